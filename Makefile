@@ -1,0 +1,125 @@
+# Everything happens in a virtual environment that the first target makes: `make help` lists the targets.
+# Needed: Python >= 3.11, git, make; uv is used where it is found, a C compiler where there is one.
+
+PYTHON ?= python3
+VENV ?= .venv
+# --editable for work on the sources; empty installs a built wheel
+INSTALL ?= --editable
+# what and how pytest runs: make test TESTS=tests/unit PYTEST_ARGS="-x -n 0"
+TESTS ?=
+PYTEST_ARGS ?= -n auto --maxprocesses 4
+DEMO ?= demo
+LOCK_ARGS ?=
+
+.DEFAULT_GOAL := help
+SHELL := /bin/sh
+MAKEFLAGS += --no-print-directory
+.DELETE_ON_ERROR:
+
+PY := $(VENV)/bin/python
+UV := $(shell command -v uv 2>/dev/null)
+export UV_PYTHON_DOWNLOADS := never
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+# The stamps carry the name of the interpreter, so that another PYTHON makes the environment anew.
+space := $(subst ,, )
+DEPS := $(VENV)/.deps-$(subst $(space),_,$(subst /,_,$(PYTHON)))
+READY := $(VENV)/.ready$(subst $(space),_,$(INSTALL))
+KERNEL := $(wildcard src/microslip/kernels/*.[ch])
+# An editable install sees edits of the Python sources by itself, a built one does not.
+SOURCES := $(if $(INSTALL),,$(shell find src/microslip -type f ! -name '*.so' ! -name '*.pyc'))
+
+.PHONY: help install demo test slow lint format format-check types check bench reference coverage dist lock clean distclean
+
+help:  ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*## /\1|/p' Makefile | awk -F'|' '{ printf "  %-14s %s\n", $$1, $$2 }'
+
+# A changed lock makes the environment anew; only a folder that is an environment is ever removed.
+$(DEPS): requirements.lock
+	@"$(PYTHON)" -c 'import sys' 2>/dev/null || { \
+	    echo "error: PYTHON=$(PYTHON) does not run; name one that does, such as: make PYTHON=python3.12" >&2; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.version_info < (3, 11) and sys.exit(\
+	    "error: microslip needs Python 3.11 or newer, PYTHON=$(PYTHON) is %d.%d.%d; " % sys.version_info[:3] \
+	    + "name a newer one, such as: make PYTHON=python3.12")'
+	@if [ -e "$(VENV)" ] && [ ! -e "$(VENV)/pyvenv.cfg" ]; then \
+	    echo "error: VENV=$(VENV) exists and is not a virtual environment; name another folder" >&2; exit 1; fi
+	@rm -rf "$(VENV)"
+	@echo "Making $(VENV) with the locked packages ($(if $(UV),uv,pip), up to a minute)"
+ifneq ($(UV),)
+	@"$(UV)" venv --quiet --no-project --python "$$("$(PYTHON)" -c 'import sys; print(sys.executable)')" "$(VENV)"
+	@"$(UV)" pip install --quiet --python "$(PY)" --compile-bytecode --require-hashes -r requirements.lock
+else
+	@"$(PYTHON)" -m venv "$(VENV)"
+	@"$(PY)" -m pip install --quiet --quiet --require-hashes -r requirements.lock
+endif
+	@touch "$@"
+
+# What an earlier build left must not stand in for an extension that now fails to build.
+$(READY): $(DEPS) pyproject.toml setup.py src/microslip/_version.py $(KERNEL) $(SOURCES)
+	@rm -rf build src/microslip/kernels/_compiled*.so "$(VENV)"/.ready*
+	@echo "Installing microslip"
+ifneq ($(UV),)
+	@"$(UV)" pip install --quiet --python "$(PY)" --no-build-isolation --no-deps --reinstall-package microslip $(INSTALL) .
+else
+	@"$(PY)" -m pip install --quiet --quiet --no-build-isolation --no-deps --force-reinstall $(INSTALL) .
+endif
+	@"$(PY)" -c 'import microslip.kernels as k; print("Its kernel is the", k.NAME, "one.")' 2>/dev/null || true
+	@touch "$@"
+
+install: $(READY)  ## make the environment and install the package into it
+
+demo: $(READY)  ## predict the milled Al 2017 joint; tables and figures go to demo/
+	@"$(VENV)/bin/microslip" predict examples/al2017.toml -o "$(DEMO)" --overwrite
+
+test: $(READY)  ## run the tests, but for the slow ones
+	@"$(PY)" -m pytest $(PYTEST_ARGS) $(TESTS)
+
+slow: $(READY)  ## run the slow tests
+	@"$(PY)" -m pytest -m slow $(PYTEST_ARGS) $(TESTS) || { \
+	    code=$$?; [ $$code -eq 5 ] || exit $$code; echo "There are no slow tests."; }
+
+lint: $(READY)  ## look for mistakes (ruff)
+	@"$(PY)" -m ruff check
+
+format: $(READY)  ## format the code, mend what lint can mend
+	@"$(PY)" -m ruff check --fix --exit-zero --quiet
+	@"$(PY)" -m ruff format
+
+format-check: $(READY)  ## check the format, change nothing
+	@"$(PY)" -m ruff format --check
+
+types: $(READY)  ## check the types (mypy, strict)
+	@"$(PY)" -m mypy
+
+check: lint format-check types test  ## lint, format, types and tests
+
+bench: $(READY)  ## measure the speed
+	@"$(PY)" benchmarks/run.py
+
+reference: $(READY)  ## compute the reference numbers of the tests again (mpmath, slow)
+	@"$(PY)" tests/reference/make_reference.py
+
+coverage: $(READY)  ## run the tests with branch coverage
+	@"$(PY)" -m coverage run -m pytest $(TESTS)
+	@"$(PY)" -m coverage report
+
+dist: $(READY)  ## build the sdist, and from it the wheel, into dist/
+	@rm -rf dist
+	@"$(PY)" -m build --no-isolation
+
+# One lock for every Python and platform, read by uv and by pip. LOCK_ARGS=--upgrade takes newer versions.
+lock:  ## write requirements.lock again
+	@uv="$(UV)"; if [ -z "$$uv" ]; then \
+	    [ -x .venv-lock/bin/uv ] || { "$(PYTHON)" -m venv .venv-lock && .venv-lock/bin/python -m pip install --quiet uv; }; \
+	    uv=.venv-lock/bin/uv; fi; \
+	"$$uv" pip compile pyproject.toml --group dev --universal --python-version 3.11 --generate-hashes \
+	    --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
+	    --quiet $(LOCK_ARGS) --output-file requirements.lock
+
+clean:  ## remove builds, caches and the demo
+	@rm -rf build demo dist src/*.egg-info src/microslip/kernels/_compiled*.so .venv*/.ready*
+	@rm -rf .coverage .coverage.* .hypothesis .mypy_cache .pytest_cache .ruff_cache htmlcov
+	@find benchmarks docs src tests tools -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+
+distclean: clean  ## and the environments
+	@for folder in .venv*; do [ ! -e "$$folder/pyvenv.cfg" ] || rm -rf "$$folder"; done

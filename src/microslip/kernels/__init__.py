@@ -1,0 +1,49 @@
+"""Floor 0: the inner loops, compiled where a C compiler was found at installation.
+
+The names here are those of :mod:`microslip.kernels.twin`, whose docstrings say what they do. The
+environment variable ``MICROSLIP_KERNEL=numpy`` chooses the twin.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from types import ModuleType
+
+import numpy as np
+
+from microslip._kernel_choice import kernel_name
+from microslip.kernels import twin
+from microslip.kernels.twin import MOMENT_TERMS, TERMS, Floats, Integers
+
+__all__ = ["MOMENT_TERMS", "NAME", "TERMS", "Floats", "Integers", "active", "gaussian_moment"]
+
+NAME = kernel_name()
+
+
+def _choose() -> ModuleType:
+    if NAME == "numpy":
+        return twin
+    from microslip.kernels import _compiled
+
+    if _compiled.TERMS != TERMS:
+        raise ImportError("the compiled kernel is older than the package: install microslip again")
+    return _compiled
+
+
+active: ModuleType = _choose()
+"""The module that does the work; tests put the twin here to compare."""
+
+
+@lru_cache(maxsize=None)
+def _moment_coefficients(twice_order: int) -> Floats:
+    from microslip.kernels._gaussian_tables import TABLES
+
+    return np.ascontiguousarray(np.array(TABLES[twice_order], dtype=float).ravel())
+
+
+def gaussian_moment(h: Floats, twice_order: int) -> Floats:
+    """F_n(h), n = twice_order/2 in -1/2 ... 5/2, of the standard Gaussian; any shape."""
+    flat = np.ascontiguousarray(h, dtype=float).reshape(-1)
+    out = np.empty_like(flat)
+    active.gaussian_moment(flat, out, _moment_coefficients(twice_order), twice_order)
+    return out.reshape(np.shape(h))

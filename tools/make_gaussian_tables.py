@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""Make src/microslip/kernels/_gaussian_tables.py: Chebyshev coefficients of scaled Gaussian moments.
+
+The moments are F_n(h) = integral over u > h of (u - h)^n exp(-u^2/2)/sqrt(2 pi), n = -1/2 ... 5/2
+(DLMF 12.5.1: Gamma(n+1)/sqrt(2 pi) exp(-h^2/4) D_{-n-1}(h)). Four pieces cover every h; on each a
+smooth scaled function of t in [-1, 1] is interpolated at Chebyshev nodes with 40 digits:
+
+    h < -10        F = |h|^n g,                              t = 200/h^2 - 1
+    -10 <= h < -4  F = g,                                    t = (h + 7)/3
+    -4 <= h < 0    F = g,                                    t = (h + 2)/2
+    h >= 0         F = exp(-h^2/2) (h + 4)^(-n-1) g,         t = (h - 4)/(h + 4)
+
+Needs mpmath only. Usage: make_gaussian_tables.py [--check]
+"""
+
+import argparse
+from pathlib import Path
+
+import mpmath as mp
+
+mp.mp.dps = 40
+TERMS = 30
+TWICE_ORDERS = (-1, 0, 1, 2, 3, 4, 5)
+TARGET = Path(__file__).parents[1] / "src" / "microslip" / "kernels" / "_gaussian_tables.py"
+
+
+def moment(n, h):
+    """F_n(h) for moderate h, by the parabolic cylinder function."""
+    return mp.gamma(n + 1) / mp.sqrt(2 * mp.pi) * mp.exp(-h * h / 4) * mp.pcfd(-n - 1, h)
+
+
+def heavy(n, t):
+    """F_n(h)/|h|^n as its series in z = 1/h^2; what it leaves out is of order exp(-50)."""
+    z = (t + 1) / 200
+    terms, k = [mp.mpf(1)], 0
+    while True:
+        k += 1
+        new = terms[-1] * (n - 2 * k + 2) * (n - 2 * k + 1) / (2 * k) * z
+        if abs(new) >= abs(terms[-1]) or abs(new) < mp.mpf(10) ** -30:
+            return mp.fsum(terms)
+        terms.append(new)
+
+
+def light(n, t):
+    """Scaled moment on [0, infinity); its limit 4-free value at t = 1 is never a node."""
+    h = 4 * (1 + t) / (1 - t)
+    with mp.workdps(60):
+        return +(moment(n, h) * mp.exp(h * h / 2) * (h + 4) ** (n + 1))
+
+
+PIECES = (
+    heavy,
+    lambda n, t: moment(n, 3 * t - 7),
+    lambda n, t: moment(n, 2 * t - 2),
+    light,
+)
+
+
+def chebyshev(function):
+    """Interpolation coefficients at the first-kind nodes; the first one is already halved."""
+    size = 48
+    angles = [mp.pi * (j + mp.mpf(1) / 2) / size for j in range(size)]
+    values = [function(mp.cos(a)) for a in angles]
+    c = [2 * mp.fsum(v * mp.cos(k * a) for v, a in zip(values, angles)) / size for k in range(size)]
+    c[0] /= 2
+    dropped = mp.fsum(abs(v) for v in c[TERMS:]) / abs(min(values, key=abs))
+    return c[:TERMS], dropped
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true", help="compare with the file, write nothing")
+    check = parser.parse_args().check
+    lines = [
+        '"""Chebyshev coefficients of scaled Gaussian moments; made by tools/make_gaussian_tables.py."""',
+        "",
+        "# One block per twice the order n; in it the four pieces, heavy to light, each lowest term",
+        "# first. The scalings are told in the program that makes this file.",
+        "# fmt: off",
+        "TABLES: dict[int, tuple[tuple[float, ...], ...]] = {",
+    ]
+    for twice in TWICE_ORDERS:
+        n = mp.mpf(twice) / 2
+        lines.append(f"    {twice}: (")
+        for piece in PIECES:
+            c, dropped = chebyshev(lambda t, n=n, piece=piece: piece(n, t))
+            assert dropped < mp.mpf(10) ** -16, (twice, piece, mp.nstr(dropped, 3))
+            print(twice, getattr(piece, "__name__", "?"), "dropped", mp.nstr(dropped, 3))
+            lines.append("        (")
+            lines += [f"            {float(v)!r}," for v in c]
+            lines.append("        ),")
+        lines.append("    ),")
+    lines += ["}", "# fmt: on", ""]
+    text = "\n".join(lines)
+    if check:
+        raise SystemExit(0 if TARGET.read_text() == text else f"{TARGET.name} is not up to date")
+    TARGET.write_text(text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,82 @@
+"""What every public entrance asks of its numbers: one wording for one kind of mistake."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip.errors import InputError
+
+Floats = NDArray[np.float64]
+
+
+def show(value: Any) -> str:
+    """A value as an error message shows it: short, whatever it is."""
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def number(name: str, value: Any, unit: str = "") -> float:
+    """A finite real number, or an error that says what came."""
+    wanted = f"a finite number{f' in {unit}' if unit else ''}"
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value.item()
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        hint = f", for example {name}=1.0" if isinstance(value, str) else ""
+        raise InputError(f"{name} must be {wanted}, got {show(value)}{hint}")
+    try:
+        result = float(value)
+    except OverflowError:
+        result = math.inf
+    if not math.isfinite(result):
+        raise InputError(f"{name} must be {wanted}, got {show(value)}")
+    return result
+
+
+def positive(name: str, value: Any, unit: str = "") -> float:
+    """A finite number above zero."""
+    result = number(name, value, unit)
+    if result <= 0.0:
+        raise InputError(f"{name} must be above zero{f' [{unit}]' if unit else ''}, got {result:g}")
+    return result
+
+
+def floats(name: str, value: ArrayLike) -> Floats:
+    """Finite numbers of any shape as a contiguous float64 array; empty ones are refused."""
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in "iufb":
+            raise TypeError
+        array = np.ascontiguousarray(array, dtype=float).reshape(array.shape)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{name} must be a number or an array of numbers, got {show(value)}"
+        ) from None
+    if array.size == 0:
+        raise InputError(f"{name} must hold at least one number, got an empty array")
+    # A sum is quick and finite unless something is not; only then look closer.
+    if not math.isfinite(float(np.add.reduce(array, axis=None))):
+        bad = np.flatnonzero(~np.isfinite(array))
+        if bad.size:
+            raise InputError(
+                f"{name} must be finite: {bad.size} of {array.size} values are not, "
+                f"the first is {array.flat[bad[0]]} at index {bad[0]}"
+            )
+    return array
+
+
+def record(name: str, value: ArrayLike) -> Floats:
+    """A series in time: one-dimensional (a single number counts as one sample)."""
+    array = floats(name, value)
+    if array.ndim > 1:
+        raise InputError(f"{name} must be one-dimensional, got shape {array.shape}")
+    return array
+
+
+def plain(array: Floats) -> Any:
+    """A float for a number that came as a number, else the array."""
+    return float(array) if array.ndim == 0 else array

@@ -1,0 +1,48 @@
+"""Floor 1: distributions of summit heights and their partial moments."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from microslip._checks import show
+from microslip.errors import InputError
+from microslip.heights.base import HeightDistribution
+from microslip.heights.discrete import Discrete
+from microslip.heights.exponential import Exponential
+from microslip.heights.gaussian import Gaussian
+from microslip.heights.statistical import Statistical
+
+__all__ = [
+    "HEIGHTS",
+    "Discrete",
+    "Exponential",
+    "Gaussian",
+    "HeightDistribution",
+    "Statistical",
+    "as_heights",
+]
+
+HEIGHTS: tuple[type[HeightDistribution], ...] = (Gaussian, Exponential, Discrete, Statistical)
+"""Every height distribution; the shared tests run over it."""
+
+
+def as_heights(value: Any) -> HeightDistribution:
+    """A height distribution from what a user has: one, a frozen scipy.stats one, or an array.
+
+    Raises
+    ------
+    InputError
+        Nothing of the kind; a distribution whose 3/2-moment is infinite.
+    """
+    if isinstance(value, HeightDistribution):
+        return value
+    if hasattr(value, "pdf") and hasattr(value, "sf"):
+        return Statistical(value)
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return Discrete(value)
+    raise InputError(
+        "heights must be ms.Gaussian(std=...), ms.Exponential(scale=...), a frozen scipy.stats "
+        f"distribution or an array of heights [m], got {show(value)}"
+    )

@@ -1,0 +1,92 @@
+"""What a height distribution offers to the laws that stand on it."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from microslip._checks import Floats, floats, plain
+from microslip.errors import InputError
+
+TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1, 6)})
+"""Orders n of the partial moments that exist here, with twice their value."""
+
+
+class HeightDistribution(ABC):
+    """Distribution of summit heights y about a zero of its own, which is never recentred.
+
+    A subclass gives ``_moment``, ``_density``, ``spread`` and ``span``; where its density ends
+    abruptly, also ``edge``.
+    """
+
+    edge: float = -math.inf
+    """Height [m] of the lower end of a bounded distribution: the moments are not smooth there."""
+
+    @property
+    @abstractmethod
+    def spread(self) -> float:
+        """Standard deviation of the heights [m], or what stands for it where that is infinite."""
+
+    @property
+    @abstractmethod
+    def span(self) -> tuple[float, float]:
+        """Heights [m] below and above which there is next to nothing."""
+
+    @abstractmethod
+    def _moment(self, twice_order: int, threshold: Floats) -> Floats:
+        """Partial moment of the order ``twice_order/2`` at thresholds of any shape."""
+
+    @abstractmethod
+    def _density(self, height: Floats) -> Floats:
+        """Probability density [1/m]."""
+
+    def partial_moment(self, order: float, threshold: ArrayLike) -> Any:
+        """Partial moment: the mean of (y - threshold)^order over the heights above ``threshold``.
+
+        Divided by std^order it is the F_n of Greenwood and Williamson (1966),
+        DOI 10.1098/rspa.1966.0242; order 0 gives (19.5), 1 gives (19.7), 3/2 gives (19.8).
+
+        Parameters
+        ----------
+        order : float
+            One of -1/2, 0, 1/2, 1, 3/2, 2, 5/2.
+        threshold : array_like
+            Heights [m], any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Moments [m^order], shape of ``threshold``.
+
+        Raises
+        ------
+        InputError
+            Another order; a threshold that is not finite.
+        """
+        if order not in TWICE_ORDERS:
+            raise InputError(
+                f"order must be one of {', '.join(f'{n:g}' for n in TWICE_ORDERS)}, got {order!r}"
+            )
+        return plain(self._moment(TWICE_ORDERS[order], floats("threshold", threshold)))
+
+    def probability_above(self, height: ArrayLike) -> Any:
+        """Probability that a summit is higher than ``height`` [m] (19.5)."""
+        return self.partial_moment(0.0, height)
+
+    def cdf(self, height: ArrayLike) -> Any:
+        """Probability that a summit is not higher than ``height`` [m]; (19.26), corrected."""
+        return plain(1.0 - self._moment(0, floats("height", height)))
+
+    def pdf(self, height: ArrayLike) -> Any:
+        """Probability density [1/m] at ``height`` [m]; (19.25) for Gaussian heights."""
+        return plain(self._density(floats("height", height)))
+
+    @classmethod
+    def examples(cls) -> tuple[HeightDistribution, ...]:
+        """Instances that stand for the class in the shared tests; none for an abstract one."""
+        return ()

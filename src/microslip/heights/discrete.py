@@ -1,0 +1,62 @@
+"""Heights given one by one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._checks import Floats, record
+from microslip.errors import InputError
+from microslip.heights.base import HeightDistribution
+
+
+@dataclass(frozen=True, eq=False)
+class Discrete(HeightDistribution):
+    """Measured heights as a distribution of equal atoms.
+
+    Parameters
+    ----------
+    values : array_like
+        Heights [m], one-dimensional, at least one.
+
+    Raises
+    ------
+    InputError
+        Nothing given, several dimensions, a value that is not finite.
+    """
+
+    values: ArrayLike
+
+    def __post_init__(self) -> None:
+        values = np.sort(record("heights", self.values).reshape(-1))
+        values.setflags(write=False)
+        object.__setattr__(self, "values", values)
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the heights [m]."""
+        return float(np.std(np.asarray(self.values)))
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Lowest and highest summit [m]."""
+        values = np.asarray(self.values)
+        return float(values[0]), float(values[-1])
+
+    def _moment(self, twice_order: int, threshold: Floats) -> Floats:
+        values = np.asarray(self.values)
+        result = np.empty(threshold.shape)
+        for index, t in np.ndenumerate(threshold):
+            above = values[np.searchsorted(values, t, side="right") :] - t
+            result[index] = np.sum(above ** (0.5 * twice_order)) / values.size
+        return result
+
+    def _density(self, height: Floats) -> Floats:
+        raise InputError("heights given one by one have no density; see their cdf")
+
+    @classmethod
+    def examples(cls) -> tuple[HeightDistribution, ...]:
+        """A handful of summits."""
+        return (cls([0.0, 2e-7, -3e-7, 5e-7, 1e-7]),)

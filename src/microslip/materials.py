@@ -1,0 +1,121 @@
+"""Floor 1: elastic materials and the pair that two of them make (19.4), (19.11)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from microslip._checks import number, positive
+from microslip.errors import InputError
+
+
+@dataclass(frozen=True)
+class Material:
+    """A linear elastic, isotropic material.
+
+    Parameters
+    ----------
+    young_modulus : float
+        Young's modulus E [Pa], above zero and finite; for a rigid body see :meth:`rigid`.
+    poisson_ratio : float
+        Poisson's ratio [-], in (-1, 0.5].
+    hardness : float, optional
+        Indentation hardness H [Pa]. It enters no result; with it the validity verdicts of an
+        interface hold the plasticity index.
+
+    Raises
+    ------
+    InputError
+        A value out of its range.
+    """
+
+    young_modulus: float
+    poisson_ratio: float
+    hardness: float | None = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.young_modulus, float) and self.young_modulus == math.inf:
+            raise InputError(
+                "young_modulus must be finite, got inf; a rigid body is Material.rigid()"
+            )
+        modulus = positive("young_modulus", self.young_modulus, "Pa")
+        ratio = number("poisson_ratio", self.poisson_ratio)
+        if not -1.0 < ratio <= 0.5:
+            raise InputError(f"poisson_ratio must be in (-1, 0.5], got {ratio:g}")
+        hardness = None if self.hardness is None else positive("hardness", self.hardness, "Pa")
+        object.__setattr__(self, "young_modulus", modulus)
+        object.__setattr__(self, "poisson_ratio", ratio)
+        object.__setattr__(self, "hardness", hardness)
+
+    @classmethod
+    def rigid(cls) -> Material:
+        """A body that does not deform: infinite modulus, so its compliance terms vanish."""
+        body = object.__new__(cls)
+        object.__setattr__(body, "young_modulus", math.inf)
+        object.__setattr__(body, "poisson_ratio", 0.0)
+        object.__setattr__(body, "hardness", None)
+        return body
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether this is :meth:`rigid`."""
+        return math.isinf(self.young_modulus)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus G = E / 2(1 + nu) [Pa]."""
+        return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+
+@dataclass(frozen=True)
+class MaterialPair:
+    """Two bodies in contact, seen as one elastic body on a rigid one.
+
+    Parameters
+    ----------
+    first, second : Material
+        The two materials; at most one of them rigid.
+
+    Raises
+    ------
+    InputError
+        Something else than materials, or two rigid ones.
+    """
+
+    first: Material
+    second: Material
+
+    def __post_init__(self) -> None:
+        for name in ("first", "second"):
+            if not isinstance(getattr(self, name), Material):
+                raise InputError(
+                    f"{name} must be a Material, got {getattr(self, name)!r}; "
+                    "write MaterialPair(Material(69e9, 0.33), Material(210e9, 0.3))"
+                )
+        if self.first.is_rigid and self.second.is_rigid:
+            raise InputError("a pair needs one body that deforms, got two rigid ones")
+
+    @property
+    def composite_modulus(self) -> float:
+        """E* [Pa]: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (19.4)."""
+        return 1.0 / sum(
+            (1.0 - m.poisson_ratio**2) / m.young_modulus for m in (self.first, self.second)
+        )
+
+    @property
+    def composite_shear_modulus(self) -> float:
+        """G* [Pa]: 1/G* = (2 - nu1)/G1 + (2 - nu2)/G2 (19.11)."""
+        return 1.0 / sum(
+            (2.0 - m.poisson_ratio) / m.shear_modulus for m in (self.first, self.second)
+        )
+
+    @property
+    def stiffness_ratio(self) -> float:
+        """E*/4G* [-]: normal over tangential contact stiffness (Mindlin 1949, 10.1115/1.4009973)."""
+        return self.composite_modulus / (4.0 * self.composite_shear_modulus)
+
+    @property
+    def hardness(self) -> float | None:
+        """Hardness of the softer body [Pa]; None where neither is known."""
+        known = [m.hardness for m in (self.first, self.second) if m.hardness is not None]
+        return min(known) if known else None

@@ -1,0 +1,24 @@
+"""Floor 2: normal load laws, one class a law."""
+
+from microslip.normal.base import NormalLaw
+from microslip.normal.greenwood_williamson import GreenwoodWilliamson
+from microslip.normal.population import AsperityPopulation
+from microslip.normal.sphere import SphereOnFlat
+from microslip.normal.table import TabulatedNormalLaw
+
+__all__ = [
+    "NORMAL_LAWS",
+    "AsperityPopulation",
+    "GreenwoodWilliamson",
+    "NormalLaw",
+    "SphereOnFlat",
+    "TabulatedNormalLaw",
+]
+
+NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
+    GreenwoodWilliamson,
+    AsperityPopulation,
+    SphereOnFlat,
+    TabulatedNormalLaw,
+)
+"""Every normal load law; the shared tests run over it."""

@@ -1,0 +1,246 @@
+"""The normal load law: the only thing that knows the surface."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip import _quadrature
+from microslip._checks import Floats, floats, plain, show
+from microslip.errors import InputError
+from microslip.materials import Material, MaterialPair
+from microslip.normal.spheres import Spheres
+
+
+def check_pair(pair: Any) -> None:
+    """Every law stands on a pair of materials."""
+    if not isinstance(pair, MaterialPair):
+        raise InputError(
+            f"pair must be a MaterialPair, got {show(pair)}; "
+            "write MaterialPair(Material(69e9, 0.33), Material(69e9, 0.33))"
+        )
+
+
+class NormalLaw(ABC):
+    """Normal load N of an interface against the separation d: decreasing, convex, zero in the end.
+
+    A subclass is a frozen dataclass with a ``pair`` that gives :meth:`_derivative` and
+    :attr:`_span`, and, where it knows them, :meth:`contact_count` and :meth:`contact_area`.
+    Everything tangential follows from the law by T0 = mu [N(d) - N(d + delta/kappa)]
+    (Ciavarella 1998, DOI 10.1115/1.2789094; Jaeger 1998), see :class:`microslip.Interface`.
+    """
+
+    pair: MaterialPair
+
+    @abstractmethod
+    def _derivative(self, separation: Floats, order: int) -> Floats:
+        """Derivative of the load: order 0 the load, 1, 2, and -1 its integral to infinity."""
+
+    @property
+    @abstractmethod
+    def _span(self) -> tuple[float, float]:
+        """Separations of many and of hardly any contacts [m]."""
+
+    @property
+    def _edge(self) -> float:
+        """Separation [m] at and above which the law is smooth where it carries any load."""
+        return -math.inf
+
+    @property
+    def _spheres(self) -> Spheres | None:
+        """The summits themselves, for a law that sums over given ones."""
+        return None
+
+    # -- the law itself ---------------------------------------------------------------------
+
+    def load(self, separation: ArrayLike) -> Any:
+        """Normal load N(d) (19.8).
+
+        Parameters
+        ----------
+        separation : array_like
+            Separations d [m] of the rigid plane from the zero of the heights, any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Loads [N], shape of ``separation``.
+
+        Raises
+        ------
+        InputError
+            Not finite, empty, or outside a table.
+        """
+        return plain(self._derivative(self._separations(separation), 0))
+
+    def stiffness(self, separation: ArrayLike) -> Any:
+        """Normal stiffness -N'(d) [N/m] at separations [m] of any shape; errors as :meth:`load`."""
+        return plain(-self._derivative(self._separations(separation), 1))
+
+    def separation(self, load: ArrayLike) -> Any:
+        """Separation d at which the interface carries a load: the inverse of :meth:`load`.
+
+        Parameters
+        ----------
+        load : array_like
+            Loads [N], above zero, any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Separations [m], shape of ``load``, to rounding.
+
+        Raises
+        ------
+        InputError
+            A load not above zero, not finite, or one that the law cannot carry.
+        """
+        loads = floats("load", load)
+        if loads.min() <= 0.0:
+            raise InputError(f"load must be above zero [N], got {loads.min():g}")
+        return plain(self._solve(loads.reshape(-1)).reshape(loads.shape))
+
+    # -- contacts ---------------------------------------------------------------------------
+
+    def contact_probability(self, separation: ArrayLike) -> Any:
+        """Probability that a summit is in contact (19.5), for separations [m] of any shape.
+
+        Raises
+        ------
+        InputError
+            Not finite, empty, or unknown to the law (a table of loads).
+        """
+        raise self._unknown("contact_probability")
+
+    def contact_count(self, separation: ArrayLike) -> Any:
+        """Number of summits in contact (19.6), for separations [m] of any shape.
+
+        Raises
+        ------
+        InputError
+            Not finite, empty, or unknown to the law (a table of loads).
+        """
+        raise self._unknown("contact_count")
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Real contact area [m^2] (19.7), for separations [m] of any shape.
+
+        Raises
+        ------
+        InputError
+            Not finite, empty, or unknown to the law (a table of loads).
+        """
+        raise self._unknown("contact_area")
+
+    def _unknown(self, what: str) -> InputError:
+        return InputError(
+            f"{what} is unknown to {type(self).__name__}: it holds loads only; "
+            "a GreenwoodWilliamson surface or an AsperityPopulation knows its contacts"
+        )
+
+    # -- for the interface -------------------------------------------------------------------
+
+    def _drop(self, d: float, u: Floats) -> Floats:
+        """N(d) - N(d + u) for steps u >= 0, without cancellation."""
+        if self._spheres is not None:
+            return self._spheres.drop(d, u)
+        return _quadrature.drop(self, d, u)
+
+    def _excess(self, d: float, u: Floats) -> Floats:
+        """Half the integral of v (u - v) N''(d + v) over 0 <= v <= u, without cancellation."""
+        if self._spheres is not None:
+            return self._spheres.excess(d, u)
+        return _quadrature.excess(self, d, u)
+
+    def _excess_slope(self, d: float, u: Floats) -> Floats:
+        """Half the integral of v N''(d + v) over 0 <= v <= u, without cancellation."""
+        if self._spheres is not None:
+            return self._spheres.excess_slope(d, u)
+        return _quadrature.excess_slope(self, d, u)
+
+    def _corners(self, d: float) -> tuple[Floats, Floats]:
+        """Steps from d at which N' jumps, and by how much [N/m]; for most laws none."""
+        return np.zeros(0), np.zeros(0)
+
+    def _table_reach(self, d: float) -> float | None:
+        """Step from d after which no load is left in double precision; None where the law is not
+        smooth on the way, or fades too slowly for a table of it to pay."""
+        if self._spheres is not None or d < self._edge:
+            return None
+        _, length = _quadrature._decay(self, d)
+        steps = length * _REACHES
+        gone = self._derivative(d + steps, 0) <= 3e-17 * self._derivative(np.array([d]), 0)
+        return float(steps[np.argmax(gone)]) if gone.any() else None
+
+    # -- checks and the inverse ---------------------------------------------------------------
+
+    def _separations(self, value: ArrayLike) -> Floats:
+        return floats("separation", value)
+
+    def _solve(self, loads: Floats) -> Floats:
+        """Newton's method on log N in a bracket; N is log-concave for every law but odd tables,
+        and the bracket keeps those safe."""
+        low, high = self._span
+        scale = max(high - low, 1e-12)
+        top = float(loads.max())
+        for _ in range(200):
+            if float(self._derivative(np.array([low]), 0)[0]) >= top:
+                break
+            low -= scale
+            scale *= 2.0
+        else:
+            raise InputError(f"load must be one that the surface can carry, got {top:g} N")
+        least = float(self._derivative(np.array([high]), 0)[0])
+        if loads.min() < least:
+            raise InputError(
+                f"load must be at least {least:.3g} N, the lightest this surface can tell from "
+                f"none, got {loads.min():g} N"
+            )
+        grid = np.linspace(low, high, 65)
+        with np.errstate(divide="ignore"):
+            heights = np.log(self._derivative(grid, 0))
+        target = np.log(loads)
+        right = np.clip(np.searchsorted(-heights, -target, side="left"), 1, 64)
+        below, above = grid[right - 1], grid[right]
+        # Within a bracket log N is nearly straight; at its empty end it is not.
+        first, last = heights[right - 1], np.maximum(heights[right], heights[right - 1] - 40.0)
+        share = np.clip((first - target) / np.where(first > last, first - last, 1.0), 0.0, 1.0)
+        d = below + share * (above - below)
+        active = np.arange(loads.size)
+        for _ in range(120):
+            here = d[active]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                load = self._derivative(here, 0)
+                miss = np.log(load / loads[active])
+                step = miss * load / -self._derivative(here, 1)
+            heavy = miss > 0.0
+            below[active] = np.where(heavy, here, below[active])
+            above[active] = np.where(heavy, above[active], here)
+            new = here + step
+            inside = (new >= below[active]) & (new <= above[active])
+            new = np.where(inside, new, 0.5 * (below[active] + above[active]))
+            d[active] = new
+            width = 4e-16 * np.maximum(np.abs(new), 0.01 * abs(high - self._span[0]))
+            going = (np.abs(new - here) > width) & (miss != 0.0)
+            active = active[going]
+            if active.size == 0:
+                break
+        return d
+
+    @classmethod
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """Instances that stand for the class in the shared tests; none for an abstract one."""
+        return ()
+
+
+_REACHES = 1.25 ** np.arange(-4.0, 48.0)
+
+
+def aluminium() -> MaterialPair:
+    """The pair of the chapter's samples, Al 2017 on itself, for the laws' examples."""
+    metal = Material(young_modulus=69e9, poisson_ratio=0.33)
+    return MaterialPair(metal, metal)

@@ -1,0 +1,123 @@
+"""Greenwood and Williamson's rough surface."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._checks import Floats, plain, positive
+from microslip.heights import Discrete, Exponential, Gaussian, HeightDistribution, as_heights
+from microslip.materials import MaterialPair
+from microslip.normal.base import NormalLaw, aluminium, check_pair
+from microslip.normal.spheres import Spheres
+
+_FACTORS = {-1: 0.4, 0: 1.0, 1: -1.5, 2: 0.75}
+
+
+@dataclass(frozen=True, eq=False)
+class GreenwoodWilliamson(NormalLaw):
+    """A nominally flat surface of spherical summits of one radius and random heights (19.5)-(19.8).
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        The two materials.
+    heights : HeightDistribution, frozen scipy.stats distribution or array_like
+        Summit heights y [m]; an array stands for equal atoms of probability.
+    radius : float
+        Summit radius rho [m].
+    density : float
+        Summits per apparent area rho_a [1/m^2].
+    area : float
+        Apparent area S_a [m^2].
+
+    Raises
+    ------
+    InputError
+        A value out of its range; heights whose 3/2-moment is infinite.
+
+    Notes
+    -----
+    N(d) = N_a (4/3) E* sqrt(rho) times the partial moment of order 3/2 of the heights above d
+    (Greenwood and Williamson 1966, DOI 10.1098/rspa.1966.0242).
+    """
+
+    pair: MaterialPair
+    heights: Any
+    radius: float
+    density: float
+    area: float
+
+    def __post_init__(self) -> None:
+        check_pair(self.pair)
+        object.__setattr__(self, "heights", as_heights(self.heights))
+        for name, unit in (("radius", "m"), ("density", "1/m^2"), ("area", "m^2")):
+            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+
+    @property
+    def summit_count(self) -> float:
+        """Number of all summits N_a = density * area."""
+        return self.density * self.area
+
+    @cached_property
+    def _constant(self) -> float:
+        """N_a (4/3) E* sqrt(rho) [N/m^1.5]."""
+        stiff = 4.0 / 3.0 * self.pair.composite_modulus * math.sqrt(self.radius)
+        return self.summit_count * stiff
+
+    @cached_property
+    def _spheres(self) -> Spheres | None:
+        """The summits themselves where the heights were given one by one."""
+        if not isinstance(self.heights, Discrete):
+            return None
+        values = np.asarray(self.heights.values)
+        return Spheres(values, np.full(values.size, self._constant / values.size))
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        span: tuple[float, float] = self.heights.span
+        return span
+
+    @property
+    def _edge(self) -> float:
+        edge: float = self.heights.edge
+        return edge
+
+    def _derivative(self, separation: Floats, order: int) -> Floats:
+        if self._spheres is not None:
+            return self._spheres.derivative(separation, order)
+        return (_FACTORS[order] * self._constant) * self._heights._moment(3 - 2 * order, separation)
+
+    @property
+    def _heights(self) -> HeightDistribution:
+        heights: HeightDistribution = self.heights
+        return heights
+
+    def contact_probability(self, separation: ArrayLike) -> Any:
+        """Probability that a summit is in contact (19.5), for separations [m] of any shape."""
+        return plain(self._heights._moment(0, self._separations(separation)))
+
+    def contact_count(self, separation: ArrayLike) -> Any:
+        """Mean number of summits in contact (19.6), for separations [m] of any shape."""
+        share = self._heights._moment(0, self._separations(separation))
+        return plain(self.summit_count * share)
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Mean real contact area [m^2] (19.7), for separations [m] of any shape."""
+        depth = self._heights._moment(2, self._separations(separation))
+        return plain(math.pi * self.summit_count * self.radius * depth)
+
+    @classmethod
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """Gaussian, exponential and given heights; the first is this project's worked example."""
+        gaussian = cls(aluminium(), Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4)
+        exponential = cls(aluminium(), Exponential(scale=8e-7), radius=1e-4, density=2e9, area=5e-4)
+        given = cls(
+            aluminium(), [0.0, 2e-7, -3e-7, 5e-7, 1e-7], radius=1e-3, density=1e6, area=1e-4
+        )
+        return gaussian, exponential, given

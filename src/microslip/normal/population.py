@@ -1,0 +1,106 @@
+"""A finite set of summits, each with its own height and radius."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._checks import Floats, floats, plain, record
+from microslip.errors import InputError
+from microslip.materials import MaterialPair
+from microslip.normal.base import NormalLaw, aluminium, check_pair
+from microslip.normal.spheres import Spheres
+
+
+@dataclass(frozen=True, eq=False)
+class AsperityPopulation(NormalLaw):
+    """Given summits against a rigid plane: N = (4/3) E* sum of sqrt(rho_i) (y_i - d)^(3/2).
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        The two materials.
+    heights : array_like
+        Summit heights y_i [m], one-dimensional.
+    radii : array_like
+        Summit radii rho_i [m]: one for each height, or one number for all.
+
+    Raises
+    ------
+    InputError
+        Nothing given, lengths that differ, a radius not above zero, a value that is not finite.
+
+    Notes
+    -----
+    Each summit follows (19.1)-(19.3). The last contact is lost exactly at the highest summit, and
+    the tangential law has a kink of its curvature at the slip limit of every summit.
+    """
+
+    pair: MaterialPair
+    heights: ArrayLike
+    radii: ArrayLike
+
+    def __post_init__(self) -> None:
+        check_pair(self.pair)
+        heights = record("heights", self.heights).reshape(-1)
+        radii = floats("radii", self.radii)
+        if radii.ndim > 1 or radii.size not in (1, heights.size):
+            raise InputError(
+                f"radii must be one number or one for each of the {heights.size} heights, "
+                f"got shape {radii.shape}"
+            )
+        if radii.min() <= 0.0:
+            raise InputError(f"radii must be above zero [m], got {radii.min():g}")
+        radii = np.broadcast_to(radii.reshape(-1), heights.shape).copy()
+        heights = heights.copy()
+        for name, values in (("heights", heights), ("radii", radii)):
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+
+    @property
+    def summit_count(self) -> int:
+        """Number of all summits."""
+        return np.asarray(self.heights).size
+
+    @cached_property
+    def _spheres(self) -> Spheres:
+        stiff = 4.0 / 3.0 * self.pair.composite_modulus
+        return Spheres(np.asarray(self.heights), stiff * np.sqrt(np.asarray(self.radii)))
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        heights = self._spheres.heights
+        return float(heights[-1]), float(heights[0])
+
+    def _derivative(self, separation: Floats, order: int) -> Floats:
+        return self._spheres.derivative(separation, order)
+
+    def contact_probability(self, separation: ArrayLike) -> Any:
+        """Share of the summits that is in contact (19.5), for separations [m] of any shape."""
+        return plain(self._counts(separation) / self.summit_count)
+
+    def contact_count(self, separation: ArrayLike) -> Any:
+        """Number of summits in contact (19.6), for separations [m] of any shape."""
+        return plain(self._counts(separation).astype(float))
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Real contact area [m^2], pi rho_i (y_i - d) for each contact (19.2), any shape."""
+        d = self._separations(separation)
+        heights, radii = np.asarray(self.heights), np.asarray(self.radii)
+        areas = [float(np.maximum(heights - v, 0.0) @ radii) for v in d.reshape(-1)]
+        return plain(math.pi * np.array(areas).reshape(d.shape))
+
+    def _counts(self, separation: ArrayLike) -> Any:
+        d = self._separations(separation)
+        return np.searchsorted(-self._spheres.heights, -d, side="left")
+
+    @classmethod
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """Five unlike summits."""
+        heights = [0.0, 2e-7, -3e-7, 5e-7, 1e-7]
+        return (cls(aluminium(), heights=heights, radii=[1e-3, 2e-3, 5e-4, 1e-3, 4e-3]),)

@@ -1,0 +1,77 @@
+"""One sphere on a flat."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._checks import Floats, plain, positive
+from microslip.materials import MaterialPair
+from microslip.normal.base import NormalLaw, aluminium, check_pair
+from microslip.normal.spheres import Spheres
+
+
+@dataclass(frozen=True)
+class SphereOnFlat(NormalLaw):
+    """Hertz's sphere, its summit at height zero: N = (4/3) E* sqrt(rho) (-d)^(3/2) (19.1)-(19.3).
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        The two materials.
+    radius : float
+        Radius rho [m].
+
+    Raises
+    ------
+    InputError
+        A radius that is not above zero and finite.
+    """
+
+    pair: MaterialPair
+    radius: float
+
+    def __post_init__(self) -> None:
+        check_pair(self.pair)
+        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
+
+    @cached_property
+    def _constant(self) -> float:
+        return 4.0 / 3.0 * self.pair.composite_modulus * math.sqrt(self.radius)
+
+    @cached_property
+    def _spheres(self) -> Spheres:
+        return Spheres(np.zeros(1), np.array([self._constant]))
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        return -self.radius, 0.0
+
+    def _derivative(self, separation: Floats, order: int) -> Floats:
+        return self._spheres.derivative(separation, order)
+
+    def _solve(self, loads: Floats) -> Floats:
+        return -((loads / self._constant) ** (2.0 / 3.0))
+
+    def contact_probability(self, separation: ArrayLike) -> Any:
+        """1 in contact, else 0, for separations [m] of any shape."""
+        return self.contact_count(separation)
+
+    def contact_count(self, separation: ArrayLike) -> Any:
+        """1 in contact, else 0, for separations [m] of any shape."""
+        return plain(np.where(self._separations(separation) < 0.0, 1.0, 0.0))
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Contact area pi rho (-d) [m^2] (19.2), for separations [m] of any shape."""
+        depth = np.maximum(-self._separations(separation), 0.0)
+        return plain(math.pi * self.radius * depth)
+
+    @classmethod
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """A ball of 5 mm."""
+        return (cls(aluminium(), radius=5e-3),)

@@ -1,0 +1,283 @@
+"""A normal load law given as a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._checks import Floats, floats, record, show
+from microslip.errors import InputError
+from microslip.materials import MaterialPair
+from microslip.normal.base import NormalLaw, aluminium, check_pair
+from microslip.normal.spheres import blocks
+
+class _Spline(NamedTuple):
+    """A convex quadratic spline; what lies past the last knot is the law's affair."""
+
+    knots: Floats
+    slopes: Floats  # at each knot, on its right; at the last one on its left
+    curvatures: Floats  # after each knot
+    loads: Floats
+    jumps: Floats  # of the slope at each knot: a corner between straight runs, or at the end
+
+
+_GAUSS = 0.5 * (1.0 + np.array([-1.0, 1.0]) / math.sqrt(3.0))  # exact for cubics
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
+_NODES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
+
+
+@dataclass(frozen=True, eq=False)
+class TabulatedNormalLaw(NormalLaw):
+    """Measured or computed loads at given separations, interpolated monotone and convex.
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        The two materials; only their stiffness ratio enters.
+    separation : array_like
+        Separations d [m], rising, at least three.
+    load : array_like
+        Loads N [N] at these, falling and convex, the last one zero unless a tail is stated.
+    tail : {None, "exponential"}, optional
+        How the load goes on after the last separation where it is not zero there: N and N' are
+        continued by an exponential. Without a tail the last load must be zero.
+
+    Raises
+    ------
+    InputError
+        Lengths that differ, fewer than three points, separations that do not rise, loads that do
+        not fall or are not convex, an end above zero without a tail.
+
+    Notes
+    -----
+    Between the points N is a quadratic spline with at most one more knot an interval (Schumaker
+    1983, DOI 10.1137/0720057), which keeps monotone and convex data so: a negative N'' would be a
+    negative density of sliders. Left of the first separation the law has no answer.
+    """
+
+    pair: MaterialPair
+    separations: ArrayLike
+    loads: ArrayLike
+    tail: Literal["exponential"] | None = None
+
+    def __init__(
+        self,
+        pair: MaterialPair,
+        separation: ArrayLike,
+        load: ArrayLike,
+        tail: Literal["exponential"] | None = None,
+    ) -> None:
+        check_pair(pair)
+        if tail not in (None, "exponential"):
+            raise InputError(f'tail must be None or "exponential", got {show(tail)}')
+        d, n = record("separation", separation), record("load", load)
+        if d.ndim != 1 or d.shape != n.shape or d.size < 3:
+            raise InputError(
+                "separation and load must be of one length, at least three, "
+                f"got {d.size} and {n.size}"
+            )
+        _check_table(d, n, tail)
+        for name, value in (("separations", d.copy()), ("loads", n.copy())):
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "pair", pair)
+        object.__setattr__(self, "tail", tail)
+
+    @cached_property
+    def _spline(self) -> _Spline:
+        d, n = np.asarray(self.separations), np.asarray(self.loads)
+        return _convex_spline(d, n, self.tail is not None)
+
+    @cached_property
+    def _integrals(self) -> Floats:
+        """Integral of N from each knot to infinity [N m]."""
+        knots, slopes, curvatures, loads = self._spline[:4]
+        h = np.diff(knots)
+        whole = h * (loads[:-1] + h * (slopes[:-1] / 2.0 + h * curvatures[:-1] / 6.0))
+        end = 0.0 if self.tail is None else loads[-1] ** 2 / -slopes[-1]
+        return np.append(np.cumsum(whole[::-1])[::-1] + end, end)
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        knots, slopes, _, loads, _ = self._spline
+        if self.tail is None:
+            return float(knots[0]), float(knots[-1])
+        return float(knots[0]), float(knots[-1] + 650.0 * loads[-1] / -slopes[-1])
+
+    def _separations(self, value: ArrayLike) -> Floats:
+        d = floats("separation", value)
+        first = self._span[0]
+        if d.min() < first:
+            raise InputError(
+                f"separation must be at least {first:g} m, where the table begins, got {d.min():g}"
+            )
+        return d
+
+    def _derivative(self, separation: Floats, order: int) -> Floats:
+        knots, slopes, curvatures, loads, _ = self._spline
+        i = np.clip(np.searchsorted(knots, separation, side="right") - 1, 0, knots.size - 1)
+        h = separation - knots[i]
+        n, slope, curve = loads[i], slopes[i], curvatures[i]
+        if order == -1:
+            inner = self._integrals[i] - h * (n + h * (slope / 2.0 + h * curve / 6.0))
+        elif order == 0:
+            inner = n + h * (slope + h * curve / 2.0)
+        else:
+            inner = slope + h * curve if order == 1 else curve
+        past = i == knots.size - 1
+        if self.tail is None:
+            return np.where(past, 0.0, inner)
+        rate = -slopes[-1] / loads[-1]
+        outer = loads[-1] * np.exp(-rate * np.where(past, h, 0.0)) * (-rate) ** order
+        return np.where(past, -outer if order == -1 else outer, inner)
+
+    def _solve(self, loads: Floats) -> Floats:
+        most = float(np.asarray(self.loads)[0])
+        if loads.max() > most:
+            raise InputError(
+                f"load must be at most {most:g} N, where the table begins, got {loads.max():g} N"
+            )
+        return super()._solve(loads)
+
+    # The load is quadratic between knots: sums over the pieces are exact and add positive terms.
+
+    def _weighted(self, d: float, u: Floats, weight: Callable[[Floats, Floats], Floats]) -> Floats:
+        """Integral of weight(v, u) N''(d + v) over [0, u], the weight at most quadratic in v."""
+        knots, slopes, curvatures, loads, jumps = self._spline
+        first = max(int(np.searchsorted(knots, d, side="right")) - 1, 0)
+        marks = np.maximum(knots[first:] - d, 0.0)
+        starts, ends = marks, np.append(marks[1:], marks[-1])
+        curves = curvatures[first:]
+        begin = float(marks[-1])
+        gone = max(d - float(knots[-1]), 0.0)
+        above = knots[first:] > d
+        result = np.empty(u.size)
+        for part in blocks(u.size, marks.size):
+            w = u[part, None]
+            low, high = np.minimum(starts, w), np.minimum(ends, w)
+            total = sum(weight(low + (high - low) * node, w) for node in _GAUSS)
+            value = (0.5 * (high - low) * total) @ curves
+            value += np.where((marks <= w) & above, weight(marks, w), 0.0) @ jumps[first:]
+            if self.tail is not None:
+                value += self._tail_share(u[part], begin, gone, weight)
+            result[part] = value
+        return result
+
+    def _tail_share(
+        self, u: Floats, begin: float, gone: float, weight: Callable[[Floats, Floats], Floats]
+    ) -> Floats:
+        """The same over what lies past the last knot, decay length by decay length."""
+        _, slopes, _, loads, _ = self._spline
+        length = loads[-1] / -slopes[-1]
+        total = np.zeros(u.size)
+        for k in range(40):  # exp(-40) is below rounding
+            low = np.minimum(np.maximum(begin + k * length, 0.0), u)
+            step = np.minimum(begin + (k + 1) * length, u) - low
+            if not np.any(step > 0.0):
+                break
+            v = low[:, None] + step[:, None] * _NODES
+            decay = np.exp(-(v - begin + gone) / length)
+            total += step * ((weight(v, u[:, None]) * decay) @ _WEIGHTS)
+        return total * (loads[-1] / length**2)
+
+    def _drop(self, d: float, u: Floats) -> Floats:
+        here, slope = (float(self._derivative(np.array([d]), k)[0]) for k in (0, 1))
+        bent = -slope * u - self._weighted(d, u, lambda v, u: u - v)
+        return np.where(u < 0.5 * here / -slope, bent, here - self._derivative(d + u, 0))
+
+    def _excess(self, d: float, u: Floats) -> Floats:
+        return 0.5 * self._weighted(d, u, lambda v, u: v * (u - v))
+
+    def _excess_slope(self, d: float, u: Floats) -> Floats:
+        return 0.5 * self._weighted(d, u, lambda v, u: v + 0.0 * u)
+
+    def _corners(self, d: float) -> tuple[Floats, Floats]:
+        knots, jumps = self._spline.knots, self._spline.jumps
+        at = (jumps > 0.0) & (knots > d)
+        return knots[at] - d, jumps[at]
+
+    def _table_reach(self, d: float) -> float | None:
+        return None  # a spline of parabolas is no smooth function
+
+    @classmethod
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """A parabola that ends at zero, and a coarse exponential with a tail."""
+        d = np.linspace(0.0, 1e-6, 11)
+        return (
+            cls(aluminium(), d, 1e3 * (1.0 - d / 1e-6) ** 2),
+            cls(aluminium(), d, 1e3 * np.exp(-d / 3e-7), tail="exponential"),
+        )
+
+
+def _check_table(d: Floats, n: Floats, tail: str | None) -> None:
+    steps = np.diff(d)
+    if steps.min() <= 0.0:
+        i = int(np.argmin(steps))
+        raise InputError(f"separation must rise, got {d[i]:g} then {d[i + 1]:g} at index {i + 1}")
+    falls = -np.diff(n)
+    if falls.min() <= 0.0:
+        i = int(np.argmin(falls))
+        raise InputError(f"load must fall, got {n[i]:g} then {n[i + 1]:g} at index {i + 1}")
+    if n[-1] < 0.0:
+        raise InputError(f"load must not be negative, got {n[-1]:g} at the end")
+    bends = np.diff(-falls / steps)
+    # Points on a straight line are convex, whatever rounding says.
+    i = int(np.argmin(bends))
+    if bends[i] < -1e-9 * falls[i] / steps[i]:
+        raise InputError(
+            "load must be convex (its fall must slow down: N'' < 0 would be a negative density of "
+            f"sliders), got a fall that grows at index {i + 1}, d = {d[i + 1]:g} m"
+        )
+    if tail is None and n[-1] > 0.0:
+        raise InputError(
+            f"load must end at zero, got {n[-1]:g} N at the last separation; "
+            'add the point where contact ends or state tail="exponential"'
+        )
+    if tail is not None and n[-1] == 0.0:
+        raise InputError("tail must be None where the load ends at zero")
+
+
+def _convex_spline(d: Floats, n: Floats, has_tail: bool) -> _Spline:
+    """Schumaker's spline: between secants of its neighbours a node's slope keeps the data convex;
+    within an interval two parabolas meet where the slope is the secant's, or one serves."""
+    steps = np.diff(d)
+    secants = np.maximum.accumulate(np.diff(n) / steps)  # rising, up to rounding
+    straight = np.zeros(steps.size, dtype=bool)
+    level = np.diff(secants) <= 1e-12 * np.abs(secants[:-1])
+    straight[:-1] |= level
+    straight[1:] |= level
+    # Slopes at nodes as of a parabola through three points; on straight runs their secant.
+    inner = (secants[:-1] * steps[1:] + secants[1:] * steps[:-1]) / (steps[:-1] + steps[1:])
+    inner = np.where(straight[1:], secants[1:], np.where(straight[:-1], secants[:-1], inner))
+    first = 2.0 * secants[0] - inner[0]
+    last = min(2.0 * secants[-1] - inner[-1], (0.5 * secants[-1]) if has_tail else 0.0)
+    nodes = np.concatenate(([first], inner, [last]))
+    left = np.where(straight, secants, nodes[:-1])
+    right = np.where(straight, secants, nodes[1:])
+
+    knots, slopes, curvatures, ends = [], [], [], []
+    for x, h, m, start, end in zip(d[:-1], steps, secants, left, right, strict=True):
+        if abs(start + end - 2.0 * m) <= 1e-14 * abs(m):
+            parts = [(x, h, start, end)]
+        else:
+            share = (end - m) / (end - start)
+            parts = [(x, share * h, start, m), (x + share * h, (1.0 - share) * h, m, end)]
+        for at, width, low, high in parts:
+            knots.append(at)
+            slopes.append(low)
+            ends.append(high)
+            curvatures.append(max(high - low, 0.0) / width)
+    k = np.array([*knots, d[-1]])
+    s = np.array([*slopes, ends[-1]])
+    # Loads from the end backwards, so that small ones near it keep their digits.
+    falls = -np.diff(k) * 0.5 * (s[:-1] + np.array(ends))
+    loads = np.append(np.cumsum(falls[::-1])[::-1] + n[-1], n[-1])
+    after = np.append(s[1:-1], s[-1] if has_tail else 0.0)
+    jumps = np.concatenate(([0.0], np.maximum(after - np.array(ends), 0.0)))
+    return _Spline(k, s, np.array([*curvatures, 0.0]), loads, jumps)

@@ -1,0 +1,512 @@
+"""A friction law is its backbone: from the first loading curve follows everything else."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._checks import Floats, floats, plain, record, show
+from microslip.errors import InputError
+from microslip.loops import Loop, unit_cycle
+from microslip.memory import Memory, State, Table
+
+Self = TypeVar("Self", bound="BackboneLaw")
+
+
+class PeriodicResponse(NamedTuple):
+    """The settled cycle of a periodic displacement, as solvers need it.
+
+    For any parameter p of the displacement c (a Fourier coefficient, say), with D = dT/dp and
+    c' = dc/dp: D[root] = stiffness[root] c'[root], and in the cyclic order that begins at the root
+    D[t] = D[parent[t]] + stiffness[t] (c'[t] - c'[parent[t]]).
+    """
+
+    force: Floats
+    """Forces of the settled cycle [N]."""
+    stiffness: Floats
+    """Tangent stiffness at each sample [N/m]."""
+    parent: NDArray[np.int64]
+    """Index of the reversal that each sample hangs from; the root is its own parent."""
+    root: int
+    """Index of the sample of largest size, which lies on the first loading curve."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sliders:
+    """A backbone seen as a parallel Iwan model: elastic sliders by their yield displacement.
+
+    T0(u) is the sum over sliders of stiffness times min(u, yield displacement).
+    """
+
+    yield_displacements: Floats
+    """Yield displacements of the discrete sliders [m]."""
+    stiffnesses: Floats
+    """Stiffnesses of the discrete sliders [N/m]."""
+    _density: Callable[[Floats], Floats] | None
+
+    def density(self, yield_displacement: ArrayLike) -> Any:
+        """Stiffness per yield displacement -T0'' [N/m^2] of the spread sliders, any shape."""
+        u = floats("yield_displacement", yield_displacement)
+        if u.min() < 0.0:
+            raise InputError(f"yield_displacement must not be negative, got {u.min():g} m")
+        if self._density is None:
+            return plain(np.zeros(u.shape))
+        return plain(self._density(u.reshape(-1)).reshape(u.shape))
+
+
+class BackboneLaw(ABC):
+    """A tangential law that obeys Masing's rules, fully given by its first loading curve T0.
+
+    A subclass gives :meth:`_backbone`, :meth:`_slope` and :attr:`force_limit`; all else has a
+    default, which a subclass replaces where it knows better. ``T`` is the force needed to hold a
+    positive displacement.
+    """
+
+    # -- what a law gives ---------------------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def force_limit(self) -> float:
+        """Force of gross slip [N]."""
+
+    @abstractmethod
+    def _backbone(self, u: Floats) -> Floats:
+        """T0 [N] for displacements u >= 0 [m], one-dimensional."""
+
+    @abstractmethod
+    def _slope(self, u: Floats) -> Floats:
+        """T0' [N/m] for displacements u >= 0 [m], one-dimensional."""
+
+    # -- what a law may give better -----------------------------------------------------------
+
+    @property
+    def _table(self) -> Table | None:
+        """The backbone as a table, where one pays."""
+        return None
+
+    @property
+    def _held_load(self) -> float | None:
+        """The constant normal load [N], for a law that has one."""
+        return None
+
+    def _backbone_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
+        table = self._table
+        if table is None:
+            return self._backbone(u), self._slope(u)
+        return table.value_and_slope(u)
+
+    def _backbone_at(self, u: float) -> tuple[float, float]:
+        table = self._table
+        if table is not None:
+            return table.at(u)
+        place = np.array([u])
+        return float(self._backbone(place)[0]), float(self._slope(place)[0])
+
+    def _inverse(self, force: Floats) -> Floats:
+        """u >= 0 at which T0 has the values ``force``, 0 <= force < limit, one-dimensional."""
+        low = force / self.tangential_stiffness
+        # T0 is concave: it lies below its first tangent, so the answer is not below `low`.
+        high = np.maximum(low, self.force_limit / self.tangential_stiffness)
+        for _ in range(1100):
+            short = self._backbone(high) < force
+            if not short.any():
+                break
+            low = np.where(short, high, low)
+            high = np.where(short, 2.0 * high, high)
+        return _invert(self._backbone_and_slope, force, low, high)
+
+    def _energy(self, amplitude: Floats) -> Floats:
+        """Energy of a closed cycle [J] for amplitudes >= 0, one-dimensional.
+
+        The default integrates dE_d/da = 4 (T0 - a T0') on panels that shrink towards zero.
+        """
+        edges = np.append(0.0, 0.25 ** np.arange(12.0, -1.0, -1.0))
+        nodes, weights = np.polynomial.legendre.leggauss(16)
+        places = (edges[:-1, None] + np.diff(edges)[:, None] * 0.5 * (1.0 + nodes)).ravel()
+        factors = (np.diff(edges)[:, None] * 0.5 * weights).ravel()
+        u = amplitude[:, None] * places
+        rate = self._energy_slope(u.ravel()).reshape(u.shape)
+        return amplitude * (rate @ factors)
+
+    def _energy_slope(self, amplitude: Floats) -> Floats:
+        """Derivative of :meth:`_energy` [N]."""
+        value, slope = self._backbone(amplitude), self._slope(amplitude)
+        return 4.0 * np.maximum(value - amplitude * slope, 0.0)
+
+    def _slider_density(self, u: Floats) -> Floats:
+        """-T0'' [N/m^2]; the default by central differences of the slope."""
+        scale = self.force_limit / self.tangential_stiffness
+        step = 1e-5 * np.maximum(u, scale)
+        low = np.maximum(u - step, 0.0)
+        return (self._slope(low) - self._slope(u + step)) / (u + step - low)
+
+    # -- backbone -----------------------------------------------------------------------------
+
+    @cached_property
+    def tangential_stiffness(self) -> float:
+        """Stiffness at rest T0'(0) [N/m]."""
+        return float(self._slope(np.zeros(1))[0])
+
+    def backbone(self, displacement: ArrayLike) -> Any:
+        """First loading curve T0 from rest, odd in the displacement.
+
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements [m], any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Forces [N], shape of ``displacement``.
+
+        Raises
+        ------
+        InputError
+            Not finite or empty.
+        """
+        x = floats("displacement", displacement)
+        return plain(np.copysign(self._backbone(np.abs(x).reshape(-1)).reshape(x.shape), x))
+
+    def backbone_stiffness(self, displacement: ArrayLike) -> Any:
+        """Tangent stiffness T0' [N/m] of the backbone at displacements [m] of any shape.
+
+        Raises
+        ------
+        InputError
+            Not finite or empty.
+        """
+        x = floats("displacement", displacement)
+        return plain(self._slope(np.abs(x).reshape(-1)).reshape(x.shape))
+
+    def backbone_displacement(self, force: ArrayLike) -> Any:
+        """Displacement [m] at which the backbone reaches a force: the inverse of :meth:`backbone`.
+
+        Parameters
+        ----------
+        force : array_like
+            Forces [N] below the force limit in size, any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Displacements [m], shape of ``force``.
+
+        Raises
+        ------
+        InputError
+            Not finite, empty, or a force at or beyond the limit, which no displacement answers
+            (or, for a law that reaches its limit, no single one).
+        """
+        f = self._below_limit("force", floats("force", force))
+        return plain(np.copysign(self._inverse(np.abs(f).reshape(-1)).reshape(f.shape), f))
+
+    def _below_limit(self, name: str, force: Floats) -> Floats:
+        largest = float(np.abs(force).max())
+        if largest >= self.force_limit:
+            raise InputError(
+                f"{name} must stay below the force limit {self.force_limit:.10g} N in size "
+                f"(no single displacement answers it), got {largest:.10g} N"
+            )
+        return force
+
+    # -- energy and damping ---------------------------------------------------------------------
+
+    def _amplitudes(self, amplitude: Any, force_amplitude: Any) -> Floats:
+        if (amplitude is None) == (force_amplitude is None):
+            came = "neither" if amplitude is None else "both"
+            raise InputError(
+                f"amplitude [m] or force_amplitude=... [N] must be given, one of them, got {came}"
+            )
+        name = "amplitude" if force_amplitude is None else "force_amplitude"
+        values = floats(name, amplitude if force_amplitude is None else force_amplitude)
+        if values.min() < 0.0:
+            raise InputError(f"{name} must not be negative, got {values.min():g}")
+        if force_amplitude is None:
+            return values
+        self._below_limit(name, values)
+        return self._inverse(values.reshape(-1)).reshape(values.shape)
+
+    def _measure(
+        self, amplitude: Any, force_amplitude: Any, measure: Callable[[Floats], Floats]
+    ) -> Any:
+        a = self._amplitudes(amplitude, force_amplitude)
+        return plain(measure(a.reshape(-1)).reshape(a.shape))
+
+    def dissipated_energy(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Energy dissipated in a closed cycle between -amplitude and +amplitude (19.29).
+
+        Parameters
+        ----------
+        amplitude : array_like, optional
+            Displacement amplitudes [m], not negative, any shape.
+        force_amplitude : array_like, optional
+            Force amplitudes [N] instead, below the force limit.
+
+        Returns
+        -------
+        float or ndarray
+            Energies E_d [J], shape of the amplitudes.
+
+        Raises
+        ------
+        InputError
+            Both or neither given, negative, not finite, empty, a force at or beyond the limit.
+        """
+        return self._measure(amplitude, force_amplitude, self._energy)
+
+    def energy_ratio(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Energy ratio A = E_d / 4 delta_m T_m [-]: 1 for rigid-plastic friction, 0 at rest.
+
+        Parameters, shapes and errors as :meth:`dissipated_energy`.
+        """
+
+        def ratio(a: Floats) -> Floats:
+            box = 4.0 * a * self._backbone(a)
+            return np.divide(self._energy(a), box, out=np.zeros_like(a), where=box > 0.0)
+
+        return self._measure(amplitude, force_amplitude, ratio)
+
+    def loss_factor(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Loss factor eta = E_d/(2 pi U) = E_d/(pi delta_m T_m) = (4/pi) A [-].
+
+        This is what (19.30) computes and calls the damping ratio xi; the equivalent viscous damping
+        ratio is half of it. It belongs to the interface, not to a mode of a structure:
+        zeta_mode = sum of E_d / (4 pi U). Parameters, shapes and errors as
+        :meth:`dissipated_energy`.
+        """
+        ratio = self.energy_ratio(amplitude, force_amplitude=force_amplitude)
+        return 4.0 / math.pi * ratio
+
+    def damping_ratio(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Equivalent viscous damping ratio zeta = eta/2 = (2/pi) A [-] of the interface.
+
+        Half of what (19.30) computes under this name. Parameters, shapes and errors as
+        :meth:`dissipated_energy`.
+        """
+        return 0.5 * self.loss_factor(amplitude, force_amplitude=force_amplitude)
+
+    def secant_stiffness(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Secant stiffness T0(delta_m)/delta_m [N/m]; the stiffness at rest for amplitude 0.
+
+        Parameters, shapes and errors as :meth:`dissipated_energy`.
+        """
+
+        def secant(a: Floats) -> Floats:
+            moved = a > 0.0
+            rest = np.full_like(a, self.tangential_stiffness)
+            return np.divide(self._backbone(a), a, out=rest, where=moved)
+
+        return self._measure(amplitude, force_amplitude, secant)
+
+    def dissipation_exponent(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Local exponent d ln E_d / d ln delta_m [-]: 3 for small microslip, 1 in gross slip.
+
+        Not a number where nothing is dissipated. Given a force amplitude, the same exponent (of the
+        displacement) at the displacement that belongs to it. Parameters, shapes and errors as
+        :meth:`dissipated_energy`.
+        """
+
+        def exponent(a: Floats) -> Floats:
+            energy = self._energy(a)
+            nothing = np.full_like(a, np.nan)
+            return np.divide(a * self._energy_slope(a), energy, out=nothing, where=energy > 0.0)
+
+        return self._measure(amplitude, force_amplitude, exponent)
+
+    # -- histories ------------------------------------------------------------------------------
+
+    def start(self) -> State:
+        """A state at rest, to be advanced sample by sample or piece by piece."""
+        return State(self)
+
+    def force(self, displacement: ArrayLike) -> Any:
+        """Force along any displacement record, from rest, with exact memory.
+
+        Minor loops, wiping-out and the return to the first loading curve follow Masing's and
+        Madelung's rules, so the cost is O(1) a sample, whatever the number of asperities.
+
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements [m] in the order of time, one-dimensional.
+
+        Returns
+        -------
+        ndarray or float
+            Forces [N], one for each sample.
+
+        Raises
+        ------
+        InputError
+            Empty, several dimensions, or not finite.
+        """
+        return self.start().advance(displacement)
+
+    def displacement(self, force: ArrayLike) -> Any:
+        """Displacement along any force record, from rest: the inverse of :meth:`force`.
+
+        Parameters
+        ----------
+        force : array_like
+            Forces [N] in the order of time, one-dimensional, below the force limit in size.
+
+        Returns
+        -------
+        ndarray or float
+            Displacements [m], one for each sample.
+
+        Raises
+        ------
+        InputError
+            Empty, several dimensions, not finite, or a force at or beyond the limit.
+        """
+        f = self._below_limit("force", record("force", force))
+        result = Memory().respond(f.reshape(-1), self._inverse, None)
+        return float(result[0]) if f.ndim == 0 else result
+
+    def loop(self, amplitude: float, samples: int = 512) -> Loop:
+        """The closed loop between +amplitude and -amplitude.
+
+        Parameters
+        ----------
+        amplitude : float
+            Displacement amplitude [m], above zero.
+        samples : int, optional
+            Number of samples, at least 5; they lie denser at the turning points, the first and the
+            last are both at +amplitude, and -amplitude is among them.
+
+        Returns
+        -------
+        Loop
+            From +amplitude down to -amplitude and up again.
+
+        Raises
+        ------
+        InputError
+            An amplitude not above zero; a number of samples that is not an integer of at least 5.
+        """
+        if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 5:
+            raise InputError(f"samples must be an integer of at least 5, got {show(samples)}")
+        a = floats("amplitude", amplitude)
+        if a.ndim > 0 or a <= 0.0:
+            raise InputError(f"amplitude must be one number above zero [m], got {show(amplitude)}")
+        shape, turn = _cycle(int(samples))
+        peak = self._backbone_at(float(a))[0]
+        rise = 2.0 * self._backbone_and_slope(float(a) * _halves(int(samples)))[0]
+        force = np.concatenate((peak - rise[: turn + 1], rise[turn + 1 :] - peak))
+        force[-1] = peak
+        return Loop(float(a) * shape, force)
+
+    def periodic(self, displacement_cycle: ArrayLike) -> PeriodicResponse:
+        """The settled cycle of a periodic displacement: what it is after one pass from rest.
+
+        Parameters
+        ----------
+        displacement_cycle : array_like
+            One period of displacements [m], one-dimensional, its first sample not repeated.
+
+        Returns
+        -------
+        PeriodicResponse
+            ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root``, see there.
+
+        Raises
+        ------
+        InputError
+            Empty, several dimensions, or not finite.
+        """
+        x = record("displacement_cycle", displacement_cycle).reshape(-1)
+        root = int(np.argmax(np.abs(x)))
+        # Once the largest displacement is reached all memory is gone: the cycle begins there.
+        tree = Memory().tree(np.roll(x, -root))
+        value, stiffness = self._backbone_and_slope(tree.half)
+        force = value * tree.sign
+        for sample, parent in zip(*_inner(tree.parent), strict=True):
+            force[sample] += force[parent]
+        parent = np.where(tree.parent < 0, 0, tree.parent)
+        return PeriodicResponse(
+            np.roll(force, root),
+            np.roll(stiffness, root),
+            np.roll((parent + root) % x.size, root),
+            root,
+        )
+
+    def sliders(self) -> Sliders:
+        """The law as a parallel Iwan model: a density of sliders -T0'', discrete ones, or both
+        (Iwan 1966, DOI 10.1115/1.3625199)."""
+        none = np.zeros(0)
+        return Sliders(none, none, self._slider_density)
+
+    @classmethod
+    def examples(cls: type[Self]) -> tuple[Self, ...]:
+        """Instances that stand for the class in the shared tests; none for an abstract one."""
+        return ()
+
+
+def _inner(parent: NDArray[np.int64]) -> tuple[list[int], list[int]]:
+    inner = np.flatnonzero(parent >= 0)
+    return inner.tolist(), parent[inner].tolist()
+
+
+@lru_cache(maxsize=32)
+def _cycle(samples: int) -> tuple[Floats, int]:
+    shape, turn = unit_cycle(samples)
+    shape.setflags(write=False)
+    return shape, turn
+
+
+@lru_cache(maxsize=32)
+def _halves(samples: int) -> Floats:
+    """Half the distance of each sample of the unit cycle from the turning point before it."""
+    shape, turn = _cycle(samples)
+    halves = 0.5 * np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :]))
+    halves.setflags(write=False)
+    return halves
+
+
+def _invert(
+    value_and_slope: Callable[[Floats], tuple[Floats, Floats]],
+    target: Floats,
+    low: Floats,
+    high: Floats,
+) -> Floats:
+    """Newton's method on a rising function, kept in brackets, for all targets at once."""
+    low, high = low.copy(), high.copy()
+    x = low.copy()
+    active = np.arange(target.size)
+    for _ in range(200):
+        here = x[active]
+        value, slope = value_and_slope(here)
+        miss = target[active] - value
+        low[active] = np.where(miss >= 0.0, here, low[active])
+        high[active] = np.where(miss <= 0.0, here, high[active])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            new = here + miss / slope
+        inside = (new >= low[active]) & (new <= high[active])
+        new = np.where(inside, new, 0.5 * (low[active] + high[active]))
+        x[active] = new
+        going = (np.abs(new - here) > 2.3e-16 * np.abs(new)) & (miss != 0.0)
+        active = active[going]
+        if active.size == 0:
+            break
+    return x

@@ -1,0 +1,269 @@
+"""The Extended Greenwood Model of a whole interface."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._checks import Floats, floats, number, plain, positive, show
+from microslip.errors import InputError
+from microslip.friction.base import BackboneLaw, Sliders
+from microslip.friction.validity import Verdict, validity
+from microslip.memory import Table
+from microslip.normal import NORMAL_LAWS, NormalLaw
+
+
+@dataclass(frozen=True, eq=False)
+class Interface(BackboneLaw):
+    """A jointed interface: a surface, a coefficient of friction and a constant normal load.
+
+    Parameters
+    ----------
+    surface : NormalLaw
+        The normal load law, e.g. a :class:`microslip.GreenwoodWilliamson` surface.
+    friction_coefficient : float
+        Coulomb's coefficient mu [-], above zero, the same for all contacts.
+    normal_load : float, optional
+        Normal load N [N], above zero.
+    separation : float, optional
+        Separation d [m] instead, at which the surface carries a load.
+
+    Raises
+    ------
+    InputError
+        Both or neither of load and separation; a value out of its range; a load that the surface
+        cannot carry.
+
+    Notes
+    -----
+    All summits share the displacement, and the slip limit of each is kappa times its indentation,
+    kappa = mu E*/4G* (19.12). Summed over any population the backbone (19.15) is the difference of
+    two normal loads, T0(delta) = mu [N(d) - N(d + delta/kappa)] (Ciavarella 1998,
+    DOI 10.1115/1.2789094; Jaeger 1998), odd in delta, and every history follows from it by Masing's
+    rule: (19.13)-(19.14), (19.16)-(19.17) and (19.19)-(19.24), corrected and for any record.
+    """
+
+    surface: NormalLaw
+    friction_coefficient: float
+    normal_load: float = None  # type: ignore[assignment]  # always set after creation
+    separation: float = None  # type: ignore[assignment]  # always set after creation
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.surface, NormalLaw):
+            names = ", ".join(law.__name__ for law in NORMAL_LAWS)
+            raise InputError(
+                f"surface must be a normal load law ({names}), got {show(self.surface)}"
+            )
+        friction = positive("friction_coefficient", self.friction_coefficient)
+        load, separation = self.normal_load, self.separation
+        if (load is None) == (separation is None):
+            came = "neither" if load is None else "both"
+            raise InputError(
+                f"normal_load [N] or separation [m] must be given, one of them, got {came}"
+            )
+        if separation is None:
+            load = positive("normal_load", load, "N")
+            separation = self.surface.separation(load)
+        else:
+            separation = number("separation", separation, "m")
+            load = self.surface.load(separation)
+            if load <= 0.0:
+                raise InputError(
+                    f"separation must be one at which the surface carries a load, "
+                    f"got {separation:g} m, where nothing touches"
+                )
+        object.__setattr__(self, "friction_coefficient", friction)
+        object.__setattr__(self, "normal_load", load)
+        object.__setattr__(self, "separation", separation)
+
+    def at(
+        self, *, normal_load: float | None = None, separation: float | None = None
+    ) -> Interface:
+        """The same joint at another normal load [N], or at another separation [m].
+
+        Raises
+        ------
+        InputError
+            Both or neither given; a load that the surface cannot carry.
+        """
+        return Interface(
+            self.surface,
+            self.friction_coefficient,
+            normal_load=normal_load,  # type: ignore[arg-type]
+            separation=separation,  # type: ignore[arg-type]
+        )
+
+    # -- scalars ----------------------------------------------------------------------------------
+
+    @cached_property
+    def slip_per_indentation(self) -> float:
+        """kappa = mu E*/4G* [-]: slip limit of a contact over its indentation (19.12)."""
+        return self.friction_coefficient * self.surface.pair.stiffness_ratio
+
+    @property
+    def force_limit(self) -> float:
+        """Force of gross slip mu N [N]."""
+        return self.friction_coefficient * self.normal_load
+
+    @cached_property
+    def normal_stiffness(self) -> float:
+        """Normal stiffness k_n = -N'(d) [N/m]."""
+        stiffness: float = self.surface.stiffness(self.separation)
+        return stiffness
+
+    @cached_property
+    def tangential_stiffness(self) -> float:  # type: ignore[override]
+        """Tangential stiffness at rest k_t = 4 (G*/E*) k_n [N/m] (Mindlin 1949)."""
+        return self.normal_stiffness / self.surface.pair.stiffness_ratio
+
+    @cached_property
+    def contact_count(self) -> float | None:
+        """Summits in contact (19.6); None for a surface that does not know its contacts."""
+        return self._known("contact_count")
+
+    @cached_property
+    def contact_area(self) -> float | None:
+        """Real contact area [m^2] (19.7); None for a surface that does not know its contacts."""
+        return self._known("contact_area")
+
+    def _known(self, name: str) -> float | None:
+        try:
+            value: float = getattr(self.surface, name)(self.separation)
+        except InputError:
+            return None
+        return value
+
+    @property
+    def validity(self) -> tuple[Verdict, ...]:
+        """How far the assumptions of the model hold here: name, value, limit, word, meaning."""
+        return validity(self)
+
+    def stick_area(self, displacement: ArrayLike) -> Any:
+        """Contact area that still sticks on first loading.
+
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements from rest [m], any shape; only their size matters. On a branch that began
+            at a reversal the zone not slipping now is that of half the distance from it.
+
+        Returns
+        -------
+        float or ndarray
+            Areas [m^2], shape of ``displacement``: the stick circles c^2 = rho (s - delta/kappa)
+            of (19.9), summed.
+
+        Raises
+        ------
+        InputError
+            Not finite, empty, or a surface that does not know its contacts.
+        """
+        x = floats("displacement", displacement)
+        area = self.surface.contact_area(self.separation + np.abs(x) / self.slip_per_indentation)
+        return plain(np.asarray(area))
+
+    # -- the backbone and what it gives --------------------------------------------------------------
+
+    def _exact(self, u: Floats) -> Floats:
+        return self.friction_coefficient * self.surface._drop(
+            self.separation, u / self.slip_per_indentation
+        )
+
+    def _exact_energy(self, amplitude: Floats) -> Floats:
+        kappa = self.slip_per_indentation
+        excess = self.surface._excess(self.separation, amplitude / kappa)
+        return 8.0 * self.friction_coefficient * kappa * excess
+
+    @cached_property
+    def _end(self) -> float | None:
+        """Displacement from which on no contact sticks, in double precision; None without one."""
+        reach = self.surface._table_reach(self.separation)
+        return None if reach is None else reach * self.slip_per_indentation
+
+    @cached_property
+    def _table(self) -> Table | None:  # type: ignore[override]
+        if self._end is None:
+            return None
+        return Table.sample(lambda u: self._exact(u) / u, self._end, 1, self.force_limit)
+
+    @cached_property
+    def _energy_table(self) -> Table | None:
+        if self._end is None:
+            return None
+        last = float(self._exact_energy(np.array([self._end]))[0])
+        # Past the end all slides: E_d grows by 4 mu N a unit of amplitude.
+        return Table.sample(
+            lambda u: self._exact_energy(u) / u**3, self._end, 3, last, 4.0 * self.force_limit
+        )
+
+    @property
+    def _held_load(self) -> float:
+        return self.normal_load
+
+    def _backbone(self, u: Floats) -> Floats:
+        return self._exact(u) if self._table is None else self._table.value(u)
+
+    def _slope(self, u: Floats) -> Floats:
+        factor = self.friction_coefficient / self.slip_per_indentation
+        slope = self.surface._derivative(self.separation + u / self.slip_per_indentation, 1)
+        return -factor * slope
+
+    def _energy(self, amplitude: Floats) -> Floats:
+        if self._energy_table is None:
+            return self._exact_energy(amplitude)
+        return self._energy_table.value(amplitude)
+
+    def _energy_slope(self, amplitude: Floats) -> Floats:
+        steps = amplitude / self.slip_per_indentation
+        slope = self.surface._excess_slope(self.separation, steps)
+        return 8.0 * self.friction_coefficient * slope
+
+    def _slider_density(self, u: Floats) -> Floats:
+        kappa = self.slip_per_indentation
+        curvature = self.surface._derivative(self.separation + u / kappa, 2)
+        return self.friction_coefficient / kappa**2 * curvature
+
+    def dissipation_exponent(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Local exponent d ln E_d / d ln delta_m [-]: 3 towards amplitude 0, 1 in gross slip.
+
+        Given a force amplitude, the same exponent (of the displacement) at the displacement that
+        belongs to it. Parameters, shapes and errors as :meth:`dissipated_energy`.
+        """
+        exponent = super().dissipation_exponent(amplitude, force_amplitude=force_amplitude)
+        # Where the energy underflows the limit of small amplitudes holds.
+        return plain(np.asarray(np.where(np.isnan(exponent), 3.0, exponent)))
+
+    def sliders(self) -> Sliders:
+        """The interface as a parallel Iwan model: density -T0'' = (mu/kappa^2) N''(d + u/kappa)
+        [N/m^2]; discrete sliders only where N' jumps (a table of straight runs)."""
+        places, jumps = self.surface._corners(self.separation)
+        kappa = self.slip_per_indentation
+        return Sliders(
+            kappa * places, self.friction_coefficient / kappa * jumps, self._slider_density
+        )
+
+    def __repr__(self) -> str:
+        return (
+            f"Interface({type(self.surface).__name__}, "
+            f"friction_coefficient={self.friction_coefficient:g}, "
+            f"normal_load={self.normal_load:g}, separation={self.separation:g})"
+        )
+
+    @classmethod
+    def examples(cls) -> tuple[Interface, ...]:
+        """One on each kind of surface, at a light and a heavy load; the first is the project's
+        worked example, the milled Al 2017 pair at 2 kN."""
+        joints = [cls(law, 0.55, 2000.0) for law in NORMAL_LAWS[0].examples()[:1]]
+        for law in NORMAL_LAWS:
+            for surface in law.examples():
+                low, high = surface._span
+                tops = (0.9 * low + 0.1 * high, 0.3 * low + 0.7 * high)
+                joints += [cls(surface, 0.3, separation=top) for top in tops]
+        return tuple(joints)

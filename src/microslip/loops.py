@@ -1,0 +1,132 @@
+"""Floor 4: closed hysteresis loops and what is read from them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._checks import Floats, record
+from microslip.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """One closed cycle of displacement and force, sampled, the first sample repeated at the end.
+
+    Parameters
+    ----------
+    displacement : array_like
+        Displacements [m], one-dimensional, at least four, in the order of time.
+    force : array_like
+        Forces [N], one for each displacement.
+
+    Raises
+    ------
+    InputError
+        Lengths that differ, too few samples, values that are not finite, no displacement at all.
+
+    Notes
+    -----
+    Amplitudes are half ranges, so that a loop about any mean is read alike. What a loop says of its
+    energy carries the error of its sampling (second order in the step); the closed forms are on the
+    joint: ``joint.dissipated_energy(amplitude)`` and its kin.
+    """
+
+    displacement: NDArray[np.float64]
+    force: NDArray[np.float64]
+
+    def __init__(self, displacement: ArrayLike, force: ArrayLike) -> None:
+        x, t = record("displacement", displacement), record("force", force)
+        if x.ndim != 1 or x.shape != t.shape or x.size < 4:
+            raise InputError(
+                "displacement and force must be of one length, at least four samples, "
+                f"got {x.size} and {t.size}"
+            )
+        if x.min() == x.max():
+            raise InputError(f"displacement must move, got {x[0]:g} m throughout")
+        for name, values in (("displacement", x), ("force", t)):
+            values = values.view()
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+
+    @cached_property
+    def displacement_amplitude(self) -> float:
+        """Half the range of the displacement [m]."""
+        return 0.5 * float(np.ptp(self.displacement))
+
+    @cached_property
+    def force_amplitude(self) -> float:
+        """Half the range of the force [N]."""
+        return 0.5 * float(np.ptp(self.force))
+
+    @cached_property
+    def dissipated_energy(self) -> float:
+        """Area of the loop E_d [J] (19.29): positive where force leads displacement."""
+        x, t = self.displacement - self.displacement[0], self.force
+        area = np.dot(0.5 * (t[1:] + t[:-1]), np.diff(x))
+        # Of an open cycle the chord from its last to its first sample closes the polygon.
+        return float(area + 0.5 * (t[-1] + t[0]) * (x[0] - x[-1]))
+
+    @property
+    def energy_ratio(self) -> float:
+        """E_d over 4 delta_m T_m [-]: 1 for a rigid-plastic loop."""
+        return self.dissipated_energy / (4.0 * self.displacement_amplitude * self.force_amplitude)
+
+    @property
+    def loss_factor(self) -> float:
+        """Loss factor eta = E_d/(pi delta_m T_m) [-]; what (19.30) calls damping ratio."""
+        return 4.0 / math.pi * self.energy_ratio
+
+    @property
+    def damping_ratio(self) -> float:
+        """Equivalent viscous damping ratio zeta = eta/2 [-]."""
+        return 0.5 * self.loss_factor
+
+    @property
+    def secant_stiffness(self) -> float:
+        """Force amplitude over displacement amplitude [N/m]."""
+        return self.force_amplitude / self.displacement_amplitude
+
+    @cached_property
+    def sliding_ratio(self) -> float:
+        """Width of the loop at its middle force over its range of displacement, D [-].
+
+        Fouvry's sliding ratio (1996, DOI 10.1016/0043-1648(95)06901-9): 0 without loss, 1 for a
+        rigid-plastic loop.
+        """
+        middle = 0.5 * (float(self.force.max()) + float(self.force.min()))
+        t, x = self.force - middle, self.displacement
+        crossing = np.flatnonzero((t[:-1] < 0.0) != (t[1:] < 0.0))
+        if crossing.size < 2:
+            return 0.0
+        share = t[crossing] / (t[crossing] - t[crossing + 1])
+        places = x[crossing] + share * (x[crossing + 1] - x[crossing])
+        return float(np.ptp(places)) / float(np.ptp(self.displacement))
+
+    @cached_property
+    def closure_error(self) -> float:
+        """Distance between the forces of the first and the last sample, of the range of force."""
+        gap, span = abs(float(self.force[-1] - self.force[0])), float(np.ptp(self.force))
+        return gap / span if span > 0.0 else 0.0
+
+    def __repr__(self) -> str:
+        return (
+            f"Loop({self.displacement.size} samples, "
+            f"displacement_amplitude={self.displacement_amplitude:g}, "
+            f"force_amplitude={self.force_amplitude:g})"
+        )
+
+
+def unit_cycle(samples: int) -> tuple[Floats, int]:
+    """Displacements of one cycle of amplitude one, from +1 down to -1 and up again, denser at the
+    turning points, and the index of -1."""
+    turn = (samples - 1) // 2
+    down = np.cos(math.pi * np.arange(turn + 1) / turn)
+    rest = samples - 1 - turn
+    up = -np.cos(math.pi * np.arange(1, rest + 1) / rest)
+    down[turn], up[-1] = -1.0, 1.0
+    return np.concatenate((down, up)), turn

@@ -1,0 +1,135 @@
+"""The memory of a record: which reversals are open, and where the last sample lies.
+
+Masing's rule with factor two, wiping-out and return to the first loading curve (Madelung's rules;
+Jaeger 1998, Ciavarella 1998 for the contact) are geometry: they ask for displacements alone. The
+law enters once, vectorised, on the distances along its backbone that the geometry gives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip import kernels
+from microslip._checks import Floats
+from microslip.kernels import Integers
+from microslip.memory.table import Table
+
+Backbone = Callable[[Floats], Floats]
+
+
+class Tree(NamedTuple):
+    """The branches of a record: sample i has the value sign[i] B(half[i]) + value of parent[i].
+
+    ``parent`` is the index of a sample, -1 for the origin, or -2 - k for entry k of the memory at
+    the start (its last entry stands for the last displacement before the record).
+    """
+
+    half: Floats
+    sign: Floats
+    parent: Integers
+
+
+class Memory:
+    """Open reversals (places and values, oldest first) with the last place, value and direction.
+
+    What is stored grows with the number of open loops only.
+    """
+
+    __slots__ = ("depth", "direction", "last", "stack", "value")
+
+    def __init__(self) -> None:
+        self.stack = np.empty((8, 2))
+        self.depth = 0
+        self.last = 0.0
+        self.value = 0.0
+        self.direction = 0
+
+    def copy(self) -> Memory:
+        """An independent memory with the same content."""
+        other = Memory()
+        other.stack = self.stack.copy()
+        other.depth, other.direction = self.depth, self.direction
+        other.last, other.value = self.last, self.value
+        return other
+
+    def _reserve(self, extra: int) -> Floats:
+        """A stack with room for ``extra`` more entries than are open."""
+        if self.stack.shape[0] >= self.depth + extra:
+            return self.stack
+        # Doubling keeps one-sample chunks at amortised constant cost.
+        stack = np.empty((max(self.depth + extra, 2 * self.depth), 2))
+        stack[: self.depth] = self.stack[: self.depth]
+        return stack
+
+    def _keep(self, stack: Floats, depth: int) -> None:
+        if stack.shape[0] > 4 * depth + 64:
+            stack = stack[: 2 * depth + 8].copy()
+        self.stack, self.depth = stack, depth
+
+    def respond(self, x: Floats, backbone: Backbone, table: Table | None) -> Floats:
+        """Values at the samples ``x`` (one-dimensional, not empty), after which memory is updated.
+
+        With a table of the backbone the kernel does it all in one pass.
+        """
+        if table is None:
+            return self._respond_through_tree(x, backbone)
+        values = np.empty(x.size)
+        stack = self._reserve(x.size + 1)
+        depth, self.last, self.value, self.direction = kernels.active.respond(
+            x, values, stack, self.depth, self.last, self.value, self.direction, *table.arguments
+        )
+        self._keep(stack, depth)
+        return values
+
+    def _respond_through_tree(self, x: Floats, backbone: Backbone) -> Floats:
+        base = np.append(self.stack[: self.depth, 1], self.value)
+        tree, places, codes, last, direction = self._branches(x)
+        values = backbone(tree.half) * tree.sign
+        kernels.active.accumulate(tree.parent, values, base)
+        old = np.where(codes < 0, -2 - codes, 0)
+        new = np.where(codes >= 0, values[np.maximum(codes, 0)], base[old])
+        self._keep(np.column_stack((places, new)), places.size)
+        self.last, self.value, self.direction = last, float(values[-1]), direction
+        return values
+
+    def _branches(self, x: Floats) -> tuple[Tree, Floats, Integers, float, int]:
+        room = self.depth + x.size + 1
+        places, codes = np.empty(room), np.empty(room, dtype=np.int64)
+        places[: self.depth] = self.stack[: self.depth, 0]
+        codes[: self.depth] = -2 - np.arange(self.depth)
+        tree = Tree(np.empty(x.size), np.empty(x.size), np.empty(x.size, dtype=np.int64))
+        depth, last, direction = kernels.active.branches(
+            x, *tree, places, codes, self.depth, self.last, self.direction
+        )
+        return tree, places[:depth], codes[:depth], last, direction
+
+    def tree(self, x: Floats) -> Tree:
+        """The branches of a record from here on; the memory stays as it is."""
+        return self._branches(x)[0]
+
+    def probe(self, x: float) -> tuple[float, float, float, tuple[int, int, int]]:
+        """Distance along the backbone, its factor and the value it starts from for a move to
+        ``x``, with what :meth:`move` needs to make that move."""
+        move: tuple[int, int, int] = kernels.active.locate(
+            x, self.stack, self.depth, self.last, self.direction
+        )
+        depth, pushed, direction = move
+        if depth == 0:
+            return abs(x), -1.0 if x < 0.0 else 1.0, 0.0, move
+        if pushed:
+            place, start = self.last, self.value
+        else:
+            place, start = float(self.stack[depth - 1, 0]), float(self.stack[depth - 1, 1])
+        return 0.5 * abs(x - place), 2.0 if direction > 0 else -2.0, start, move
+
+    def move(self, x: float, value: float, move: tuple[int, int, int]) -> None:
+        """Go to ``x``, where the value is ``value``, along a probed move."""
+        depth, pushed, direction = move
+        if pushed:
+            self.stack = self._reserve(1)
+            self.stack[depth - 1] = self.last, self.value
+        self._keep(self.stack, depth)
+        self.last, self.value, self.direction = x, value, direction

@@ -1,0 +1,89 @@
+"""Smooth backbones as piecewise polynomials, exact to rounding and quick to evaluate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from microslip import kernels
+from microslip._checks import Floats
+
+_POINTS = kernels.TERMS + 2
+_ANGLES = math.pi * (np.arange(_POINTS) + 0.5) / _POINTS
+_NODES = np.cos(_ANGLES)
+_TO_SERIES = 2.0 / _POINTS * np.cos(np.outer(_ANGLES, np.arange(_POINTS)))
+_TO_SERIES[:, 0] *= 0.5
+# Series to powers of s in a step of its own: high coefficients are at rounding level by then, so
+# that the large numbers in here do not matter.
+_TO_POWERS = np.array(
+    [
+        np.pad(chebyshev.cheb2poly(row), (0, kernels.TERMS))[: kernels.TERMS]
+        for row in np.eye(kernels.TERMS)
+    ]
+)
+_TOLERANCE = 2e-15  # of the largest value on a panel, for the terms left out
+_PANELS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A function u^power S(u) of u >= 0, S in panels of equal width, linear past the last one."""
+
+    coefficients: Floats  # (panels, TERMS)
+    inverse_width: float
+    power: int
+    limit: float
+    rate: float
+
+    @classmethod
+    def sample(
+        cls,
+        shape: Callable[[Floats], Floats],
+        end: float,
+        power: int,
+        limit: float,
+        rate: float = 0.0,
+    ) -> Table | None:
+        """A table of ``shape`` on (0, end]; None where panels do not resolve it.
+
+        Storing the shape S instead of the function keeps the relative accuracy for u towards 0.
+        """
+        for panels in _PANELS:
+            width = end / panels
+            u = width * (np.arange(panels)[:, None] + 0.5 * (1.0 + _NODES))
+            series = shape(u.reshape(-1)).reshape(u.shape) @ _TO_SERIES
+            left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
+            if np.all(left_out <= _TOLERANCE * np.abs(series[:, 0])):
+                powers = series[:, : kernels.TERMS] @ _TO_POWERS
+                return cls(np.ascontiguousarray(powers), panels / end, power, limit, rate)
+        return None
+
+    @cached_property
+    def arguments(self) -> tuple[Any, ...]:
+        """The table as every kernel takes it, after its other arguments."""
+        return self.coefficients, self.inverse_width, self.power, self.limit, self.rate
+
+    def value(self, u: Floats) -> Floats:
+        """The function at ``u``, of any shape."""
+        flat = np.ascontiguousarray(u, dtype=float).reshape(-1)
+        out = np.empty_like(flat)
+        kernels.active.evaluate(flat, out, None, *self.arguments)
+        return out.reshape(np.shape(u))
+
+    def value_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
+        """The function and its derivative at ``u``, of any shape."""
+        flat = np.ascontiguousarray(u, dtype=float).reshape(-1)
+        out, slope = np.empty_like(flat), np.empty_like(flat)
+        kernels.active.evaluate(flat, out, slope, *self.arguments)
+        return out.reshape(np.shape(u)), slope.reshape(np.shape(u))
+
+    def at(self, u: float) -> tuple[float, float]:
+        """The function and its derivative at one place."""
+        pair: tuple[float, float] = kernels.active.evaluate_one(u, *self.arguments)
+        return pair

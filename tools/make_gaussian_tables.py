@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Make src/microslip/kernels/_gaussian_tables.py: Chebyshev coefficients of scaled Gaussian moments.
+"""Make microslip/kernels/_gaussian_tables.py: Chebyshev series of scaled Gaussian moments.
 
 The moments are F_n(h) = integral over u > h of (u - h)^n exp(-u^2/2)/sqrt(2 pi), n = -1/2 ... 5/2
 (DLMF 12.5.1: Gamma(n+1)/sqrt(2 pi) exp(-h^2/4) D_{-n-1}(h)). Four pieces cover every h; on each a
@@ -42,7 +42,7 @@ def heavy(n, t):
 
 
 def light(n, t):
-    """Scaled moment on [0, infinity); its limit 4-free value at t = 1 is never a node."""
+    """Scaled moment on [0, infinity); its end t = 1, h infinite, is never a node."""
     h = 4 * (1 + t) / (1 - t)
     with mp.workdps(60):
         return +(moment(n, h) * mp.exp(h * h / 2) * (h + 4) ** (n + 1))
@@ -61,7 +61,10 @@ def chebyshev(function):
     size = 48
     angles = [mp.pi * (j + mp.mpf(1) / 2) / size for j in range(size)]
     values = [function(mp.cos(a)) for a in angles]
-    c = [2 * mp.fsum(v * mp.cos(k * a) for v, a in zip(values, angles)) / size for k in range(size)]
+    c = [
+        2 * mp.fsum(v * mp.cos(k * a) for v, a in zip(values, angles, strict=True)) / size
+        for k in range(size)
+    ]
     c[0] /= 2
     dropped = mp.fsum(abs(v) for v in c[TERMS:]) / abs(min(values, key=abs))
     return c[:TERMS], dropped
@@ -72,9 +75,9 @@ def main():
     parser.add_argument("--check", action="store_true", help="compare with the file, write nothing")
     check = parser.parse_args().check
     lines = [
-        '"""Chebyshev coefficients of scaled Gaussian moments; made by tools/make_gaussian_tables.py."""',
+        '"""Chebyshev series of scaled Gaussian moments; made by tools/make_gaussian_tables.py."""',
         "",
-        "# One block per twice the order n; in it the four pieces, heavy to light, each lowest term",
+        "# One block per twice the order n; in it four pieces, heavy to light, each lowest term",
         "# first. The scalings are told in the program that makes this file.",
         "# fmt: off",
         "TABLES: dict[int, tuple[tuple[float, ...], ...]] = {",

@@ -90,9 +90,7 @@ def excess_slope(f: Convex, t: float, u: Floats) -> Floats:
     result = 0.5 * (here - f._derivative(t + u, 0) + u * f._derivative(t + u, 1))
     small = u < length
     if small.any():
-        result[small] = 0.5 * _integral(
-            lambda v: v * f._derivative(t + v, 2), u[small], t, f._edge
-        )
+        result[small] = 0.5 * _integral(lambda v: v * f._derivative(t + v, 2), u[small], t, f._edge)
     return result
 
 

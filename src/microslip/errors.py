@@ -2,7 +2,7 @@
 
 
 class InputError(ValueError):
-    """Something given to microslip is not usable; the message says what came and what was wanted."""
+    """Something given is not usable; the message says what came and what was wanted."""
 
 
 class StudyError(InputError):

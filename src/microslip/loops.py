@@ -122,8 +122,10 @@ class Loop:
 
 
 def unit_cycle(samples: int) -> tuple[Floats, int]:
-    """Displacements of one cycle of amplitude one, from +1 down to -1 and up again, denser at the
-    turning points, and the index of -1."""
+    """Displacements of one cycle of amplitude one, and the index of -1.
+
+    From +1 down to -1 and up again, denser at the turning points.
+    """
     turn = (samples - 1) // 2
     down = np.cos(math.pi * np.arange(turn + 1) / turn)
     rest = samples - 1 - turn

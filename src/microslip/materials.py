@@ -111,7 +111,10 @@ class MaterialPair:
 
     @property
     def stiffness_ratio(self) -> float:
-        """E*/4G* [-]: normal over tangential contact stiffness (Mindlin 1949, 10.1115/1.4009973)."""
+        """Normal over tangential stiffness of a contact, E*/4G* [-].
+
+        Mindlin (1949), DOI 10.1115/1.4009973.
+        """
         return self.composite_modulus / (4.0 * self.composite_shear_modulus)
 
     @property

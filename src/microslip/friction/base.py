@@ -12,10 +12,12 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from microslip import kernels
 from microslip._checks import Floats, floats, plain, record, show
 from microslip.errors import InputError
+from microslip.kernels.table import Table
 from microslip.loops import Loop, unit_cycle
-from microslip.memory import Memory, State, Table
+from microslip.memory import Memory, State
 
 Self = TypeVar("Self", bound="BackboneLaw")
 
@@ -110,7 +112,7 @@ class BackboneLaw(ABC):
         return float(self._backbone(place)[0]), float(self._slope(place)[0])
 
     def _inverse(self, force: Floats) -> Floats:
-        """u >= 0 at which T0 has the values ``force``, 0 <= force < limit, one-dimensional."""
+        """U >= 0 at which T0 has the values ``force``, 0 <= force < limit, one-dimensional."""
         low = force / self.tangential_stiffness
         # T0 is concave: it lies below its first tangent, so the answer is not below `low`.
         high = np.maximum(low, self.force_limit / self.tangential_stiffness)
@@ -441,19 +443,21 @@ class BackboneLaw(ABC):
         tree = Memory().tree(np.roll(x, -root))
         value, stiffness = self._backbone_and_slope(tree.half)
         force = value * tree.sign
-        for sample, parent in zip(*_inner(tree.parent), strict=True):
-            force[sample] += force[parent]
-        parent = np.where(tree.parent < 0, 0, tree.parent)
+        kernels.active.accumulate(tree.parent, force, np.zeros(1))
+        above = np.where(tree.parent < 0, 0, tree.parent)
         return PeriodicResponse(
             np.roll(force, root),
             np.roll(stiffness, root),
-            np.roll((parent + root) % x.size, root),
+            np.roll((above + root) % x.size, root),
             root,
         )
 
     def sliders(self) -> Sliders:
-        """The law as a parallel Iwan model: a density of sliders -T0'', discrete ones, or both
-        (Iwan 1966, DOI 10.1115/1.3625199)."""
+        """The law as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).
+
+        A density of sliders -T0'' [N/m^2] over their yield displacement [m], discrete ones, or
+        both.
+        """
         none = np.zeros(0)
         return Sliders(none, none, self._slider_density)
 
@@ -461,11 +465,6 @@ class BackboneLaw(ABC):
     def examples(cls: type[Self]) -> tuple[Self, ...]:
         """Instances that stand for the class in the shared tests; none for an abstract one."""
         return ()
-
-
-def _inner(parent: NDArray[np.int64]) -> tuple[list[int], list[int]]:
-    inner = np.flatnonzero(parent >= 0)
-    return inner.tolist(), parent[inner].tolist()
 
 
 @lru_cache(maxsize=32)

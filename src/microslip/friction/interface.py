@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,7 +13,7 @@ from microslip._checks import Floats, floats, number, plain, positive, show
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw, Sliders
 from microslip.friction.validity import Verdict, validity
-from microslip.memory import Table
+from microslip.kernels.table import Table
 from microslip.normal import NORMAL_LAWS, NormalLaw
 
 
@@ -81,9 +80,7 @@ class Interface(BackboneLaw):
         object.__setattr__(self, "normal_load", load)
         object.__setattr__(self, "separation", separation)
 
-    def at(
-        self, *, normal_load: float | None = None, separation: float | None = None
-    ) -> Interface:
+    def at(self, *, normal_load: float | None = None, separation: float | None = None) -> Interface:
         """The same joint at another normal load [N], or at another separation [m].
 
         Raises
@@ -102,7 +99,7 @@ class Interface(BackboneLaw):
 
     @cached_property
     def slip_per_indentation(self) -> float:
-        """kappa = mu E*/4G* [-]: slip limit of a contact over its indentation (19.12)."""
+        """Kappa = mu E*/4G* [-]: slip limit of a contact over its indentation (19.12)."""
         return self.friction_coefficient * self.surface.pair.stiffness_ratio
 
     @property
@@ -117,7 +114,7 @@ class Interface(BackboneLaw):
         return stiffness
 
     @cached_property
-    def tangential_stiffness(self) -> float:  # type: ignore[override]
+    def tangential_stiffness(self) -> float:
         """Tangential stiffness at rest k_t = 4 (G*/E*) k_n [N/m] (Mindlin 1949)."""
         return self.normal_stiffness / self.surface.pair.stiffness_ratio
 
@@ -167,7 +164,7 @@ class Interface(BackboneLaw):
         area = self.surface.contact_area(self.separation + np.abs(x) / self.slip_per_indentation)
         return plain(np.asarray(area))
 
-    # -- the backbone and what it gives --------------------------------------------------------------
+    # -- the backbone and what it gives -----------------------------------------------------------
 
     def _exact(self, u: Floats) -> Floats:
         return self.friction_coefficient * self.surface._drop(
@@ -186,7 +183,7 @@ class Interface(BackboneLaw):
         return None if reach is None else reach * self.slip_per_indentation
 
     @cached_property
-    def _table(self) -> Table | None:  # type: ignore[override]
+    def _table(self) -> Table | None:
         if self._end is None:
             return None
         return Table.sample(lambda u: self._exact(u) / u, self._end, 1, self.force_limit)
@@ -209,9 +206,8 @@ class Interface(BackboneLaw):
         return self._exact(u) if self._table is None else self._table.value(u)
 
     def _slope(self, u: Floats) -> Floats:
-        factor = self.friction_coefficient / self.slip_per_indentation
-        slope = self.surface._derivative(self.separation + u / self.slip_per_indentation, 1)
-        return -factor * slope
+        kappa = self.slip_per_indentation
+        return self.friction_coefficient / kappa * self.surface._fall(self.separation, u / kappa)
 
     def _energy(self, amplitude: Floats) -> Floats:
         if self._energy_table is None:
@@ -241,8 +237,11 @@ class Interface(BackboneLaw):
         return plain(np.asarray(np.where(np.isnan(exponent), 3.0, exponent)))
 
     def sliders(self) -> Sliders:
-        """The interface as a parallel Iwan model: density -T0'' = (mu/kappa^2) N''(d + u/kappa)
-        [N/m^2]; discrete sliders only where N' jumps (a table of straight runs)."""
+        """The interface as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).
+
+        Its density is -T0'' = (mu/kappa^2) N''(d + u/kappa) [N/m^2]; it has discrete sliders only
+        where N' jumps (a table with straight runs).
+        """
         places, jumps = self.surface._corners(self.separation)
         kappa = self.slip_per_indentation
         return Sliders(
@@ -258,8 +257,10 @@ class Interface(BackboneLaw):
 
     @classmethod
     def examples(cls) -> tuple[Interface, ...]:
-        """One on each kind of surface, at a light and a heavy load; the first is the project's
-        worked example, the milled Al 2017 pair at 2 kN."""
+        """One on each kind of surface, at a light and a heavy load.
+
+        The first is the project's worked example, the milled Al 2017 pair at 2 kN.
+        """
         joints = [cls(law, 0.55, 2000.0) for law in NORMAL_LAWS[0].examples()[:1]]
         for law in NORMAL_LAWS:
             for surface in law.examples():

@@ -53,17 +53,18 @@ def validity(joint: Interface) -> tuple[Verdict, ...]:
                 "summits are apart and few of them overlap",
             )
         )
-        assert joint.contact_area is not None and joint.contact_count is not None
+        area = float(surface.contact_area(joint.separation))
+        count = float(surface.contact_count(joint.separation))
         verdicts.append(
             _above(
                 "real over apparent area",
-                joint.contact_area / surface.area,
+                area / surface.area,
                 0.1,
                 0.2,
                 "contacts are sparse and do not feel each other",
             )
         )
-        mean_square = joint.contact_area / (math.pi * joint.contact_count)
+        mean_square = area / (math.pi * count)
         verdicts.append(
             _above(
                 "contact radius over summit spacing",
@@ -73,7 +74,6 @@ def validity(joint: Interface) -> tuple[Verdict, ...]:
                 "a contact is small beside the distance to the next summit",
             )
         )
-        count = joint.contact_count
         word: Word = "ok" if count >= 30.0 else "watch" if count >= 10.0 else "outside"
         verdicts.append(
             Verdict(

@@ -57,7 +57,7 @@ class Exponential(HeightDistribution):
         if below.any():
             result = np.asarray(result)
             result[below] = _incomplete(order + 1.0, -h[below])
-        return result * self.scale**order
+        return np.asarray(result * self.scale**order)
 
     def _density(self, height: Floats) -> Floats:
         y = np.maximum(height, 0.0) / self.scale

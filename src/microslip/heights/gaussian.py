@@ -53,11 +53,11 @@ class Gaussian(HeightDistribution):
 
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
         scaled = kernels.gaussian_moment((threshold - self.mean) / self.std, twice_order)
-        return scaled * self.std ** (0.5 * twice_order)
+        return np.asarray(scaled * self.std ** (0.5 * twice_order))
 
     def _density(self, height: Floats) -> Floats:
         h = (height - self.mean) / self.std
-        return np.exp(-0.5 * h * h) / (math.sqrt(2.0 * math.pi) * self.std)
+        return np.asarray(np.exp(-0.5 * h * h) / (math.sqrt(2.0 * math.pi) * self.std))
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:

@@ -62,7 +62,8 @@ class _Pieces:
 
 def _resolve(function: Callable[[Floats], Floats], edges: Floats) -> _Pieces:
     """Panels between (and within) ``edges`` on which a polynomial is the function."""
-    pending, done = np.column_stack((edges[:-1], edges[1:])), []
+    pending = np.column_stack((edges[:-1], edges[1:]))
+    done: list[tuple[float, float, Floats]] = []
     for depth in range(_DEEPEST + 1):
         low, high = pending[:, :1], pending[:, 1:]
         values = function(0.5 * (low + high) + 0.5 * (high - low) * _POINTS)
@@ -143,7 +144,9 @@ class Statistical(HeightDistribution):
                 if (
                     all(map(math.isfinite, y))
                     and 0.0 < y[0] < y[1]
-                    and all(abs(b / p - 1.0) < 0.1 for b, p in zip(back, (first, second), strict=True))
+                    and all(
+                        abs(b / p - 1.0) < 0.1 for b, p in zip(back, (first, second), strict=True)
+                    )
                 ):
                     return math.log(first / second) / math.log(y[1] / y[0])
         return math.inf if math.isfinite(float(d.std())) else 0.0
@@ -207,9 +210,9 @@ class Statistical(HeightDistribution):
         nodes = width[:, None] * _NODES
         weights = self._pdf(edges[:-1, None] + nodes) * width[:, None] * _WEIGHTS
         total = np.zeros_like(flat)
-        for panel, (node, weight) in enumerate(zip(nodes, weights, strict=True)):
-            at = np.flatnonzero(far[:, panel])
-            total[at] += (1.0 / np.sqrt(gap[at, panel, None] + node)) @ weight
+        for j, (node, weight) in enumerate(zip(nodes, weights, strict=True)):
+            at = np.flatnonzero(far[:, j])
+            total[at] += (1.0 / np.sqrt(gap[at, j, None] + node)) @ weight
         near = ~far & (np.arange(width.size) >= own[:, None])
         at, panel = np.nonzero(near)
         start = flat[at]
@@ -233,8 +236,11 @@ class Statistical(HeightDistribution):
 
     @cached_property
     def _cloud(self) -> tuple[Floats, Floats]:
-        """Nodes and probabilities that integrate the density, refined towards its lower end, so
-        that thresholds below that end see no singular integrand."""
+        """Nodes and probabilities that integrate the density.
+
+        They are refined towards its lower end, so that no threshold below that end sees a singular
+        integrand.
+        """
         edges = self._density_pieces.edges
         first = edges[0] + (edges[1] - edges[0]) * 2.0 ** -np.arange(0.0, 48.0)
         edges = np.concatenate(([edges[0]], first[::-1], edges[2:]))

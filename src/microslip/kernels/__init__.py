@@ -6,7 +6,8 @@ environment variable ``MICROSLIP_KERNEL=numpy`` chooses the twin.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache
+from importlib import import_module
 from types import ModuleType
 
 import numpy as np
@@ -23,18 +24,17 @@ NAME = kernel_name()
 def _choose() -> ModuleType:
     if NAME == "numpy":
         return twin
-    from microslip.kernels import _compiled
-
-    if _compiled.TERMS != TERMS:
+    compiled = import_module("microslip.kernels._compiled")
+    if compiled.TERMS != TERMS:
         raise ImportError("the compiled kernel is older than the package: install microslip again")
-    return _compiled
+    return compiled
 
 
 active: ModuleType = _choose()
 """The module that does the work; tests put the twin here to compare."""
 
 
-@lru_cache(maxsize=None)
+@cache
 def _moment_coefficients(twice_order: int) -> Floats:
     from microslip.kernels._gaussian_tables import TABLES
 

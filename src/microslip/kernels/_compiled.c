@@ -50,6 +50,10 @@ static inline double evaluate_at(const Table *t, double u, double *slope)
     double s = 2.0 * (z - (double)panel) - 1.0;
     const double *c = t->coefficients + panel * TERMS;
     double value = shape(c, s);
+    if (t->power == 0) {
+        if (slope) *slope = 2.0 * t->inverse_width * shape_slope(c, s);
+        return value;
+    }
     if (t->power == 1) {
         if (slope) *slope = value + u * (2.0 * t->inverse_width * shape_slope(c, s));
         return u * value;

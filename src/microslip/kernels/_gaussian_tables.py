@@ -1,6 +1,6 @@
-"""Chebyshev coefficients of scaled Gaussian moments; made by tools/make_gaussian_tables.py."""
+"""Chebyshev series of scaled Gaussian moments; made by tools/make_gaussian_tables.py."""
 
-# One block per twice the order n; in it the four pieces, heavy to light, each lowest term
+# One block per twice the order n; in it four pieces, heavy to light, each lowest term
 # first. The scalings are told in the program that makes this file.
 # fmt: off
 TABLES: dict[int, tuple[tuple[float, ...], ...]] = {

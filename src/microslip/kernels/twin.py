@@ -10,6 +10,7 @@ direction (-1, 0 or 1) of the last move. Empty, it stands for the first loading 
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,32 @@ Integers = NDArray[np.int64]
 TERMS = 12
 MOMENT_TERMS = 30
 _BLOCK = 8192  # samples a pass, so that temporaries stay in cache
+
+
+def _shape(c: Any, s: Any) -> Any:
+    """The polynomial of a panel: a row of coefficients and a number, or arrays for each."""
+    q = s * s
+    even = ((((c[10] * q + c[8]) * q + c[6]) * q + c[4]) * q + c[2]) * q + c[0]
+    odd = ((((c[11] * q + c[9]) * q + c[7]) * q + c[5]) * q + c[3]) * q + c[1]
+    return odd * s + even
+
+
+def _shape_slope(c: Any, s: Any) -> Any:
+    q = s * s
+    even = ((((11 * c[11]) * q + 9 * c[9]) * q + 7 * c[7]) * q + 5 * c[5]) * q + 3 * c[3]
+    odd = ((((10 * c[10]) * q + 8 * c[8]) * q + 6 * c[6]) * q + 4 * c[4]) * q + 2 * c[2]
+    return (even * q + c[1]) + odd * s
+
+
+def _value(u: Any, shape: Any, power: int) -> Any:
+    """u^power S for a power of 0, 1 or 3."""
+    return shape if power == 0 else u * shape if power == 1 else u * u * u * shape
+
+
+def _slope(u: Any, shape: Any, grade: Any, power: int) -> Any:
+    if power == 0:
+        return grade
+    return shape + u * grade if power == 1 else u * u * (3.0 * shape + u * grade)
 
 
 def evaluate(
@@ -44,16 +71,10 @@ def evaluate(
         panel = np.where(outside, 0, z).astype(np.int64)
         s = 2.0 * (z - panel) - 1.0
         c = [column.take(panel) for column in columns]
-        q = s * s
-        even = ((((c[10] * q + c[8]) * q + c[6]) * q + c[4]) * q + c[2]) * q + c[0]
-        odd = ((((c[11] * q + c[9]) * q + c[7]) * q + c[5]) * q + c[3]) * q + c[1]
-        shape = odd * s + even
-        value[part] = v * shape if power == 1 else v * v * v * shape
+        shape = _shape(c, s)
+        value[part] = _value(v, shape, power)
         if slope is not None:
-            even = ((((11 * c[11]) * q + 9 * c[9]) * q + 7 * c[7]) * q + 5 * c[5]) * q + 3 * c[3]
-            odd = ((((10 * c[10]) * q + 8 * c[8]) * q + 6 * c[6]) * q + 4 * c[4]) * q + 2 * c[2]
-            grade = v * (2.0 * inverse_width * ((even * q + c[1]) + odd * s))
-            slope[part] = shape + grade if power == 1 else v * v * (3.0 * shape + grade)
+            slope[part] = _slope(v, shape, 2.0 * inverse_width * _shape_slope(c, s), power)
         if outside.any():
             value[part][outside] = limit + rate * (v[outside] - end) if rate else limit
             if slope is not None:
@@ -63,17 +84,26 @@ def evaluate(
 def evaluate_one(
     u: float, coefficients: Floats, inverse_width: float, power: int, limit: float, rate: float
 ) -> tuple[float, float]:
-    """Value and slope of a table at one place."""
-    value, slope = np.empty(1), np.empty(1)
-    evaluate(np.array([u]), value, slope, coefficients, inverse_width, power, limit, rate)
-    return float(value[0]), float(slope[0])
+    """Value and slope of a table at one place, in the order of operations of :func:`evaluate`."""
+    z = u * inverse_width
+    panels = coefficients.size // TERMS
+    if not z < panels:
+        return (limit + rate * (u - panels / inverse_width) if rate else limit), rate
+    panel = int(z)
+    s = 2.0 * (z - panel) - 1.0
+    c: list[float] = coefficients.reshape(-1, TERMS)[panel].tolist()
+    shape = _shape(c, s)
+    grade = 2.0 * inverse_width * _shape_slope(c, s)
+    return _value(u, shape, power), _slope(u, shape, grade, power)
 
 
 def locate(
     x: float, stack: Floats, depth: int, last: float, direction: int
 ) -> tuple[int, int, int]:
-    """The branch that a move from ``last`` to ``x`` ends on: new depth, whether ``last`` became
-    the newest reversal, new direction. ``stack`` (capacity, 2) is not changed."""
+    """The branch that a move from ``last`` to ``x`` ends on; ``stack`` (capacity, 2) stays as is.
+
+    Returns the new depth, whether ``last`` became the newest reversal, and the new direction.
+    """
     if x == last:
         return depth, 0, direction
     way = 1 if x > last else -1
@@ -116,59 +146,101 @@ def branches(
     steps = np.sign(np.diff(path)).astype(np.int8)
     moved = np.flatnonzero(steps)
     if moved.size == 0:
-        starts, ways = [0], [direction]
+        starts, ways = np.zeros(1, dtype=np.int64), np.array([direction])
     else:
         ahead = steps[moved]
-        turns = moved[1:][ahead[1:] != ahead[:-1]]
-        starts = [int(moved[0]), *turns.tolist()]
-        ways = steps[starts].tolist()
+        starts = np.append(moved[0], moved[1:][ahead[1:] != ahead[:-1]])
+        ways = steps[starts]
         if starts[0] > 0:  # samples that rest where the record begins
-            starts.insert(0, 0)
-            ways.insert(0, direction)
-    stops = [*starts[1:], x.size]
+            starts, ways = np.append(0, starts), np.append(direction, ways)
+    stops = np.append(starts[1:], x.size)
 
-    open_x: list[float] = stack[:depth].tolist()
-    open_code: list[int] = codes[:depth].tolist()
-    last_code = -2 - depth
-    seg_start: list[int] = []
-    seg_way: list[int] = []
-    seg_code: list[int] = []
-    seg_from: list[float] = []
-    first, ends = path[starts].tolist(), x[[stop - 1 for stop in stops]].tolist()
-    for start, stop, way, origin, end in zip(starts, stops, ways, first, ends, strict=True):
-        if way * direction < 0:
-            open_x.append(origin)
-            open_code.append(last_code if start == 0 else start - 1)
-        direction = way or direction
-        at = start
-        while True:
-            seg_start.append(at)
-            seg_way.append(way)
-            seg_code.append(open_code[-1] if open_code else -1)
-            seg_from.append(open_x[-1] if open_x else math.nan)
-            if way == 0 or not open_x:
-                break
-            close = open_x[-2] if len(open_x) > 1 else -open_x[0]
-            if (end - close) * way < 0.0:
-                break
-            run = x[at:stop]
-            at += int(np.searchsorted(run, close) if way > 0 else np.searchsorted(-run, -close))
-            del open_x[-2:], open_code[-2:]
-            if seg_start[-1] == at:  # the branch just left has no sample of its own
-                for entries in (seg_start, seg_way, seg_code, seg_from):
-                    entries.pop()
-    counts = np.diff([*seg_start, x.size])
-    origin = np.repeat(seg_from, counts)
-    parent[:] = np.repeat(np.array(seg_code, dtype=np.int64), counts)
+    # The only loop: one turn a run. Below the oldest reversal lie places that nothing reaches.
+    places: list[float] = [math.nan, math.nan, *stack[:depth].tolist()]
+    origins: list[int] = [-1, -1, *codes[:depth].tolist()]
+    old_last = -2 - depth
+    branch: list[int] = []  # of each run's last sample
+    closed: list[tuple[int, float, int]] = []  # run, place, the branch that ends there
+    before = np.append(direction, ways[:-1])
+    for run, (code, origin, end, way, turned, several) in enumerate(
+        zip(
+            np.where(starts > 0, starts - 1, old_last).tolist(),
+            path[starts].tolist(),
+            x[stops - 1].tolist(),
+            ways.tolist(),
+            ((before != 0) & (ways != before)).tolist(),
+            (stops - starts > 1).tolist(),
+            strict=True,
+        )
+    ):
+        if turned:
+            top = places[-1]
+            if top != top:  # the origin is the newest "reversal": first loading turns
+                if abs(end) < abs(origin):
+                    places.append(origin)
+                    origins.append(code)
+                    branch.append(code)
+                    continue
+                if several:
+                    closed.append((run, -origin, code))
+            elif end < top if way > 0 else end > top:
+                places.append(origin)
+                origins.append(code)
+                branch.append(code)
+                continue
+            else:
+                # The move reaches the newest reversal: the loop between it and `origin` closes.
+                if several:
+                    closed.append((run, top, code))
+                places.pop()
+                origins.pop()
+        while end >= places[-2] if way > 0 else end <= places[-2]:
+            if several:
+                closed.append((run, places[-2], origins[-1]))
+            del places[-2:], origins[-2:]
+        if len(places) == 3 and abs(end) >= abs(places[2]):
+            if several:
+                closed.append((run, -places[2], origins[2]))
+            places.pop()
+            origins.pop()
+        branch.append(origins[-1])
+
+    counts = np.diff(starts, append=x.size)
+    parent[:] = np.repeat(np.array(branch, dtype=np.int64), counts)
+    if closed:
+        _restore_early_branches(parent, x, starts, stops, ways, closed)
     virgin = parent == -1
-    half[:] = np.where(virgin, np.abs(x), 0.5 * np.abs(x - origin))
-    # A resting first sample has no direction of its own: it keeps the one of the memory.
-    way_of = np.repeat(np.array([w or direction for w in seg_way], dtype=float), counts)
-    sign[:] = np.where(virgin, np.where(x < 0.0, -1.0, 1.0), 2.0 * way_of)
-    depth = len(open_x)
-    stack[:depth] = open_x
-    codes[:depth] = open_code
-    return depth, float(x[-1]), direction
+    # Where each sample's branch begins: a sample, or an entry of the memory at the start.
+    memory = np.append(stack[: -2 - old_last], last)
+    begin = np.where(parent >= 0, x[np.maximum(parent, 0)], memory[-2 - np.minimum(parent, -2)])
+    half[:] = np.where(virgin, np.abs(x), 0.5 * np.abs(x - begin))
+    way_of = np.repeat(2.0 * ways, counts)
+    sign[:] = np.where(virgin, np.where(x < 0.0, -1.0, 1.0), way_of)
+    depth = len(places) - 2
+    stack[:depth] = places[2:]
+    codes[:depth] = origins[2:]
+    return depth, float(x[-1]), int(ways[-1])
+
+
+def _restore_early_branches(
+    parent: Integers,
+    x: Floats,
+    starts: Integers,
+    stops: Integers,
+    ways: NDArray[np.int8],
+    closed: list[tuple[int, float, int]],
+) -> None:
+    """Give the samples that a run has before it closes loops the branches that end there."""
+    run, place, left = (np.array(column) for column in zip(*closed, strict=True))
+    low, high, way = starts[run], stops[run] - 1, ways[run]
+    while np.any(low < high):  # bisection for the first sample that has closed the loop
+        middle = (low + high) // 2
+        there = (x[middle] - place) * way >= 0.0
+        low, high = np.where(there, low, middle + 1), np.where(there, middle, high)
+    first = np.where(np.append(-1, run[:-1]) == run, np.append(0, low[:-1]), starts[run])
+    counts = low - first
+    offset = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    parent[np.repeat(first, counts) + offset] = np.repeat(left, counts)
 
 
 def accumulate(parent: Integers, rise: Floats, base: Floats) -> None:
@@ -177,24 +249,20 @@ def accumulate(parent: Integers, rise: Floats, base: Floats) -> None:
     ``base`` holds the values of the memory's entries at the start, then that of the last sample.
     """
     inner = parent >= 0
-    is_parent = np.zeros(parent.size + 1, dtype=bool)
+    is_parent = np.zeros(parent.size, dtype=bool)
     is_parent[parent[inner]] = True
-    indices = np.flatnonzero(is_parent)
-    bases: list[float] = base.tolist()
-    known: dict[int, float] = {}
-    for i, p, value in zip(
-        indices.tolist(), parent[indices].tolist(), rise[indices].tolist(), strict=True
-    ):
-        if p >= 0:
-            value += known[p]
-        elif p < -1:
-            value += bases[-2 - p]
-        known[i] = value
-    settled = np.zeros(parent.size)
-    settled[indices] = list(known.values())
-    early = parent < -1
-    rise[inner] += settled[parent[inner]]
-    rise[early] += base[-2 - parent[early]]
+    nodes = np.flatnonzero(is_parent)
+    rise[~inner] += np.append(base, 0.0)[np.where(parent == -1, base.size, -2 - parent)[~inner]]
+    # Among the reversals each passes on twice as many rises as in the pass before.
+    place = np.zeros(parent.size, dtype=np.int64)
+    place[nodes] = np.arange(nodes.size)
+    value, above = rise[nodes], parent[nodes]
+    above = np.where(above >= 0, place[np.maximum(above, 0)], -1)
+    live = np.flatnonzero(above >= 0)
+    while live.size:
+        value[live], above[live] = value[live] + value[above[live]], above[above[live]]
+        live = live[above[live] >= 0]
+    rise[inner] += value[place[parent[inner]]]
 
 
 def respond(
@@ -220,15 +288,14 @@ def respond(
     codes[:depth] = -2 - np.arange(depth)
     base = np.append(stack[:depth, 1], last_value)
     half, sign, parent = np.empty(x.size), np.empty(x.size), np.empty(x.size, dtype=np.int64)
-    depth, last, direction = branches(
-        x, half, sign, parent, places, codes, depth, last, direction
-    )
+    depth, last, direction = branches(x, half, sign, parent, places, codes, depth, last, direction)
     evaluate(half, value, None, coefficients, inverse_width, power, limit, rate)
     value *= sign
     accumulate(parent, value, base)
     origin = codes[:depth]
     stack[:depth, 0] = places[:depth]
-    stack[:depth, 1] = np.where(origin >= 0, value[origin], base[-2 - np.minimum(origin, -2)])
+    new, old = value[np.maximum(origin, 0)], base[-2 - np.minimum(origin, -2)]
+    stack[:depth, 1] = np.where(origin >= 0, new, old)
     return depth, last, float(value[-1]), direction
 
 
@@ -237,7 +304,7 @@ def _chebyshev(c: Floats, t: Floats) -> Floats:
     twice = 2.0 * t
     for coefficient in c[:0:-1]:
         b1, b2 = twice * b1 - b2 + coefficient, b1
-    return t * b1 - b2 + c[0]
+    return np.asarray(t * b1 - b2 + c[0])
 
 
 def _half_power(v: Floats, twice: int) -> Floats:
@@ -250,7 +317,7 @@ def _half_power(v: Floats, twice: int) -> Floats:
 
 
 def gaussian_moment(h: Floats, out: Floats, coefficients: Floats, twice: int) -> None:
-    """F_n(h) of the standard Gaussian with 2n = ``twice``; pieces as in tools/make_gaussian_tables."""
+    """F_n(h) of the standard Gaussian with 2n = ``twice``; pieces as in make_gaussian_tables.py."""
     pieces = coefficients.reshape(4, MOMENT_TERMS)
     for mask, piece in (
         (h < -10.0, 0),

@@ -2,6 +2,5 @@
 
 from microslip.memory.record import Memory, Tree
 from microslip.memory.state import State
-from microslip.memory.table import Table
 
-__all__ = ["Memory", "State", "Table", "Tree"]
+__all__ = ["Memory", "State", "Tree"]

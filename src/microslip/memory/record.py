@@ -15,7 +15,7 @@ import numpy as np
 from microslip import kernels
 from microslip._checks import Floats
 from microslip.kernels import Integers
-from microslip.memory.table import Table
+from microslip.kernels.table import Table
 
 Backbone = Callable[[Floats], Floats]
 
@@ -111,8 +111,11 @@ class Memory:
         return self._branches(x)[0]
 
     def probe(self, x: float) -> tuple[float, float, float, tuple[int, int, int]]:
-        """Distance along the backbone, its factor and the value it starts from for a move to
-        ``x``, with what :meth:`move` needs to make that move."""
+        """Where a move to ``x`` would lead; the memory stays as it is.
+
+        Distance along the backbone, its factor and the value it starts from, with what
+        :meth:`move` needs to make that move.
+        """
         move: tuple[int, int, int] = kernels.active.locate(
             x, self.stack, self.depth, self.last, self.direction
         )

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, number, record
 from microslip.errors import InputError
+from microslip.kernels.table import Table
 from microslip.memory.record import Memory
-from microslip.memory.table import Table
 
 
 class Law(Protocol):
@@ -31,10 +31,10 @@ class State:
 
     A trial moves nothing until it is committed::
 
-        force, stiffness = state.try_(1.2e-6)   # as often as a solver's iteration wants
-        state.commit()                          # the last trial becomes the state
-        state.rollback()                        # or it is forgotten
-        forces = state.advance(chunk)           # whole pieces of a record, committed at once
+        force, stiffness = state.try_(1.2e-6)  # as often as a solver's iteration wants
+        state.commit()  # the last trial becomes the state
+        state.rollback()  # or it is forgotten
+        forces = state.advance(chunk)  # whole pieces of a record, committed at once
 
     Every trial starts from the last committed state, never from another trial.
     """

@@ -13,7 +13,7 @@ from microslip import _quadrature
 from microslip._checks import Floats, floats, plain, show
 from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
-from microslip.normal.spheres import Spheres
+from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
 
 
 def check_pair(pair: Any) -> None:
@@ -147,19 +147,25 @@ class NormalLaw(ABC):
     def _drop(self, d: float, u: Floats) -> Floats:
         """N(d) - N(d + u) for steps u >= 0, without cancellation."""
         if self._spheres is not None:
-            return self._spheres.drop(d, u)
+            return self._spheres.sum(DROP, d, u)
         return _quadrature.drop(self, d, u)
+
+    def _fall(self, d: float, u: Floats) -> Floats:
+        """-N'(d + u) for steps u >= 0."""
+        if self._spheres is not None:
+            return self._spheres.sum(FALL, d, u)
+        return -self._derivative(d + u, 1)
 
     def _excess(self, d: float, u: Floats) -> Floats:
         """Half the integral of v (u - v) N''(d + v) over 0 <= v <= u, without cancellation."""
         if self._spheres is not None:
-            return self._spheres.excess(d, u)
+            return self._spheres.sum(EXCESS, d, u)
         return _quadrature.excess(self, d, u)
 
     def _excess_slope(self, d: float, u: Floats) -> Floats:
         """Half the integral of v N''(d + v) over 0 <= v <= u, without cancellation."""
         if self._spheres is not None:
-            return self._spheres.excess_slope(d, u)
+            return self._spheres.sum(EXCESS_SLOPE, d, u)
         return _quadrature.excess_slope(self, d, u)
 
     def _corners(self, d: float) -> tuple[Floats, Floats]:
@@ -167,8 +173,10 @@ class NormalLaw(ABC):
         return np.zeros(0), np.zeros(0)
 
     def _table_reach(self, d: float) -> float | None:
-        """Step from d after which no load is left in double precision; None where the law is not
-        smooth on the way, or fades too slowly for a table of it to pay."""
+        """Step from d after which no load is left in double precision.
+
+        None where the law is not smooth on the way, or fades too slowly for a table to pay.
+        """
         if self._spheres is not None or d < self._edge:
             return None
         _, length = _quadrature._decay(self, d)
@@ -182,8 +190,10 @@ class NormalLaw(ABC):
         return floats("separation", value)
 
     def _solve(self, loads: Floats) -> Floats:
-        """Newton's method on log N in a bracket; N is log-concave for every law but odd tables,
-        and the bracket keeps those safe."""
+        """Separations of given loads by Newton's method on log N, kept in brackets.
+
+        N is log-concave for every law but odd tables, and the brackets keep those safe.
+        """
         low, high = self._span
         scale = max(high - low, 1e-12)
         top = float(loads.max())

@@ -56,7 +56,7 @@ class SphereOnFlat(NormalLaw):
         return self._spheres.derivative(separation, order)
 
     def _solve(self, loads: Floats) -> Floats:
-        return -((loads / self._constant) ** (2.0 / 3.0))
+        return np.asarray(-(np.cbrt(loads / self._constant) ** 2))
 
     def contact_probability(self, separation: ArrayLike) -> Any:
         """1 in contact, else 0, for separations [m] of any shape."""

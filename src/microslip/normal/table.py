@@ -17,6 +17,7 @@ from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair
 from microslip.normal.spheres import blocks
 
+
 class _Spline(NamedTuple):
     """A convex quadratic spline; what lies past the last knot is the law's affair."""
 
@@ -149,7 +150,7 @@ class TabulatedNormalLaw(NormalLaw):
 
     def _weighted(self, d: float, u: Floats, weight: Callable[[Floats, Floats], Floats]) -> Floats:
         """Integral of weight(v, u) N''(d + v) over [0, u], the weight at most quadratic in v."""
-        knots, slopes, curvatures, loads, jumps = self._spline
+        knots, _, curvatures, _, jumps = self._spline
         first = max(int(np.searchsorted(knots, d, side="right")) - 1, 0)
         marks = np.maximum(knots[first:] - d, 0.0)
         starts, ends = marks, np.append(marks[1:], marks[-1])
@@ -161,7 +162,8 @@ class TabulatedNormalLaw(NormalLaw):
         for part in blocks(u.size, marks.size):
             w = u[part, None]
             low, high = np.minimum(starts, w), np.minimum(ends, w)
-            total = sum(weight(low + (high - low) * node, w) for node in _GAUSS)
+            total = weight(low + (high - low) * _GAUSS[0], w)
+            total = total + weight(low + (high - low) * _GAUSS[1], w)
             value = (0.5 * (high - low) * total) @ curves
             value += np.where((marks <= w) & above, weight(marks, w), 0.0) @ jumps[first:]
             if self.tail is not None:
@@ -184,7 +186,7 @@ class TabulatedNormalLaw(NormalLaw):
             v = low[:, None] + step[:, None] * _NODES
             decay = np.exp(-(v - begin + gone) / length)
             total += step * ((weight(v, u[:, None]) * decay) @ _WEIGHTS)
-        return total * (loads[-1] / length**2)
+        return np.asarray(total * (loads[-1] / length**2))
 
     def _drop(self, d: float, u: Floats) -> Floats:
         here, slope = (float(self._derivative(np.array([d]), k)[0]) for k in (0, 1))
@@ -244,8 +246,11 @@ def _check_table(d: Floats, n: Floats, tail: str | None) -> None:
 
 
 def _convex_spline(d: Floats, n: Floats, has_tail: bool) -> _Spline:
-    """Schumaker's spline: between secants of its neighbours a node's slope keeps the data convex;
-    within an interval two parabolas meet where the slope is the secant's, or one serves."""
+    """Schumaker's spline through convex data.
+
+    Between the secants of its neighbours a node's slope keeps the data convex; within an interval
+    two parabolas meet where the slope is the secant's, or one serves.
+    """
     steps = np.diff(d)
     secants = np.maximum.accumulate(np.diff(n) / steps)  # rising, up to rounding
     straight = np.zeros(steps.size, dtype=bool)

@@ -16,9 +16,11 @@ from microslip._checks import Floats
 
 _POINTS = kernels.TERMS + 2
 _ANGLES = math.pi * (np.arange(_POINTS) + 0.5) / _POINTS
-_NODES = np.cos(_ANGLES)
-_TO_SERIES = 2.0 / _POINTS * np.cos(np.outer(_ANGLES, np.arange(_POINTS)))
-_TO_SERIES[:, 0] *= 0.5
+NODES = np.cos(_ANGLES)
+"""Places in [-1, 1] at which a panel is sampled."""
+TO_SERIES = 2.0 / _POINTS * np.cos(np.outer(_ANGLES, np.arange(_POINTS)))
+TO_SERIES[:, 0] *= 0.5
+"""Takes samples on a panel, in rows, to its Chebyshev series."""
 # Series to powers of s in a step of its own: high coefficients are at rounding level by then, so
 # that the large numbers in here do not matter.
 _TO_POWERS = np.array(
@@ -56,13 +58,20 @@ class Table:
         """
         for panels in _PANELS:
             width = end / panels
-            u = width * (np.arange(panels)[:, None] + 0.5 * (1.0 + _NODES))
-            series = shape(u.reshape(-1)).reshape(u.shape) @ _TO_SERIES
+            u = width * (np.arange(panels)[:, None] + 0.5 * (1.0 + NODES))
+            series = shape(u.reshape(-1)).reshape(u.shape) @ TO_SERIES
             left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
             if np.all(left_out <= _TOLERANCE * np.abs(series[:, 0])):
-                powers = series[:, : kernels.TERMS] @ _TO_POWERS
-                return cls(np.ascontiguousarray(powers), panels / end, power, limit, rate)
+                return cls.from_series(series, end, power, limit, rate)
         return None
+
+    @classmethod
+    def from_series(
+        cls, series: Floats, end: float, power: int, limit: float, rate: float = 0.0
+    ) -> Table:
+        """A table of Chebyshev series, one a panel, in rows of at least TERMS terms."""
+        powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ _TO_POWERS)
+        return cls(powers, len(series) / end, power, limit, rate)
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:

@@ -183,7 +183,8 @@ class Statistical(HeightDistribution):
         # An almost infinite range is left in octaves, not in thousands of halvings.
         middle = float(d.ppf(0.5))
         step = float(inner[-1] - inner[0]) if inner.size > 1 else high - low
-        octaves = step * 2.0 ** np.arange(0.0, 1024.0)
+        with np.errstate(over="ignore"):
+            octaves = step * 2.0 ** np.arange(0.0, 1024.0)
         edges = np.concatenate(([low, high], inner, middle + octaves, middle - octaves))
         edges = edges[(edges >= low) & (edges <= high)]
         return np.unique(edges)
@@ -242,8 +243,7 @@ class Statistical(HeightDistribution):
         integrand.
         """
         edges = self._density_pieces.edges
-        first = edges[0] + (edges[1] - edges[0]) * 2.0 ** -np.arange(0.0, 48.0)
-        edges = np.concatenate(([edges[0]], first[::-1], edges[2:]))
+        edges = np.union1d(edges, edges[0] + np.ptp(edges) * 2.0 ** -np.arange(0.0, 60.0))
         width = np.diff(edges)[:, None]
         y = edges[:-1, None] + width * _NODES
         return y.ravel(), (width * _WEIGHTS * self._pdf(y)).ravel()
@@ -259,9 +259,15 @@ class Statistical(HeightDistribution):
         if below.any():
             y, probability = self._cloud
             starts, moments = t[below], np.empty(int(below.sum()))
-            for i in range(0, starts.size, 256):
-                part = starts[i : i + 256]
-                moments[i : i + 256] = (y - part[:, None]) ** (0.5 * twice_order) @ probability
+            for i in range(0, starts.size, 64):
+                part = starts[i : i + 64]
+                s = y - part[:, None]
+                terms = np.sqrt(s) if twice_order & 1 else np.ones_like(s)
+                if twice_order < 0:
+                    np.divide(1.0, terms, out=terms)
+                for _ in range(twice_order // 2):
+                    terms *= s
+                moments[i : i + 64] = terms @ probability
             result[below] = moments
         return result.reshape(np.shape(threshold))
 

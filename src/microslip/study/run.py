@@ -1,0 +1,205 @@
+"""Floor 8: from a study to joints, loops and curves."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import microslip as ms
+from microslip.errors import InputError, StudyError
+from microslip.study import surfaces as u
+from microslip.study.result import AmplitudeCurve, Floats, Limits, Progress, Result
+from microslip.study.schema import Study
+from microslip.study.summary import Defaults, files, slip_scale, summarise
+
+if TYPE_CHECKING:
+    from microslip.normal import NormalLaw
+
+DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
+DEFAULT_RANGE = (1e-3, 1e2)
+DEFAULT_POINTS = 200
+
+
+def run(study: Study, progress: Progress | None = None) -> Result:
+    """Compute a study; see :meth:`microslip.study.schema.Study.run`."""
+    loads = study.joint.normal_load
+    report = progress or (lambda share: None)
+    surface = build_surface(study)
+    joints = _joints(study, surface)
+    defaults = _defaults(study, joints)
+    amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
+    loops, rows, curves, limits = [], [], [], []
+    for index, joint in enumerate(joints):
+        with _blame(study, "excitation.amplitudes"):
+            loops.append(tuple(joint.loop(float(a)) for a in amplitudes))
+            rows.append(AmplitudeCurve.of(joint, amplitudes))
+        with _blame(study, "excitation.curve"):
+            curves.append(AmplitudeCurve.of(joint, grid))
+        limits.append(_limits(joint, slip_scale(study, joint)[0]))
+        report((index + 1) / len(loads))
+    return Result(
+        study=study,
+        joints=tuple(joints),
+        loops=tuple(loops),
+        rows=tuple(rows),
+        curves=tuple(curves),
+        limits=tuple(limits),
+        summary=summarise(study, joints, rows, limits, defaults, files(study)),
+    )
+
+
+def build_surface(study: Study) -> NormalLaw:
+    """Normal law of a study.
+
+    Parameters
+    ----------
+    study : Study
+        A validated study.
+
+    Returns
+    -------
+    NormalLaw
+        Its surface.
+
+    Raises
+    ------
+    StudyError
+        If the physics refuses what the schema lets pass.
+    """
+    materials = {}
+    for name, material in study.material.items():
+        with _blame(study, f"material.{name}", type(material).model_fields):
+            materials[name] = (
+                ms.Material.rigid()
+                if isinstance(material, u.Rigid)
+                else ms.Material(
+                    young_modulus=material.young_modulus,
+                    poisson_ratio=material.poisson_ratio,
+                    hardness=material.hardness,
+                )
+            )
+    with _blame(study, "surface.materials"):
+        first, second = study.surface.materials
+        pair = ms.MaterialPair(materials[first], materials[second])
+    surface = study.surface
+    with _blame(study, "surface", type(surface).model_fields):
+        if isinstance(surface, u.GreenwoodWilliamsonSurface):
+            return ms.GreenwoodWilliamson(
+                pair,
+                heights=_heights(surface.heights),
+                radius=surface.radius,
+                density=surface.density,
+                area=surface.area,
+            )
+        if isinstance(surface, u.PopulationSurface):
+            radii = surface.radius
+            return ms.AsperityPopulation(
+                pair,
+                heights=np.array(surface.heights.values),
+                radii=radii[0] if len(radii) == 1 else np.array(radii),
+            )
+        if isinstance(surface, u.SphereSurface):
+            return ms.SphereOnFlat(pair, radius=surface.radius)
+        return ms.TabulatedNormalLaw(
+            pair,
+            separation=np.array(surface.separation),
+            load=np.array(surface.load),
+            tail=surface.tail,
+        )
+
+
+def _heights(
+    heights: u.GaussianHeights | u.ExponentialHeights | u.GivenHeights,
+) -> ms.Gaussian | ms.Exponential | Floats:
+    if isinstance(heights, u.GaussianHeights):
+        return ms.Gaussian(std=heights.std, mean=heights.mean)
+    if isinstance(heights, u.ExponentialHeights):
+        return ms.Exponential(scale=heights.scale)
+    return np.array(heights.values)
+
+
+def _joints(study: Study, surface: NormalLaw) -> list[ms.Interface]:
+    joints: list[ms.Interface] = []
+    loads = study.joint.normal_load
+    for index, load in enumerate(loads, start=1):
+        item = f", item {index}" if len(loads) > 1 else ""
+        with _blame(study, f"joint.normal_load{item}"):
+            if joints:
+                joints.append(joints[0].at(normal_load=load))
+            else:
+                joints.append(
+                    ms.Interface(
+                        surface,
+                        friction_coefficient=study.joint.friction_coefficient,
+                        normal_load=load,
+                    )
+                )
+    return joints
+
+
+@contextmanager
+def _blame(study: Study, key: str, names: Iterable[str] = ()) -> Iterator[None]:
+    """Say of which key an error of the physics speaks."""
+    try:
+        yield
+    except InputError as error:
+        message = " ".join(str(error).split())
+        first = re.match(r"(\w+) (?=must\b)", message)
+        if first and first[1] in names:
+            key, message = f"{key}.{first[1]}", message[first.end() :]
+        elif first and key.split(",")[0].endswith(first[1]):
+            message = message[first.end() :]
+        raise StudyError(f"{study.name}: {key}: {message}") from error
+
+
+def _defaults(study: Study, joints: list[ms.Interface]) -> Defaults:
+    """Scale of the amplitudes that are not given: the largest slip scale, to two digits."""
+    scales = [slip_scale(study, joint) for joint in joints]
+    largest = max(scales)
+    return Defaults(
+        scale=float(f"{largest[0]:.1e}"),
+        meaning=largest[1],
+        amplitudes=study.excitation.amplitudes is None,
+        curve=study.excitation.curve is None,
+        factors=DEFAULT_AMPLITUDES,
+        range=DEFAULT_RANGE,
+    )
+
+
+def _amplitudes(study: Study, defaults: Defaults) -> Floats:
+    given = study.excitation.amplitudes
+    if given is not None:
+        return np.array(given)
+    return np.array([float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_AMPLITUDES])
+
+
+def _grid(study: Study, defaults: Defaults) -> Floats:
+    curve = study.excitation.curve
+    if curve is not None:
+        grid = np.geomspace(curve.start, curve.to, curve.points)
+    else:
+        low, high = (float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_RANGE)
+        grid = np.geomspace(low, high, DEFAULT_POINTS)
+    return grid
+
+
+def _limits(joint: ms.Interface, scale: float) -> Limits:
+    """Asymptotes of the dissipated energy, from the energy far out on either side."""
+    cubic = linear = None
+    small = 1e-9 * scale
+    # Once all slides the energy is on its asymptote, so its offset is read off exactly.
+    large = 100.0 * max(scale, joint.force_limit / joint.tangential_stiffness)
+    # Only a law whose second derivative is finite at rest has the cubic limit.
+    if small**3 > 1e-280 and abs(float(joint.dissipation_exponent(small)) - 3.0) < 1e-3:
+        cubic = float(joint.dissipated_energy(small)) / small**3
+    if float(joint.backbone(large)) >= (1.0 - 1e-12) * joint.force_limit:
+        linear = large - float(joint.dissipated_energy(large)) / (4.0 * joint.force_limit)
+    return Limits(
+        cubic_coefficient=cubic if cubic and math.isfinite(cubic) else None,
+        linear_offset=linear,
+    )

@@ -1,0 +1,264 @@
+"""Floor 8: quantities as text ("0.5 um") to SI floats, and SI floats to readable text.
+
+Inside the library every number is a float in SI units. Here is the only place where a unit is
+read, and pint is imported only once there is a unit to read.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal, DecimalException
+from functools import lru_cache
+from typing import Any, Literal
+
+from microslip.study.wording import nearest, shorten, show
+
+Sign = Literal["positive", "any"]
+
+SMALLEST, LARGEST = 1e-40, 1e40
+"""Sizes in SI units between which products of a few quantities stay representable."""
+
+_NUMBER = re.compile(
+    r"\s*([+-]?(?:\d[\d_]*(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)(?![a-z]))\s*",
+    re.IGNORECASE,
+)
+_UNIT = re.compile(r"[\w%°^*/·⋅().⁻⁰¹²³⁴⁵⁶⁷⁸⁹ +-]{1,60}")
+
+
+class QuantityError(ValueError):
+    """A quantity that cannot be used; the message says what was wanted and what came."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of quantity: its name, its SI unit and the units that people usually write."""
+
+    name: str
+    unit: str
+    usual: tuple[str, ...]
+
+    @property
+    def with_article(self) -> str:
+        """Name with its article, such as "an area"."""
+        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
+
+
+LENGTH = Kind("length", "m", ("nm", "um", "µm", "mm", "cm", "m", "micron", "in", "angstrom"))
+AREA = Kind("area", "m^2", ("um^2", "mm^2", "cm^2", "m^2", "in^2"))
+FORCE = Kind("force", "N", ("mN", "N", "kN", "MN", "lbf", "kgf"))
+PRESSURE = Kind(
+    "pressure", "Pa", ("Pa", "kPa", "MPa", "GPa", "TPa", "N/mm^2", "N/m^2", "psi", "ksi", "bar")
+)
+DENSITY = Kind("number per area", "1/m^2", ("1/um^2", "1/mm^2", "1/cm^2", "1/m^2", "mm^-2"))
+
+# Names for what came instead of what was wanted; the first of equal dimensions is used.
+_NAMED_DIMENSIONS = (
+    ("m", "a length"),
+    ("m^2", "an area"),
+    ("m^3", "a volume"),
+    ("N", "a force"),
+    ("Pa", "a pressure"),
+    ("1/m^2", "a number per area"),
+    ("1/m", "a number per length"),
+    ("1/m^3", "a number per volume"),
+    ("", "a plain number"),
+    ("N/m", "a stiffness"),
+    ("kg", "a mass"),
+    ("kg/m^3", "a mass per volume"),
+    ("kg/m^2", "a mass per area"),
+    ("s", "a time"),
+    ("Hz", "a frequency"),
+    ("m/s", "a velocity"),
+    ("m/s^2", "an acceleration"),
+    ("J", "an energy"),
+    ("W", "a power"),
+    ("K", "a temperature"),
+    ("A", "a current"),
+    ("V", "a voltage"),
+    ("mol", "an amount of substance"),
+    ("mol/m^3", "a concentration"),
+)
+
+
+def to_si(given: object, kind: Kind, example: str, sign: Sign = "positive") -> float:
+    """Turn a quantity written with its unit into a float in SI units.
+
+    Parameters
+    ----------
+    given : object
+        What came, such as the text "0.5 um".
+    kind : Kind
+        What is wanted.
+    example : str
+        A usable value, named in the error messages.
+    sign : {"positive", "any"}
+        Values that are allowed.
+
+    Returns
+    -------
+    float
+        Value [SI unit of `kind`], the double nearest to the decimal number written.
+
+    Raises
+    ------
+    QuantityError
+        If `given` is not text, has no unit, an unknown one or one of another dimension, or is
+        not a finite number of that sign.
+    """
+    wanted = f'wanted {kind.with_article} such as "{example}", got '
+    if isinstance(given, (int, float)) and not isinstance(given, bool):
+        raise QuantityError(f"{wanted}{show(given)} (a number without a unit)")
+    if not isinstance(given, str):
+        raise QuantityError(wanted + show(given))
+    came = show(given)
+    number = _NUMBER.match(given.replace("\N{MINUS SIGN}", "-"))
+    if number is None:
+        raise QuantityError(f"{wanted}{came} (no number)" if given.strip() else f"{wanted}{came}")
+    unit = given[number.end() :].strip()
+    if not unit:
+        raise QuantityError(f"{wanted}{came} (no unit)")
+    if re.match(r",\d", unit):
+        raise QuantityError(f'{wanted}{came} (the decimal sign is the point, ".")')
+    if re.match(r"\d", unit) and not re.match(r"1\s*/", unit):
+        raise QuantityError(f"{wanted}{came} (write the number without spaces)")
+    factor = _factor(unit, kind, wanted + came)
+    try:
+        value = float(Decimal(number[1]) * factor)
+    except (DecimalException, OverflowError):
+        value = math.inf
+    article = f"a {'finite' if not math.isfinite(value) else 'positive'} {kind.name}"
+    if not math.isfinite(value) or (sign == "positive" and not value > 0.0):
+        raise QuantityError(f'wanted {article} such as "{example}", got {came}')
+    if value and not SMALLEST < abs(value) < LARGEST:
+        raise QuantityError(f"{wanted}{came} (beyond all measure)")
+    return value
+
+
+def _factor(unit: str, kind: Kind, message: str) -> Decimal:
+    """SI value of one `unit`, which must be of the dimension of `kind`."""
+    usual = {text.casefold(): text for text in kind.usual}
+    near = usual.get(unit.casefold().replace(" ", ""))
+    parsed = _parse(unit)
+    if parsed is None:
+        near = near or nearest(unit, kind.usual)
+        hint = f'; did you mean "{near}"?' if near else ""
+        raise QuantityError(f'{message} (unknown unit "{shorten(unit, 24)}"{hint})')
+    factor, dimension = parsed
+    if (wanted := _parse(kind.unit)) is None or dimension != wanted[1]:
+        # "2 kn" is a velocity to pint (knots); the other case is what was meant.
+        hint = f'; did you mean "{near}"?' if near else ""
+        raise QuantityError(f"{message} ({_dimension_name(dimension)}{hint})")
+    return factor
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    import pint
+
+    # With decimal factors "0.3 um" becomes the double 3e-7 and not its neighbour.
+    return pint.UnitRegistry(non_int_type=Decimal)
+
+
+@lru_cache(maxsize=256)
+def _parse(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
+    """SI factor and dimension of a unit, or None if there is no such unit."""
+    text = f"1{unit}" if unit.startswith("/") else unit
+    if not _UNIT.fullmatch(text):
+        return None
+    registry = _registry()
+    try:
+        one = registry.Quantity(Decimal(1), registry.parse_units(text)).to_base_units()
+        powers = {str(name): str(float(power)) for name, power in one.dimensionality.items()}
+        return Decimal(one.magnitude), tuple(sorted(powers.items()))
+    except Exception:  # pint raises many kinds, the tokenizer's and NumPy's errors among them
+        return None
+
+
+def _dimension_name(dimension: tuple[tuple[str, str], ...]) -> str:
+    for unit, name in _NAMED_DIMENSIONS:
+        parsed = _parse(unit) if unit else (Decimal(1), ())
+        if parsed is not None and parsed[1] == dimension:
+            return name
+    powers = " ".join(f"{name[1:-1]}^{float(power):g}" for name, power in dimension)
+    return f"of dimension {powers}"
+
+
+_PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+
+
+def prefix(value: float) -> tuple[float, str]:
+    """Power of a thousand, and its SI prefix, that suits a number.
+
+    Parameters
+    ----------
+    value : float
+        A number in the unit without prefix.
+
+    Returns
+    -------
+    tuple of float and str
+        Such as (1e-6, "µ"); divide by the first, put the second before the unit.
+    """
+    if value == 0.0 or not math.isfinite(value):
+        return 1.0, ""
+    # Rounded first, so that 999.96 becomes "1.00 k" and not "1000".
+    exponent = math.floor(math.log10(float(f"{abs(value):.2e}")) + 1e-12)
+    exponent = min(max(3 * (exponent // 3), min(_PREFIXES)), max(_PREFIXES))
+    return float(f"1e{exponent}"), _PREFIXES[exponent]
+
+
+def engineering(value: float | None, unit: str, digits: int = 3, *, trim: bool = False) -> str:
+    """Write a number with an SI prefix, such as "1.10 kN"; "–" for None.
+
+    Parameters
+    ----------
+    value : float or None
+        A number [unit].
+    unit : str
+        A unit that takes prefixes with the power one.
+    digits : int
+        Significant digits.
+    trim : bool
+        Whether to drop zeros at the end, as for a number that somebody chose: "1.1 kN".
+
+    Returns
+    -------
+    str
+        The number, a space, prefix and unit.
+    """
+    if value is None:
+        return "–"
+    factor, letter = prefix(value)
+    if value and not 1e-3 <= abs(value) / factor < 1e4:  # beyond the prefixes
+        return f"{value:.{digits - 1}e} {unit}"
+    number = significant(value / factor, digits)
+    if trim and "." in number and "e" not in number:
+        number = number.rstrip("0").rstrip(".")
+    return f"{number} {letter}{unit}".rstrip()
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """Write a number with so many significant digits, without an exponent where it is readable.
+
+    Parameters
+    ----------
+    value : float or None
+        Any number; "–" stands for None.
+    digits : int
+        Significant digits.
+
+    Returns
+    -------
+    str
+        The number as text.
+    """
+    if value is None:
+        return "–"
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g}"
+    exponent = math.floor(math.log10(float(f"{abs(value):.{digits - 1}e}")) + 1e-12)
+    if not -4 <= exponent < 6:
+        return f"{value:.{digits - 1}e}"
+    return f"{value:.{max(digits - 1 - exponent, 0)}f}"

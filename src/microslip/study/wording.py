@@ -1,0 +1,58 @@
+"""Floor 8: how error messages show what came and name what was meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+def shorten(text: str, length: int) -> str:
+    """Text on one line, printable, and cut to a length."""
+    # Escaping keeps a message on one line and the terminal safe from control characters.
+    text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return text if len(text) <= length else text[: length - 1] + "…"
+
+
+def show(given: object) -> str:
+    """What came, as the person who wrote it would recognise it, short and on one line."""
+    if isinstance(given, bool):
+        return "true" if given else "false"
+    if isinstance(given, str):
+        return f'"{shorten(given, 60)}"'
+    if isinstance(given, (list, tuple)):
+        return f"a list of {len(given)}" if given else "an empty list"
+    if isinstance(given, dict):
+        return "a table"
+    if isinstance(given, (int, float)):
+        try:
+            return shorten(repr(given), 40)
+        except ValueError:
+            return "an integer of thousands of digits"
+    return f"the date or time {given}"
+
+
+def quoted(words: Iterable[str]) -> str:
+    """Words as a choice, such as '"a", "b" or "c"'."""
+    texts = [f'"{shorten(word, 40)}"' for word in words]
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} or {texts[-1]}"
+
+
+def nearest(word: str, words: Iterable[str]) -> str | None:
+    """The one of `words` that `word` was probably meant to be, or None."""
+    folded = {candidate.casefold(): candidate for candidate in words}
+    plain = word.casefold().replace(" ", "_")
+    match = get_close_matches(plain, folded, n=1, cutoff=0.6)
+    if not match and len(plain) >= 3:
+        # Only the beginning was written, such as "greenwod" of "greenwood-williamson".
+        starts = {name[: len(plain)]: name for name in folded}
+        match = [starts[start] for start in get_close_matches(plain, starts, n=1, cutoff=0.7)]
+    # One letter is no suggestion for two or more: it would be right by chance.
+    if not match or len(match[0]) < min(len(plain), 2):
+        return None
+    return folded[match[0]]
+
+
+def did_you_mean(word: str, words: Iterable[str]) -> str:
+    """A question to append to a message, or nothing."""
+    match = nearest(word, words)
+    return f'; did you mean "{match}"?' if match else ""

@@ -14,19 +14,29 @@ from microslip.errors import InputError
 Floats = NDArray[np.float64]
 
 
+LARGEST, SMALLEST = 1e40, 1e-40
+"""Sizes in SI units beyond which no quantity of a joint lies; products of a few stay finite."""
+
+
 def show(value: Any) -> str:
     """A value as an error message shows it: short, whatever it is."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def number(name: str, value: Any, unit: str = "") -> float:
+def exact(value: float) -> str:
+    """A number as short as it can be without becoming another one."""
+    short = f"{value:g}"
+    return short if float(short) == value else repr(float(value))
+
+
+def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float:
     """A finite real number, or an error that says what came."""
     wanted = f"a finite number{f' in {unit}' if unit else ''}"
-    if isinstance(value, np.ndarray) and value.ndim == 0:
+    if isinstance(value, np.ndarray) and value.ndim == 0 and not np.ma.is_masked(value):
         value = value.item()
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        hint = f", for example {name}=1.0" if isinstance(value, str) else ""
+    if not isinstance(value, numbers.Real) or isinstance(value, (bool, np.timedelta64)):
+        hint = f", for example {name}={example:g}" if isinstance(value, str) else ""
         raise InputError(f"{name} must be {wanted}, got {show(value)}{hint}")
     try:
         result = float(value)
@@ -37,29 +47,38 @@ def number(name: str, value: Any, unit: str = "") -> float:
     return result
 
 
-def positive(name: str, value: Any, unit: str = "") -> float:
-    """A finite number above zero."""
-    result = number(name, value, unit)
+def positive(name: str, value: Any, unit: str = "", example: float = 1.0) -> float:
+    """A number above zero, and of a size that a joint can have."""
+    result = number(name, value, unit, example)
+    in_unit = f" [{unit}]" if unit else ""
     if result <= 0.0:
-        raise InputError(f"{name} must be above zero{f' [{unit}]' if unit else ''}, got {result:g}")
+        raise InputError(f"{name} must be above zero{in_unit}, got {exact(result)}")
+    if not SMALLEST <= result <= LARGEST:
+        raise InputError(
+            f"{name} must be between {SMALLEST:g} and {LARGEST:g}{in_unit}, got {exact(result)}"
+        )
     return result
 
 
 def floats(name: str, value: ArrayLike) -> Floats:
     """Finite numbers of any shape as a contiguous float64 array; empty ones are refused."""
     try:
+        if np.ma.is_masked(value):
+            raise TypeError
         array = np.asarray(value)
-        if array.dtype.kind not in "iufb":
+        if array.dtype.kind not in "iuf":
             raise TypeError
         array = np.ascontiguousarray(array, dtype=float).reshape(array.shape)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(
             f"{name} must be a number or an array of numbers, got {show(value)}"
         ) from None
     if array.size == 0:
         raise InputError(f"{name} must hold at least one number, got an empty array")
     # A sum is quick and finite unless something is not; only then look closer.
-    if not math.isfinite(float(np.add.reduce(array, axis=None))):
+    with np.errstate(all="ignore"):
+        total = float(np.add.reduce(array, axis=None))
+    if not math.isfinite(total):
         bad = np.flatnonzero(~np.isfinite(array))
         if bad.size:
             raise InputError(

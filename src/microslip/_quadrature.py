@@ -59,6 +59,8 @@ class Convex(Protocol):
 
     def _derivative(self, separation: Floats, order: int) -> Floats: ...
 
+    def _derivative_at(self, separation: float, order: int) -> float: ...
+
 
 def drop(f: Convex, t: float, u: Floats) -> Floats:
     """f(t) - f(t + u) for steps ``u`` (one-dimensional), to a few units in the last place."""
@@ -73,7 +75,7 @@ def drop(f: Convex, t: float, u: Floats) -> Floats:
 def excess(f: Convex, t: float, u: Floats) -> Floats:
     """Half the integral of v (u - v) f''(t + v) over [0, u], for steps ``u``."""
     here, length = _decay(f, t)
-    whole = float(f._derivative(np.array([t]), -1)[0]) - f._derivative(t + u, -1)
+    whole = f._derivative_at(t, -1) - f._derivative(t + u, -1)
     result = 0.5 * u * (here + f._derivative(t + u, 0)) - whole
     small = u < length
     if small.any():
@@ -96,6 +98,5 @@ def excess_slope(f: Convex, t: float, u: Floats) -> Floats:
 
 def _decay(f: Convex, t: float) -> tuple[float, float]:
     """f(t) and the length f/|f'| on which it decays there."""
-    start = np.array([t])
-    here = float(f._derivative(start, 0)[0])
-    return here, here / -float(f._derivative(start, 1)[0])
+    here = f._derivative_at(t, 0)
+    return here, here / -f._derivative_at(t, 1)

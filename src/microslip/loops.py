@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._checks import Floats, record
+from microslip._frozen import Locked, lock
 from microslip.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
-class Loop:
+class Loop(Locked):
     """One closed cycle of displacement and force, sampled, the first sample repeated at the end.
 
     Parameters
@@ -49,9 +50,7 @@ class Loop:
         if x.min() == x.max():
             raise InputError(f"displacement must move, got {x[0]:g} m throughout")
         for name, values in (("displacement", x), ("force", t)):
-            values = values.view()
-            values.setflags(write=False)
-            object.__setattr__(self, name, values)
+            object.__setattr__(self, name, lock(values.copy()))
 
     @cached_property
     def displacement_amplitude(self) -> float:

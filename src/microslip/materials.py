@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from microslip._checks import number, positive
+from microslip._checks import exact, number, positive
 from microslip.errors import InputError
 
 
@@ -38,11 +38,13 @@ class Material:
             raise InputError(
                 "young_modulus must be finite, got inf; a rigid body is Material.rigid()"
             )
-        modulus = positive("young_modulus", self.young_modulus, "Pa")
-        ratio = number("poisson_ratio", self.poisson_ratio)
+        modulus = positive("young_modulus", self.young_modulus, "Pa", 69e9)
+        ratio = number("poisson_ratio", self.poisson_ratio, "", 0.33)
         if not -1.0 < ratio <= 0.5:
-            raise InputError(f"poisson_ratio must be in (-1, 0.5], got {ratio:g}")
-        hardness = None if self.hardness is None else positive("hardness", self.hardness, "Pa")
+            raise InputError(f"poisson_ratio must be in (-1, 0.5], got {exact(ratio)}")
+        hardness = self.hardness
+        if hardness is not None:
+            hardness = positive("hardness", hardness, "Pa", 1e9)
         object.__setattr__(self, "young_modulus", modulus)
         object.__setattr__(self, "poisson_ratio", ratio)
         object.__setattr__(self, "hardness", hardness)
@@ -55,6 +57,12 @@ class Material:
         object.__setattr__(body, "poisson_ratio", 0.0)
         object.__setattr__(body, "hardness", None)
         return body
+
+    def __repr__(self) -> str:
+        if self.is_rigid:
+            return "Material.rigid()"
+        hardness = "" if self.hardness is None else f", hardness={self.hardness:g}"
+        return f"Material({self.young_modulus:g}, {self.poisson_ratio:g}{hardness})"
 
     @property
     def is_rigid(self) -> bool:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip import kernels
 from microslip._checks import Floats, floats, plain, record, show
+from microslip._frozen import lock
 from microslip.errors import InputError
 from microslip.kernels.table import Table
 from microslip.loops import Loop, unit_cycle
@@ -99,15 +100,14 @@ class BackboneLaw(ABC):
         return None
 
     def _backbone_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
+        """Both, the slope only as good as Newton's method needs it."""
         table = self._table
         if table is None:
             return self._backbone(u), self._slope(u)
         return table.value_and_slope(u)
 
     def _backbone_at(self, u: float) -> tuple[float, float]:
-        table = self._table
-        if table is not None:
-            return table.at(u)
+        """Both at one place, each as good as for many."""
         place = np.array([u])
         return float(self._backbone(place)[0]), float(self._slope(place)[0])
 
@@ -414,7 +414,7 @@ class BackboneLaw(ABC):
             raise InputError(f"amplitude must be one number above zero [m], got {show(amplitude)}")
         shape, turn = _cycle(int(samples))
         peak = self._backbone_at(float(a))[0]
-        rise = 2.0 * self._backbone_and_slope(float(a) * _halves(int(samples)))[0]
+        rise = 2.0 * self._backbone(float(a) * _halves(int(samples)))
         force = np.concatenate((peak - rise[: turn + 1], rise[turn + 1 :] - peak))
         force[-1] = peak
         return Loop(float(a) * shape, force)
@@ -441,8 +441,8 @@ class BackboneLaw(ABC):
         root = int(np.argmax(np.abs(x)))
         # Once the largest displacement is reached all memory is gone: the cycle begins there.
         tree = Memory().tree(np.roll(x, -root))
-        value, stiffness = self._backbone_and_slope(tree.half)
-        force = value * tree.sign
+        stiffness = self._slope(tree.half)
+        force = self._backbone(tree.half) * tree.sign
         kernels.active.accumulate(tree.parent, force, np.zeros(1))
         above = np.where(tree.parent < 0, 0, tree.parent)
         return PeriodicResponse(
@@ -470,17 +470,14 @@ class BackboneLaw(ABC):
 @lru_cache(maxsize=32)
 def _cycle(samples: int) -> tuple[Floats, int]:
     shape, turn = unit_cycle(samples)
-    shape.setflags(write=False)
-    return shape, turn
+    return lock(shape), turn
 
 
 @lru_cache(maxsize=32)
 def _halves(samples: int) -> Floats:
     """Half the distance of each sample of the unit cycle from the turning point before it."""
     shape, turn = _cycle(samples)
-    halves = 0.5 * np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :]))
-    halves.setflags(write=False)
-    return halves
+    return lock(0.5 * np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :])))
 
 
 def _invert(

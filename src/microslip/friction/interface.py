@@ -166,10 +166,12 @@ class Interface(BackboneLaw):
 
     # -- the backbone and what it gives -----------------------------------------------------------
 
+    def _steps(self, u: Floats) -> Floats:
+        """Displacements as steps of the separation; where numbers end all has slipped long ago."""
+        return np.minimum(u, 1e200) / self.slip_per_indentation
+
     def _exact(self, u: Floats) -> Floats:
-        return self.friction_coefficient * self.surface._drop(
-            self.separation, u / self.slip_per_indentation
-        )
+        return self.friction_coefficient * self.surface._drop(self.separation, self._steps(u))
 
     def _exact_energy(self, amplitude: Floats) -> Floats:
         kappa = self.slip_per_indentation
@@ -206,8 +208,16 @@ class Interface(BackboneLaw):
         return self._exact(u) if self._table is None else self._table.value(u)
 
     def _slope(self, u: Floats) -> Floats:
-        kappa = self.slip_per_indentation
-        return self.friction_coefficient / kappa * self.surface._fall(self.separation, u / kappa)
+        factor = self.friction_coefficient / self.slip_per_indentation
+        return factor * self.surface._fall(self.separation, self._steps(u))
+
+    def _backbone_at(self, u: float) -> tuple[float, float]:
+        if self._table is None:
+            return super()._backbone_at(u)
+        step = min(u, 1e200) / self.slip_per_indentation
+        factor = self.friction_coefficient / self.slip_per_indentation
+        slope = -self.surface._derivative_at(self.separation + step, 1)
+        return self._table.at(u)[0], factor * slope
 
     def _energy(self, amplitude: Floats) -> Floats:
         if self._energy_table is None:
@@ -264,7 +274,6 @@ class Interface(BackboneLaw):
         joints = [cls(law, 0.55, 2000.0) for law in NORMAL_LAWS[0].examples()[:1]]
         for law in NORMAL_LAWS:
             for surface in law.examples():
-                low, high = surface._span
-                tops = (0.9 * low + 0.1 * high, 0.3 * low + 0.7 * high)
-                joints += [cls(surface, 0.3, separation=top) for top in tops]
+                most = surface.load(surface._span[0])
+                joints += [cls(surface, 0.3, share * most) for share in (0.3, 1e-3, 1e-6)]
         return tuple(joints)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, floats, plain
@@ -40,6 +41,10 @@ class HeightDistribution(ABC):
     @abstractmethod
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
         """Partial moment of the order ``twice_order/2`` at thresholds of any shape."""
+
+    def _moment_at(self, twice_order: int, threshold: float) -> float:
+        """The same at one threshold."""
+        return float(self._moment(twice_order, np.array([threshold]))[0])
 
     @abstractmethod
     def _density(self, height: Floats) -> Floats:

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, record
+from microslip._frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
 
 
 @dataclass(frozen=True, eq=False)
-class Discrete(HeightDistribution):
+class Discrete(Locked, HeightDistribution):
     """Measured heights as a distribution of equal atoms.
 
     Parameters
@@ -31,8 +32,7 @@ class Discrete(HeightDistribution):
 
     def __post_init__(self) -> None:
         values = np.sort(record("heights", self.values).reshape(-1))
-        values.setflags(write=False)
-        object.__setattr__(self, "values", values)
+        object.__setattr__(self, "values", lock(values))
 
     @property
     def spread(self) -> float:

@@ -55,6 +55,11 @@ class Gaussian(HeightDistribution):
         scaled = kernels.gaussian_moment((threshold - self.mean) / self.std, twice_order)
         return np.asarray(scaled * self.std ** (0.5 * twice_order))
 
+    def _moment_at(self, twice_order: int, threshold: float) -> float:
+        h = (threshold - self.mean) / self.std
+        scale: float = self.std ** (0.5 * twice_order)
+        return kernels.gaussian_moment_at(h, twice_order) * scale
+
     def _density(self, height: Floats) -> Floats:
         h = (height - self.mean) / self.std
         return np.asarray(np.exp(-0.5 * h * h) / (math.sqrt(2.0 * math.pi) * self.std))

@@ -16,7 +16,16 @@ from microslip._kernel_choice import kernel_name
 from microslip.kernels import twin
 from microslip.kernels.twin import MOMENT_TERMS, TERMS, Floats, Integers
 
-__all__ = ["MOMENT_TERMS", "NAME", "TERMS", "Floats", "Integers", "active", "gaussian_moment"]
+__all__ = [
+    "MOMENT_TERMS",
+    "NAME",
+    "TERMS",
+    "Floats",
+    "Integers",
+    "active",
+    "gaussian_moment",
+    "gaussian_moment_at",
+]
 
 NAME = kernel_name()
 
@@ -47,3 +56,9 @@ def gaussian_moment(h: Floats, twice_order: int) -> Floats:
     out = np.empty_like(flat)
     active.gaussian_moment(flat, out, _moment_coefficients(twice_order), twice_order)
     return out.reshape(np.shape(h))
+
+
+def gaussian_moment_at(h: float, twice_order: int) -> float:
+    """F_n(h) at one h."""
+    value: float = active.gaussian_moment_at(h, _moment_coefficients(twice_order), twice_order)
+    return value

@@ -329,6 +329,17 @@ static PyObject *py_gaussian_moment(PyObject *self, PyObject *args)
     Py_RETURN_NONE;
 }
 
+static PyObject *py_gaussian_moment_at(PyObject *self, PyObject *args)
+{
+    Py_buffer coefficients;
+    double h, value;
+    int twice;
+    if (!PyArg_ParseTuple(args, "dy*i", &h, &coefficients, &twice)) return NULL;
+    value = moment(coefficients.buf, twice, h);
+    PyBuffer_Release(&coefficients);
+    return PyFloat_FromDouble(value);
+}
+
 /* ---- module ------------------------------------------------------------------------------ */
 
 static PyMethodDef methods[] = {
@@ -339,6 +350,7 @@ static PyMethodDef methods[] = {
     {"branches", py_branches, METH_VARARGS, NULL},
     {"accumulate", py_accumulate, METH_VARARGS, NULL},
     {"gaussian_moment", py_gaussian_moment, METH_VARARGS, NULL},
+    {"gaussian_moment_at", py_gaussian_moment_at, METH_VARARGS, NULL},
     {NULL, NULL, 0, NULL},
 };
 

@@ -343,3 +343,10 @@ def gaussian_moment(h: Floats, out: Floats, coefficients: Floats, twice: int) ->
             r = 1.0 / (v + 4.0)
             out[mask] = decay * _half_power(r, twice + 2) * _chebyshev(pieces[3], (v - 4.0) * r)
     out[h > 1e3] = 0.0
+
+
+def gaussian_moment_at(h: float, coefficients: Floats, twice: int) -> float:
+    """F_n(h) at one h."""
+    out = np.empty(1)
+    gaussian_moment(np.array([h]), out, coefficients, twice)
+    return float(out[0])

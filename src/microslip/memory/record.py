@@ -74,6 +74,10 @@ class Memory:
 
         With a table of the backbone the kernel does it all in one pass.
         """
+        with np.errstate(over="ignore"):  # distances beyond all numbers are far in gross slip
+            return self._respond(x, backbone, table)
+
+    def _respond(self, x: Floats, backbone: Backbone, table: Table | None) -> Floats:
         if table is None:
             return self._respond_through_tree(x, backbone)
         values = np.empty(x.size)

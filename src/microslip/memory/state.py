@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, number, record
+from microslip._checks import Floats, exact, number, record
 from microslip.errors import InputError
 from microslip.kernels.table import Table
 from microslip.memory.record import Memory
@@ -138,15 +138,18 @@ class State:
         other._memory, other._trial = self._memory.copy(), self._trial
         return other
 
+    __copy__ = copy
+
     def _check_load(self, normal_load: float) -> None:
         load = number("normal_load", normal_load, "N")
         held = self._law._held_load
         if held is None:
-            raise InputError(f"normal_load has no meaning for this law, got {load:g} N")
+            raise InputError(f"normal_load has no meaning for this law, got {exact(load)} N")
         if load != held:
             raise InputError(
-                f"normal_load must be the joint's own {held:g} N, which this state holds, "
-                f"got {load:g} N; another constant load is joint.at(normal_load={load:g}).start()"
+                f"normal_load must be the joint's own {exact(held)} N, which this state holds, got "
+                f"{exact(load)} N; for another constant load: "
+                f"joint.at(normal_load={exact(load)}).start()"
             )
 
     def __repr__(self) -> str:

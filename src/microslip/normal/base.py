@@ -40,6 +40,10 @@ class NormalLaw(ABC):
     def _derivative(self, separation: Floats, order: int) -> Floats:
         """Derivative of the load: order 0 the load, 1, 2, and -1 its integral to infinity."""
 
+    def _derivative_at(self, separation: float, order: int) -> float:
+        """The same at one separation."""
+        return float(self._derivative(np.array([separation]), order)[0])
+
     @property
     @abstractmethod
     def _span(self) -> tuple[float, float]:
@@ -198,13 +202,13 @@ class NormalLaw(ABC):
         scale = max(high - low, 1e-12)
         top = float(loads.max())
         for _ in range(200):
-            if float(self._derivative(np.array([low]), 0)[0]) >= top:
+            if self._derivative_at(low, 0) >= top:
                 break
             low -= scale
             scale *= 2.0
         else:
             raise InputError(f"load must be one that the surface can carry, got {top:g} N")
-        least = float(self._derivative(np.array([high]), 0)[0])
+        least = self._derivative_at(high, 0)
         if loads.min() < least:
             raise InputError(
                 f"load must be at least {least:.3g} N, the lightest this surface can tell from "

@@ -93,6 +93,12 @@ class GreenwoodWilliamson(NormalLaw):
             return self._spheres.derivative(separation, order)
         return (_FACTORS[order] * self._constant) * self._heights._moment(3 - 2 * order, separation)
 
+    def _derivative_at(self, separation: float, order: int) -> float:
+        if self._spheres is not None:
+            return super()._derivative_at(separation, order)
+        moment = self._heights._moment_at(3 - 2 * order, separation)
+        return _FACTORS[order] * self._constant * moment
+
     @property
     def _heights(self) -> HeightDistribution:
         heights: HeightDistribution = self.heights

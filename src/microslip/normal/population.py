@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, floats, plain, record
+from microslip._frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair
@@ -18,7 +19,7 @@ from microslip.normal.spheres import Spheres
 
 
 @dataclass(frozen=True, eq=False)
-class AsperityPopulation(NormalLaw):
+class AsperityPopulation(Locked, NormalLaw):
     """Given summits against a rigid plane: N = (4/3) E* sum of sqrt(rho_i) (y_i - d)^(3/2).
 
     Parameters
@@ -59,8 +60,7 @@ class AsperityPopulation(NormalLaw):
         radii = np.broadcast_to(radii.reshape(-1), heights.shape).copy()
         heights = heights.copy()
         for name, values in (("heights", heights), ("radii", radii)):
-            values.setflags(write=False)
-            object.__setattr__(self, name, values)
+            object.__setattr__(self, name, lock(values))
 
     @property
     def summit_count(self) -> int:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, floats, record, show
+from microslip._frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair
@@ -34,7 +35,7 @@ _NODES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
 
 
 @dataclass(frozen=True, eq=False)
-class TabulatedNormalLaw(NormalLaw):
+class TabulatedNormalLaw(Locked, NormalLaw):
     """Measured or computed loads at given separations, interpolated monotone and convex.
 
     Parameters
@@ -85,8 +86,7 @@ class TabulatedNormalLaw(NormalLaw):
             )
         _check_table(d, n, tail)
         for name, value in (("separations", d.copy()), ("loads", n.copy())):
-            value.setflags(write=False)
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, lock(value))
         object.__setattr__(self, "pair", pair)
         object.__setattr__(self, "tail", tail)
 
@@ -189,7 +189,7 @@ class TabulatedNormalLaw(NormalLaw):
         return np.asarray(total * (loads[-1] / length**2))
 
     def _drop(self, d: float, u: Floats) -> Floats:
-        here, slope = (float(self._derivative(np.array([d]), k)[0]) for k in (0, 1))
+        here, slope = self._derivative_at(d, 0), self._derivative_at(d, 1)
         bent = -slope * u - self._weighted(d, u, lambda v, u: u - v)
         return np.where(u < 0.5 * here / -slope, bent, here - self._derivative(d + u, 0))
 

@@ -20,7 +20,7 @@ LARGEST, SMALLEST = 1e40, 1e-40
 
 def show(value: Any) -> str:
     """A value as an error message shows it: short, whatever it is."""
-    text = repr(value)
+    text = " ".join(repr(value).split())
     return text if len(text) <= 60 else text[:57] + "..."
 
 

@@ -11,7 +11,7 @@ from microslip.errors import InputError
 
 @dataclass(frozen=True)
 class Material:
-    """A linear elastic, isotropic material.
+    """A linear elastic, isotropic material: E and nu of (19.4), G of (19.11).
 
     Parameters
     ----------

@@ -55,7 +55,13 @@ class Sliders:
     _density: Callable[[Floats], Floats] | None
 
     def density(self, yield_displacement: ArrayLike) -> Any:
-        """Stiffness per yield displacement -T0'' [N/m^2] of the spread sliders, any shape."""
+        """Stiffness per yield displacement -T0'' [N/m^2] of the spread sliders, any shape.
+
+        Raises
+        ------
+        InputError
+            Yield displacements [m] that are negative, not finite, or none.
+        """
         u = floats("yield_displacement", yield_displacement)
         if u.min() < 0.0:
             raise InputError(f"yield_displacement must not be negative, got {u.min():g} m")

@@ -38,7 +38,7 @@ def as_heights(value: Any) -> HeightDistribution:
     """
     if isinstance(value, HeightDistribution):
         return value
-    if hasattr(value, "pdf") and hasattr(value, "sf"):
+    if hasattr(value, "sf"):
         return Statistical(value)
     if isinstance(value, (list, tuple, np.ndarray)):
         return Discrete(value)

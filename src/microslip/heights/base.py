@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import numbers
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, floats, plain
+from microslip._checks import Floats, floats, plain, show
 from microslip.errors import InputError
 
 TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1, 6)})
@@ -73,22 +74,42 @@ class HeightDistribution(ABC):
         InputError
             Another order; a threshold that is not finite.
         """
-        if order not in TWICE_ORDERS:
+        if not isinstance(order, numbers.Real) or order not in TWICE_ORDERS:
             raise InputError(
-                f"order must be one of {', '.join(f'{n:g}' for n in TWICE_ORDERS)}, got {order!r}"
+                f"order must be one of {', '.join(f'{n:g}' for n in TWICE_ORDERS)}, got {show(order)}"
             )
         return plain(self._moment(TWICE_ORDERS[order], floats("threshold", threshold)))
 
     def probability_above(self, height: ArrayLike) -> Any:
-        """Probability that a summit is higher than ``height`` [m] (19.5)."""
+        """Probability that a summit is higher than ``height`` [m] (19.5), any shape.
+
+        Raises
+        ------
+        InputError
+            Not finite or empty.
+        """
         return self.partial_moment(0.0, height)
 
     def cdf(self, height: ArrayLike) -> Any:
-        """Probability that a summit is not higher than ``height`` [m]; (19.26), corrected."""
-        return plain(1.0 - self._moment(0, floats("height", height)))
+        """Probability that a summit is not higher than ``height`` [m], any shape.
+
+        For Gaussian heights it is (19.26), corrected: (1 + erf((y - m)/(sigma sqrt(2))))/2.
+
+        Raises
+        ------
+        InputError
+            Not finite or empty.
+        """
+        return plain(np.clip(1.0 - self._moment(0, floats("height", height)), 0.0, 1.0))
 
     def pdf(self, height: ArrayLike) -> Any:
-        """Probability density [1/m] at ``height`` [m]; (19.25) for Gaussian heights."""
+        """Probability density [1/m] at ``height`` [m], any shape; Gaussian heights: (19.25).
+
+        Raises
+        ------
+        InputError
+            Not finite, empty, or heights given one by one, which have no density.
+        """
         return plain(self._density(floats("height", height)))
 
     @classmethod

@@ -15,7 +15,7 @@ from microslip.heights.base import HeightDistribution
 
 @dataclass(frozen=True, eq=False)
 class Discrete(Locked, HeightDistribution):
-    """Measured heights as a distribution of equal atoms.
+    """Measured heights as a distribution of equal atoms: (19.5)-(19.8) as sums.
 
     Parameters
     ----------
@@ -33,6 +33,10 @@ class Discrete(Locked, HeightDistribution):
     def __post_init__(self) -> None:
         values = np.sort(record("heights", self.values).reshape(-1))
         object.__setattr__(self, "values", lock(values))
+
+    def __repr__(self) -> str:
+        low, high = self.span
+        return f"Discrete({np.size(self.values)} heights from {low:g} to {high:g})"
 
     @property
     def spread(self) -> float:

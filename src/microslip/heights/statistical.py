@@ -91,7 +91,7 @@ def _resolve(function: Callable[[Floats], Floats], edges: Floats) -> _Pieces:
 
 @dataclass(frozen=True, eq=False)
 class Statistical(HeightDistribution):
-    """Summit heights by a frozen continuous distribution of scipy.stats, in metres.
+    """Summit heights by a frozen continuous distribution of scipy.stats, in metres: (19.5)-(19.8).
 
     Parameters
     ----------
@@ -150,6 +150,13 @@ class Statistical(HeightDistribution):
                 ):
                     return math.log(first / second) / math.log(y[1] / y[0])
         return math.inf if math.isfinite(float(d.std())) else 0.0
+
+    def __repr__(self) -> str:
+        d = self.distribution
+        given = [show(v) for v in getattr(d, "args", ())]
+        given += [f"{name}={show(v)}" for name, v in getattr(d, "kwds", {}).items()]
+        name = getattr(getattr(d, "dist", d), "name", type(d).__name__)
+        return f"Statistical({name}({', '.join(given)}))"
 
     @cached_property
     def spread(self) -> float:
@@ -230,8 +237,7 @@ class Statistical(HeightDistribution):
         tables = {-1: root}
         for twice in (1, 3, 5):
             tables[twice] = tables[twice - 2].tail(0.5 * twice)
-        tables[0] = self._density_pieces.tail(1.0)
-        tables[2] = tables[0].tail(1.0)
+        tables[2] = self._density_pieces.tail(1.0).tail(1.0)
         tables[4] = tables[2].tail(2.0)
         return tables
 
@@ -249,6 +255,8 @@ class Statistical(HeightDistribution):
         return y.ravel(), (width * _WEIGHTS * self._pdf(y)).ravel()
 
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
+        if twice_order == 0:
+            return np.asarray(self.distribution.sf(threshold), dtype=float)
         low, high = self.span
         t = np.atleast_1d(threshold)
         result = np.zeros(t.shape)

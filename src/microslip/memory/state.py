@@ -27,7 +27,7 @@ class Law(Protocol):
 
 
 class State:
-    """The place of one joint on its hysteresis, made by ``joint.start()``.
+    """The place of one joint on its hysteresis, made by ``joint.start()``: (19.19)-(19.24).
 
     A trial moves nothing until it is committed::
 

@@ -62,6 +62,10 @@ class AsperityPopulation(Locked, NormalLaw):
         for name, values in (("heights", heights), ("radii", radii)):
             object.__setattr__(self, name, lock(values))
 
+    def __repr__(self) -> str:
+        low, high = self._span
+        return f"AsperityPopulation({self.summit_count} summits from {low:g} to {high:g})"
+
     @property
     def summit_count(self) -> int:
         """Number of all summits."""

@@ -90,6 +90,14 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         object.__setattr__(self, "pair", pair)
         object.__setattr__(self, "tail", tail)
 
+    def __repr__(self) -> str:
+        d, n = np.asarray(self.separations), np.asarray(self.loads)
+        tail = "" if self.tail is None else f", tail={self.tail!r}"
+        return (
+            f"TabulatedNormalLaw({d.size} loads from {n[0]:g} at {d[0]:g} "
+            f"to {n[-1]:g} at {d[-1]:g}{tail})"
+        )
+
     @cached_property
     def _spline(self) -> _Spline:
         d, n = np.asarray(self.separations), np.asarray(self.loads)

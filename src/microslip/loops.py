@@ -63,17 +63,20 @@ class Loop(Locked):
         return 0.5 * float(np.ptp(self.force))
 
     @cached_property
-    def dissipated_energy(self) -> float:
-        """Area of the loop E_d [J] (19.29): positive where force leads displacement."""
-        x, t = self.displacement - self.displacement[0], self.force
-        area = np.dot(0.5 * (t[1:] + t[:-1]), np.diff(x))
+    def energy_ratio(self) -> float:
+        """E_d over 4 delta_m T_m [-]: 1 for a rigid-plastic loop; 0 if the force is constant."""
+        if self.force_amplitude == 0.0:
+            return 0.0
+        x = (self.displacement - self.displacement[0]) / self.displacement_amplitude
+        t = (self.force - self.force[0]) / self.force_amplitude
         # Of an open cycle the chord from its last to its first sample closes the polygon.
-        return float(area + 0.5 * (t[-1] + t[0]) * (x[0] - x[-1]))
+        area = 0.5 * (np.dot(t[1:] + t[:-1], np.diff(x)) - (t[-1] + t[0]) * (x[-1] - x[0]))
+        return 0.25 * float(area)
 
     @property
-    def energy_ratio(self) -> float:
-        """E_d over 4 delta_m T_m [-]: 1 for a rigid-plastic loop."""
-        return self.dissipated_energy / (4.0 * self.displacement_amplitude * self.force_amplitude)
+    def dissipated_energy(self) -> float:
+        """Area of the loop E_d [J] (19.29): positive where force leads displacement."""
+        return 4.0 * self.energy_ratio * self.displacement_amplitude * self.force_amplitude
 
     @property
     def loss_factor(self) -> float:
@@ -98,7 +101,8 @@ class Loop(Locked):
         rigid-plastic loop.
         """
         middle = 0.5 * (float(self.force.max()) + float(self.force.min()))
-        t, x = self.force - middle, self.displacement
+        t = np.append(self.force, self.force[0]) - middle
+        x = np.append(self.displacement, self.displacement[0])
         crossing = np.flatnonzero((t[:-1] < 0.0) != (t[1:] < 0.0))
         if crossing.size < 2:
             return 0.0

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, floats, number, plain, positive, show
+from microslip._checks import Floats, exact, floats, number, plain, positive, show
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw, Sliders
 from microslip.friction.validity import Verdict, validity
@@ -261,8 +261,8 @@ class Interface(BackboneLaw):
     def __repr__(self) -> str:
         return (
             f"Interface({type(self.surface).__name__}, "
-            f"friction_coefficient={self.friction_coefficient:g}, "
-            f"normal_load={self.normal_load:g}, separation={self.separation:g})"
+            f"friction_coefficient={exact(self.friction_coefficient)}, "
+            f"normal_load={exact(self.normal_load)}, separation={self.separation:g})"
         )
 
     @classmethod

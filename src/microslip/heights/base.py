@@ -76,7 +76,8 @@ class HeightDistribution(ABC):
         """
         if not isinstance(order, numbers.Real) or order not in TWICE_ORDERS:
             raise InputError(
-                f"order must be one of {', '.join(f'{n:g}' for n in TWICE_ORDERS)}, got {show(order)}"
+                f"order must be one of {', '.join(f'{n:g}' for n in TWICE_ORDERS)}, "
+                f"got {show(order)}"
             )
         return plain(self._moment(TWICE_ORDERS[order], floats("threshold", threshold)))
 

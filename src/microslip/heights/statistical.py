@@ -19,7 +19,7 @@ from microslip.heights.base import HeightDistribution
 _DEGREE = 15
 _TOLERANCE = 3e-12  # of the largest value on a panel
 _RATIO = 1e-4  # a panel over which a function falls further is split: relative accuracy in the tail
-_DEEPEST = 36  # halvings of a first panel
+_DEEPEST = 48  # halvings of a first panel
 _MOST = 1500  # panels; a density as noisy as that is taken as it is
 _HIGH = (1e-36, 1e-30, 1e-25, 1e-14)  # tail probabilities tried for the upper end of a range
 _LOW = (1e-20, 1e-14)  # and for the lower: what lies below carries no share of a load
@@ -116,12 +116,14 @@ class Statistical(HeightDistribution):
 
     def __post_init__(self) -> None:
         d = self.distribution
-        needed = ("pdf", "sf", "isf", "ppf", "support", "std")
+        needed = ("dist", "pdf", "cdf", "sf", "isf", "ppf", "support", "std")
         if hasattr(d, "pmf") or not all(hasattr(d, name) for name in needed):
             raise InputError(
                 "heights must be a frozen continuous scipy.stats distribution such as "
                 f"scipy.stats.weibull_min(2.2, scale=1e-6), got {show(d)}"
             )
+        if any(np.ndim(end) for end in d.support()) or np.ndim(d.std()):
+            raise InputError(f"heights must be one distribution, got several at once: {self!r}")
         low, high = (float(v) for v in d.support())
         if not high > low:
             raise InputError(f"heights must have a support of some length, got [{low:g}, {high:g}]")
@@ -202,6 +204,21 @@ class Statistical(HeightDistribution):
             values = np.asarray(self.distribution.pdf(y), dtype=float)
         return np.where(np.isfinite(values), values, 0.0)
 
+    def _probabilities(self, edges: Floats) -> Floats:
+        """What the nodes of each panel stand for; each panel has its exact probability.
+
+        Near a singular end of a density no node does it justice.
+        """
+        width = np.diff(edges)[:, None]
+        weights = self._pdf(edges[:-1, None] + width * _NODES) * width * _WEIGHTS
+        sf = np.asarray(self.distribution.sf(edges), dtype=float)
+        cdf = np.asarray(self.distribution.cdf(edges), dtype=float)
+        exact = np.where(sf[:-1] < 0.5, -np.diff(sf), np.diff(cdf))
+        total = weights.sum(axis=1)
+        off = (np.abs(exact - total) > 1e-12 * total) & (np.abs(exact - total) < 0.1 * total)
+        weights[off] *= (exact[off] / total[off])[:, None]
+        return weights
+
     @cached_property
     def _density_pieces(self) -> _Pieces:
         return _resolve(self._pdf, self._edges)
@@ -216,7 +233,7 @@ class Statistical(HeightDistribution):
         # Far panels: fixed nodes. Nearer than an eighth of its width a panel sees the singularity.
         far = gap > 0.125 * width
         nodes = width[:, None] * _NODES
-        weights = self._pdf(edges[:-1, None] + nodes) * width[:, None] * _WEIGHTS
+        weights = self._probabilities(edges)
         total = np.zeros_like(flat)
         for j, (node, weight) in enumerate(zip(nodes, weights, strict=True)):
             at = np.flatnonzero(far[:, j])
@@ -252,7 +269,7 @@ class Statistical(HeightDistribution):
         edges = np.union1d(edges, edges[0] + np.ptp(edges) * 2.0 ** -np.arange(0.0, 60.0))
         width = np.diff(edges)[:, None]
         y = edges[:-1, None] + width * _NODES
-        return y.ravel(), (width * _WEIGHTS * self._pdf(y)).ravel()
+        return y.ravel(), self._probabilities(edges).ravel()
 
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
         if twice_order == 0:

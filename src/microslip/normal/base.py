@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip import _quadrature
-from microslip._checks import Floats, floats, plain, show
+from microslip._checks import LARGEST, Floats, exact, floats, plain, positive, show
 from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
 from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
@@ -104,8 +104,8 @@ class NormalLaw(ABC):
             A load not above zero, not finite, or one that the law cannot carry.
         """
         loads = floats("load", load)
-        if loads.min() <= 0.0:
-            raise InputError(f"load must be above zero [N], got {loads.min():g}")
+        for extreme in (float(loads.min()), float(loads.max())):
+            positive("load", extreme, "N")
         return plain(self._solve(loads.reshape(-1)).reshape(loads.shape))
 
     # -- contacts ---------------------------------------------------------------------------
@@ -191,7 +191,10 @@ class NormalLaw(ABC):
     # -- checks and the inverse ---------------------------------------------------------------
 
     def _separations(self, value: ArrayLike) -> Floats:
-        return floats("separation", value)
+        d = floats("separation", value)
+        if d.min() < -LARGEST:
+            raise InputError(f"separation must be above {-LARGEST:g} [m], got {d.min():g}")
+        return np.minimum(d, LARGEST)  # where nothing has touched for long
 
     def _solve(self, loads: Floats) -> Floats:
         """Separations of given loads by Newton's method on log N, kept in brackets.
@@ -212,7 +215,7 @@ class NormalLaw(ABC):
         if loads.min() < least:
             raise InputError(
                 f"load must be at least {least:.3g} N, the lightest this surface can tell from "
-                f"none, got {loads.min():g} N"
+                f"none, got {exact(loads.min())} N"
             )
         grid = np.linspace(low, high, 65)
         with np.errstate(divide="ignore"):

@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, floats, record, show
+from microslip._checks import Floats, exact, record, show
 from microslip._frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
@@ -120,11 +120,11 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         return float(knots[0]), float(knots[-1] + 650.0 * loads[-1] / -slopes[-1])
 
     def _separations(self, value: ArrayLike) -> Floats:
-        d = floats("separation", value)
-        first = self._span[0]
+        d, first = super()._separations(value), self._span[0]
         if d.min() < first:
             raise InputError(
-                f"separation must be at least {first:g} m, where the table begins, got {d.min():g}"
+                f"separation must be at least {exact(first)} m, where the table begins, "
+                f"got {exact(d.min())}"
             )
         return d
 
@@ -150,7 +150,8 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         most = float(np.asarray(self.loads)[0])
         if loads.max() > most:
             raise InputError(
-                f"load must be at most {most:g} N, where the table begins, got {loads.max():g} N"
+                f"load must be at most {exact(most)} N, where the table begins, "
+                f"got {exact(loads.max())} N"
             )
         return super()._solve(loads)
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip import _quadrature
-from microslip._checks import LARGEST, Floats, exact, floats, plain, positive, show
+from microslip._checks import LARGEST, Floats, exact, floats, plain, show
 from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
 from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
@@ -104,8 +104,12 @@ class NormalLaw(ABC):
             A load not above zero, not finite, or one that the law cannot carry.
         """
         loads = floats("load", load)
-        for extreme in (float(loads.min()), float(loads.max())):
-            positive("load", extreme, "N")
+        lightest, heaviest = float(loads.min()), float(loads.max())
+        if lightest <= 0.0:
+            raise InputError(f"load must be above zero [N], got {exact(lightest)}")
+        if not (lightest >= 1e-290 and heaviest <= LARGEST):
+            worst = heaviest if heaviest > LARGEST else lightest
+            raise InputError(f"load must be between 1e-290 and {LARGEST:g} [N], got {exact(worst)}")
         return plain(self._solve(loads.reshape(-1)).reshape(loads.shape))
 
     # -- contacts ---------------------------------------------------------------------------

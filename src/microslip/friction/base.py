@@ -122,8 +122,11 @@ class BackboneLaw(ABC):
         low = force / self.tangential_stiffness
         # T0 is concave: it lies below its first tangent, so the answer is not below `low`.
         high = np.maximum(low, self.force_limit / self.tangential_stiffness)
-        for _ in range(1100):
-            short = self._backbone(high) < force
+        reached = np.zeros_like(high)
+        for _ in range(1000):
+            before, reached = reached, self._backbone(high)
+            # A limit may round to a last place less than the force asked for: stop there, too.
+            short = (reached < force) & (reached > before)
             if not short.any():
                 break
             low = np.where(short, high, low)

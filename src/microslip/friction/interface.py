@@ -166,17 +166,27 @@ class Interface(BackboneLaw):
 
     # -- the backbone and what it gives -----------------------------------------------------------
 
+    @cached_property
+    def _friction(self) -> float:
+        """The coefficient of friction, with it the limit mu N is met exactly.
+
+        Next to the highest of given summits a separation in double precision is so coarse that the
+        load it stands for is not to the last digit the one asked for.
+        """
+        return self.force_limit / self.surface._derivative_at(self.separation, 0)
+
     def _steps(self, u: Floats) -> Floats:
         """Displacements as steps of the separation; where numbers end all has slipped long ago."""
         return np.minimum(u, 1e200) / self.slip_per_indentation
 
     def _exact(self, u: Floats) -> Floats:
-        return self.friction_coefficient * self.surface._drop(self.separation, self._steps(u))
+        force = self._friction * self.surface._drop(self.separation, self._steps(u))
+        return np.minimum(force, self.force_limit)  # not a last place above it
 
     def _exact_energy(self, amplitude: Floats) -> Floats:
         kappa = self.slip_per_indentation
         excess = self.surface._excess(self.separation, amplitude / kappa)
-        return 8.0 * self.friction_coefficient * kappa * excess
+        return 8.0 * self._friction * kappa * excess
 
     @cached_property
     def _end(self) -> float | None:
@@ -208,14 +218,14 @@ class Interface(BackboneLaw):
         return self._exact(u) if self._table is None else self._table.value(u)
 
     def _slope(self, u: Floats) -> Floats:
-        factor = self.friction_coefficient / self.slip_per_indentation
+        factor = self._friction / self.slip_per_indentation
         return factor * self.surface._fall(self.separation, self._steps(u))
 
     def _backbone_at(self, u: float) -> tuple[float, float]:
         if self._table is None:
             return super()._backbone_at(u)
         step = min(u, 1e200) / self.slip_per_indentation
-        factor = self.friction_coefficient / self.slip_per_indentation
+        factor = self._friction / self.slip_per_indentation
         slope = -self.surface._derivative_at(self.separation + step, 1)
         return self._table.at(u)[0], factor * slope
 
@@ -227,12 +237,12 @@ class Interface(BackboneLaw):
     def _energy_slope(self, amplitude: Floats) -> Floats:
         steps = amplitude / self.slip_per_indentation
         slope = self.surface._excess_slope(self.separation, steps)
-        return 8.0 * self.friction_coefficient * slope
+        return 8.0 * self._friction * slope
 
     def _slider_density(self, u: Floats) -> Floats:
         kappa = self.slip_per_indentation
         curvature = self.surface._derivative(self.separation + u / kappa, 2)
-        return self.friction_coefficient / kappa**2 * curvature
+        return self._friction / kappa**2 * curvature
 
     def dissipation_exponent(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
@@ -254,9 +264,7 @@ class Interface(BackboneLaw):
         """
         places, jumps = self.surface._corners(self.separation)
         kappa = self.slip_per_indentation
-        return Sliders(
-            kappa * places, self.friction_coefficient / kappa * jumps, self._slider_density
-        )
+        return Sliders(kappa * places, self._friction / kappa * jumps, self._slider_density)
 
     def __repr__(self) -> str:
         return (

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev as cheb
+from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, show
 from microslip.errors import InputError
@@ -21,7 +22,7 @@ _TOLERANCE = 3e-12  # of the largest value on a panel
 _RATIO = 1e-4  # a panel over which a function falls further is split: relative accuracy in the tail
 _DEEPEST = 48  # halvings of a first panel
 _MOST = 1500  # panels; a density as noisy as that is taken as it is
-_HIGH = (1e-36, 1e-30, 1e-25, 1e-14)  # tail probabilities tried for the upper end of a range
+_HIGH = (1e-50, 1e-30, 1e-25, 1e-14)  # tail probabilities tried for the upper end of a range
 _LOW = (1e-20, 1e-14)  # and for the lower: what lies below carries no share of a load
 
 _ANGLES = math.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
@@ -178,7 +179,7 @@ class Statistical(HeightDistribution):
             if not math.isfinite(high):
                 # For a power tail the 3/2-moment beyond the end must be negligible, too.
                 share = 1.0 - 1.5 / self._index  # type: ignore[attr-defined]
-                tails = (max(1e-300, min(1e-36, 10.0 ** (-14.0 / share))), *_HIGH)
+                tails = (max(1e-300, min(1e-50, 10.0 ** (-14.0 / share))), *_HIGH)
                 high = next(v for p in tails if math.isfinite(v := float(d.isf(p))))
         return low, high
 
@@ -270,6 +271,22 @@ class Statistical(HeightDistribution):
         width = np.diff(edges)[:, None]
         y = edges[:-1, None] + width * _NODES
         return y.ravel(), self._probabilities(edges).ravel()
+
+    def partial_moment(self, order: float, threshold: ArrayLike) -> Any:
+        """As for every distribution; an order whose moment is infinite is an error, too."""
+        moment = super().partial_moment(order, threshold)
+        index: float = self._index  # type: ignore[attr-defined]
+        if order >= index:
+            raise InputError(
+                f"order must be below {index:.3g}, where the moments of this distribution become "
+                f"infinite, got {order:g}"
+            )
+        if order <= 0.0 or math.isinf(index):
+            return moment
+        # What a power tail holds beyond the end of the tables, which are made for order 3/2.
+        end = self.span[1]
+        beyond = float(self.distribution.sf(end)) * end**order * index / (index - order)
+        return moment + beyond
 
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
         if twice_order == 0:

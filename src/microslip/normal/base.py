@@ -250,6 +250,13 @@ class NormalLaw(ABC):
             active = active[going]
             if active.size == 0:
                 break
+        off = np.abs(self._derivative(d, 0) - loads) > 1e-9 * loads
+        if off.any():
+            # Next to the highest of given summits a separation is too coarse a number.
+            raise InputError(
+                "load must be one that a separation in double precision can tell from its "
+                f"neighbours on this surface, got {exact(loads[off][0])} N, which is too light"
+            )
         return d
 
     @classmethod

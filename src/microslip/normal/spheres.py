@@ -68,8 +68,8 @@ class Contacts:
         panel = np.minimum((self._s / self._width).astype(np.int64), panels - 1)
         self._first = np.searchsorted(panel, np.arange(panels + 1))  # summits of panel b
         self._panel = panel
-        self._loads = np.append(0.0, np.cumsum(self._k * self._s**1.5))
-        self._moments = np.append(0.0, np.cumsum(self._k * self._s**2.5))
+        self._loads = np.append(0.0, np.cumsum(self._k * _power(self._s, 1.5)))
+        self._moments = np.append(0.0, np.cumsum(self._k * _power(self._s, 2.5)))
 
     def sum(self, kind: Kind, v: Floats) -> Floats:
         """The sum at steps ``v`` >= 0, one-dimensional."""
@@ -109,7 +109,7 @@ class Contacts:
         share = kind.share(x, q, p)
         if kind is EXCESS:
             share = np.where(x > 1.0, 0.5 * x - 0.4, share)
-        return np.asarray(self._k[which] * s**kind.power * share)
+        return np.asarray(self._k[which] * _power(s, kind.power) * share)
 
     def _slipped(self, kind: Kind, v: Floats, count: Integers) -> Floats:
         """Share of the ``count`` least indented summits, all of which have slipped wholly."""
@@ -124,7 +124,7 @@ class Contacts:
         points = 0.5 * (1.0 + NODES)
         halves = [_resample(side) for side in (0, 1)]
         values = np.zeros((1, NODES.size))
-        weight = self._k * self._s**kind.power
+        weight = self._k * _power(self._s, kind.power)
         divisor = 2 if kind is EXCESS_SLOPE else kind.order
         for level in range(1, self._levels + 1):
             # A panel inherits what its parent has; then come the summits that are far from it but
@@ -149,6 +149,14 @@ class Contacts:
                 values += sums.T
         end = self._width * (1 << self._levels)
         return Table.from_series(values @ TO_SERIES, end, kind.order, 0.0)
+
+
+def _power(s: Floats, power: float) -> Floats:
+    """S to the power of 1/2, 3/2 or 5/2."""
+    result = np.sqrt(s)
+    for _ in range(int(power)):
+        result = s * result
+    return result
 
 
 @lru_cache(maxsize=2)

@@ -27,6 +27,7 @@ class _Spline(NamedTuple):
     curvatures: Floats  # after each knot
     loads: Floats
     jumps: Floats  # of the slope at each knot: a corner between straight runs, or at the end
+    ends: Floats  # slopes at the right end of each piece
 
 
 _GAUSS = 0.5 * (1.0 + np.array([-1.0, 1.0]) / math.sqrt(3.0))  # exact for cubics
@@ -76,7 +77,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         tail: Literal["exponential"] | None = None,
     ) -> None:
         check_pair(pair)
-        if tail not in (None, "exponential"):
+        if tail is not None and not (isinstance(tail, str) and tail == "exponential"):
             raise InputError(f'tail must be None or "exponential", got {show(tail)}')
         d, n = record("separation", separation), record("load", load)
         if d.ndim != 1 or d.shape != n.shape or d.size < 3:
@@ -114,7 +115,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
 
     @property
     def _span(self) -> tuple[float, float]:
-        knots, slopes, _, loads, _ = self._spline
+        knots, slopes, _, loads, *_ = self._spline
         if self.tail is None:
             return float(knots[0]), float(knots[-1])
         return float(knots[0]), float(knots[-1] + 650.0 * loads[-1] / -slopes[-1])
@@ -129,21 +130,23 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         return d
 
     def _derivative(self, separation: Floats, order: int) -> Floats:
-        knots, slopes, curvatures, loads, _ = self._spline
-        i = np.clip(np.searchsorted(knots, separation, side="right") - 1, 0, knots.size - 1)
-        h = separation - knots[i]
-        n, slope, curve = loads[i], slopes[i], curvatures[i]
+        # From the right end of a piece every term is positive: no digits are lost near the end.
+        knots, slopes, curvatures, loads, _, ends = self._spline
+        last = knots.size - 1
+        i = np.clip(np.searchsorted(knots, separation, side="right") - 1, 0, last - 1)
+        r, n, slope, curve = knots[i + 1] - separation, loads[i + 1], ends[i], curvatures[i]
         if order == -1:
-            inner = self._integrals[i] - h * (n + h * (slope / 2.0 + h * curve / 6.0))
+            inner = self._integrals[i + 1] + r * (n + r * (r * curve / 6.0 - slope / 2.0))
         elif order == 0:
-            inner = n + h * (slope + h * curve / 2.0)
+            inner = n + r * (r * curve / 2.0 - slope)
         else:
-            inner = slope + h * curve if order == 1 else curve
-        past = i == knots.size - 1
+            inner = slope - r * curve if order == 1 else curve
+        past = separation >= knots[last]
         if self.tail is None:
             return np.where(past, 0.0, inner)
         rate = -slopes[-1] / loads[-1]
-        outer = loads[-1] * np.exp(-rate * np.where(past, h, 0.0)) * (-rate) ** order
+        beyond = np.where(past, separation - knots[last], 0.0)
+        outer = loads[-1] * np.exp(-rate * beyond) * (-rate) ** order
         return np.where(past, -outer if order == -1 else outer, inner)
 
     def _solve(self, loads: Floats) -> Floats:
@@ -159,7 +162,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
 
     def _weighted(self, d: float, u: Floats, weight: Callable[[Floats, Floats], Floats]) -> Floats:
         """Integral of weight(v, u) N''(d + v) over [0, u], the weight at most quadratic in v."""
-        knots, _, curvatures, _, jumps = self._spline
+        knots, curvatures, jumps = self._spline.knots, self._spline.curvatures, self._spline.jumps
         first = max(int(np.searchsorted(knots, d, side="right")) - 1, 0)
         marks = np.maximum(knots[first:] - d, 0.0)
         starts, ends = marks, np.append(marks[1:], marks[-1])
@@ -184,7 +187,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         self, u: Floats, begin: float, gone: float, weight: Callable[[Floats, Floats], Floats]
     ) -> Floats:
         """The same over what lies past the last knot, decay length by decay length."""
-        _, slopes, _, loads, _ = self._spline
+        _, slopes, _, loads, *_ = self._spline
         length = loads[-1] / -slopes[-1]
         total = np.zeros(u.size)
         for k in range(40):  # exp(-40) is below rounding
@@ -294,4 +297,4 @@ def _convex_spline(d: Floats, n: Floats, has_tail: bool) -> _Spline:
     loads = np.append(np.cumsum(falls[::-1])[::-1] + n[-1], n[-1])
     after = np.append(s[1:-1], s[-1] if has_tail else 0.0)
     jumps = np.concatenate(([0.0], np.maximum(after - np.array(ends), 0.0)))
-    return _Spline(k, s, np.array([*curvatures, 0.0]), loads, jumps)
+    return _Spline(k, s, np.array([*curvatures, 0.0]), loads, jumps, np.array(ends))

@@ -61,8 +61,8 @@ class Material:
     def __repr__(self) -> str:
         if self.is_rigid:
             return "Material.rigid()"
-        hardness = "" if self.hardness is None else f", hardness={self.hardness:g}"
-        return f"Material({self.young_modulus:g}, {self.poisson_ratio:g}{hardness})"
+        hardness = "" if self.hardness is None else f", hardness={exact(self.hardness)}"
+        return f"Material({exact(self.young_modulus)}, {exact(self.poisson_ratio)}{hardness})"
 
     @property
     def is_rigid(self) -> bool:

@@ -539,7 +539,8 @@ def _invert(
         inside = (new >= low[active]) & (new <= high[active])
         new = np.where(inside, new, 0.5 * (low[active] + high[active]))
         x[active] = new
-        going = (np.abs(new - here) > 2.3e-16 * np.abs(new)) & (miss != 0.0)
+        going = np.abs(new - here) > 4.5e-16 * np.abs(new)
+        going &= np.abs(miss) > 2.3e-16 * target[active]
         active = active[going]
         if active.size == 0:
             break

@@ -207,7 +207,12 @@ class Interface(BackboneLaw):
         last = float(self._exact_energy(np.array([self._end]))[0])
         # Past the end all slides: E_d grows by 4 mu N a unit of amplitude.
         return Table.sample(
-            lambda u: self._exact_energy(u) / u**3, self._end, 3, last, 4.0 * self.force_limit
+            lambda u: self._exact_energy(u) / u**3,
+            self._end,
+            3,
+            last,
+            4.0 * self.force_limit,
+            tolerance=1e-12,  # far out the energy is a small difference of large numbers
         )
 
     @property

@@ -89,7 +89,7 @@ class HeightDistribution(ABC):
         InputError
             Not finite or empty.
         """
-        return self.partial_moment(0.0, height)
+        return plain(np.clip(self._moment(0, floats("height", height)), 0.0, 1.0))
 
     def cdf(self, height: ArrayLike) -> Any:
         """Probability that a summit is not higher than ``height`` [m], any shape.

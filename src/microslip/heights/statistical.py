@@ -21,8 +21,9 @@ _DEGREE = 15
 _TOLERANCE = 3e-12  # of the largest value on a panel
 _RATIO = 1e-4  # a panel over which a function falls further is split: relative accuracy in the tail
 _DEEPEST = 48  # halvings of a first panel
-_MOST = 1500  # panels; a density as noisy as that is taken as it is
-_HIGH = (1e-50, 1e-30, 1e-25, 1e-14)  # tail probabilities tried for the upper end of a range
+_NOISE = 1e-10  # of the largest value: what a density may scatter by
+_MOST = 600  # panels; a density as noisy as that is taken as it is
+_HIGH = (1e-50, 1e-75, 1e-100, 1e-150, 1e-200, 1e-300)  # tail probabilities of a range's end
 _LOW = (1e-20, 1e-14)  # and for the lower: what lies below carries no share of a load
 
 _ANGLES = math.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
@@ -65,6 +66,7 @@ def _resolve(function: Callable[[Floats], Floats], edges: Floats) -> _Pieces:
     """Panels between (and within) ``edges`` on which a polynomial is the function."""
     pending = np.column_stack((edges[:-1], edges[1:]))
     done: list[tuple[float, float, Floats]] = []
+    before = np.full(len(pending), np.inf)
     for depth in range(_DEEPEST + 1):
         low, high = pending[:, :1], pending[:, 1:]
         values = function(0.5 * (low + high) + 0.5 * (high - low) * _POINTS)
@@ -72,12 +74,16 @@ def _resolve(function: Callable[[Floats], Floats], edges: Floats) -> _Pieces:
         size = np.abs(values).max(axis=1)
         # Near an end the distance to it is known to rounding only: a noise no split removes.
         noise = 4e-16 * np.maximum(np.abs(low), np.abs(high)) / (high - low)
-        rough = np.abs(c[:, -3:]).max(axis=1) > (_TOLERANCE + noise[:, 0]) * size
+        rest = np.abs(c[:, -3:]).max(axis=1) / np.where(size > 0.0, size, 1.0)
+        rough = rest > _TOLERANCE + noise[:, 0]
+        # A small rest that a halving did not lessen is noise of the function itself.
+        rough &= (rest > _NOISE) | (rest < 0.3 * before)
         steep = np.abs(values).min(axis=1) < _RATIO * size
         split = (rough | steep) & ((high - low) > 1e-15 * np.abs(low))[:, 0]
         if depth == _DEEPEST or len(done) + 2 * len(pending) > _MOST:
             split[:] = False
         done += [(*pair, row) for pair, row in zip(pending[~split], c[~split], strict=True)]
+        before = np.concatenate((rest[split], rest[split]))
         low, high = pending[split, 0], pending[split, 1]
         middle = 0.5 * (low + high)
         pending = np.concatenate((np.column_stack((low, middle)), np.column_stack((middle, high))))
@@ -122,6 +128,7 @@ class Statistical(HeightDistribution):
             raise InputError(
                 "heights must be a frozen continuous scipy.stats distribution such as "
                 f"scipy.stats.weibull_min(2.2, scale=1e-6), got {show(d)}"
+                + ("; freeze it by calling it" if callable(d) else "")
             )
         if any(np.ndim(end) for end in d.support()) or np.ndim(d.std()):
             raise InputError(f"heights must be one distribution, got several at once: {self!r}")
@@ -177,11 +184,28 @@ class Statistical(HeightDistribution):
         with np.errstate(all="ignore"):
             low = max(low, next(v for p in _LOW if math.isfinite(v := float(d.ppf(p)))))
             if not math.isfinite(high):
-                # For a power tail the 3/2-moment beyond the end must be negligible, too.
-                share = 1.0 - 1.5 / self._index  # type: ignore[attr-defined]
-                tails = (max(1e-300, min(1e-50, 10.0 ** (-14.0 / share))), *_HIGH)
-                high = next(v for p in tails if math.isfinite(v := float(d.isf(p))))
+                high = self._upper_end()
         return low, high
+
+    def _upper_end(self) -> float:
+        """Height beyond which neither probability nor the share of the load matters."""
+        d, most, end = self.distribution, 0.0, -math.inf
+        for p in (0.5, 1e-3, 1e-6, 1e-10, 1e-14, 1e-20, 1e-30, *_HIGH):
+            y = float(d.isf(p))
+            if not math.isfinite(y) or y < end:
+                break
+            end, share = y, p * max(y - float(d.isf(0.5)), 0.0) ** 1.5
+            most = max(most, share)
+            if p <= _HIGH[0] and share < 1e-14 * most:
+                break
+        return end
+
+    @cached_property
+    def _singular(self) -> bool:
+        """Whether the density is infinite at an end of its range."""
+        ends = [end for end in self.distribution.support() if math.isfinite(end)]
+        with np.errstate(all="ignore"):
+            return any(not math.isfinite(float(self.distribution.pdf(end))) for end in ends)
 
     @cached_property
     def _edges(self) -> Floats:
@@ -197,6 +221,9 @@ class Statistical(HeightDistribution):
             octaves = step * 2.0 ** np.arange(0.0, 1024.0)
         edges = np.concatenate(([low, high], inner, middle + octaves, middle - octaves))
         edges = edges[(edges >= low) & (edges <= high)]
+        bins = getattr(getattr(d, "dist", None), "_hbins", None)
+        if bins is not None and not d.args and not d.kwds:  # a histogram jumps at its bins
+            edges = np.concatenate((edges, bins))
         return np.unique(edges)
 
     def _pdf(self, y: Floats) -> Floats:
@@ -206,12 +233,15 @@ class Statistical(HeightDistribution):
         return np.where(np.isfinite(values), values, 0.0)
 
     def _probabilities(self, edges: Floats) -> Floats:
-        """What the nodes of each panel stand for; each panel has its exact probability.
+        """What the nodes of each panel stand for.
 
-        Near a singular end of a density no node does it justice.
+        Near a singular end of a density no node does it justice: there each panel is given its
+        exact probability.
         """
         width = np.diff(edges)[:, None]
         weights = self._pdf(edges[:-1, None] + width * _NODES) * width * _WEIGHTS
+        if not self._singular:
+            return weights
         sf = np.asarray(self.distribution.sf(edges), dtype=float)
         cdf = np.asarray(self.distribution.cdf(edges), dtype=float)
         exact = np.where(sf[:-1] < 0.5, -np.diff(sf), np.diff(cdf))
@@ -255,7 +285,8 @@ class Statistical(HeightDistribution):
         tables = {-1: root}
         for twice in (1, 3, 5):
             tables[twice] = tables[twice - 2].tail(0.5 * twice)
-        tables[2] = self._density_pieces.tail(1.0).tail(1.0)
+        tables[0] = self._density_pieces.tail(1.0)
+        tables[2] = tables[0].tail(1.0)
         tables[4] = tables[2].tail(2.0)
         return tables
 
@@ -289,7 +320,7 @@ class Statistical(HeightDistribution):
         return moment + beyond
 
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
-        if twice_order == 0:
+        if twice_order == 0 and self._singular:
             return np.asarray(self.distribution.sf(threshold), dtype=float)
         low, high = self.span
         t = np.atleast_1d(threshold)

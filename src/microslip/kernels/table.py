@@ -29,7 +29,7 @@ _TO_POWERS = np.array(
         for row in np.eye(kernels.TERMS)
     ]
 )
-_TOLERANCE = 2e-15  # of the largest value on a panel, for the terms left out
+_ROUNDING = 2e-15  # of the value on a panel, for the terms left out
 _PANELS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
 
 
@@ -51,18 +51,24 @@ class Table:
         power: int,
         limit: float,
         rate: float = 0.0,
+        tolerance: float = 1e-13,
     ) -> Table | None:
-        """A table of ``shape`` on (0, end]; None where panels do not resolve it.
+        """A table of ``shape`` on (0, end]; None where panels do not resolve it to a tolerance.
 
         Storing the shape S instead of the function keeps the relative accuracy for u towards 0.
+        Panels are halved until what they leave out is rounding, or no longer falls: then it is the
+        rounding of the function itself.
         """
+        before = math.inf
         for panels in _PANELS:
             width = end / panels
             u = width * (np.arange(panels)[:, None] + 0.5 * (1.0 + NODES))
             series = shape(u.reshape(-1)).reshape(u.shape) @ TO_SERIES
             left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
-            if np.all(left_out <= _TOLERANCE * np.abs(series[:, 0])):
+            worst = float((left_out / np.abs(series[:, 0])).max())
+            if worst <= _ROUNDING or (worst <= tolerance and worst > 0.3 * before):
                 return cls.from_series(series, end, power, limit, rate)
+            before = worst
         return None
 
     @classmethod
@@ -82,7 +88,8 @@ class Table:
         """The function at ``u``, of any shape."""
         flat = np.ascontiguousarray(u, dtype=float).reshape(-1)
         out = np.empty_like(flat)
-        kernels.active.evaluate(flat, out, None, *self.arguments)
+        with np.errstate(over="ignore"):  # what lies beyond all numbers lies past the end
+            kernels.active.evaluate(flat, out, None, *self.arguments)
         return out.reshape(np.shape(u))
 
     def value_and_slope(self, u: Floats) -> tuple[Floats, Floats]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, exact, number, record
+from microslip._checks import Floats, exact, number, record, show
 from microslip.errors import InputError
 from microslip.kernels.table import Table
 from microslip.memory.record import Memory
@@ -42,6 +43,8 @@ class State:
     __slots__ = ("_law", "_memory", "_trial")
 
     def __init__(self, law: Law) -> None:
+        if not hasattr(law, "_backbone_at"):
+            raise InputError(f"law must be a backbone law, got {show(law)}; write joint.start()")
         self._law = law
         self._memory = Memory()
         self._trial: tuple[float, float, tuple[int, int, int]] | None = None
@@ -129,8 +132,12 @@ class State:
         """
         x = record("displacement", displacement)
         self._trial = None
-        forces = self._memory.respond(x.reshape(-1), self._law._backbone, self._law._table)
-        return float(forces[0]) if x.ndim == 0 else forces
+        if x.size == 1:  # in constant time, however many reversals are open
+            force = self.try_(float(x.reshape(-1)[0]))[0]
+            self.commit()
+            return force if x.ndim == 0 else np.array([force])
+        forces = self._memory.respond(x, self._law._backbone, self._law._table)
+        return forces
 
     def copy(self) -> State:
         """An independent state at the same place, an open trial included."""

@@ -232,12 +232,13 @@ class NormalLaw(ABC):
         share = np.clip((first - target) / np.where(first > last, first - last, 1.0), 0.0, 1.0)
         d = below + share * (above - below)
         active = np.arange(loads.size)
-        for _ in range(120):
+        for _ in range(500):
             here = d[active]
             with np.errstate(divide="ignore", invalid="ignore"):
                 load = self._derivative(here, 0)
                 miss = np.log(load / loads[active])
-                step = miss * load / -self._derivative(here, 1)
+                length = load / -self._derivative(here, 1)
+                step = miss * length
             heavy = miss > 0.0
             below[active] = np.where(heavy, here, below[active])
             above[active] = np.where(heavy, above[active], here)
@@ -245,7 +246,7 @@ class NormalLaw(ABC):
             inside = (new >= below[active]) & (new <= above[active])
             new = np.where(inside, new, 0.5 * (below[active] + above[active]))
             d[active] = new
-            width = 4e-16 * np.maximum(np.abs(new), 0.01 * abs(high - self._span[0]))
+            width = 4e-16 * np.fmax(np.abs(new), 0.1 * length)
             going = (np.abs(new - here) > width) & (miss != 0.0)
             active = active[going]
             if active.size == 0:

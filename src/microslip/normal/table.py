@@ -134,7 +134,8 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         knots, slopes, curvatures, loads, _, ends = self._spline
         last = knots.size - 1
         i = np.clip(np.searchsorted(knots, separation, side="right") - 1, 0, last - 1)
-        r, n, slope, curve = knots[i + 1] - separation, loads[i + 1], ends[i], curvatures[i]
+        r = knots[i + 1] - np.minimum(separation, knots[last])
+        n, slope, curve = loads[i + 1], ends[i], curvatures[i]
         if order == -1:
             inner = self._integrals[i + 1] + r * (n + r * (r * curve / 6.0 - slope / 2.0))
         elif order == 0:
@@ -147,7 +148,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         rate = -slopes[-1] / loads[-1]
         beyond = np.where(past, separation - knots[last], 0.0)
         outer = loads[-1] * np.exp(-rate * beyond) * (-rate) ** order
-        return np.where(past, -outer if order == -1 else outer, inner)
+        return np.asarray(np.where(past, -outer if order == -1 else outer, inner))
 
     def _solve(self, loads: Floats) -> Floats:
         most = float(np.asarray(self.loads)[0])

@@ -1,0 +1,161 @@
+"""Each public docstring gives units, shapes, errors raised and its source."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+import microslip as ms
+from microslip.friction import PeriodicResponse, Sliders, Verdict
+
+ERRORS = {"InputError", "StudyError"}
+PUBLIC = [getattr(ms, name) for name in ms.__all__ if name != "__version__"]
+PUBLIC += [PeriodicResponse, Sliders, Verdict]
+CORE = [
+    item
+    for item in PUBLIC
+    if not item.__module__.startswith("microslip.study") and item.__name__ not in ERRORS
+]
+SOURCE = re.compile(r"\(19\.\d+\)|\b10\.\d{4,}/|\bDLMF \d")
+# Reference to another member for what is the same there.
+LIKE = re.compile(r"\bas\s+:meth:`(\w+)`")
+
+
+def members(item: type) -> Iterator[tuple[str, Any]]:
+    """Public members that microslip gives a class, inherited ones included."""
+    for name in dir(item):
+        if name.startswith("_"):
+            continue
+        owner = next((c for c in item.__mro__ if name in vars(c)), object)
+        if not owner.__module__.startswith("microslip"):
+            continue
+        yield name, inspect.getattr_static(item, name)
+
+
+def function_of(member: Any) -> Any:
+    if isinstance(member, (classmethod, staticmethod)):
+        return member.__func__
+    return member if inspect.isfunction(member) else None
+
+
+def doc(item: type, name: str) -> str:
+    """The docstring of a member with those that it stands for."""
+    text = ""
+    for owner in item.__mro__:
+        found = vars(owner).get(name)
+        if found is None:
+            continue
+        own = getattr(function_of(found) or found, "__doc__", None) or ""
+        text += own + "\n"
+        for other in LIKE.findall(own):
+            assert hasattr(item, other)
+            text += (getattr(getattr(item, other), "__doc__", None) or "") + "\n"
+    return text
+
+
+METHODS = [
+    (item, name, function_of(member))
+    for item in CORE
+    for name, member in members(item)
+    if function_of(member) is not None and name in vars(item)
+]
+WITH_NUMBERS = [
+    (item, name, function)
+    for item, name, function in METHODS
+    if re.search(r"ArrayLike|float", str(inspect.signature(function).replace(return_annotation="")))
+]
+
+
+def label(value: Any) -> str:
+    return getattr(value, "__name__", str(value))
+
+
+@pytest.mark.parametrize("item", PUBLIC, ids=label)
+def test_everything_public_has_a_docstring(item: type) -> None:
+    # A dataclass writes its signature where there is none.
+    assert item.__doc__
+    assert not item.__doc__.startswith(f"{item.__name__}(")
+    missing = []
+    for name, member in members(item):
+        if item is PeriodicResponse or item is Verdict:
+            continue  # named tuples document their fields beside them
+        target = function_of(member) or member
+        if name in getattr(item, "__annotations__", {}) or name in getattr(
+            item, "__dataclass_fields__", {}
+        ):
+            continue  # fields are the parameters of the class
+        if name in getattr(item, "model_fields", {}):
+            continue
+        if not (getattr(target, "__doc__", None) or "").strip():
+            missing.append(name)
+    assert missing == []
+
+
+@pytest.mark.parametrize(("item", "name", "function"), WITH_NUMBERS, ids=label)
+def test_units(item: type, name: str, function: Any) -> None:
+    assert re.search(r"\[[^\]]+\]", doc(item, name)), "no unit in brackets"
+
+
+@pytest.mark.parametrize(("item", "name", "function"), WITH_NUMBERS, ids=label)
+def test_errors(item: type, name: str, function: Any) -> None:
+    assert "Raises" in doc(item, name)
+    assert "InputError" in doc(item, name)
+
+
+@pytest.mark.parametrize(
+    ("item", "name", "function"),
+    [row for row in WITH_NUMBERS if "ArrayLike" in str(inspect.signature(row[2]))],
+    ids=label,
+)
+def test_shapes(item: type, name: str, function: Any) -> None:
+    assert re.search(r"shape|one-dimensional", doc(item, name))
+
+
+@pytest.mark.parametrize("item", CORE, ids=label)
+def test_parameters_of_classes(item: type) -> None:
+    """Every parameter of a class is described, with its unit where it is a number."""
+    if inspect.isabstract(item) or item in (PeriodicResponse, Sliders, Verdict, ms.State):
+        return
+    text = inspect.getdoc(item) or ""
+    assert "Parameters\n" in text
+    assert "Raises\n" in text
+    section = text.partition("Parameters\n")[2].partition("Raises\n")[0]
+    for name, parameter in inspect.signature(item).parameters.items():
+        assert re.search(rf"(^|, ){name}(, \w+)* : ", section, re.MULTILINE), name
+        if re.search(r"float|ArrayLike|NDArray", str(parameter.annotation)):
+            assert re.search(rf"(?s){name}(, \w+)* : .*?\[[^\]]+\]", section), f"unit of {name}"
+
+
+@pytest.mark.parametrize("item", [c for c in CORE if hasattr(ms, c.__name__)], ids=label)
+def test_source(item: type) -> None:
+    """An equation of the chapter or a DOI, in the class or one of its own members."""
+    text = item.__doc__ or ""
+    for name, member in members(item):
+        if name in vars(item):
+            text += getattr(function_of(member) or member, "__doc__", None) or ""
+    assert SOURCE.search(text)
+
+
+@pytest.mark.parametrize("item", PUBLIC, ids=label)
+def test_lines_are_not_long(item: type) -> None:
+    for text in [item.__doc__ or ""] + [
+        getattr(function_of(m) or m, "__doc__", None) or ""
+        for _, m in members(item)
+        if function_of(m) or isinstance(m, property)
+    ]:
+        first = text.strip().partition("\n\n")[0]
+        assert len(first.replace("\n", " ")) < 300
+        assert all(len(line) <= 100 for line in text.split("\n"))
+
+
+def test_both_damping_measures_are_told_apart() -> None:
+    for item in (ms.Interface, ms.Loop):
+        eta, zeta = inspect.getdoc(item.loss_factor), inspect.getdoc(item.damping_ratio)
+        assert eta is not None
+        assert "(19.30)" in eta
+        assert zeta is not None
+        assert "half" in zeta.lower() or "eta/2" in zeta

@@ -1,0 +1,197 @@
+"""Everything is frozen, holds arrays of its own, and survives pickling and copying."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import pickle
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import microslip as ms
+from microslip.friction import LAWS
+from microslip.heights import HEIGHTS
+from microslip.normal import NORMAL_LAWS
+
+AL = ms.Material(69e9, 0.33)
+PAIR = ms.MaterialPair(AL, AL)
+LOOP = ms.Loop([1.0, 0.0, -1.0, 0.0, 1.0], [1.0, -0.5, -1.0, 0.5, 1.0])
+THINGS: dict[str, Any] = {
+    f"{law.__name__}{i}": example
+    for law in (*LAWS, *NORMAL_LAWS, *HEIGHTS)
+    for i, example in enumerate(law.examples())
+}
+# One joint for each surface will do.
+for _name in [name for name in THINGS if name.startswith("Interface")]:
+    if int(_name[9:]) % 3 > 0:
+        del THINGS[_name]
+THINGS |= {"Loop": LOOP, "joint loop": ms.Interface.examples()[0].loop(1e-7, 32)}
+
+
+@pytest.fixture(params=THINGS, name="thing")
+def _thing(request: pytest.FixtureRequest) -> Any:
+    return THINGS[request.param]
+
+
+def arrays(thing: Any) -> Iterator[tuple[str, np.ndarray]]:
+    """Every array that a thing shows, cached ones included."""
+    names = [n for n in dir(type(thing)) if not n.startswith("_")]
+    names += [n for n in vars(thing) if not n.startswith("_")]
+    for name in sorted(set(names)):
+        value = getattr(thing, name, None)
+        if isinstance(value, np.ndarray):
+            yield name, value
+
+
+def numbers(thing: Any) -> bytes:
+    """What a thing computes."""
+    if isinstance(thing, ms.BackboneLaw):
+        x = thing.force_limit / thing.tangential_stiffness * np.array([0.5, -1.2, 0.1, 0.9, -3.0])
+        loop = thing.loop(float(x[0]), 16)
+        parts = (thing.force(x), thing.dissipated_energy(np.abs(x)), loop.force, x)
+    elif isinstance(thing, ms.NormalLaw):
+        d = np.linspace(*thing.separation(thing.load(thing._span[0]) * np.array([1.0, 1e-6])), 7)
+        parts = (thing.load(d), thing.stiffness(d), thing.separation(thing.load(d[1:4])))
+    elif isinstance(thing, ms.HeightDistribution):
+        y = np.linspace(*thing.span, 7)
+        parts = (thing.partial_moment(1.5, y), thing.cdf(y), np.array(thing.spread))
+    else:
+        parts = (thing.displacement, thing.force, np.array(thing.dissipated_energy))
+    return b"".join(np.asarray(part).tobytes() for part in parts)
+
+
+COPIERS: dict[str, Callable[[Any], Any]] = {
+    "pickle": lambda thing: pickle.loads(pickle.dumps(thing)),
+    "old pickle": lambda thing: pickle.loads(pickle.dumps(thing, protocol=2)),
+    "deepcopy": copy.deepcopy,
+    "copy": copy.copy,
+}
+
+
+def test_nothing_can_be_set(thing: Any) -> None:
+    names = [field.name for field in dataclasses.fields(thing)]
+    names += [n for n in dir(type(thing)) if not n.startswith("_")]
+    for name in {*names, "new"}:
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(thing, name, 1.0)
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            delattr(thing, name)
+
+
+def test_arrays_are_locked(thing: Any) -> None:
+    numbers(thing)
+    for name, array in arrays(thing):
+        assert not array.flags.writeable, name
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0.0
+
+
+@pytest.mark.parametrize("copier", COPIERS.values(), ids=COPIERS)
+@pytest.mark.parametrize("used", [False, True], ids=["new", "used"])
+def test_copies_give_the_same_numbers(thing: Any, copier: Any, used: bool) -> None:
+    if used:
+        numbers(thing)
+    other = copier(thing)
+    assert type(other) is type(thing)
+    assert numbers(other) == numbers(thing)
+    assert repr(other).partition(" object at")[0] == repr(thing).partition(" object at")[0]
+
+
+@pytest.mark.parametrize("copier", COPIERS.values(), ids=COPIERS)
+def test_arrays_of_copies_are_locked(thing: Any, copier: Any) -> None:
+    for name, array in arrays(copier(thing)):
+        assert not array.flags.writeable, name
+
+
+HELD: dict[str, tuple[Callable[[np.ndarray], Any], np.ndarray]] = {
+    "discrete": (ms.Discrete, np.array([1e-7, 0.0, 3e-7])),
+    "sorted discrete": (ms.Discrete, np.array([0.0, 1e-7, 3e-7])),
+    "surface": (
+        lambda a: ms.GreenwoodWilliamson(PAIR, a, radius=1e-3, density=1e8, area=1e-4),
+        np.array([0.0, 1e-7, 3e-7]),
+    ),
+    "population heights": (
+        lambda a: ms.AsperityPopulation(PAIR, a, 1e-3),
+        np.array([0.0, 1e-7, 3e-7]),
+    ),
+    "population radii": (
+        lambda a: ms.AsperityPopulation(PAIR, [0.0, 1e-7, 3e-7], a),
+        np.array([1e-3, 2e-3, 3e-3]),
+    ),
+    "table separation": (
+        lambda a: ms.TabulatedNormalLaw(PAIR, a, [2.0, 1.0, 0.0]),
+        np.array([0.0, 1e-7, 3e-7]),
+    ),
+    "table load": (
+        lambda a: ms.TabulatedNormalLaw(PAIR, [0.0, 1e-7, 3e-7], a),
+        np.array([2.0, 1.0, 0.0]),
+    ),
+    "loop displacement": (lambda a: ms.Loop(a, [0.0, 1.0, 1.0, 0.0]), np.array([0.0, 1, 2, 0])),
+    "loop force": (lambda a: ms.Loop([0.0, 1.0, 2.0, 0.0], a), np.array([0.0, 1, -2, 0])),
+}
+
+
+@pytest.mark.parametrize("held", HELD)
+def test_later_changes_of_an_array_do_not_reach_what_was_made(held: str) -> None:
+    make, array = HELD[held]
+    array = array.copy()
+    thing, twin = make(array), make(array.copy())
+    array[:] = array[::-1].copy()
+    assert array.flags.writeable
+    for (name, mine), (_, theirs) in zip(arrays(thing), arrays(twin), strict=True):
+        assert not np.shares_memory(mine, array), name
+        np.testing.assert_array_equal(mine, theirs)
+    assert numbers(thing) == numbers(twin)
+
+
+def test_equality() -> None:
+    assert ms.Gaussian(5e-7) == ms.Gaussian(std=5e-7, mean=0)
+    assert ms.Gaussian(5e-7) != ms.Gaussian(6e-7)
+    assert ms.Exponential(5e-7) == ms.Exponential(5e-7)
+    assert ms.Exponential(1.0) != ms.Gaussian(1.0)
+    assert ms.SphereOnFlat(PAIR, 1e-3) == ms.SphereOnFlat(PAIR, 1e-3)
+    assert len({ms.Gaussian(5e-7), ms.Gaussian(5e-7), ms.Exponential(5e-7)}) == 2
+    joint = ms.Interface.examples()[0]
+    assert joint == joint
+    assert len({joint, joint}) == 1
+
+
+BIG: dict[str, Any] = {
+    "discrete": ms.Discrete(np.linspace(0.0, 1e-6, 900)),
+    "surface": ms.GreenwoodWilliamson(PAIR, np.linspace(0, 1e-6, 900), 1e-3, 1e8, 1e-4),
+    "population": ms.AsperityPopulation(PAIR, np.linspace(0.0, 1e-6, 900), 1e-3),
+    "table": ms.TabulatedNormalLaw(
+        PAIR, np.linspace(0.0, 1e-6, 900), np.linspace(1.0, 0.0, 900) ** 2
+    ),
+    "loop": ms.Interface.examples()[0].loop(1e-7, 900),
+    "statistical": ms.Statistical(stats.weibull_min(2.2, scale=1e-6)),
+}
+
+
+@pytest.mark.parametrize("name", [*THINGS, *(f"big {name}" for name in BIG)])
+def test_repr_is_short(name: str) -> None:
+    thing = BIG[name[4:]] if name.startswith("big ") else THINGS[name]
+    text = repr(thing)
+    assert text.startswith(type(thing).__name__ + "(")
+    assert "\n" not in text
+    assert len(text) <= 300
+
+
+def test_repr_tells_what_it_is() -> None:
+    assert repr(ms.Gaussian(5e-7)) == "Gaussian(std=5e-07, mean=0.0)"
+    assert repr(ms.Exponential(5e-7)) == "Exponential(scale=5e-07)"
+    assert repr(ms.SphereOnFlat(PAIR, 5e-3)) == f"SphereOnFlat(pair={PAIR!r}, radius=0.005)"
+    joint = ms.Interface(ms.SphereOnFlat(PAIR, 5e-3), 0.55, 10.0)
+    assert repr(joint) == (
+        f"Interface(SphereOnFlat, friction_coefficient=0.55, normal_load=10, "
+        f"separation={joint.separation:g})"
+    )
+    assert repr(LOOP) == "Loop(5 samples, displacement_amplitude=1, force_amplitude=1)"
+
+
+def test_repr_names_the_distribution() -> None:
+    assert "weibull_min" in repr(ms.Statistical(stats.weibull_min(2.2, scale=1e-6)))

@@ -1,0 +1,444 @@
+"""Height distributions: moments against other ways to them, and what they refuse."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import integrate, special, stats
+
+import microslip as ms
+from microslip.heights import as_heights
+
+ORDERS = (-0.5, 0, 0.5, 1, 1.5, 2, 2.5)
+S = 5e-7
+AL = ms.Material(69e9, 0.33)
+PAIR = ms.MaterialPair(AL, AL)
+
+
+def refusal(call: Callable[..., Any], *args: object, **kwargs: object) -> str:
+    with pytest.raises(ms.InputError) as caught:
+        call(*args, **kwargs)
+    return str(caught.value)
+
+
+def surface(heights: Any) -> ms.GreenwoodWilliamson:
+    return ms.GreenwoodWilliamson(PAIR, heights, radius=1e-3, density=1e8, area=2e-4)
+
+
+# -- against scipy.stats ---------------------------------------------------------------------------
+
+TWINS: dict[str, tuple[ms.HeightDistribution, Any]] = {
+    "Gaussian": (ms.Gaussian(S), stats.norm(scale=S)),
+    "shifted Gaussian": (ms.Gaussian(S, mean=-2e-6), stats.norm(-2e-6, S)),
+    "Exponential": (ms.Exponential(S), stats.expon(scale=S)),
+    "Statistical norm": (ms.Statistical(stats.norm(1e-7, S)), stats.norm(1e-7, S)),
+    "Statistical Weibull": (
+        ms.Statistical(stats.weibull_min(2.2, scale=S)),
+        stats.weibull_min(2.2, scale=S),
+    ),
+    "Statistical uniform": (ms.Statistical(stats.uniform(-S, 3 * S)), stats.uniform(-S, 3 * S)),
+    "Statistical skewed": (ms.Statistical(stats.skewnorm(4, scale=S)), stats.skewnorm(4, scale=S)),
+}
+
+
+@pytest.mark.parametrize("name", TWINS)
+def test_probabilities(name: str) -> None:
+    heights, twin = TWINS[name]
+    y = twin.ppf([0.01, 0.2, 0.5, 0.9, 0.999])
+    y = np.concatenate((y, [twin.mean() - 3 * S, twin.mean() + 3.9 * S]))
+    # SciPy's own tails are right to 1e-12 or so.
+    np.testing.assert_allclose(heights.pdf(y), twin.pdf(y), rtol=1e-12)
+    np.testing.assert_allclose(heights.cdf(y), twin.cdf(y), rtol=0, atol=1e-11)
+    np.testing.assert_allclose(heights.probability_above(y), twin.sf(y), rtol=1e-9, atol=1e-15)
+    assert heights.spread == pytest.approx(twin.std(), rel=1e-12, abs=0)
+    low, high = heights.span
+    assert twin.cdf(low) < 1e-10
+    assert twin.sf(high) < 1e-10
+
+
+@pytest.mark.parametrize("name", TWINS)
+def test_probabilities_add_up(name: str) -> None:
+    heights, twin = TWINS[name]
+    y = np.linspace(twin.mean() - 12 * S, twin.mean() + 12 * S, 97)
+    below, above = heights.cdf(y), heights.probability_above(y)
+    np.testing.assert_allclose(below + above, 1.0, rtol=0, atol=1e-14)
+    assert np.all((below >= 0.0) & (below <= 1.0))
+    assert np.all((above >= 0.0) & (above <= 1.0))
+
+
+def quadrature(
+    density: Callable[[float], float], order: float, t: float, ends: list[float]
+) -> float:
+    """Integral of (y - t)^n density above t, in the root of the distance."""
+    marks = [math.sqrt(end - t) for end in ends if end > t]
+    total, low = 0.0, 0.0
+    for high in marks:
+        part = integrate.quad(
+            lambda z: 2.0 * z ** (2 * order + 1) * density(t + z * z),
+            low, high, epsabs=0.0, epsrel=1e-13, limit=200,
+        )  # fmt: skip
+        total, low = total + part[0], high
+    return total
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("h", [-9.0, -2.5, -0.1, 0.0, 0.7, 3.3, 8.0])
+def test_gaussian_moments(order: float, h: float) -> None:
+    def density(y: float) -> float:
+        return math.exp(-0.5 * y * y) / math.sqrt(2.0 * math.pi)
+
+    expected = quadrature(density, order, h, [-4.0, -1.0, 1.0, 4.0, 8.0, 9.0, 12.0, 16.0])
+    value = ms.Gaussian(S, mean=3e-6).partial_moment(order, 3e-6 + h * S)
+    # The threshold is known to rounding of the mean only: a few 1e-15 of the moment per unit of h.
+    assert value == pytest.approx(expected * S**order, rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("h", [-30.0, -3.0, -1e-3, 0.0, 2.0, 50.0])
+def test_exponential_moments(order: float, h: float) -> None:
+    value = ms.Exponential(S).partial_moment(order, h * S)
+    if h >= 0:
+        expected = math.gamma(order + 1) * math.exp(-h)
+    else:
+        x = -h
+        expected = math.exp(x) * special.gammaincc(order + 1, x) * math.gamma(order + 1)
+    assert value == pytest.approx(expected * S**order, rel=2e-13, abs=0)
+
+
+CLOSED: dict[str, tuple[Any, Callable[[float], float]]] = {
+    # The moments about zero, where all of these begin.
+    "Weibull": (stats.weibull_min(2.2, scale=S), lambda n: special.gamma(1 + n / 2.2)),
+    "steep Weibull": (stats.weibull_min(0.8, scale=S), lambda n: special.gamma(1 + n / 0.8)),
+    "gamma": (stats.gamma(3.5, scale=S), lambda n: special.gamma(3.5 + n) / special.gamma(3.5)),
+    "Rayleigh": (stats.rayleigh(scale=S), lambda n: 2 ** (n / 2) * special.gamma(1 + n / 2)),
+    "lognormal": (stats.lognorm(0.6, scale=S), lambda n: math.exp(0.5 * (0.6 * n) ** 2)),
+    "half normal": (
+        stats.halfnorm(scale=S),
+        lambda n: 2 ** (n / 2) * special.gamma((n + 1) / 2) / math.sqrt(math.pi),
+    ),
+    "beta": (stats.beta(2, 3, scale=S), lambda n: special.beta(2 + n, 3) / special.beta(2, 3)),
+    "uniform": (stats.uniform(0, S), lambda n: 1 / (1 + n)),
+    "triangular": (stats.triang(1.0, scale=S), lambda n: 2 / (2 + n)),
+    "Pareto": (stats.pareto(4, scale=S), lambda n: 4 / (4 - n)),
+    "heavy Pareto": (stats.pareto(2.2, scale=S), lambda n: 2.2 / (2.2 - n)),
+    "arcsine": (stats.arcsine(scale=S), lambda n: special.beta(n + 0.5, 0.5) / math.pi),
+}
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_moments_about_zero(name: str) -> None:
+    distribution, moment = CLOSED[name]
+    heights = ms.Statistical(distribution)
+    for order in ORDERS:
+        if order > -0.5 and order <= (1.5 if "heavy" in name else 9):
+            value = heights.partial_moment(order, 0.0)
+            assert value == pytest.approx(moment(order) * S**order, rel=1e-9, abs=0), order
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_any_distribution_agrees_with_the_built_in_ones(order: float) -> None:
+    t = np.linspace(-6 * S, 6 * S, 25)
+    gaussian, twin = ms.Gaussian(S, 1e-7), TWINS["Statistical norm"][0]
+    np.testing.assert_allclose(
+        twin.partial_moment(order, t), gaussian.partial_moment(order, t), rtol=1e-9
+    )
+    exponential, other = ms.Exponential(S), ms.Statistical(stats.expon(scale=S))
+    t = np.linspace(-6 * S, 30 * S, 25)
+    np.testing.assert_allclose(
+        other.partial_moment(order, t), exponential.partial_moment(order, t), rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_uniform_heights_everywhere(order: float) -> None:
+    low, high = -S, 2 * S
+    heights = TWINS["Statistical uniform"][0]
+    t = np.array([-9 * S, -S, -0.999 * S, 0.0, 1.3 * S, 1.99 * S])
+    above = (high - t) ** (order + 1) - np.maximum(low - t, 0.0) ** (order + 1)
+    expected = above / ((order + 1) * (high - low))
+    np.testing.assert_allclose(heights.partial_moment(order, t), expected, rtol=1e-9)
+    assert heights.partial_moment(order, 3 * S) == 0.0
+
+
+@pytest.mark.parametrize(
+    "heights", [ms.Gaussian(S), ms.Exponential(S), TWINS["Statistical Weibull"][0]], ids=repr
+)
+def test_a_moment_is_the_slope_of_the_next(heights: ms.HeightDistribution) -> None:
+    """F_n' = -n F_(n-1)."""
+    for t in (0.1 * S, 1.1 * S, 2.4 * S):
+        for order in (1, 1.5, 2, 2.5):
+            step = 1e-4 * S
+            low, high = (heights.partial_moment(order, t + s * step) for s in (-1, 1))
+            slope = (high - low) / (2 * step)
+            assert slope == pytest.approx(
+                -order * heights.partial_moment(order - 1, t), rel=1e-6, abs=0
+            )
+
+
+# -- heights one by one ----------------------------------------------------------------------------
+
+
+def test_discrete() -> None:
+    heights = ms.Discrete([3.0, 0.0, 1.0, 1.0])
+    np.testing.assert_array_equal(heights.values, [0.0, 1.0, 1.0, 3.0])
+    np.testing.assert_array_equal(
+        heights.probability_above([-1.0, 0.0, 0.5, 1.0, 2.0, 3.0]), [1, 0.75, 0.75, 0.25, 0.25, 0]
+    )
+    np.testing.assert_array_equal(heights.cdf([-1.0, 0.0, 0.5, 1.0, 3.0]), [0, 0.25, 0.25, 0.75, 1])
+    assert heights.partial_moment(1, 0.5) == (2.5 + 0.5 + 0.5) / 4
+    assert heights.partial_moment(1.5, -1.0) == pytest.approx(
+        (8 + 1 + 2 * 2**1.5) / 4, rel=1e-15, abs=0
+    )
+    assert heights.partial_moment(-0.5, 2.0) == 0.25
+    assert heights.spread == pytest.approx(np.std([3, 0, 1, 1]), rel=1e-15, abs=0)
+    assert heights.span == (0.0, 3.0)
+    message = "heights given one by one have no density; see their cdf"
+    assert refusal(heights.pdf, 0.0) == message
+
+
+def test_one_height() -> None:
+    heights = ms.Discrete(2e-7)
+    assert heights.spread == 0.0
+    assert heights.partial_moment(1.5, 1e-7) == pytest.approx(1e-7**1.5, rel=1e-14, abs=0)
+
+
+# -- what they refuse ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("heights", [ms.Gaussian(S), ms.Exponential(S), ms.Discrete([0.0, S])])
+@pytest.mark.parametrize(
+    "order", [0.25, 3, -1, -0.5001, 1.5000000001, math.nan, math.inf, "1", None, 1j, (1,)]
+)
+def test_orders_that_are_not_offered(heights: ms.HeightDistribution, order: Any) -> None:
+    message = refusal(heights.partial_moment, order, 0.0)
+    assert message == f"order must be one of -0.5, 0, 0.5, 1, 1.5, 2, 2.5, got {order!r}"
+
+
+@pytest.mark.parametrize("order", [[1], np.array([1.0, 1.5]), {}], ids=repr)
+def test_orders_are_single_numbers(order: Any) -> None:
+    assert refusal(ms.Gaussian(S).partial_moment, order, 0.0).startswith("order must be one of")
+
+
+@pytest.mark.parametrize("order", [1.5, np.float64(1.5), np.float32(1.5)])
+def test_orders_of_any_kind(order: Any) -> None:
+    assert ms.Gaussian(S).partial_moment(order, 0.0) == ms.Gaussian(S).partial_moment(1.5, 0.0)
+    assert ms.Gaussian(S).partial_moment(2, 0.0) == ms.Gaussian(S).partial_moment(2.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (-S, "must be above zero [m], got -5e-07"),
+        (0.0, "must be above zero [m], got 0"),
+        (math.nan, "must be a finite number in m, got nan"),
+        (math.inf, "must be a finite number in m, got inf"),
+        (None, "must be a finite number in m, got None"),
+        (True, "must be a finite number in m, got True"),
+        (1j, "must be a finite number in m, got 1j"),
+        ([S], "must be a finite number in m, got [5e-07]"),
+        (np.array([S, S]), "must be a finite number in m, got array([5.e-07, 5.e-07])"),
+    ],
+    ids=str,
+)
+def test_widths(value: object, message: str) -> None:
+    assert refusal(ms.Gaussian, value) == f"std {message}"
+    assert refusal(ms.Gaussian, std=value) == f"std {message}"
+    assert refusal(ms.Exponential, value) == f"scale {message}"
+
+
+def test_width_as_text() -> None:
+    for call, name in ((ms.Gaussian, "std"), (ms.Exponential, "scale")):
+        assert refusal(call, "0.5 um") == (
+            f"{name} must be a finite number in m, got '0.5 um', for example {name}=1"
+        )
+
+
+@pytest.mark.parametrize("mean", [math.nan, math.inf, None, "0", True, 0j, [0.0]], ids=repr)
+def test_means(mean: object) -> None:
+    assert refusal(ms.Gaussian, S, mean).startswith("mean must be a finite number in m, got ")
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ([], "heights must hold at least one number, got an empty array"),
+        ([[1e-7]], "heights must be one-dimensional, got shape (1, 1)"),
+        (
+            [0.0, math.nan],
+            "heights must be finite: 1 of 2 values are not, the first is nan at index 1",
+        ),
+        (["a"], "heights must be a number or an array of numbers, got ['a']"),
+    ],
+    ids=str,
+)
+def test_discrete_refused(values: object, message: str) -> None:
+    assert refusal(ms.Discrete, values) == message
+    assert refusal(surface, values) == message
+
+
+CHOICE = (
+    "heights must be ms.Gaussian(std=...), ms.Exponential(scale=...), a frozen scipy.stats "
+    "distribution or an array of heights [m], got "
+)
+
+
+@pytest.mark.parametrize("value", [None, 5e-7, "gaussian", ms.Gaussian, {1.0}, range(3)], ids=repr)
+def test_not_heights(value: object) -> None:
+    assert refusal(surface, value) == CHOICE + repr(value)
+
+
+def test_heights_of_every_kind() -> None:
+    assert as_heights(ms.Gaussian(S)) == ms.Gaussian(S)
+    assert isinstance(as_heights([0.0, S]), ms.Discrete)
+    assert isinstance(as_heights((0.0, S)), ms.Discrete)
+    assert isinstance(as_heights(np.array([0.0, S])), ms.Discrete)
+    assert isinstance(as_heights(stats.norm(scale=S)), ms.Statistical)
+
+
+INFINITE: dict[str, tuple[Any, str]] = {
+    "Cauchy": (stats.cauchy(scale=S), "1"),
+    "half Cauchy": (stats.halfcauchy(scale=S), "1"),
+    "Levy": (stats.levy(scale=S), "0.5"),
+    "Pareto 3/2": (stats.pareto(1.5, scale=S), "1.5"),
+    "Pareto 1.2": (stats.pareto(1.2, scale=S), "1.2"),
+    "t 3/2": (stats.t(1.5, scale=S), "1.5"),
+    "Lomax": (stats.lomax(1.25, scale=S), "1.25"),
+    "inverse gamma": (stats.invgamma(1.1, scale=S), "1.1"),
+    "F": (stats.f(2, 3, scale=S), "1.5"),
+    "generalised Pareto": (stats.genpareto(0.8, scale=S), "1.25"),
+    "shifted Pareto": (stats.pareto(1.4, loc=1e-3, scale=S), "1.4"),
+}
+
+
+@pytest.mark.parametrize("name", INFINITE)
+def test_infinite_loads(name: str) -> None:
+    distribution, index = INFINITE[name]
+    expected = (
+        "heights must have a finite moment of order 3/2 (the normal load), got a distribution "
+        f"whose tail falls like y^-{index}"
+    )
+    assert refusal(ms.Statistical, distribution) == expected
+    assert refusal(surface, distribution) == expected
+
+
+@pytest.mark.parametrize(
+    "distribution",
+    [stats.pareto(1.9, scale=S), stats.t(2.5, scale=S), stats.lognorm(1.5, scale=S),
+     stats.levy_l(scale=S), stats.loglaplace(2, scale=S)],
+    ids=["Pareto", "t", "lognormal", "lower tail", "log-Laplace"],
+)  # fmt: skip
+def test_heavy_tails_that_carry_a_load(distribution: Any) -> None:
+    law = surface(distribution)
+    loads = law.load(distribution.ppf([0.2, 0.5, 0.9]))
+    assert np.all(np.isfinite(loads))
+    assert np.all(np.diff(loads) < 0)
+
+
+DISCRETE = [
+    stats.poisson(3), stats.randint(0, 9), stats.rv_discrete(values=([0, 1], [0.5, 0.5])),
+    stats.binom(9, 0.3),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("distribution", DISCRETE, ids=lambda d: type(d).__name__)
+def test_discrete_distributions(distribution: Any) -> None:
+    message = refusal(ms.Statistical, distribution)
+    assert message.startswith(
+        "heights must be a frozen continuous scipy.stats distribution such as "
+        "scipy.stats.weibull_min(2.2, scale=1e-6), got <scipy.stats"
+    )
+    # What comes is a frozen distribution: the message has to say what is wrong with it.
+    assert "continuous" in refusal(surface, distribution)
+
+
+def test_unfrozen_distribution_has_no_width() -> None:
+    # stats.norm would stand for summits of one metre.
+    for call in (ms.Statistical, surface):
+        assert "frozen" in refusal(call, stats.norm)
+
+
+@pytest.mark.parametrize(
+    "distribution",
+    [stats.norm(0, math.nan), stats.norm(0, -1.0), stats.uniform(0, 0), stats.t(0)],
+    ids=["nan", "negative", "no width", "t(0)"],
+)
+def test_distributions_without_a_support(distribution: Any) -> None:
+    assert refusal(ms.Statistical, distribution).startswith("heights must have a support")
+
+
+def test_several_distributions_at_once() -> None:
+    for distribution in (stats.norm([0.0, 1e-6], S), stats.norm(0, [S, 2 * S])):
+        assert "heights" in refusal(ms.Statistical, distribution)
+
+
+@pytest.mark.parametrize("value", [None, 1.0, "norm", ms.Gaussian(S), [0.0]], ids=repr)
+def test_statistical_of_something_else(value: object) -> None:
+    assert refusal(ms.Statistical, value) == (
+        "heights must be a frozen continuous scipy.stats distribution such as "
+        f"scipy.stats.weibull_min(2.2, scale=1e-6), got {value!r}"
+    )
+
+
+def test_scale_of_the_heights_does_not_matter() -> None:
+    """Also in metres nothing overflows on the way."""
+    small, large = ms.Statistical(stats.norm(scale=1e-6)), ms.Statistical(stats.norm(scale=1e3))
+    for order in ORDERS:
+        ratio = large.partial_moment(order, 1e3) / small.partial_moment(order, 1e-6)
+        assert ratio == pytest.approx(1e9**order, rel=1e-9, abs=0)
+
+
+# -- cost ------------------------------------------------------------------------------------------
+
+
+class Counted:
+    """A frozen distribution that counts at how many places its density is asked for."""
+
+    def __init__(self, distribution: Any) -> None:
+        self._distribution = distribution
+        self.places = 0
+
+    def pdf(self, y: Any) -> Any:
+        self.places += np.size(y)
+        return self._distribution.pdf(y)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__") or name in ("pmf", "_distribution"):
+            raise AttributeError(name)
+        return getattr(self._distribution, name)
+
+
+@pytest.mark.parametrize(
+    "distribution",
+    [stats.norm(scale=S), stats.weibull_min(2.2, scale=S), stats.uniform(-S, 2 * S)],
+    ids=["normal", "Weibull", "uniform"],
+)
+def test_density_is_tabulated_once(distribution: Any) -> None:
+    counted = Counted(distribution)
+    law = surface(counted)
+    joint = ms.Interface(law, 0.55, separation=0.3 * S)
+    joint.loop(1e-7)
+    built = counted.places
+    assert 0 < built < 200_000
+    joint.loop(2e-7)
+    joint.force(1e-7 * np.sin(np.arange(1000.0)))
+    joint.dissipated_energy(np.geomspace(1e-11, 1e-5, 50))
+    joint.displacement(0.5 * joint.force_limit * np.sin(np.arange(20.0)))
+    ms.Interface(law, 0.3, separation=0.5 * S).loop(1e-7)
+    assert counted.places == built
+    joint.at(normal_load=0.5 * joint.normal_load).loop(1e-7)
+    # Towards a heavier load the surface may look below its summits, once.
+    joint.at(normal_load=10.0 * joint.normal_load).loop(1e-7)
+    again = counted.places
+    joint.at(normal_load=12.0 * joint.normal_load).loop(1e-7)
+    assert counted.places == again
+    assert again <= 2 * built
+
+
+def test_checks_ask_for_no_density() -> None:
+    counted = Counted(stats.norm(scale=S))
+    surface(counted)
+    assert counted.places == 0

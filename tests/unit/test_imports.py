@@ -1,0 +1,229 @@
+"""What importing costs, and that every public name is there."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import os
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import microslip as ms
+from microslip.friction import LAWS
+from microslip.heights import HEIGHTS
+from microslip.normal import NORMAL_LAWS
+
+PACKAGE = Path(ms.__file__).parent
+LISTS = (
+    (ms.BackboneLaw, LAWS),
+    (ms.NormalLaw, NORMAL_LAWS),
+    (ms.HeightDistribution, HEIGHTS),
+)
+
+
+def run(code: str, **environment: str) -> str:
+    """Run a program in a fresh interpreter that finds the same microslip."""
+    path = os.pathsep.join(filter(None, (str(PACKAGE.parent), os.environ.get("PYTHONPATH"))))
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        env=os.environ | {"PYTHONPATH": path} | environment,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+LOADED = "import sys; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+
+
+def test_import_is_light() -> None:
+    loaded = run(f"import microslip; microslip.__version__; dir(microslip); {LOADED}").split()
+    assert "microslip" in loaded
+    for heavy in ("numpy", "scipy", "pydantic", "pint", "matplotlib", "click", "rich"):
+        assert heavy not in loaded
+
+
+def test_materials_need_no_scipy() -> None:
+    loaded = run(f"import microslip as ms; ms.Material(1e9, 0.3); ms.InputError; {LOADED}").split()
+    for heavy in ("scipy", "pydantic", "pint", "matplotlib", "click", "rich"):
+        assert heavy not in loaded
+
+
+GAUSSIAN = """
+import microslip as ms
+al = ms.Material(69e9, 0.33)
+surface = ms.GreenwoodWilliamson(
+    ms.MaterialPair(al, al), ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4
+)
+joint = ms.Interface(surface, 0.55, normal_load=2000.0)
+joint.loop(1e-6).loss_factor, joint.dissipated_energy([1e-11, 1e-6]), joint.at(normal_load=100.0)
+joint.force([1e-6, -1e-6, 0.0]), joint.displacement([500.0, -500.0]), joint.validity
+joint.periodic([0.0, 1e-7, -1e-7]), joint.sliders().density(1e-7), joint.stick_area(1e-7)
+joint.dissipation_exponent(1e-6), joint.contact_count, surface.separation([1.0, 10.0])
+state = joint.start(); state.try_(1e-7); state.commit()
+"""
+
+
+def test_gaussian_interfaces_need_no_scipy() -> None:
+    loaded = run(GAUSSIAN + LOADED).split()
+    for heavy in ("scipy", "pydantic", "pint", "matplotlib", "click", "rich"):
+        assert heavy not in loaded
+
+
+def test_numpy_kernel_needs_no_scipy_either() -> None:
+    code = GAUSSIAN + "import microslip.kernels; print(microslip.kernels.NAME);" + LOADED
+    name, loaded = run(code, MICROSLIP_KERNEL="numpy").split("\n")
+    assert name == "numpy"
+    assert "scipy" not in loaded.split()
+
+
+# -- names -----------------------------------------------------------------------------------------
+
+
+def stub_names() -> dict[str, str]:
+    """Public names and their modules, as the stub gives them."""
+    tree = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
+    names: dict[str, str] = {}
+    for node in tree.body:
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 1
+            for alias in node.names:
+                assert alias.asname == alias.name, (
+                    "a stub exports only names imported as themselves"
+                )
+                names[alias.name] = f"microslip.{node.module}"
+    return names
+
+
+def test_names_of_the_stub() -> None:
+    assert sorted(ms.__all__) == sorted([*stub_names(), "__version__"])
+    assert len(set(ms.__all__)) == len(ms.__all__)
+
+
+@pytest.mark.parametrize(("name", "module"), stub_names().items())
+def test_name_resolves(name: str, module: str) -> None:
+    value = getattr(ms, name)
+    assert value is getattr(importlib.import_module(module), name)
+    assert value.__name__ == name
+
+
+def test_promised_names() -> None:
+    promised = {
+        "Material", "MaterialPair", "Gaussian", "Exponential", "GreenwoodWilliamson",
+        "AsperityPopulation", "SphereOnFlat", "TabulatedNormalLaw", "Interface", "Loop", "State",
+        "BackboneLaw", "NormalLaw", "HeightDistribution", "InputError", "StudyError", "Study",
+        "Result",
+    }  # fmt: skip
+    assert promised <= set(ms.__all__)
+
+
+def test_dir_shows_the_names() -> None:
+    assert set(stub_names()) <= set(dir(ms))
+    listed = run("import microslip; print(*dir(microslip))").split()
+    assert set(stub_names()) <= set(listed)
+
+
+def test_unknown_attribute() -> None:
+    with pytest.raises(AttributeError, match="Coulombb"):
+        _ = ms.Coulombb
+    assert not hasattr(ms, "np")
+    with pytest.raises(ImportError, match="Coulombb"):
+        exec("from microslip import Coulombb")
+
+
+def test_star_import() -> None:
+    space: dict[str, object] = {}
+    exec("from microslip import *", space)
+    assert set(ms.__all__) <= set(space)
+
+
+def test_version() -> None:
+    assert isinstance(ms.__version__, str)
+    assert ms.__version__.count(".") >= 2
+
+
+# -- lists that the shared tests run over ----------------------------------------------------------
+
+
+def modules() -> list[ModuleType]:
+    found = pkgutil.walk_packages([str(PACKAGE)], "microslip.")
+    return [
+        importlib.import_module(info.name)
+        for info in found
+        if not info.name.endswith((".__main__", "._compiled"))
+    ]
+
+
+def concrete(base: type) -> set[type]:
+    below: set[type] = set()
+    for child in base.__subclasses__():
+        below |= {child} | concrete(child)
+    return {
+        child
+        for child in below
+        if child.__module__.startswith("microslip.") and not inspect.isabstract(child)
+    }
+
+
+@pytest.mark.parametrize(("base", "listed"), LISTS, ids=lambda v: getattr(v, "__name__", "list"))
+def test_every_class_is_in_its_list(base: type, listed: tuple[type, ...]) -> None:
+    modules()
+    assert len(set(listed)) == len(listed)
+    assert concrete(base) == set(listed)
+    for law in listed:
+        assert getattr(ms, law.__name__) is law
+
+
+@pytest.mark.parametrize("law", [law for _, listed in LISTS for law in listed])
+def test_every_class_has_examples(law: type) -> None:
+    examples = law.examples()  # type: ignore[attr-defined]
+    assert isinstance(examples, tuple)
+    assert examples
+    assert all(type(example) is law for example in examples)
+    again = law.examples()  # type: ignore[attr-defined]
+    assert [repr(a).split(" object at")[0] for a in again] == [
+        repr(a).split(" object at")[0] for a in examples
+    ]
+
+
+@pytest.mark.parametrize("base", [base for base, _ in LISTS])
+def test_abstract_classes_cannot_be_made(base: type) -> None:
+    assert base.examples() == ()  # type: ignore[attr-defined]
+    with pytest.raises(TypeError, match="abstract"):
+        base()
+
+
+def test_nothing_imports_upwards() -> None:
+    """Data flows one way, floor by floor."""
+    floors = {
+        "_checks": 0, "errors": 0, "_version": 0, "_kernel_choice": 0, "_quadrature": 0,
+        "kernels": 0, "materials": 1, "heights": 1, "normal": 2, "memory": 3, "loops": 4,
+        "friction": 5, "study": 8, "cli": 9,
+    }  # fmt: skip
+    for file in PACKAGE.rglob("*.py"):
+        part = file.relative_to(PACKAGE).with_suffix("").parts
+        if part[0] not in floors:
+            continue
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            names: list[str] = []
+            if isinstance(node, ast.ImportFrom) and node.module:
+                names = [node.module]
+                assert node.level == 0, f"{file}: relative import"
+                if node.module == "microslip":
+                    names = [f"microslip.{alias.name}" for alias in node.names]
+            elif isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            for name in names:
+                pieces = name.split(".")
+                if pieces[0] != "microslip" or len(pieces) == 1 or pieces[1] not in floors:
+                    continue
+                if pieces[1] != part[0] and part[0] not in ("study", "cli"):
+                    assert floors[pieces[1]] <= floors[part[0]], f"{file} imports {name}"

@@ -1,0 +1,339 @@
+"""Interfaces: how they are made, what is shared, and the values that follow at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.friction import LAWS
+
+AL = ms.Material(69e9, 0.33)
+PAIR = ms.MaterialPair(AL, AL)
+S = 5e-7
+SURFACE = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(S), radius=1e-3, density=1e8, area=2e-4)
+JOINT = ms.Interface(SURFACE, friction_coefficient=0.55, normal_load=2000.0)
+D = np.linspace(0.0, 1e-6, 11)
+TABLE = ms.TabulatedNormalLaw(PAIR, D, 1e3 * (1.0 - D / 1e-6) ** 2)
+SPHERE = ms.SphereOnFlat(PAIR, 5e-3)
+POPULATION = ms.AsperityPopulation(PAIR, [0.0, 1e-7, 3e-7], 1e-3)
+
+
+def refusal(call: Callable[..., Any], *args: object, **kwargs: object) -> str:
+    with pytest.raises(ms.InputError) as caught:
+        call(*args, **kwargs)
+    return str(caught.value)
+
+
+# -- made by a load or by a separation -------------------------------------------------------------
+
+
+def test_worked_example() -> None:
+    assert JOINT.surface is SURFACE
+    assert JOINT.friction_coefficient == 0.55
+    assert JOINT.normal_load == 2000.0
+    assert JOINT.force_limit == pytest.approx(1100.0, rel=1e-15, abs=0)
+    assert JOINT.separation / S == pytest.approx(0.568, abs=5e-4)
+    assert JOINT.contact_count == pytest.approx(5700, rel=1e-3, abs=0)
+    assert JOINT.contact_area == pytest.approx(0.028 * 2e-4, rel=5e-3, abs=0)
+    assert JOINT.tangential_stiffness == pytest.approx(5.70e9, rel=1e-3, abs=0)
+    assert JOINT.slip_per_indentation * S == pytest.approx(0.343e-6, rel=1e-3, abs=0)
+    assert JOINT.at(normal_load=100.0).separation / S == pytest.approx(1.905, abs=5e-4)
+    assert JOINT.at(normal_load=5000.0).separation / S == pytest.approx(-0.005, abs=5e-4)
+
+
+def test_simple_relations() -> None:
+    ratio = PAIR.stiffness_ratio
+    assert JOINT.slip_per_indentation == pytest.approx(0.55 * ratio, rel=1e-15, abs=0)
+    assert JOINT.normal_stiffness == pytest.approx(
+        SURFACE.stiffness(JOINT.separation), rel=1e-15, abs=0
+    )
+    assert JOINT.tangential_stiffness == pytest.approx(
+        JOINT.normal_stiffness / ratio, rel=1e-15, abs=0
+    )
+    assert JOINT.contact_count == SURFACE.contact_count(JOINT.separation)
+    assert JOINT.contact_area == SURFACE.contact_area(JOINT.separation)
+    assert JOINT.stick_area(0.0) == JOINT.contact_area
+    assert JOINT.stick_area([-1e-7])[0] == JOINT.stick_area(1e-7) < JOINT.contact_area
+    assert JOINT.backbone(0.0) == 0.0
+    assert JOINT.backbone(-1e-7) == -JOINT.backbone(1e-7)
+    assert JOINT.backbone_stiffness(0.0) == pytest.approx(
+        JOINT.tangential_stiffness, rel=1e-13, abs=0
+    )
+
+
+def test_load_and_separation_make_the_same_joint() -> None:
+    other = ms.Interface(SURFACE, 0.55, separation=JOINT.separation)
+    assert other.normal_load == pytest.approx(2000.0, rel=1e-13, abs=0)
+    x = np.array([1e-7, -2e-7, 5e-8])
+    np.testing.assert_allclose(other.force(x), JOINT.force(x), rtol=1e-12)
+
+
+def test_values_at_rest() -> None:
+    for joint in ms.Interface.examples():
+        for name in ("dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio"):
+            value = getattr(joint, name)(0.0)
+            assert value == 0.0
+            assert math.copysign(1.0, getattr(joint, name)(-0.0)) == 1.0, name
+        assert joint.secant_stiffness(0.0) == pytest.approx(
+            joint.tangential_stiffness, rel=1e-12, abs=0
+        )
+        assert joint.force(0.0) == joint.displacement(0.0) == 0.0
+        # Cubic microslip, but for a table of straight runs, which sticks.
+        assert joint.dissipation_exponent(0.0) == 3.0
+
+
+def test_measures_of_damping_agree() -> None:
+    a = np.geomspace(1e-10, 1e-5, 11)
+    for joint in ms.Interface.examples():
+        ratio = joint.energy_ratio(a)
+        np.testing.assert_allclose(joint.loss_factor(a), 4 / math.pi * ratio, rtol=1e-15)
+        np.testing.assert_allclose(joint.damping_ratio(a), 2 / math.pi * ratio, rtol=1e-15)
+        box = 4 * a * joint.backbone(a)
+        np.testing.assert_allclose(joint.dissipated_energy(a), ratio * box, rtol=1e-14)
+        assert np.all((ratio >= 0) & (ratio < 1))
+
+
+def test_force_amplitudes_are_displacement_amplitudes_of_these_forces() -> None:
+    for joint in ms.Interface.examples():
+        force = joint.force_limit * np.array([0.01, 0.5, 0.9])
+        amplitude = joint.backbone_displacement(force)
+        for name in (
+            "dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio",
+            "secant_stiffness", "dissipation_exponent",
+        ):  # fmt: skip
+            measure = getattr(joint, name)
+            np.testing.assert_array_equal(measure(force_amplitude=force), measure(amplitude))
+
+
+# -- at() ------------------------------------------------------------------------------------------
+
+
+def test_at() -> None:
+    other = JOINT.at(normal_load=3000.0)
+    assert type(other) is ms.Interface
+    assert other.surface is SURFACE
+    assert other.friction_coefficient == 0.55
+    assert other.normal_load == 3000.0
+    assert JOINT.normal_load == 2000.0
+    assert JOINT.at(separation=1e-7).separation == 1e-7
+    assert repr(JOINT.at(normal_load=2000.0)) == repr(JOINT)
+    x = np.array([1e-7, -3e-7])
+    np.testing.assert_array_equal(JOINT.at(normal_load=2000.0).force(x), JOINT.force(x))
+
+
+BOTH_OR_NEITHER = "normal_load [N] or separation [m] must be given, one of them, got "
+
+
+def test_both_or_neither() -> None:
+    for call in (lambda **kw: ms.Interface(SURFACE, 0.55, **kw), JOINT.at):
+        assert refusal(call) == BOTH_OR_NEITHER + "neither"
+        assert refusal(call, normal_load=None, separation=None) == BOTH_OR_NEITHER + "neither"
+        assert refusal(call, normal_load=1.0, separation=1e-7) == BOTH_OR_NEITHER + "both"
+        assert refusal(call, normal_load=0.0, separation=0.0) == BOTH_OR_NEITHER + "both"
+    with pytest.raises(TypeError):
+        JOINT.at(3000.0)  # type: ignore[misc]
+
+
+# -- what is refused -------------------------------------------------------------------------------
+
+SURFACES = "(GreenwoodWilliamson, AsperityPopulation, SphereOnFlat, TabulatedNormalLaw)"
+
+
+@pytest.mark.parametrize(
+    "surface", [None, PAIR, ms.Gaussian(S), ms.SphereOnFlat, "sphere", 1.0, JOINT], ids=repr
+)
+def test_surface_refused(surface: object) -> None:
+    message = refusal(ms.Interface, surface, 0.55, 2000.0)
+    assert message.startswith(f"surface must be a normal load law {SURFACES}, got ")
+    assert len(message) < 200
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (0, "must be above zero, got 0"),
+        (-0.0, "must be above zero, got -0"),
+        (-0.5, "must be above zero, got -0.5"),
+        (math.nan, "must be a finite number, got nan"),
+        (math.inf, "must be a finite number, got inf"),
+        (None, "must be a finite number, got None"),
+        ("0.5", "must be a finite number, got '0.5', for example friction_coefficient=1"),
+        (True, "must be a finite number, got True"),
+        (0.5j, "must be a finite number, got 0.5j"),
+        ([0.5], "must be a finite number, got [0.5]"),
+        (np.array([0.5, 0.6]), "must be a finite number, got array([0.5, 0.6])"),
+    ],
+    ids=str,
+)
+def test_friction_coefficient_refused(value: object, message: str) -> None:
+    assert refusal(ms.Interface, SURFACE, value, 2000.0) == f"friction_coefficient {message}"
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (0, "must be above zero [N], got 0"),
+        (-2000.0, "must be above zero [N], got -2000"),
+        (math.nan, "must be a finite number in N, got nan"),
+        (math.inf, "must be a finite number in N, got inf"),
+        ("2 kN", "must be a finite number in N, got '2 kN', for example normal_load=1"),
+        (True, "must be a finite number in N, got True"),
+        (1j, "must be a finite number in N, got 1j"),
+        ([2000.0], "must be a finite number in N, got [2000.0]"),
+    ],
+    ids=str,
+)
+def test_normal_load_refused(value: object, message: str) -> None:
+    for call in (lambda **kw: ms.Interface(SURFACE, 0.55, **kw), JOINT.at):
+        assert refusal(call, normal_load=value) == f"normal_load {message}"
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (math.nan, "must be a finite number in m, got nan"),
+        (-math.inf, "must be a finite number in m, got -inf"),
+        ("1 um", "must be a finite number in m, got '1 um', for example separation=1"),
+        (False, "must be a finite number in m, got False"),
+        ([0.0], "must be a finite number in m, got [0.0]"),
+        (1.0, "must be one at which the surface carries a load, got 1 m, where nothing touches"),
+    ],
+    ids=str,
+)
+def test_separation_refused(value: object, message: str) -> None:
+    for call in (lambda **kw: ms.Interface(SURFACE, 0.55, **kw), JOINT.at):
+        # An example has to be one that works, or none.
+        assert refusal(call, separation=value).startswith(f"separation {message}"[:60])
+
+
+@pytest.mark.parametrize(
+    ("surface", "separation"),
+    [(SPHERE, 0.0), (SPHERE, 1e-9), (POPULATION, 3e-7), (POPULATION, 1e-6), (TABLE, 1e-6),
+     (TABLE, 1.0), (SURFACE, 1e-4)],
+)  # fmt: skip
+def test_no_contact(surface: ms.NormalLaw, separation: float) -> None:
+    assert refusal(ms.Interface, surface, 0.55, separation=separation) == (
+        "separation must be one at which the surface carries a load, "
+        f"got {separation:g} m, where nothing touches"
+    )
+
+
+@pytest.mark.parametrize("surface", [SPHERE, POPULATION, SURFACE, TABLE])
+@pytest.mark.parametrize("separation", [-1e300, -1e200, -1e100, -1e40])
+def test_loads_are_finite(surface: ms.NormalLaw, separation: float) -> None:
+    try:
+        joint = ms.Interface(surface, 0.55, separation=separation)
+    except ms.InputError:
+        return
+    assert math.isfinite(joint.normal_load)
+
+
+@pytest.mark.parametrize("surface", [SPHERE, POPULATION, SURFACE, TABLE])
+@pytest.mark.parametrize("load", [1e-3, 1e-9, 1e-15, 1e-25, 1e-39, 1e-100, 1e-300, 5e-324])
+def test_light_joints_hold_together(surface: ms.NormalLaw, load: float) -> None:
+    """The load that was asked for and the one that its backbone is made of are the same."""
+    try:
+        joint = ms.Interface(surface, 0.55, load)
+    except ms.InputError as error:
+        refused = str(error)
+    else:
+        refused = ""
+    if refused:
+        assert "load must be" in refused
+        return
+    assert surface.load(joint.separation) == pytest.approx(load, rel=1e-9, abs=0)
+    slip = 10.0 * joint.slip_per_indentation * 1e-6
+    assert joint.backbone(slip) == pytest.approx(joint.force_limit, rel=1e-9, abs=0)
+    assert joint.tangential_stiffness > 0.0
+    loop = joint.loop(slip)
+    assert loop.force_amplitude == pytest.approx(joint.force_limit, rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize(
+    "value", [2000, np.float32(2000), np.int16(2000), Fraction(2000)], ids=repr
+)
+def test_numbers_of_any_kind(value: Any) -> None:
+    joint = ms.Interface(SURFACE, Fraction(11, 20), value)  # type: ignore[arg-type]
+    assert type(joint.normal_load) is float
+    assert type(joint.friction_coefficient) is float
+    assert repr(joint) == repr(JOINT)
+
+
+def test_unlike_joints_look_unlike() -> None:
+    assert repr(JOINT.at(normal_load=2000.0001)) != repr(JOINT)
+
+
+# -- laws of one's own -----------------------------------------------------------------------------
+
+
+class Exponential(ms.BackboneLaw):
+    """A law that gives no more than it must: T0 = F (1 - exp(-k u / F))."""
+
+    force_limit = 100.0
+
+    def _backbone(self, u: np.ndarray) -> np.ndarray:
+        return -100.0 * np.expm1(-1e6 * u)
+
+    def _slope(self, u: np.ndarray) -> np.ndarray:
+        return 1e8 * np.exp(-1e6 * u)
+
+
+class Jenkins(ms.BackboneLaw):
+    """A spring in series with a slider: a kink, and nothing dissipated below it."""
+
+    force_limit = 100.0
+
+    def _backbone(self, u: np.ndarray) -> np.ndarray:
+        return np.minimum(1e8 * u, 100.0)
+
+    def _slope(self, u: np.ndarray) -> np.ndarray:
+        return np.where(u < 1e-6, 1e8, 0.0)
+
+
+def test_backbone_and_slope_are_enough() -> None:
+    law = Exponential()
+    assert law.tangential_stiffness == 1e8
+    x = np.array([1e-3, 0.1, 1.0, 7.0])
+    energy = 1e-4 * (4 * x - 8 + (8 + 4 * x) * np.exp(-x))
+    np.testing.assert_allclose(law.dissipated_energy(1e-6 * x[1:]), energy[1:], rtol=1e-9)
+    assert law.dissipated_energy(1e-12) == pytest.approx(2 / 3 * 1e14 * 1e-36, rel=1e-5, abs=0)
+    force = np.array([60.0, -50.0, 20.0, 90.0, -99.0])
+    displacement = law.displacement(force)
+    np.testing.assert_allclose(law.force(displacement), force, rtol=1e-12, atol=1e-10)
+    assert law.loop(1e-6, 20_001).dissipated_energy == pytest.approx(energy[2], rel=1e-6, abs=0)
+    assert law.sliders().density(1e-6) == pytest.approx(1e14 * math.exp(-1), rel=1e-6, abs=0)
+    response = law.periodic(1e-6 * np.cos(np.arange(8) * np.pi / 4))
+    assert response.force[0] == pytest.approx(100 * (1 - math.exp(-1)), rel=1e-12, abs=0)
+    assert refusal(law.start().try_, 1e-7, 5.0) == (
+        "normal_load has no meaning for this law, got 5 N"
+    )
+
+
+def test_default_energy_of_a_law_with_a_kink() -> None:
+    law = Jenkins()
+    for amplitude in (1.5e-6, 5e-6, 7.7e-6):
+        expected = 4.0 * 100.0 * (amplitude - 1e-6)
+        assert law.dissipated_energy(amplitude) == pytest.approx(expected, rel=1e-9, abs=0)
+    assert law.dissipated_energy(1e-6) == pytest.approx(0.0, abs=1e-12 * 1e-4)
+
+
+def test_what_a_law_must_give() -> None:
+    with pytest.raises(TypeError, match="_backbone"):
+        type("Nothing", (ms.BackboneLaw,), {})()
+    with pytest.raises(TypeError, match="_derivative"):
+        type("Nothing", (ms.NormalLaw,), {})()
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_examples_reach_every_surface(law: type[ms.BackboneLaw]) -> None:
+    if law is ms.Interface:
+        kinds = {type(joint.surface) for joint in law.examples()}  # type: ignore[attr-defined]
+        assert kinds == {
+            ms.GreenwoodWilliamson, ms.AsperityPopulation, ms.SphereOnFlat, ms.TabulatedNormalLaw,
+        }  # fmt: skip

@@ -1,0 +1,222 @@
+"""Loops: what is read from simple shapes, and samples that make no loop."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import microslip as ms
+
+PHASE = np.linspace(0.0, 2.0 * np.pi, 2001)
+
+
+def rectangle(samples: int = 1) -> ms.Loop:
+    """Rigid-plastic: amplitude 2e-6 m, 3 N; ``samples`` steps on each side."""
+    corners = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1], [1, 1]], dtype=float)
+    steps = np.arange(4 * samples + 1) / samples
+    x, t = (np.interp(steps, range(5), column) for column in corners.T)
+    return ms.Loop(2e-6 * x, 3.0 * t)
+
+
+def ellipse(lag: float, start: float = 0.0, closed: bool = True) -> ms.Loop:
+    phase = start + (PHASE if closed else PHASE[:-1])
+    return ms.Loop(2e-6 * np.cos(phase), 3.0 * np.cos(phase + lag))
+
+
+def refusal(*args: object) -> str:
+    with pytest.raises(ms.InputError) as caught:
+        ms.Loop(*args)  # type: ignore[arg-type]
+    return str(caught.value)
+
+
+# -- simple shapes ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("samples", [1, 7, 50])
+def test_rectangle(samples: int) -> None:
+    loop = rectangle(samples)
+    assert loop.displacement_amplitude == 2e-6
+    assert loop.force_amplitude == 3.0
+    assert loop.dissipated_energy == pytest.approx(4 * 2e-6 * 3.0, rel=1e-14, abs=0)
+    assert loop.energy_ratio == pytest.approx(1.0, rel=1e-14, abs=0)
+    assert loop.loss_factor == pytest.approx(4 / math.pi, rel=1e-14, abs=0)
+    assert loop.damping_ratio == pytest.approx(2 / math.pi, rel=1e-14, abs=0)
+    assert loop.secant_stiffness == pytest.approx(1.5e6, rel=1e-14, abs=0)
+    assert loop.sliding_ratio == pytest.approx(1.0, rel=1e-14, abs=0)
+    assert loop.closure_error == 0.0
+
+
+@pytest.mark.parametrize("lag", [1e-3, 0.3, 1.0, math.pi / 2])
+@pytest.mark.parametrize("start", [0.0, 1.0, 4.0])
+def test_ellipse(lag: float, start: float) -> None:
+    """A linear, viscous loop: area pi x t sin(lag), eta = sin(lag)."""
+    loop = ellipse(lag, start)
+    assert loop.dissipated_energy == pytest.approx(math.pi * 6e-6 * math.sin(lag), rel=1e-5, abs=0)
+    assert loop.loss_factor == pytest.approx(math.sin(lag), rel=1e-5, abs=0)
+    assert loop.damping_ratio == pytest.approx(0.5 * math.sin(lag), rel=1e-5, abs=0)
+    assert loop.energy_ratio == pytest.approx(math.pi / 4 * math.sin(lag), rel=1e-5, abs=0)
+    assert loop.secant_stiffness == pytest.approx(1.5e6, rel=1e-5, abs=0)
+    assert loop.sliding_ratio == pytest.approx(math.sin(lag), rel=1e-4, abs=0)
+    assert loop.closure_error < 1e-14
+
+
+def test_line() -> None:
+    x = 2e-6 * np.cos(PHASE)
+    loop = ms.Loop(x, 1e6 * x)
+    assert abs(loop.dissipated_energy) < 1e-15 * 4 * 2e-6 * 2.0
+    assert abs(loop.loss_factor) < 1e-14
+    assert abs(loop.sliding_ratio) < 1e-14
+    assert loop.secant_stiffness == pytest.approx(1e6, rel=1e-15, abs=0)
+    four = ms.Loop([1.0, 0.0, -1.0, 0.0, 1.0], [2.0, 0.0, -2.0, 0.0, 2.0])
+    assert (four.dissipated_energy, four.loss_factor, four.sliding_ratio) == (0.0, 0.0, 0.0)
+
+
+def test_loop_run_backwards_gains_energy() -> None:
+    loop = rectangle()
+    back = ms.Loop(loop.displacement[::-1], loop.force[::-1])
+    assert back.dissipated_energy == -loop.dissipated_energy
+    assert back.loss_factor == -loop.loss_factor
+
+
+def test_one_sphere_at_its_slip_limit() -> None:
+    """The landmarks: A = 0.2, eta = 0.2546, D = 0.2599, and 0.8 mu N delta_L."""
+    metal = ms.Material(69e9, 0.33)
+    joint = ms.Interface(ms.SphereOnFlat(ms.MaterialPair(metal, metal), 5e-3), 0.5, 20.0)
+    limit = -joint.slip_per_indentation * joint.separation
+    loop = joint.loop(limit, samples=20_001)
+    assert loop.dissipated_energy == pytest.approx(0.8 * joint.force_limit * limit, rel=1e-7, abs=0)
+    assert loop.energy_ratio == pytest.approx(0.2, rel=1e-7, abs=0)
+    assert loop.loss_factor == pytest.approx(0.8 / math.pi, rel=1e-7, abs=0)
+    assert loop.sliding_ratio == pytest.approx(2 * 0.5 ** (2 / 3) - 1, rel=1e-6, abs=0)
+
+
+# -- offsets, openings, scales ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("dx", "dt"), [(1e-6, 0.0), (0.0, -7.0), (-3e-6, 20.0), (1e-3, 1e3)])
+def test_offsets_do_not_matter(dx: float, dt: float) -> None:
+    for loop in (rectangle(5), ellipse(0.3)):
+        moved = ms.Loop(loop.displacement + dx, loop.force + dt)
+        for name in (
+            "dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio", "sliding_ratio",
+            "secant_stiffness", "displacement_amplitude", "force_amplitude",
+        ):  # fmt: skip
+            assert getattr(moved, name) == pytest.approx(getattr(loop, name), rel=1e-8, abs=0), name
+
+
+@pytest.mark.parametrize("turn", [0, 1, 3, 7, 12])
+def test_start_does_not_matter(turn: int) -> None:
+    loop = rectangle(5)
+    x, t = (np.roll(v[:-1], -turn) for v in (loop.displacement, loop.force))
+    moved = ms.Loop(np.append(x, x[0]), np.append(t, t[0]))
+    assert moved.dissipated_energy == pytest.approx(loop.dissipated_energy, rel=1e-14, abs=0)
+    assert moved.sliding_ratio == pytest.approx(1.0, rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize("scale", [1e-100, 1e-30, 1e30, 1e100])
+def test_scales(scale: float) -> None:
+    loop = rectangle(3)
+    scaled = ms.Loop(scale * loop.displacement, scale * loop.force)
+    assert scaled.energy_ratio == pytest.approx(1.0, rel=1e-14, abs=0)
+    assert scaled.sliding_ratio == pytest.approx(1.0, rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e200])
+def test_ratios_at_extreme_scales(scale: float) -> None:
+    loop = rectangle(3)
+    scaled = ms.Loop(scale * loop.displacement, scale * loop.force)
+    assert scaled.secant_stiffness == pytest.approx(1.5e6, rel=1e-14, abs=0)
+    assert scaled.sliding_ratio == pytest.approx(1.0, rel=1e-14, abs=0)
+    try:
+        ratio = scaled.energy_ratio
+    except ms.InputError:
+        return
+    assert ratio == pytest.approx(1.0, rel=1e-14, abs=0)
+
+
+def test_open_polygon_is_closed_by_its_chord() -> None:
+    loop = rectangle(6)
+    opened = ms.Loop(loop.displacement[:-1], loop.force[:-1])
+    assert opened.dissipated_energy == pytest.approx(loop.dissipated_energy, rel=1e-14, abs=0)
+    corners = ms.Loop([1.0, 1.0, -1.0, -1.0], [1.0, -1.0, -1.0, 1.0])
+    assert corners.energy_ratio == 1.0
+
+
+@pytest.mark.parametrize(
+    "start", [0.0, 1.0, math.pi / 2 - 0.3 + 1e-3, 3 * math.pi / 2 - 0.3 + 1e-3]
+)
+def test_open_loop_has_the_width_of_the_closed_one(start: float) -> None:
+    opened = ellipse(0.3, start, closed=False)
+    assert opened.sliding_ratio == pytest.approx(math.sin(0.3), rel=1e-4, abs=0)
+
+
+def test_open_loop_whose_crossing_lies_in_the_gap() -> None:
+    opened = ms.Loop([1.0, -1.0, -1.0, 1.0], [-1.0, -1.0, 1.0, 1.0])
+    assert opened.energy_ratio == 1.0
+    assert opened.sliding_ratio == 1.0
+
+
+def test_closure_error() -> None:
+    assert ms.Loop([0.0, 1.0, 2.0, 0.0], [0.0, 1.0, 2.0, 1.0]).closure_error == 0.5
+    assert ms.Loop([0.0, 1.0, 2.0, 0.0], [0.0, 2.0, 1.0, -2.0]).closure_error == 0.5
+    assert ms.Loop([0.0, 1.0, 2.0, 0.0], [7.0, 8.0, 9.0, 7.0]).closure_error == 0.0
+
+
+@pytest.mark.parametrize("level", [0.0, 1.0, -5.0])
+def test_constant_force(level: float) -> None:
+    """No force range, no loss: nothing to divide by."""
+    loop = ms.Loop([0.0, 1.0, 0.0, -1.0, 0.0], [level] * 5)
+    assert loop.force_amplitude == 0.0
+    assert loop.dissipated_energy == 0.0
+    assert loop.secant_stiffness == 0.0
+    assert loop.sliding_ratio == 0.0
+    assert loop.closure_error == 0.0
+    for name in ("energy_ratio", "loss_factor", "damping_ratio"):
+        try:
+            value = getattr(loop, name)
+        except ms.InputError:
+            continue
+        assert value == 0.0 or math.isnan(value)
+
+
+# -- wrong samples ---------------------------------------------------------------------------------
+
+LENGTHS = "displacement and force must be of one length, at least four samples, got "
+
+
+@pytest.mark.parametrize(
+    ("displacement", "force", "message"),
+    [
+        ([1, 2, 3], [1, 2, 3], LENGTHS + "3 and 3"),
+        ([1, 2, 3, 4], [1, 2, 3], LENGTHS + "4 and 3"),
+        ([1, 2, 3, 4], [1, 2, 3, 4, 5], LENGTHS + "4 and 5"),
+        (1.0, 2.0, LENGTHS + "1 and 1"),
+        ([1, 2, 3, 4], 2.0, LENGTHS + "4 and 1"),
+        ([1e-6] * 4, [1, 2, 3, 4], "displacement must move, got 1e-06 m throughout"),
+        (
+            [1, 2, math.nan, 4],
+            [1, 2, 3, 4],
+            "displacement must be finite: 1 of 4 values are not, the first is nan at index 2",
+        ),
+        (
+            [1, 2, 3, 4],
+            [1, math.inf, 3, math.nan],
+            "force must be finite: 2 of 4 values are not, the first is inf at index 1",
+        ),
+        ([], [], "displacement must hold at least one number, got an empty array"),
+        (np.ones((2, 4)), [1.0] * 4, "displacement must be one-dimensional, got shape (2, 4)"),
+        ([0.0, 1, 2, 3], np.ones((4, 1)), "force must be one-dimensional, got shape (4, 1)"),
+        ("loop", [1] * 4, "displacement must be a number or an array of numbers, got 'loop'"),
+    ],
+    ids=str,
+)
+def test_refused(displacement: object, force: object, message: str) -> None:
+    assert refusal(displacement, force) == message
+
+
+def test_forms() -> None:
+    loop = ms.Loop((0, 1, 2, 0), np.array([0, 1, 3, 0], dtype=np.int8))
+    assert loop.displacement.dtype == loop.force.dtype == np.float64
+    assert loop.dissipated_energy == pytest.approx(-0.5, rel=1e-14, abs=0)

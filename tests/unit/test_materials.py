@@ -1,0 +1,276 @@
+"""Materials and pairs: their numbers, and the one line that each wrong value gets."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+from dataclasses import FrozenInstanceError
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import microslip as ms
+
+AL = ms.Material(69e9, 0.33)
+
+
+def refusal(call, *args, **kwargs) -> str:
+    with pytest.raises(ms.InputError) as caught:
+        call(*args, **kwargs)
+    return str(caught.value)
+
+
+# -- numbers ---------------------------------------------------------------------------------------
+
+
+def test_shear_modulus() -> None:
+    assert ms.Material(69e9, 0.33).shear_modulus == pytest.approx(69e9 / 2.66, rel=1e-15, abs=0)
+    assert ms.Material(3.0, 0.5).shear_modulus == 1.0
+
+
+def test_composite_moduli_of_unlike_bodies() -> None:
+    steel = ms.Material(210e9, 0.3)
+    pair = ms.MaterialPair(AL, steel)
+    normal = 1 / ((1 - 0.33**2) / 69e9 + (1 - 0.3**2) / 210e9)
+    shear = 1 / ((2 - 0.33) / AL.shear_modulus + (2 - 0.3) / steel.shear_modulus)
+    assert pair.composite_modulus == pytest.approx(normal, rel=1e-15, abs=0)
+    assert pair.composite_shear_modulus == pytest.approx(shear, rel=1e-15, abs=0)
+    assert pair.stiffness_ratio == pytest.approx(normal / (4 * shear), rel=1e-15, abs=0)
+
+
+def test_order_of_the_bodies_does_not_matter() -> None:
+    steel = ms.Material(210e9, 0.3)
+    one, other = ms.MaterialPair(AL, steel), ms.MaterialPair(steel, AL)
+    assert one.composite_modulus == pytest.approx(other.composite_modulus, rel=1e-15, abs=0)
+    assert one.stiffness_ratio == pytest.approx(other.stiffness_ratio, rel=1e-15, abs=0)
+
+
+@pytest.mark.parametrize("ratio", [-0.9, 0.0, 0.33, 0.5])
+def test_stiffness_ratio_of_equal_bodies_is_mindlins(ratio: float) -> None:
+    body = ms.Material(1e9, ratio)
+    expected = (2 - ratio) / (2 * (1 - ratio))
+    assert ms.MaterialPair(body, body).stiffness_ratio == pytest.approx(expected, rel=1e-14, abs=0)
+
+
+def test_rigid_body_adds_no_compliance() -> None:
+    rigid = ms.Material.rigid()
+    pair = ms.MaterialPair(AL, rigid)
+    assert rigid.is_rigid
+    assert not AL.is_rigid
+    assert rigid.shear_modulus == math.inf
+    assert pair.composite_modulus == pytest.approx(69e9 / (1 - 0.33**2), rel=1e-15, abs=0)
+    assert pair.composite_shear_modulus == pytest.approx(AL.shear_modulus / 1.67, rel=1e-15, abs=0)
+    twin = ms.MaterialPair(AL, AL)
+    assert pair.composite_modulus == pytest.approx(2 * twin.composite_modulus, rel=1e-15, abs=0)
+
+
+def test_hardness_of_a_pair_is_the_softer_one() -> None:
+    soft, hard = ms.Material(69e9, 0.33, 1.1e9), ms.Material(210e9, 0.3, hardness=2e9)
+    assert ms.MaterialPair(soft, hard).hardness == 1.1e9
+    assert ms.MaterialPair(AL, hard).hardness == 2e9
+    assert ms.MaterialPair(AL, AL).hardness is None
+    assert ms.MaterialPair(ms.Material.rigid(), soft).hardness == 1.1e9
+
+
+@pytest.mark.parametrize(
+    "value",
+    [2, np.int32(2), np.float32(2), np.float16(2), np.array(2.0), np.array(2), Fraction(2)],
+    ids=repr,
+)
+def test_any_real_number_becomes_a_float(value: object) -> None:
+    body = ms.Material(value, 0.25, value)  # type: ignore[arg-type]
+    assert body == ms.Material(2.0, 0.25, 2.0)
+    assert type(body.young_modulus) is float
+    assert type(body.hardness) is float
+
+
+@pytest.mark.parametrize("ratio", [-1 + 2**-53, 0, 0.5])
+def test_ends_of_the_range_of_poissons_ratio(ratio: float) -> None:
+    assert ms.Material(1e9, ratio).poisson_ratio == ratio
+
+
+@pytest.mark.parametrize("modulus", [1e-40, 1e40])
+def test_extreme_moduli_of_equal_bodies(modulus: float) -> None:
+    body = ms.Material(modulus, 0.3)
+    pair = ms.MaterialPair(body, body)
+    assert pair.stiffness_ratio == pytest.approx(1.7 / 1.4, rel=1e-14, abs=0)
+
+
+# -- wrong values ----------------------------------------------------------------------------------
+
+MODULUS = "young_modulus must be a finite number in Pa, got "
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (-69e9, "young_modulus must be above zero [Pa], got -6.9e+10"),
+        (0, "young_modulus must be above zero [Pa], got 0"),
+        (0.0, "young_modulus must be above zero [Pa], got 0"),
+        (math.nan, MODULUS + "nan"),
+        (-math.inf, MODULUS + "-inf"),
+        (math.inf, "young_modulus must be finite, got inf; a rigid body is Material.rigid()"),
+        ("69 GPa", MODULUS + "'69 GPa', for example young_modulus=6.9e+10"),
+        (None, MODULUS + "None"),
+        (True, MODULUS + "True"),
+        (np.True_, MODULUS + repr(np.True_)),
+        (69e9 + 1j, MODULUS + "(69000000000+1j)"),
+        (np.array(1j), MODULUS + "1j"),
+        ([69e9], MODULUS + "[69000000000.0]"),
+        (np.array([69e9]), MODULUS + "array([6.9e+10])"),
+        (np.array([1.0, 2.0]), MODULUS + "array([1., 2.])"),
+        (np.array([]), MODULUS + "array([], dtype=float64)"),
+        (b"1", MODULUS + "b'1'"),
+        (10**400, MODULUS + "1" + 56 * "0" + "..."),
+        (np.datetime64("2020"), MODULUS + repr(np.datetime64("2020"))),
+        (ms.Material, MODULUS + "<class 'microslip.materials.Material'>"),
+    ],
+    ids=str,
+)
+def test_young_modulus_refused(value: object, message: str) -> None:
+    assert refusal(ms.Material, value, 0.33) == message
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (-1, "poisson_ratio must be in (-1, 0.5], got -1"),
+        (0.7, "poisson_ratio must be in (-1, 0.5], got 0.7"),
+        (-math.inf, "poisson_ratio must be a finite number, got -inf"),
+        (math.nan, "poisson_ratio must be a finite number, got nan"),
+        (None, "poisson_ratio must be a finite number, got None"),
+        (True, "poisson_ratio must be a finite number, got True"),
+        (0.3j, "poisson_ratio must be a finite number, got 0.3j"),
+        ([0.3], "poisson_ratio must be a finite number, got [0.3]"),
+    ],
+    ids=str,
+)
+def test_poisson_ratio_refused(value: object, message: str) -> None:
+    assert refusal(ms.Material, 69e9, value) == message
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (-1e9, "hardness must be above zero [Pa], got -1e+09"),
+        (0, "hardness must be above zero [Pa], got 0"),
+        (math.inf, "hardness must be a finite number in Pa, got inf"),
+        (
+            "1 GPa",
+            "hardness must be a finite number in Pa, got '1 GPa', for example hardness=1e+09",
+        ),
+        (False, "hardness must be a finite number in Pa, got False"),
+    ],
+    ids=str,
+)
+def test_hardness_refused(value: object, message: str) -> None:
+    assert refusal(ms.Material, 69e9, 0.33, value) == message
+
+
+def test_timedelta_is_no_number() -> None:
+    # NumPy counts it among the integers.
+    assert "must be a finite number" in refusal(ms.Material, np.timedelta64(3, "s"), 0.33)
+
+
+def test_masked_number_is_no_number() -> None:
+    assert "poisson_ratio" in refusal(ms.Material, 69e9, np.ma.masked)
+    assert "young_modulus" in refusal(ms.Material, np.ma.array(69e9, mask=True), 0.33)
+
+
+def test_shown_value_is_not_one_that_would_do() -> None:
+    message = refusal(ms.Material, 69e9, np.nextafter(0.5, 1.0))
+    assert not message.endswith("got 0.5"), message
+
+
+@pytest.mark.parametrize("name", ["young_modulus", "poisson_ratio", "hardness"])
+def test_example_in_a_message_is_a_right_one(name: str) -> None:
+    right = {"young_modulus": 69e9, "poisson_ratio": 0.33, "hardness": 1e9}
+    message = refusal(ms.Material, **(right | {name: "a lot"}))
+    _, _, example = message.rpartition("for example ")
+    key, _, value = example.partition("=")
+    assert key == name
+    ms.Material(**(right | {name: float(value)}))
+
+
+@pytest.mark.parametrize("place", [0, 1])
+@pytest.mark.parametrize("value", [None, 69e9, "steel", ms.Material, (69e9, 0.33)], ids=repr)
+def test_pair_of_something_else(place: int, value: object) -> None:
+    bodies: list[object] = [AL, AL]
+    bodies[place] = value
+    assert refusal(ms.MaterialPair, *bodies) == (
+        f"{('first', 'second')[place]} must be a Material, got {value!r}; "
+        "write MaterialPair(Material(69e9, 0.33), Material(210e9, 0.3))"
+    )
+
+
+def test_two_rigid_bodies() -> None:
+    message = refusal(ms.MaterialPair, ms.Material.rigid(), ms.Material.rigid())
+    assert message == "a pair needs one body that deforms, got two rigid ones"
+
+
+@pytest.mark.parametrize("value", [5e-324, 9e-41, 1.1e40, 1e308])
+def test_sizes_that_no_joint_has(value: float) -> None:
+    """Products of what is let in can neither overflow nor vanish."""
+    for name, unit, right in (
+        ("young_modulus", "Pa", {}),
+        ("hardness", "Pa", {"young_modulus": 1}),
+    ):
+        message = refusal(ms.Material, **right, poisson_ratio=0.3, **{name: value})
+        text, _, came = message.rpartition(" ")
+        assert text == f"{name} must be between 1e-40 and 1e+40 [{unit}], got"
+        assert float(came) == value
+
+
+@pytest.mark.parametrize("ratios", [(-0.99, 0.5), (0.5, -1 + 2**-53)])
+@pytest.mark.parametrize("moduli", [(1e-40, 1e40), (1e40, 1e40), (1e-40, 1e-40)])
+def test_extreme_pairs_have_finite_moduli(
+    moduli: tuple[float, float], ratios: tuple[float, float]
+) -> None:
+    first, second = (ms.Material(e, nu) for e, nu in zip(moduli, ratios, strict=True))
+    for pair in (ms.MaterialPair(first, second), ms.MaterialPair(second, ms.Material.rigid())):
+        for value in (pair.composite_modulus, pair.composite_shear_modulus, pair.stiffness_ratio):
+            assert 0.0 < value < math.inf
+
+
+# -- frozen ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("value", "name"),
+    [(AL, "young_modulus"), (AL, "shear_modulus"), (AL, "new"), (ms.Material.rigid(), "hardness")]
+    + [(ms.MaterialPair(AL, AL), name) for name in ("first", "composite_modulus", "new")],
+    ids=str,
+)
+def test_nothing_can_be_set_or_deleted(value: object, name: str) -> None:
+    with pytest.raises(FrozenInstanceError):
+        setattr(value, name, 1.0)
+    with pytest.raises(FrozenInstanceError):
+        delattr(value, name)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [AL, ms.Material(1e9, 0.2, 3e8), ms.Material.rigid(), ms.MaterialPair(AL, ms.Material.rigid())],
+    ids=str,
+)
+def test_copies_are_equal(value: object) -> None:
+    for other in (pickle.loads(pickle.dumps(value)), copy.deepcopy(value), copy.copy(value)):
+        assert other == value
+        assert hash(other) == hash(value)
+        assert repr(other) == repr(value)
+
+
+def test_repr_is_how_to_write_it() -> None:
+    assert repr(AL) == "Material(6.9e+10, 0.33)"
+    assert repr(ms.Material(1e9, 0.2, 3e8)) == "Material(1e+09, 0.2, hardness=3e+08)"
+    assert repr(ms.Material.rigid()) == "Material.rigid()"
+    for body in (AL, ms.Material(1e9, 0.2, 3e8), ms.Material.rigid()):
+        assert eval(repr(body), {"Material": ms.Material}) == body
+    pair = ms.MaterialPair(AL, ms.Material.rigid())
+    assert eval(repr(pair), {"Material": ms.Material, "MaterialPair": ms.MaterialPair}) == pair
+
+
+def test_unlike_bodies_look_unlike() -> None:
+    assert repr(ms.Material(69.00001e9, 0.33)) != repr(AL)

@@ -1,0 +1,451 @@
+"""Normal laws: closed forms, loads that they can and cannot carry, and what they refuse."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.normal import NORMAL_LAWS
+
+AL = ms.Material(69e9, 0.33)
+PAIR = ms.MaterialPair(AL, AL)
+STIFF = 4 / 3 * PAIR.composite_modulus
+S = 5e-7
+GAUSSIAN = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(S), radius=1e-3, density=1e8, area=2e-4)
+EXPONENTIAL = ms.GreenwoodWilliamson(PAIR, ms.Exponential(S), radius=1e-3, density=1e8, area=2e-4)
+D = np.linspace(0.0, 1e-6, 11)
+N = 1e3 * (1.0 - D / 1e-6) ** 2
+PARABOLA = ms.TabulatedNormalLaw(PAIR, D, N)
+TAILED = ms.TabulatedNormalLaw(PAIR, D, 1e3 * np.exp(-D / 3e-7), tail="exponential")
+EXAMPLES = [law for kind in NORMAL_LAWS for law in kind.examples()]
+IDS = [f"{type(law).__name__}{i}" for i, law in enumerate(EXAMPLES)]
+
+
+def refusal(call: Callable[..., Any], *args: object, **kwargs: object) -> str:
+    with pytest.raises(ms.InputError) as caught:
+        call(*args, **kwargs)
+    return str(caught.value)
+
+
+# -- closed forms ----------------------------------------------------------------------------------
+
+
+def test_sphere() -> None:
+    sphere = ms.SphereOnFlat(PAIR, 5e-3)
+    d = np.array([-1e-6, -1e-9, 0.0, 1e-9])
+    depth = np.maximum(-d, 0.0)
+    np.testing.assert_allclose(sphere.load(d), STIFF * math.sqrt(5e-3) * depth**1.5, rtol=1e-14)
+    np.testing.assert_allclose(sphere.stiffness(d), 1.5 * STIFF * np.sqrt(5e-3 * depth), rtol=1e-14)
+    np.testing.assert_allclose(sphere.contact_area(d), math.pi * 5e-3 * depth, rtol=1e-14)
+    np.testing.assert_array_equal(sphere.contact_count(d), [1.0, 1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(sphere.contact_probability(d), [1.0, 1.0, 0.0, 0.0])
+    force = 10.0
+    depth_of_it = (force / (STIFF * math.sqrt(5e-3))) ** (2 / 3)
+    assert sphere.separation(force) == pytest.approx(-depth_of_it, rel=1e-14, abs=0)
+
+
+def test_population() -> None:
+    heights, radii = np.array([0.0, 3e-7, 1e-7]), np.array([1e-3, 2e-3, 5e-4])
+    law = ms.AsperityPopulation(PAIR, heights, radii)
+    assert law.summit_count == 3
+    for d, count in ((-1e-7, 3), (0.0, 2), (5e-8, 2), (1e-7, 1), (2.5e-7, 1), (3e-7, 0), (1e-6, 0)):
+        s = np.maximum(heights - d, 0.0)
+        assert law.load(d) == pytest.approx(
+            STIFF * np.sum(np.sqrt(radii) * s**1.5), rel=1e-14, abs=0
+        )
+        assert law.stiffness(d) == pytest.approx(
+            1.5 * STIFF * np.sum(np.sqrt(radii * s)), rel=1e-14, abs=0
+        )
+        assert law.contact_area(d) == pytest.approx(math.pi * np.sum(radii * s), rel=1e-14, abs=0)
+        assert law.contact_count(d) == count
+        assert law.contact_probability(d) == count / 3
+
+
+def test_one_radius_for_all() -> None:
+    one = ms.AsperityPopulation(PAIR, [0.0, 1e-7], 1e-3)
+    for radii in ([1e-3], [1e-3, 1e-3], np.array(1e-3)):
+        other = ms.AsperityPopulation(PAIR, [0.0, 1e-7], radii)
+        np.testing.assert_array_equal(other.radii, [1e-3, 1e-3])
+        assert other.load(-1e-7) == one.load(-1e-7)
+    sphere = ms.SphereOnFlat(PAIR, 1e-3)
+    assert ms.AsperityPopulation(PAIR, 0.0, 1e-3).load(-1e-7) == pytest.approx(
+        sphere.load(-1e-7), rel=1e-15, abs=0
+    )
+
+
+@pytest.mark.parametrize("h", [0.0, 0.4, 3.0, 30.0])
+def test_exponential_surface(h: float) -> None:
+    load = 2e4 * STIFF * math.sqrt(1e-3) * S**1.5 * math.gamma(2.5) * math.exp(-h)
+    assert EXPONENTIAL.summit_count == 2e4
+    assert EXPONENTIAL.load(h * S) == pytest.approx(load, rel=1e-13, abs=0)
+    assert EXPONENTIAL.stiffness(h * S) == pytest.approx(load / S, rel=1e-13, abs=0)
+    assert EXPONENTIAL.contact_probability(h * S) == pytest.approx(math.exp(-h), rel=1e-13, abs=0)
+    assert EXPONENTIAL.contact_count(h * S) == pytest.approx(2e4 * math.exp(-h), rel=1e-13, abs=0)
+    area = math.pi * 2e4 * 1e-3 * S * math.exp(-h)
+    assert EXPONENTIAL.contact_area(h * S) == pytest.approx(area, rel=1e-13, abs=0)
+    assert EXPONENTIAL.separation(load) == pytest.approx(h * S, abs=1e-12 * S, rel=1e-12)
+
+
+def test_given_heights_are_equal_atoms() -> None:
+    heights = [0.0, 2e-7, -3e-7, 5e-7]
+    surface = ms.GreenwoodWilliamson(PAIR, heights, radius=1e-3, density=4e4, area=1e-4)
+    population = ms.AsperityPopulation(PAIR, heights, 1e-3)
+    d = np.linspace(-5e-7, 6e-7, 12)
+    for name in ("load", "stiffness", "contact_area", "contact_count", "contact_probability"):
+        np.testing.assert_allclose(
+            getattr(surface, name)(d), getattr(population, name)(d), rtol=1e-13, err_msg=name
+        )
+
+
+def test_heights_are_never_recentred() -> None:
+    moved = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(S, mean=2e-6), 1e-3, 1e8, 2e-4)
+    d = np.array([-1e-6, 0.0, 1e-6])
+    np.testing.assert_allclose(moved.load(d + 2e-6), GAUSSIAN.load(d), rtol=1e-12)
+
+
+def test_table_meets_its_points_and_is_exact_for_a_parabola() -> None:
+    np.testing.assert_allclose(PARABOLA.load(D), N, rtol=1e-12, atol=1e-12)
+    d = np.linspace(0.0, 1e-6, 101)
+    np.testing.assert_allclose(PARABOLA.load(d), 1e3 * (1 - d / 1e-6) ** 2, rtol=1e-9, atol=1e-9)
+    assert PARABOLA.load(1e-3) == 0.0
+    assert PARABOLA.stiffness(1e-3) == 0.0
+    np.testing.assert_array_equal(PARABOLA.separations, D)
+    np.testing.assert_array_equal(PARABOLA.loads, N)
+
+
+def test_table_of_straight_runs() -> None:
+    law = ms.TabulatedNormalLaw(PAIR, [0.0, 1e-6, 3e-6], [3.0, 1.0, 0.0])
+    d = np.linspace(0.0, 4e-6, 401)
+    load, stiffness = law.load(d), law.stiffness(d)
+    assert np.all(np.diff(load[d <= 3e-6]) < 0)
+    assert np.all(np.diff(load, 2) > -1e-12)
+    assert np.all(stiffness >= 0)
+    straight = ms.TabulatedNormalLaw(PAIR, [0.0, 1e-6, 2e-6], [2.0, 1.0, 0.0])
+    np.testing.assert_allclose(straight.load(d), np.maximum(2.0 - d / 1e-6, 0.0), atol=1e-14)
+
+
+def test_tail_continues_value_and_slope() -> None:
+    end, step = 1e-6, 1e-12
+    assert TAILED.load(end + step) == pytest.approx(TAILED.load(end - step), rel=1e-4, abs=0)
+    assert TAILED.stiffness(end + step) == pytest.approx(
+        TAILED.stiffness(end - step), rel=1e-4, abs=0
+    )
+    far = TAILED.load(np.array([2e-6, 3e-6, 4e-6]))
+    assert far[1] / far[0] == pytest.approx(far[2] / far[1], rel=1e-12, abs=0)
+    assert far[2] > 0
+
+
+# -- every law -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", EXAMPLES, ids=IDS)
+def test_loads_fall_convexly_and_stiffness_is_their_slope(law: ms.NormalLaw) -> None:
+    low, high = law.separation(np.array([1.0, 1e-4]) * law.load(law._span[0]))
+    d = np.linspace(low, high, 200)
+    load = law.load(d)
+    assert np.all(np.diff(load) < 0)
+    assert np.all(np.diff(load, 2) > -1e-12 * load[0])
+    inner, step = d[5:-5:10] + 0.3 * (d[1] - d[0]), 1e-5 * (high - low)
+    slope = (law.load(inner + step) - law.load(inner - step)) / (2 * step)
+    np.testing.assert_allclose(law.stiffness(inner), -slope, rtol=1e-4)
+
+
+@pytest.mark.parametrize("law", EXAMPLES, ids=IDS)
+def test_separation_is_the_inverse_of_load(law: ms.NormalLaw) -> None:
+    loads = law.load(law._span[0]) * np.geomspace(1e-9, 1.0, 28)
+    np.random.default_rng(0).shuffle(loads)
+    d = law.separation(loads)
+    # The separation is known to rounding of itself, the load to what that means for it.
+    known = 4e-16 * np.abs(d) * law.stiffness(d)
+    assert np.all(np.abs(law.load(d) - loads) <= 4 * known + 4e-15 * loads)
+    assert law.separation(loads[3]) == pytest.approx(d[3], rel=1e-14, abs=0)
+
+
+# -- loads that cannot be carried ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", EXAMPLES, ids=IDS)
+@pytest.mark.parametrize(
+    ("load", "shown"),
+    [(0, "0"), (0.0, "0"), (-5.0, "-5"), ([1.0, -2.0, 0.0], "-2"), ([[1.0], [0.0]], "0")],
+    ids=str,
+)
+def test_loads_above_zero(law: ms.NormalLaw, load: object, shown: str) -> None:
+    assert refusal(law.separation, load) == f"load must be above zero [N], got {shown}"
+
+
+def test_load_too_heavy_for_a_table() -> None:
+    for law in (PARABOLA, TAILED):
+        assert law.separation(1e3) == pytest.approx(0.0, abs=1e-20)
+        for load in (1500.0, [1.0, 1500.0]):
+            assert refusal(law.separation, load) == (
+                "load must be at most 1000 N, where the table begins, got 1500 N"
+            )
+        assert "at most 1000 N" in refusal(ms.Interface, law, 0.5, 1500.0)
+
+
+def test_load_just_too_heavy_for_a_table() -> None:
+    message = refusal(PARABOLA.separation, math.nextafter(1e3, 2e3))
+    assert not message.endswith("got 1000 N"), message
+
+
+@pytest.mark.parametrize(
+    "law",
+    [GAUSSIAN, EXPONENTIAL, TAILED, PARABOLA, ms.AsperityPopulation(PAIR, [0.0, 1e-7], 1e-3),
+     ms.GreenwoodWilliamson(PAIR, [1e-7, 3e-7], 1e-3, 1e8, 2e-4), ms.SphereOnFlat(PAIR, 1e-3)],
+    ids=["Gaussian", "exponential", "tailed", "parabola", "population", "given", "sphere"],
+)  # fmt: skip
+@pytest.mark.parametrize("load", [1e-6, 1e-10, 1e-20, 1e-39, 1e-100, 1e-300, 5e-324])
+def test_light_loads_are_carried_or_refused(law: ms.NormalLaw, load: float) -> None:
+    """Never another load than the one that was asked for."""
+    try:
+        d = law.separation(load)
+    except ms.InputError as error:
+        refused = str(error)
+    else:
+        refused = ""
+    if refused:
+        assert refused.startswith("load must be ")
+        return
+    assert law.load(d) == pytest.approx(load, rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize("law", [GAUSSIAN, EXPONENTIAL, EXAMPLES[2], EXAMPLES[3], EXAMPLES[4]])
+@pytest.mark.parametrize("load", [1e6, 1e20, 1e39, 1e100, 1e308])
+def test_heavy_loads_are_carried_or_refused(law: ms.NormalLaw, load: float) -> None:
+    try:
+        d = law.separation(load)
+    except ms.InputError as error:
+        refused = str(error)
+    else:
+        refused = ""
+    if refused:
+        assert refused.startswith("load must be ")
+        return
+    assert law.load(d) == pytest.approx(load, rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize("law", [GAUSSIAN, EXPONENTIAL, *EXAMPLES[2:5]])
+@pytest.mark.parametrize("d", [1e3, 1e40, 1e200, 1e308, 1.7e308])
+def test_far_away_nothing_touches(law: ms.NormalLaw, d: float) -> None:
+    assert law.load(d) == 0.0
+    assert law.stiffness(d) == 0.0
+    assert law.contact_count(d) == 0.0
+    assert law.contact_area(d) == 0.0
+
+
+@pytest.mark.parametrize("law", [GAUSSIAN, EXPONENTIAL, *EXAMPLES[2:5]])
+@pytest.mark.parametrize("d", [-1e3, -1e40, -1e200, -1e308])
+def test_deep_in_loads_are_finite_or_refused(law: ms.NormalLaw, d: float) -> None:
+    for name in ("load", "stiffness", "contact_area"):
+        try:
+            value = getattr(law, name)(d)
+        except ms.InputError:
+            continue
+        assert math.isfinite(value), name
+
+
+def test_left_of_a_table_there_is_no_answer() -> None:
+    message = "separation must be at least 0 m, where the table begins, got -1e-09"
+    for call in (PARABOLA.load, PARABOLA.stiffness):
+        assert refusal(call, -1e-9) == message
+        assert refusal(call, [1e-7, -1e-9]) == message
+    assert refusal(ms.Interface, PARABOLA, 0.5, separation=-1e-9) == message
+
+
+@pytest.mark.parametrize("name", ["contact_probability", "contact_count", "contact_area"])
+def test_tables_do_not_know_their_contacts(name: str) -> None:
+    assert refusal(getattr(PARABOLA, name), 1e-7) == (
+        f"{name} is unknown to TabulatedNormalLaw: it holds loads only; "
+        "a GreenwoodWilliamson surface or an AsperityPopulation knows its contacts"
+    )
+
+
+# -- what is refused when a law is made ------------------------------------------------------------
+
+MAKERS: dict[str, Callable[[Any], Any]] = {
+    "surface": lambda pair: ms.GreenwoodWilliamson(pair, ms.Gaussian(S), 1e-3, 1e8, 2e-4),
+    "population": lambda pair: ms.AsperityPopulation(pair, [0.0], 1e-3),
+    "sphere": lambda pair: ms.SphereOnFlat(pair, 1e-3),
+    "table": lambda pair: ms.TabulatedNormalLaw(pair, D, N),
+}
+
+
+@pytest.mark.parametrize("maker", MAKERS.values(), ids=MAKERS)
+@pytest.mark.parametrize("pair", [None, AL, (AL, AL), 69e9, ms.MaterialPair, "Al"], ids=repr)
+def test_pairs(maker: Callable[[Any], Any], pair: object) -> None:
+    shown = repr(pair) if len(repr(pair)) <= 60 else repr(pair)[:57] + "..."
+    assert refusal(maker, pair) == (
+        f"pair must be a MaterialPair, got {shown}; "
+        "write MaterialPair(Material(69e9, 0.33), Material(69e9, 0.33))"
+    )
+
+
+WRONG: list[tuple[object, str]] = [
+    (-1e-3, "must be above zero [{unit}], got -0.001"),
+    (0, "must be above zero [{unit}], got 0"),
+    (math.nan, "must be a finite number in {unit}, got nan"),
+    (math.inf, "must be a finite number in {unit}, got inf"),
+    (None, "must be a finite number in {unit}, got None"),
+    (True, "must be a finite number in {unit}, got True"),
+    (2j, "must be a finite number in {unit}, got 2j"),
+    ([1e-3], "must be a finite number in {unit}, got [0.001]"),
+    (np.array([1e-3, 1e-3]), "must be a finite number in {unit}, got array([0.001, 0.001])"),
+]
+
+
+@pytest.mark.parametrize(("value", "message"), WRONG, ids=[str(value) for value, _ in WRONG])
+@pytest.mark.parametrize(("name", "unit"), [("radius", "m"), ("density", "1/m^2"), ("area", "m^2")])
+def test_surface_refused(name: str, unit: str, value: object, message: str) -> None:
+    right = {"radius": 1e-3, "density": 1e8, "area": 2e-4}
+    arguments = right | {name: value}
+    came = refusal(ms.GreenwoodWilliamson, PAIR, ms.Gaussian(S), **arguments)
+    assert came == f"{name} " + message.format(unit=unit)
+    if name == "radius":
+        assert refusal(ms.SphereOnFlat, PAIR, value) == came
+
+
+@pytest.mark.parametrize("name", ["radius", "density", "area"])
+def test_text_gets_an_example_that_works(name: str) -> None:
+    right = {"radius": 1e-3, "density": 1e8, "area": 2e-4}
+    came = refusal(ms.GreenwoodWilliamson, PAIR, ms.Gaussian(S), **(right | {name: "1 mm"}))
+    text, _, example = came.partition("for example ")
+    assert text.endswith("got '1 mm', ")
+    key, _, value = example.partition("=")
+    assert key == name
+    ms.GreenwoodWilliamson(PAIR, ms.Gaussian(S), **(right | {name: float(value)}))
+
+
+@pytest.mark.parametrize(
+    ("heights", "radii", "message"),
+    [
+        ([], 1e-3, "heights must hold at least one number, got an empty array"),
+        ([0.0], [], "radii must hold at least one number, got an empty array"),
+        ([[0.0, 1.0]], 1e-3, "heights must be one-dimensional, got shape (1, 2)"),
+        (
+            [0.0, 1.0],
+            [1.0, 1.0, 1.0],
+            "radii must be one number or one for each of the 2 heights, got shape (3,)",
+        ),
+        (
+            [0.0, 1.0],
+            [[1.0, 1.0]],
+            "radii must be one number or one for each of the 2 heights, got shape (1, 2)",
+        ),
+        ([0.0, 1.0], [1.0, 0.0], "radii must be above zero [m], got 0"),
+        ([0.0, 1.0], -1e-3, "radii must be above zero [m], got -0.001"),
+        (
+            [0.0, 1.0],
+            [1.0, math.nan],
+            "radii must be finite: 1 of 2 values are not, the first is nan at index 1",
+        ),
+        (
+            [0.0, math.inf],
+            1e-3,
+            "heights must be finite: 1 of 2 values are not, the first is inf at index 1",
+        ),
+        ([0.0], None, "radii must be a number or an array of numbers, got None"),
+        (None, 1e-3, "heights must be a number or an array of numbers, got None"),
+        (
+            ms.Gaussian(S),
+            1e-3,
+            f"heights must be a number or an array of numbers, got {ms.Gaussian(S)!r}",
+        ),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_population_refused(heights: object, radii: object, message: str) -> None:
+    assert refusal(ms.AsperityPopulation, PAIR, heights, radii) == message
+
+
+LENGTHS = "separation and load must be of one length, at least three, got "
+CONVEX = (
+    "load must be convex (its fall must slow down: N'' < 0 would be a negative density of "
+    "sliders), got a fall that grows at index {}, d = {:g} m"
+)
+
+
+@pytest.mark.parametrize(
+    ("d", "n", "message"),
+    [
+        ([0, 1, 2], [2, 2, 0], "load must fall, got 2 then 2 at index 1"),
+        ([0, 1, 2], [2, 3, 0], "load must fall, got 2 then 3 at index 1"),
+        ([0, 1, 2, 3], [3, 1, 0, 0], "load must fall, got 0 then 0 at index 3"),
+        ([0, 1, 2], [0, 1, 2], "load must fall, got 0 then 1 at index 1"),
+        ([0, 1, 2, 3], [9, 8, 2, 0], CONVEX.format(1, 1)),
+        ([0, 1, 2, 3], [9, 5, 3, 0], CONVEX.format(2, 2)),
+        ([0, 1, 2], [2, 1.0001, 0], CONVEX.format(1, 1)),
+        ([2, 1, 0], [0, 1, 3], "separation must rise, got 2 then 1 at index 1"),
+        ([0, 2, 1], [3, 1, 0], "separation must rise, got 2 then 1 at index 2"),
+        ([0, 0, 1], [3, 1, 0], "separation must rise, got 0 then 0 at index 1"),
+        ([0, 1], [1, 0], LENGTHS + "2 and 2"),
+        ([0], [1], LENGTHS + "1 and 1"),
+        (0.0, 1.0, LENGTHS + "1 and 1"),
+        ([0, 1, 2, 3], [3, 1, 0], LENGTHS + "4 and 3"),
+        ([], [], "separation must hold at least one number, got an empty array"),
+        ([[0, 1, 2]], [3, 1, 0], "separation must be one-dimensional, got shape (1, 3)"),
+        ([0, 1, 2], [[3], [1], [0]], "load must be one-dimensional, got shape (3, 1)"),
+        (
+            [0, 1, 2],
+            [3, 1, 0.5],
+            "load must end at zero, got 0.5 N at the last separation; add the point where contact "
+            'ends or state tail="exponential"',
+        ),
+        ([0, 1, 2], [3, 1, -0.5], "load must not be negative, got -0.5 at the end"),
+        (
+            [0, 1, math.nan],
+            [3, 1, 0],
+            "separation must be finite: 1 of 3 values are not, the first is nan at index 2",
+        ),
+        (
+            [0, 1, 2],
+            [math.inf, 1, 0],
+            "load must be finite: 1 of 3 values are not, the first is inf at index 0",
+        ),
+        (None, [3, 1, 0], "separation must be a number or an array of numbers, got None"),
+        (["0 um", "1 um"], [1, 0],
+         "separation must be a number or an array of numbers, got ['0 um', '1 um']"),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_table_refused(d: object, n: object, message: str) -> None:
+    assert refusal(ms.TabulatedNormalLaw, PAIR, d, n) == message
+
+
+@pytest.mark.parametrize("tail", ["linear", "Exponential", True, 0, 1.0, b"exponential"], ids=repr)
+def test_tail_refused(tail: object) -> None:
+    assert refusal(ms.TabulatedNormalLaw, PAIR, D, N + 1, tail=tail) == (
+        f'tail must be None or "exponential", got {tail!r}'
+    )
+
+
+def test_tail_that_is_an_array() -> None:
+    message = refusal(ms.TabulatedNormalLaw, PAIR, D, N + 1, tail=np.array([1.0, 2.0]))
+    assert message.startswith('tail must be None or "exponential"')
+
+
+def test_tail_of_a_load_that_ends() -> None:
+    assert refusal(ms.TabulatedNormalLaw, PAIR, D, N, tail="exponential") == (
+        "tail must be None where the load ends at zero"
+    )
+
+
+def test_rounding_does_not_make_a_straight_table_concave() -> None:
+    for points in (7, 11, 100, 1001):
+        d = np.linspace(0.1, 0.7, points)
+        ms.TabulatedNormalLaw(PAIR, d, 3.0 * (0.7 - d) / 0.6 + np.where(d < 0.7, 0.0, -0.0))
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1e-3, 1e3, 1e30])
+def test_tables_scale(scale: float) -> None:
+    law = ms.TabulatedNormalLaw(PAIR, D, scale * N)
+    d = np.array([1e-7, 5.5e-7, 9.9e-7])
+    np.testing.assert_allclose(law.load(d), scale * PARABOLA.load(d), rtol=1e-12)
+    np.testing.assert_allclose(
+        law.separation(scale * N[1:5]), PARABOLA.separation(N[1:5]), rtol=1e-12
+    )

@@ -1,0 +1,301 @@
+"""States: trials, commits, records piece by piece, and what is kept when something is refused."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import microslip as ms
+
+# One joint for each surface, the heaviest first.
+JOINTS = list({repr(joint.surface): joint for joint in ms.Interface.examples()[::-1]}.values())[
+    ::-1
+]
+HEAVY = JOINTS[0]
+IDS = [f"{type(j.surface).__name__}-{j.separation:.2g}" for j in JOINTS]
+
+
+@pytest.fixture(params=JOINTS, ids=IDS, name="joint")
+def _joint(request: pytest.FixtureRequest) -> ms.Interface:
+    return request.param
+
+
+def reach(joint: ms.Interface) -> float:
+    """A displacement that makes most contacts slip."""
+    return 2.0 * joint.force_limit / joint.tangential_stiffness
+
+
+def record(joint: ms.Interface, size: int = 60, seed: int = 3) -> np.ndarray:
+    walk = np.random.default_rng(seed).normal(size=size)
+    walk[10:13] = walk[9]  # a rest
+    walk[20:30] = np.linspace(walk[20], 3.0, 10)  # a run that closes loops
+    return reach(joint) * walk
+
+
+def refusal(call, *args) -> str:
+    with pytest.raises(ms.InputError) as caught:
+        call(*args)
+    return str(caught.value)
+
+
+def snapshot(state: ms.State) -> tuple[float, float, int, bytes]:
+    future = reach(HEAVY) * np.array([0.1, -0.3, 2.0, -4.0])
+    return (
+        state.displacement,
+        state.force,
+        state.open_reversals,
+        state.copy().advance(future).tobytes(),
+    )
+
+
+# -- right use -------------------------------------------------------------------------------------
+
+
+def test_at_rest(joint: ms.Interface) -> None:
+    state = joint.start()
+    assert isinstance(state, ms.State)
+    assert (state.displacement, state.force, state.open_reversals) == (0.0, 0.0, 0)
+    force, stiffness = state.try_(0.0)
+    assert (type(force), type(stiffness)) == (float, float)
+    assert force == 0.0
+    assert stiffness == pytest.approx(joint.tangential_stiffness, rel=1e-12, abs=0)
+
+
+def test_trials_and_commits_follow_the_record(joint: ms.Interface) -> None:
+    x = record(joint)
+    state, forces = joint.start(), []
+    for value in x:
+        for trial in (10.0 * value, -value, float(value)):
+            force, _ = state.try_(trial)
+        forces.append(force)
+        state.commit()
+        assert state.displacement == value
+        assert state.force == force
+    np.testing.assert_allclose(forces, joint.force(x), rtol=0, atol=1e-14 * joint.force_limit)
+
+
+def test_pieces_give_what_the_whole_gives(joint: ms.Interface) -> None:
+    x = record(joint)
+    whole = joint.force(x)
+    for cuts in ([1], [7, 8, 9], list(range(1, 60)), [11, 12], [25]):
+        state = joint.start()
+        parts = [state.advance(part) for part in np.split(x, cuts)]
+        np.testing.assert_allclose(
+            np.concatenate(parts), whole, rtol=0, atol=2e-15 * joint.force_limit
+        )
+        assert state.force == pytest.approx(whole[-1], abs=2e-15 * joint.force_limit)
+
+
+def test_single_numbers_advance_too(joint: ms.Interface) -> None:
+    state, x = joint.start(), record(joint)[:20]
+    forces = [state.advance(float(v)) for v in x]
+    assert all(type(force) is float for force in forces)
+    np.testing.assert_allclose(forces, joint.force(x), rtol=0, atol=2e-15 * joint.force_limit)
+    assert type(state.advance(np.array(0.0))) is float
+
+
+def test_stiffness_is_the_slope_of_the_branch(joint: ms.Interface) -> None:
+    state = joint.start()
+    step = 1e-6 * reach(joint)
+    state.advance(reach(joint) * np.array([0.6, -0.25, 0.1]))
+    for place in reach(joint) * np.array([0.07, 0.02, -0.1]):
+        _, stiffness = state.try_(place)
+        low, high = state.try_(place - step)[0], state.try_(place + step)[0]
+        assert stiffness == pytest.approx((high - low) / (2.0 * step), rel=1e-4, abs=0)
+
+
+def test_open_reversals() -> None:
+    state, unit = HEAVY.start(), 1e-7
+    seen = []
+    for x in (1.0, 1.5, 0.5, 1.2, 0.8, 1.0, 1.0, 1.3, 0.0, 1.5, -1.4, 1.5, -1.6, 2.0):
+        state.advance(x * unit)
+        seen.append(state.open_reversals)
+    #                1  1.5 .5 1.2 .8  1  1 1.3  0 1.5 -1.4 1.5 -1.6 2
+    assert seen == [0, 0, 1, 2, 3, 4, 4, 2, 1, 0, 1, 0, 0, 0]
+
+
+def test_what_is_stored_grows_with_open_reversals_only() -> None:
+    joint = HEAVY
+    joint.force([1e-7, 2e-7])  # what the joint itself keeps is there from now on
+    state = joint.start()
+    before = len(pickle.dumps(state))
+    wave = 1e-6 * np.sin(np.linspace(0.0, 400.0 * np.pi, 100_001))
+    for part in np.array_split(wave, 7):
+        state.advance(part)
+    assert state.open_reversals <= 2
+    assert len(pickle.dumps(state)) - before < 4096
+    decay = wave * np.linspace(1.0, 0.0, wave.size)
+    state.advance(2.0 * decay)
+    assert 350 < state.open_reversals < 450
+    assert len(pickle.dumps(state)) - before < 64 * 1024
+    state.advance(3e-6)
+    assert state.open_reversals == 0
+    assert len(pickle.dumps(state)) - before < 4096
+
+
+# -- trials leave no trace -------------------------------------------------------------------------
+
+
+def test_trial_changes_nothing(joint: ms.Interface) -> None:
+    state = joint.start()
+    state.advance(record(joint, 30))
+    before = snapshot(state)
+    for x in reach(joint) * np.array([0.1, -5.0, 5.0, 0.0]):
+        state.try_(float(x))
+        assert snapshot(state) == before
+    state.rollback()
+    assert snapshot(state) == before
+    state.rollback()  # nothing to forget is fine
+    assert snapshot(state) == before
+
+
+def test_trials_do_not_build_on_each_other(joint: ms.Interface) -> None:
+    state = joint.start()
+    state.advance(record(joint, 30))
+    x = 0.7 * reach(joint)
+    first = state.try_(x)
+    state.try_(-3.0 * x)
+    assert state.try_(x) == first
+
+
+def test_commit_needs_a_trial(joint: ms.Interface) -> None:
+    message = "commit needs a trial: call try_(displacement) first"
+    state = joint.start()
+    assert refusal(state.commit) == message
+    state.try_(1e-7)
+    state.rollback()
+    assert refusal(state.commit) == message
+    state.try_(1e-7)
+    state.commit()
+    assert refusal(state.commit) == message
+    state.try_(2e-7)
+    state.advance([0.0])
+    assert refusal(state.commit) == message
+
+
+def test_copies_are_independent(joint: ms.Interface) -> None:
+    state = joint.start()
+    state.advance(record(joint, 40))
+    state.try_(0.3 * reach(joint))
+    for other in (state.copy(), copy.copy(state), copy.deepcopy(state)):
+        assert snapshot(other) == snapshot(state)
+        assert other.try_(1e-8) == state.copy().try_(1e-8)
+    other = state.copy()
+    before = snapshot(state)
+    other.commit()  # the open trial was copied as well
+    assert other.displacement == 0.3 * reach(joint)
+    other.advance(record(joint, 40, seed=4))
+    assert snapshot(state) == before
+    again = state.copy()
+    state.advance(record(joint, 40, seed=5))
+    assert snapshot(again) == before
+
+
+@pytest.mark.parametrize("copier", [copy.copy, copy.deepcopy], ids=["copy", "deepcopy"])
+def test_python_copies_are_independent(copier) -> None:
+    state = HEAVY.start()
+    state.advance(record(HEAVY, 40))
+    other = copier(state)
+    before = snapshot(state)
+    other.advance(record(HEAVY, 40, seed=4))
+    assert snapshot(state) == before
+
+
+def test_pickled_state_goes_on(joint: ms.Interface) -> None:
+    x = record(joint)
+    state = joint.start()
+    state.advance(x[:30])
+    other = pickle.loads(pickle.dumps(state))
+    assert (other.displacement, other.force) == (state.displacement, state.force)
+    np.testing.assert_array_equal(other.advance(x[30:]), state.advance(x[30:]))
+
+
+def test_starts_are_independent(joint: ms.Interface) -> None:
+    one, other = joint.start(), joint.start()
+    one.advance(record(joint))
+    assert (other.displacement, other.force, other.open_reversals) == (0.0, 0.0, 0)
+
+
+# -- refusals --------------------------------------------------------------------------------------
+
+WANTED = "displacement must be a finite number in m, got "
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (np.nan, "nan"),
+        (np.inf, "inf"),
+        ("1 um", "'1 um', for example displacement=1"),
+        (None, "None"),
+        (True, "True"),
+        (1j, "1j"),
+        ([1e-7], "[1e-07]"),
+        (np.array([1e-7]), "array([1.e-07])"),
+    ],
+    ids=str,
+)
+def test_refused_trial(value: object, shown: str) -> None:
+    state = HEAVY.start()
+    state.advance([1e-6, -1e-6])
+    before = snapshot(state)
+    assert refusal(state.try_, value) == WANTED + shown
+    assert snapshot(state) == before
+    assert refusal(state.commit) == "commit needs a trial: call try_(displacement) first"
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [[], [np.nan], [1e-7, np.inf], [1e-7, 2e-7, -np.inf], [[1e-7]], None, "x", [1j], [1e-7, None]],
+    ids=str,
+)
+def test_refused_record_changes_nothing(joint: ms.Interface, bad: object) -> None:
+    state = joint.start()
+    state.advance(record(joint, 30))
+    force, stiffness = state.try_(0.3 * reach(joint))
+    before = snapshot(state)
+    refusal(state.advance, bad)
+    assert snapshot(state) == before
+    state.commit()  # the trial is still there
+    assert (state.displacement, state.force) == (0.3 * reach(joint), force)
+    assert np.isfinite(stiffness)
+
+
+def test_another_normal_load() -> None:
+    state = HEAVY.start()
+    plain = state.try_(1e-7)
+    for same in (2000.0, 2000, np.float64(2000.0), np.array(2000.0)):
+        assert state.try_(1e-7, normal_load=same) == plain
+        assert state.try_(1e-7, same) == plain
+    before = snapshot(state)
+    assert refusal(state.try_, 1e-7, 3000.0) == (
+        "normal_load must be the joint's own 2000 N, which this state holds, got 3000 N; for "
+        "another constant load: joint.at(normal_load=3000).start()"
+    )
+    assert refusal(state.try_, 1e-7, np.nan) == "normal_load must be a finite number in N, got nan"
+    assert refusal(state.try_, 1e-7, "2 kN") == (
+        "normal_load must be a finite number in N, got '2 kN', for example normal_load=1"
+    )
+    assert snapshot(state) == before
+
+
+def test_load_of_a_neighbour_is_told_apart() -> None:
+    message = refusal(HEAVY.start().try_, 1e-7, np.nextafter(2000.0, 3000.0))
+    own, _, came = message.partition(", which this state holds, got ")
+    assert own.rsplit(" ", 2)[1] != came.split(" ")[0], message
+
+
+def test_nothing_can_be_set() -> None:
+    state = HEAVY.start()
+    for name in ("displacement", "force", "open_reversals", "new"):
+        with pytest.raises(AttributeError):
+            setattr(state, name, 1.0)
+
+
+def test_repr() -> None:
+    state = HEAVY.start()
+    state.advance([1e-6, 0.0])
+    assert repr(state) == f"State(displacement=0, force={state.force:g}, open_reversals=1)"

@@ -1,0 +1,203 @@
+"""Verdicts on the assumptions of the model, one by one."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import microslip as ms
+from microslip.friction import Verdict
+
+DENSITY, AREA = 1e8, 2e-4  # 20 000 summits
+STRAIN = "density * radius * std"
+SHARE = "real over apparent area"
+SPACING = "contact radius over summit spacing"
+COUNT = "contacts"
+PLASTICITY = "plasticity index"
+
+
+def pair(hardness: float | None = None) -> ms.MaterialPair:
+    metal = ms.Material(69e9, 0.33, hardness)
+    return ms.MaterialPair(metal, metal)
+
+
+def exponential(product: float, h: float, **changes: Any) -> ms.Interface:
+    """Exponential heights, where everything judged has a closed form for h >= 0."""
+    std, density = 5e-7, changes.pop("density", DENSITY)
+    surface = ms.GreenwoodWilliamson(
+        pair(changes.pop("hardness", None)),
+        ms.Exponential(std),
+        radius=product / (density * std),
+        density=density,
+        area=changes.pop("area", AREA),
+    )
+    return ms.Interface(surface, 0.5, separation=h * std)
+
+
+def verdicts(joint: ms.Interface) -> dict[str, Verdict]:
+    found = {verdict.name: verdict for verdict in joint.validity}
+    assert len(found) == len(joint.validity)
+    return found
+
+
+def test_form() -> None:
+    joint = ms.Interface.examples()[0]
+    assert isinstance(joint.validity, tuple)
+    for verdict in joint.validity:
+        assert isinstance(verdict, Verdict)
+        name, value, limit, word, meaning = verdict
+        assert type(value) is float
+        assert type(limit) is float
+        assert word in ("ok", "watch", "outside")
+        assert name
+        assert meaning
+        with pytest.raises(AttributeError):
+            verdict.value = 1.0  # type: ignore[misc]
+
+
+def test_worked_example_is_sound() -> None:
+    found = verdicts(ms.Interface.examples()[0])
+    assert list(found) == [STRAIN, SHARE, SPACING, COUNT]
+    assert {verdict.word for verdict in found.values()} == {"ok"}
+    assert found[STRAIN].value == pytest.approx(0.05, rel=1e-12, abs=0)
+    assert found[SHARE].value == pytest.approx(0.0279, rel=1e-2, abs=0)
+    assert found[COUNT].value == pytest.approx(5700, rel=1e-3, abs=0)
+
+
+@pytest.mark.parametrize("product", [0.01, 0.07, 0.4])
+@pytest.mark.parametrize("h", [0.0, 1.0, 5.0])
+def test_values(product: float, h: float) -> None:
+    found = verdicts(exponential(product, h))
+    assert found[STRAIN].value == pytest.approx(product, rel=1e-12, abs=0)
+    assert found[SHARE].value == pytest.approx(math.pi * product * math.exp(-h), rel=1e-12, abs=0)
+    assert found[SPACING].value == pytest.approx(math.sqrt(product), rel=1e-12, abs=0)
+    assert found[COUNT].value == pytest.approx(DENSITY * AREA * math.exp(-h), rel=1e-12, abs=0)
+    assert [found[name].limit for name in (STRAIN, SHARE, SPACING, COUNT)] == [0.1, 0.1, 0.25, 30]
+
+
+UP, DOWN = 1.0 + 1e-9, 1.0 - 1e-9
+
+
+@pytest.mark.parametrize(
+    ("product", "word"),
+    [(0.1 * DOWN, "ok"), (0.1 * UP, "watch"), (0.5 * DOWN, "watch"), (0.5 * UP, "outside")],
+)
+def test_words_of_summits_apart(product: float, word: str) -> None:
+    assert verdicts(exponential(product, 3.0))[STRAIN].word == word
+
+
+@pytest.mark.parametrize(
+    ("share", "word"),
+    [(0.1 * DOWN, "ok"), (0.1 * UP, "watch"), (0.2 * DOWN, "watch"), (0.2 * UP, "outside")],
+)
+def test_words_of_real_area(share: float, word: str) -> None:
+    found = verdicts(exponential(share / math.pi * math.e, 1.0))
+    assert found[SHARE].value == pytest.approx(share, rel=1e-12, abs=0)
+    assert found[SHARE].word == word
+
+
+@pytest.mark.parametrize(
+    ("radius", "word"),
+    [(0.25 * DOWN, "ok"), (0.25 * UP, "watch"), (0.5 * DOWN, "watch"), (0.5 * UP, "outside")],
+)
+def test_words_of_contact_radius(radius: float, word: str) -> None:
+    assert verdicts(exponential(radius**2, 2.0))[SPACING].word == word
+
+
+@pytest.mark.parametrize(
+    ("count", "word"),
+    [(30 * UP, "ok"), (30 * DOWN, "watch"), (10 * UP, "watch"), (10 * DOWN, "outside")],
+)
+def test_words_of_contacts(count: float, word: str) -> None:
+    found = verdicts(exponential(0.05, 0.0, area=count / DENSITY))
+    assert found[COUNT].value == pytest.approx(count, rel=1e-12, abs=0)
+    assert found[COUNT].word == word
+
+
+@pytest.mark.parametrize(
+    ("index", "word"),
+    [(0.6 * DOWN, "ok"), (0.6 * UP, "watch"), (1.0 * DOWN, "watch"), (1.0 * UP, "outside")],
+)
+def test_words_of_the_plasticity_index(index: float, word: str) -> None:
+    soft = exponential(0.05, 1.0)
+    slope = math.sqrt(5e-7 / soft.surface.radius)  # type: ignore[attr-defined]
+    hardness = soft.surface.pair.composite_modulus * slope / index
+    found = verdicts(exponential(0.05, 1.0, hardness=hardness))
+    assert list(found) == [STRAIN, SHARE, SPACING, COUNT, PLASTICITY]
+    assert found[PLASTICITY].value == pytest.approx(index, rel=1e-12, abs=0)
+    assert found[PLASTICITY].limit == 0.6
+    assert found[PLASTICITY].word == word
+
+
+def test_hardness_changes_nothing_else() -> None:
+    plain, hard = exponential(0.05, 1.0), exponential(0.05, 1.0, hardness=1e9)
+    assert plain.validity == hard.validity[:4]
+    assert plain.force_limit == hard.force_limit
+    assert plain.tangential_stiffness == hard.tangential_stiffness
+
+
+def test_the_softer_body_yields() -> None:
+    surface = ms.GreenwoodWilliamson(
+        ms.MaterialPair(ms.Material(69e9, 0.33, 1e9), ms.Material(210e9, 0.3, 5e9)),
+        ms.Gaussian(5e-7), radius=1e-3, density=DENSITY, area=AREA,
+    )  # fmt: skip
+    found = verdicts(ms.Interface(surface, 0.5, 1000.0))
+    expected = surface.pair.composite_modulus / 1e9 * math.sqrt(5e-7 / 1e-3)
+    assert found[PLASTICITY].value == pytest.approx(expected, rel=1e-14, abs=0)
+
+
+def test_population() -> None:
+    heights, radii = np.array([0.0, 2e-7, -3e-7]), np.array([1e-3, 2e-3, 3e-3])
+    soft = ms.Interface(ms.AsperityPopulation(pair(), heights, radii), 0.5, separation=-4e-7)
+    assert soft.validity == ()
+    surface = ms.AsperityPopulation(pair(1e9), heights, radii)
+    (verdict,) = ms.Interface(surface, 0.5, separation=-4e-7).validity
+    expected = surface.pair.composite_modulus / 1e9 * math.sqrt(np.std(heights) / 2e-3)
+    assert verdict.name == PLASTICITY
+    assert verdict.value == pytest.approx(expected, rel=1e-14, abs=0)
+
+
+def test_one_summit_has_no_spread_to_judge() -> None:
+    joint = ms.Interface(ms.AsperityPopulation(pair(1e9), [0.0], 1e-3), 0.5, separation=-1e-7)
+    assert joint.validity == ()
+    given = ms.GreenwoodWilliamson(pair(1e9), [0.0, 0.0], 1e-3, DENSITY, AREA)
+    found = verdicts(ms.Interface(given, 0.5, separation=-1e-7))
+    assert PLASTICITY not in found
+    assert found[STRAIN].value == 0.0
+
+
+def test_sphere_and_table_hold_no_statistics() -> None:
+    d = np.linspace(0.0, 1e-6, 11)
+    table = ms.TabulatedNormalLaw(pair(1e9), d, 1e3 * (1.0 - d / 1e-6) ** 2)
+    for surface in (ms.SphereOnFlat(pair(1e9), 5e-3), table):
+        assert ms.Interface(surface, 0.5, 100.0).validity == ()
+
+
+@pytest.mark.parametrize(
+    "heights",
+    [stats.norm(scale=5e-7), stats.t(1.8, scale=5e-7), stats.weibull_min(2.2, scale=1e-6)],
+    ids=["normal", "heavy tail", "Weibull"],
+)
+def test_any_distribution_has_finite_verdicts(heights: Any) -> None:
+    surface = ms.GreenwoodWilliamson(pair(1e9), heights, 1e-3, DENSITY, AREA)
+    for verdict in ms.Interface(surface, 0.5, separation=5e-7).validity:
+        assert math.isfinite(verdict.value)
+        assert verdict.value > 0.0
+
+
+@pytest.mark.parametrize("joint", ms.Interface.examples(), ids=lambda j: repr(j.surface)[:12])
+def test_every_example_is_judged(joint: ms.Interface) -> None:
+    for verdict in joint.validity:
+        assert math.isfinite(verdict.value)
+
+
+def test_load_moves_the_verdicts() -> None:
+    joint = ms.Interface.examples()[0]
+    heavy, light = (verdicts(joint.at(normal_load=load)) for load in (20_000.0, 1.0))
+    assert heavy[SHARE].word == "outside"
+    assert light[COUNT].word == "outside"
+    assert heavy[STRAIN] == light[STRAIN]

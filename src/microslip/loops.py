@@ -97,7 +97,7 @@ class Loop(Locked):
     def sliding_ratio(self) -> float:
         """Width of the loop at its middle force over its range of displacement, D [-].
 
-        Fouvry's sliding ratio (1996, DOI 10.1016/0043-1648(95)06901-9): 0 without loss, 1 for a
+        The sliding ratio of Fouvry, Kapsa and Vincent (Wear 185, 35, 1995): 0 without loss, 1 for a
         rigid-plastic loop.
         """
         middle = 0.5 * (float(self.force.max()) + float(self.force.min()))

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -80,10 +80,11 @@ class BackboneLaw(ABC):
 
     # -- what a law gives ---------------------------------------------------------------------
 
-    @property
-    @abstractmethod
-    def force_limit(self) -> float:
-        """Force of gross slip [N]."""
+    if TYPE_CHECKING:  # a field or a property, as a law likes
+
+        @property
+        def force_limit(self) -> float:
+            """Force of gross slip [N]."""
 
     @abstractmethod
     def _backbone(self, u: Floats) -> Floats:

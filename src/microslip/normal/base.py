@@ -29,9 +29,11 @@ class NormalLaw(ABC):
     """Normal load N of an interface against the separation d: decreasing, convex, zero in the end.
 
     A subclass is a frozen dataclass with a ``pair`` that gives :meth:`_derivative` and
-    :attr:`_span`, and, where it knows them, :meth:`contact_count` and :meth:`contact_area`.
+    :attr:`_span`; where the law is not smooth as contact ends or begins, :attr:`_edge`; and, where
+    it knows them, :meth:`contact_count` and :meth:`contact_area`.
     Everything tangential follows from the law by T0 = mu [N(d) - N(d + delta/kappa)]
-    (Ciavarella 1998, DOI 10.1115/1.2789094; Jaeger 1998), see :class:`microslip.Interface`.
+    (Jaeger 1998, DOI 10.1115/1.2833765; Ciavarella 1998, J. Appl. Mech. 65, 998), see
+    :class:`microslip.Interface`.
     """
 
     pair: MaterialPair
@@ -246,7 +248,8 @@ class NormalLaw(ABC):
             inside = (new >= below[active]) & (new <= above[active])
             new = np.where(inside, new, 0.5 * (below[active] + above[active]))
             d[active] = new
-            width = 4e-16 * np.fmax(np.abs(new), 0.1 * length)
+            # Once a step is that small the next would be its square: below rounding.
+            width = np.fmax(np.where(inside, 1e-9 * length, 0.0), 4e-16 * np.abs(new))
             going = (np.abs(new - here) > width) & (miss != 0.0)
             active = active[going]
             if active.size == 0:

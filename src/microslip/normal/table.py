@@ -297,5 +297,6 @@ def _convex_spline(d: Floats, n: Floats, has_tail: bool) -> _Spline:
     falls = -np.diff(k) * 0.5 * (s[:-1] + np.array(ends))
     loads = np.append(np.cumsum(falls[::-1])[::-1] + n[-1], n[-1])
     after = np.append(s[1:-1], s[-1] if has_tail else 0.0)
-    jumps = np.concatenate(([0.0], np.maximum(after - np.array(ends), 0.0)))
+    jump = after - np.array(ends)
+    jumps = np.append(0.0, np.where(jump > -1e-12 * np.array(ends), jump, 0.0))  # not rounding
     return _Spline(k, s, np.array([*curvatures, 0.0]), loads, jumps, np.array(ends))

@@ -1,0 +1,501 @@
+"""Measure the speed of microslip; `make bench` runs this.
+
+    python benchmarks/run.py                a table of what is wanted and what is measured
+    python benchmarks/run.py --json FILE    and the numbers as JSON
+    python benchmarks/run.py --readme       and the tables between the markers in README.md
+    python benchmarks/run.py --strict       exit code 1 where something that is wanted is missed
+
+One process, one thread, the best of several runs each. Beside the compiled kernel and its NumPy
+twin stand two ways that know nothing of the closed form: every asperity by itself
+(explicit_population.py), and Masing's rules sample by sample in plain Python.
+"""
+
+from __future__ import annotations
+
+import os
+
+# Before NumPy loads: what is measured is one core.
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
+os.environ["MKL_NUM_THREADS"] = os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
+
+import argparse
+import json
+import math
+import platform
+import subprocess
+import sys
+import time
+import timeit
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from explicit_population import ExplicitPopulation, gaussian_population
+from numpy.typing import NDArray
+
+import microslip as ms
+from microslip import kernels
+from microslip.kernels import twin
+
+Floats = NDArray[np.float64]
+
+README = Path(__file__).parents[1] / "README.md"
+BEGIN = "<!-- timings: written by benchmarks/run.py --readme -->"
+END = "<!-- timings: end -->"
+
+SAMPLES = 1_000_000
+ASPERITIES = 100_000
+AMPLITUDE = 1e-6  # [m], nearly three times the slip scale of the joint: T/mu N reaches 0.9998
+KERNELS = {"compiled": "compiled kernel", "numpy": "NumPy twin"}
+
+
+# -- what is measured -----------------------------------------------------------------------------
+
+
+def make_surface(std: float = 5e-7) -> ms.GreenwoodWilliamson:
+    """The milled Al 2017 surface of examples/al2017.toml."""
+    al = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
+    return ms.GreenwoodWilliamson(
+        ms.MaterialPair(al, al), ms.Gaussian(std=std), radius=1e-3, density=1e8, area=2e-4
+    )
+
+
+def sine(samples: int, samples_a_cycle: int) -> Floats:
+    return AMPLITUDE * np.sin(2.0 * math.pi / samples_a_cycle * np.arange(1, samples + 1))
+
+
+def gaussian_noise(samples: int) -> Floats:
+    return 0.5 * AMPLITUDE * np.random.default_rng(1).standard_normal(samples)
+
+
+def turning_noise(samples: int) -> Floats:
+    """Noise of alternating sign: every sample is a reversal."""
+    sizes = np.random.default_rng(2).uniform(0.05, 1.0, samples)
+    return AMPLITUDE * sizes * np.where(np.arange(samples) % 2, -1.0, 1.0)
+
+
+def turning_share(history: Floats) -> float:
+    """Share of the samples at which a history turns."""
+    way = np.sign(np.diff(history, prepend=0.0))
+    return float(np.mean(way[1:] * way[:-1] < 0.0))
+
+
+def naive_force(joint: ms.Interface, history: Floats) -> Floats:
+    """Masing's and Madelung's rules as one first writes them: a list, a loop, one call a sample."""
+    open_reversals: list[tuple[float, float]] = []
+    last = force = 0.0
+    way = 0
+    forces = []
+    for x in history.tolist():
+        if x != last:
+            before, way = way, 1 if x > last else -1
+            if before not in (0, way):
+                open_reversals.append((last, force))
+            while len(open_reversals) > 1 and (x - open_reversals[-2][0]) * way >= 0.0:
+                del open_reversals[-2:]
+            if len(open_reversals) == 1 and abs(x) >= abs(open_reversals[0][0]):
+                open_reversals.clear()
+            if open_reversals:
+                place, start = open_reversals[-1]
+                force = start + 2.0 * way * joint.backbone(0.5 * abs(x - place))
+            else:
+                force = joint.backbone(x)
+            last = x
+        forces.append(force)
+    return np.array(forces)
+
+
+def explicit_population(joint: ms.Interface) -> ExplicitPopulation:
+    """The same joint as so many asperities in contact, each of which stands for a few alike."""
+    surface = joint.surface
+    assert isinstance(surface, ms.GreenwoodWilliamson)
+    assert joint.contact_count is not None
+    heights, _ = gaussian_population(
+        ASPERITIES, std=surface.heights.std, separation=joint.separation
+    )
+    return ExplicitPopulation.from_heights(
+        heights,
+        surface.radius,
+        composite_modulus=surface.pair.composite_modulus,
+        composite_shear_modulus=surface.pair.composite_shear_modulus,
+        friction_coefficient=joint.friction_coefficient,
+        separation=joint.separation,
+        summits_per_height=joint.contact_count / ASPERITIES,
+    )
+
+
+# -- how it is measured ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measured number: a time [s], or a rate [samples/s]."""
+
+    task: str
+    how: str
+    value: float
+    rate: bool = False
+    wanted: float | None = None
+
+    @property
+    def verdict(self) -> str:
+        if self.wanted is None:
+            return ""
+        met = self.value >= self.wanted if self.rate else self.value <= self.wanted
+        return "ok" if met else "missed"
+
+    @property
+    def measured_text(self) -> str:
+        return quantity(self.value, self.rate)
+
+    @property
+    def wanted_text(self) -> str:
+        if self.wanted is None:
+            return ""
+        return f"{'≥' if self.rate else '≤'} {quantity(self.wanted, self.rate)}"
+
+
+def quantity(value: float, rate: bool) -> str:
+    units = (
+        ((1e6, "M/s"), (1e3, "k/s"), (1.0, "/s"))
+        if rate
+        else ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
+    )
+    size, unit = next((u for u in units if value >= 0.9995 * u[0]), units[-1])
+    number = round(value / size, 9)
+    decimals = 0 if number >= 99.95 or number == round(number) else 1 if number >= 9.995 else 2
+    return f"{number:.{decimals}f} {unit}"
+
+
+def two_digits(value: float) -> str:
+    """A large ratio to two digits, in groups of three."""
+    return f"{float(f'{value:.1e}'):,.0f}".replace(",", " ")
+
+
+def best(call: Callable[[], object], repeats: int = 7, number: int = 1) -> float:
+    """Shortest time of one call [s]; the first one, which fills caches, does not count."""
+    call()
+    return min(timeit.repeat(call, repeat=repeats, number=number)) / number
+
+
+@contextmanager
+def kernel(name: str) -> Iterator[None]:
+    """Let one of the kernels do the work."""
+    before = kernels.active
+    if name == "numpy":
+        kernels.active = twin
+    try:
+        yield
+    finally:
+        kernels.active = before
+
+
+def measure_kernel(name: str) -> list[Row]:
+    compiled = name == "compiled"
+    surface = make_surface()
+    joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=2000.0)
+    rows: list[Row] = []
+
+    def add(task: str, seconds: float, wanted: float | None = None) -> None:
+        rows.append(Row(task, name, seconds, wanted=wanted if compiled else None))
+
+    for task, history, wanted in (
+        ("force(), 1e6 samples of a sine", sine(SAMPLES, 1000), 50e6),
+        ("force(), 1e6 samples of Gaussian noise", gaussian_noise(SAMPLES), None),
+        ("force(), 1e6 samples, each a reversal", turning_noise(SAMPLES), 20e6),
+    ):
+        seconds = best(lambda x=history: joint.force(x), 7 if compiled else 3)
+        rows.append(Row(task, name, SAMPLES / seconds, True, wanted if compiled else 2e6))
+
+    add("loop(), 1024 samples", best(lambda: joint.loop(3e-7, 1024), 7, 200), 50e-6)
+
+    # Many different joints, so that nothing is found ready made; the time is that of a mean one.
+    loads, amplitudes = np.geomspace(100.0, 5000.0, 25), np.geomspace(1e-11, 1e-4, 100_000)
+    coefficients, roughnesses = np.linspace(0.1, 0.9, 25), np.geomspace(1e-7, 2e-6, 25)
+
+    def energies() -> None:
+        for load in loads:
+            joint.at(normal_load=load).dissipated_energy(amplitudes)
+
+    def other_loads() -> None:
+        for load in loads:
+            joint.at(normal_load=load).loop(3e-7, 1024)
+
+    def other_coefficients() -> None:
+        for value in coefficients:
+            ms.Interface(surface, value, normal_load=2000.0).loop(3e-7, 1024)
+
+    def other_roughnesses() -> None:
+        for std in roughnesses:
+            ms.Interface(make_surface(std), 0.55, normal_load=2000.0).loop(3e-7, 1024)
+
+    task = "dissipated_energy() of a new joint, 1e5 amplitudes"
+    add(task, best(energies, 5) / 25, 20e-3)
+    for what, make in (
+        ("load", other_loads),
+        ("friction coefficient", other_coefficients),
+        ("roughness", other_roughnesses),
+    ):
+        add(f"new Interface of another {what}, first loop()", best(make, 5) / 25, 1e-3)
+
+    state, path = joint.start(), sine(20_000, 100).tolist()
+
+    def steps() -> None:
+        for x in path:
+            state.try_(x)
+            state.commit()
+
+    add("state.try_() and commit(), a step", best(steps, 3) / len(path))
+
+    forces = 0.95 * joint.force_limit / AMPLITUDE * sine(100_000, 1000)
+    seconds = best(lambda: joint.displacement(forces), 3)
+    rows.append(Row("displacement(), 1e5 samples of a sine", name, forces.size / seconds, True))
+    return rows
+
+
+def measure_others() -> tuple[list[list[str]], dict[str, Any]]:
+    """Each asperity by itself, and plain Python, against force() on histories of one kind."""
+    joint = ms.Interface(make_surface(), friction_coefficient=0.55, normal_load=2000.0)
+    population = explicit_population(joint)
+    rows, numbers = [], {}
+    for kind, short, middle, whole in (
+        ("sine, 100 samples a cycle", sine(400, 100), sine(20_000, 100), sine(SAMPLES, 100)),
+        ("Gaussian noise", *(gaussian_noise(n) for n in (200, 20_000, SAMPLES))),
+        ("every sample a reversal", *(turning_noise(n) for n in (200, 20_000, SAMPLES))),
+    ):
+        begin = time.perf_counter()
+        explicit = population.force(short)
+        a_step = (time.perf_counter() - begin) / short.size
+        python = best(lambda x=middle: naive_force(joint, x), 1) / middle.size
+        ours = best(lambda x=whole: joint.force(x), 5) / whole.size
+        forces = joint.force(middle)
+        numbers[kind] = {
+            "explicit_seconds_a_sample": a_step,
+            "explicit_samples": short.size,
+            "naive_python_seconds_a_sample": python,
+            "microslip_seconds_a_sample": ours,
+            "turning_share": turning_share(whole),
+            "explicit_difference": difference(explicit, forces[: short.size], joint),
+            "naive_python_difference": difference(naive_force(joint, middle), forces, joint),
+        }
+        rows.append(
+            [
+                f"{kind} ({100.0 * turning_share(whole):.0f} % turn)",
+                quantity(a_step, False),
+                quantity(python, False),
+                quantity(ours, False),
+                two_digits(a_step / ours),
+            ]
+        )
+    return rows, numbers
+
+
+def difference(one: Floats, other: Floats, joint: ms.Interface) -> float:
+    return float(np.abs(one - other).max()) / joint.force_limit
+
+
+def kernels_differ() -> float:
+    """Largest difference between the kernels along the three histories, over the force limit."""
+    joint = ms.Interface(make_surface(), friction_coefficient=0.55, normal_load=2000.0)
+    worst = 0.0
+    for history in (sine(100_000, 1000), gaussian_noise(100_000), turning_noise(100_000)):
+        with kernel("numpy"):
+            other = joint.force(history)
+        worst = max(worst, difference(joint.force(history), other, joint))
+    return worst
+
+
+def measure_starts() -> tuple[list[Row], bool]:
+    """Imports and the command, in processes of their own; whether the command loads NumPy."""
+    imports = {
+        "numpy": "import numpy",
+        "microslip": "import microslip",
+        "Interface": "from microslip import Interface",
+    }
+    shortest = dict.fromkeys([*imports, "help"], math.inf)
+    for _ in range(5):
+        for name, statement in imports.items():
+            shortest[name] = min(shortest[name], float(child(_TIMED.format(statement))))
+        begin = time.perf_counter()
+        child("from microslip.cli import main; main(['--help'])")
+        shortest["help"] = min(shortest["help"], time.perf_counter() - begin)
+    loads_numpy = child(_HELP).splitlines()[-1] == "True"
+    wanted = shortest["numpy"] + 0.1
+    return [
+        Row("import numpy", "process", shortest["numpy"]),
+        Row("import microslip", "process", shortest["microslip"], wanted=wanted),
+        Row("from microslip import Interface", "process", shortest["Interface"], wanted=wanted),
+        Row("microslip --help, whole process", "process", shortest["help"]),
+    ], loads_numpy
+
+
+_TIMED = "import time; t = time.perf_counter(); {}; print(time.perf_counter() - t)"
+_HELP = """
+import sys
+from microslip.cli import main
+try:
+    main(["--help"])
+finally:
+    print("numpy" in sys.modules)
+"""
+
+
+def child(code: str) -> str:
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+# -- what is shown --------------------------------------------------------------------------------
+
+
+def machine() -> dict[str, Any]:
+    """What the numbers depend on; nothing that names the machine itself."""
+    return {
+        "cpu": _cpu_model(),
+        "cpu_count": os.cpu_count(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "python": f"{platform.python_implementation()} {platform.python_version()}",
+        "numpy": np.__version__,
+        "microslip": ms.__version__,
+    }
+
+
+def _cpu_model() -> str:
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+        names = [line.split(":", 1)[1] for line in text.splitlines() if line[:10] == "model name"]
+    except OSError:
+        names = []
+    if not names and sys.platform == "darwin":
+        ask = ["sysctl", "-n", "machdep.cpu.brand_string"]
+        names = [subprocess.run(ask, capture_output=True, text=True, check=False).stdout]
+    name = " ".join(names[0].split()) if names else ""
+    return name or platform.processor() or platform.machine()
+
+
+def plain_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    lines = [head, ["-" * width for width in widths], *rows]
+    return "\n".join(
+        "  ".join(
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in lines
+    )
+
+
+def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+OTHERS_HEAD = (
+    "one sample of",
+    f"{ASPERITIES:.0e} asperities, NumPy".replace("e+0", "e"),
+    "plain Python",
+    "microslip",
+    "asperities / microslip",
+)
+
+
+def readme_text(rows: Sequence[Row], others: Sequence[Sequence[str]], about: str) -> str:
+    """The tables of the README: a row a task, a column a kernel."""
+    tasks: dict[str, dict[str, Row]] = {}
+    for row in rows:
+        tasks.setdefault(row.task, {})[row.how] = row
+
+    def cell(row: Row | None) -> str:
+        if row is None:
+            return ""
+        return f"**{row.measured_text}** (missed)" if row.verdict == "missed" else row.measured_text
+
+    def pair(row: Row | None) -> list[str]:
+        return [row.wanted_text if row else "", cell(row)]
+
+    # Where the kernel plays no part, there is one number.
+    lines = [
+        [task, *pair(found.get("compiled") or found.get("process")), *pair(found.get("numpy"))]
+        for task, found in tasks.items()
+    ]
+    head = ("task", "wanted", KERNELS["compiled"], "wanted", KERNELS["numpy"])
+    return f"{about}\n\n{markdown_table(head, lines)}\n\n{markdown_table(OTHERS_HEAD, others)}"
+
+
+def write_readme(text: str) -> None:
+    before = README.read_text(encoding="utf-8")
+    if before.count(BEGIN) != 1 or before.count(END) != 1:
+        sys.exit(f"error: README.md must hold these two lines once each:\n{BEGIN}\n{END}")
+    head, rest = before.split(BEGIN)
+    tail = rest.split(END)[1]
+    README.write_text(f"{head}{BEGIN}\n{text}\n{END}{tail}", encoding="utf-8")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description="Measure the speed of microslip on one core.")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the numbers, in SI units")
+    parser.add_argument("--readme", action="store_true", help="write the tables into README.md")
+    parser.add_argument("--strict", action="store_true", help="exit with 1 where one is missed")
+    options = parser.parse_args(arguments)
+
+    rows: list[Row] = []
+    names = ["compiled", "numpy"] if kernels.NAME == "compiled" else ["numpy"]
+    for name in names:
+        with kernel(name):
+            rows += measure_kernel(name)
+    others, other_numbers = measure_others()
+    starts, loads_numpy = measure_starts()
+    rows += starts
+
+    here = machine()
+    about = (
+        f"{here['cpu']} (one of {here['cpu_count']} cores), {here['system']}, {here['python']}, "
+        f"NumPy {here['numpy']}, microslip {here['microslip']}."
+    )
+    print(about)
+    print()
+    lines = [
+        [row.task, KERNELS.get(row.how, ""), row.wanted_text, row.measured_text, row.verdict]
+        for row in rows
+    ]
+    print(plain_table(("task", "kernel", "wanted", "measured", "verdict"), lines))
+    print()
+    print(plain_table(OTHERS_HEAD, others))
+    print()
+    differ = kernels_differ() if kernels.NAME == "compiled" else 0.0
+    apart = max(n["explicit_difference"] for n in other_numbers.values())
+    print(f"The kernels differ by {differ:.1g} of the force limit, the asperities by {apart:.1g}.")
+    print(f"microslip --help {'loads' if loads_numpy else 'does not load'} NumPy.")
+    if kernels.NAME != "compiled":
+        print("The compiled kernel is not here (or switched off): only the twin was measured.")
+
+    if options.json:
+        content = {
+            "machine": here,
+            "rows": [
+                {
+                    "task": row.task,
+                    "how": row.how,
+                    "value": row.value,
+                    "unit": "samples/s" if row.rate else "s",
+                    "wanted": row.wanted,
+                    "verdict": row.verdict,
+                }
+                for row in rows
+            ],
+            "others": other_numbers,
+            "kernels_differ": differ,
+            "help_loads_numpy": loads_numpy,
+        }
+        options.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    if options.readme:
+        write_readme(readme_text(rows, others, about))
+    missed = sum(row.verdict == "missed" for row in rows) + loads_numpy
+    return 1 if options.strict and missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

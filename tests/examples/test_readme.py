@@ -1,0 +1,128 @@
+"""What the README promises beyond its code blocks, which test_docs.py runs."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import run as bench
+from click.testing import CliRunner
+
+import microslip as ms
+from microslip.cli import main
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+LINES = README.splitlines()
+
+
+def test_the_two_commands_stand_alone_on_their_lines() -> None:
+    for command in ("make demo", "make test"):
+        assert LINES.count(command) == 1
+    assert LINES.index("make demo") < LINES.index("make test")
+    assert "pip install ." in LINES
+    assert "microslip predict examples/al2017.toml" in LINES
+
+
+def test_the_picture_is_there_and_small() -> None:
+    (name,) = re.findall(r"!\[[^]]+\]\(([^)]+)\)", README)
+    picture = (ROOT / name).read_bytes()
+    assert picture[:8] == b"\x89PNG\r\n\x1a\n"
+    width, height = struct.unpack(">II", picture[16:24])
+    assert 800 <= width <= 1200
+    assert height <= width
+    assert len(picture) < 150_000
+
+
+def test_the_snippet_has_five_lines() -> None:
+    snippet = re.findall(r"(?ms)^```python\n(.*?)^```", README)[0]
+    assert len([line for line in snippet.splitlines() if line]) == 5
+
+
+def test_the_tables_are_those_that_are_printed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    outcome = CliRunner().invoke(main, ["predict", str(ROOT / "examples" / "al2017.toml")])
+    assert outcome.exit_code == 0, outcome.output
+    printed = {" ".join(line.split()) for line in outcome.output.splitlines()}
+    (shown,) = re.findall(r"(?ms)^```text\n(.*?)^```", README)
+    for line in shown.splitlines():
+        assert " ".join(line.split()) in printed
+    folder = tmp_path / "al2017-result"
+    written = json.loads((folder / "summary.json").read_text("utf-8"))["files"]
+    assert written
+    for name in written:
+        assert f"`{name}`" in README or f"`{Path(name).stem}`" in README
+
+
+def test_the_timings_are_those_of_the_script() -> None:
+    """Both tables, whole, with every task that is wanted something of."""
+    assert README.count(bench.BEGIN) == README.count(bench.END) == 1
+    text = README.split(bench.BEGIN)[1].split(bench.END)[0]
+    first, second = re.findall(r"(?m)(?:^\|.*\|\n)+", text)
+    assert first.splitlines()[0] == "| task | wanted | compiled kernel | wanted | NumPy twin |"
+    assert second.splitlines()[0] == f"| {' | '.join(bench.OTHERS_HEAD)} |"
+    for wanted in ("≥ 50 M/s", "≥ 20 M/s", "≤ 50 µs", "≤ 20 ms", "≤ 1 ms", "≥ 2 M/s"):
+        assert f"| {wanted} |" in first
+    assert f"microslip {ms.__version__}" in text
+    assert "numpy" not in text.split("|")[0]
+
+
+def test_the_benchmark_compares_like_with_like() -> None:
+    """The three ways to the same forces give the same forces."""
+    joint = ms.Interface(bench.make_surface(), friction_coefficient=0.55, normal_load=2000.0)
+    for history in (bench.sine(300, 50), bench.gaussian_noise(300), bench.turning_noise(300)):
+        forces = joint.force(history)
+        assert bench.difference(bench.naive_force(joint, history), forces, joint) < 1e-14
+    few = bench.turning_noise(20)
+    population = bench.explicit_population(joint)
+    assert bench.difference(population.force(few), joint.force(few), joint) < 1e-5
+    assert bench.turning_share(bench.turning_noise(1000)) == pytest.approx(1.0, abs=2e-3)
+    assert bench.turning_share(bench.sine(1000, 100)) == pytest.approx(0.02, abs=1e-3)
+
+
+def test_the_benchmark_judges_and_writes() -> None:
+    rate = bench.Row("r", "compiled", 49e6, True, 50e6)
+    seconds = bench.Row("t", "compiled", 4.9e-5, False, 5e-5)
+    assert (rate.verdict, seconds.verdict) == ("missed", "ok")
+    assert (rate.measured_text, rate.wanted_text) == ("49 M/s", "≥ 50 M/s")
+    assert (seconds.measured_text, seconds.wanted_text) == ("49 µs", "≤ 50 µs")
+    assert bench.Row("n", "numpy", 1.0).verdict == ""
+    assert [bench.quantity(v, False) for v in (3.456e-9, 0.99999, 1.26e-2)] == [
+        *("3.46 ns", "1.00 s", "12.6 ms")
+    ]
+    assert bench.two_digits(123456.0) == "120 000"
+    text = bench.readme_text([rate, seconds], [["a", "b", "c", "d", "e"]], "A machine.")
+    assert "| r | ≥ 50 M/s | **49 M/s** (missed) |  |  |" in text
+    assert "| t | ≤ 50 µs | 49 µs |  |  |" in text
+
+
+def test_the_tables_go_between_the_markers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = tmp_path / "README.md"
+    page.write_text(f"before\n{bench.BEGIN}\nold\n{bench.END}\nafter\n", encoding="utf-8")
+    monkeypatch.setattr(bench, "README", page)
+    bench.write_readme("new")
+    bench.write_readme("newer")
+    expected = f"before\n{bench.BEGIN}\nnewer\n{bench.END}\nafter\n"
+    assert page.read_text(encoding="utf-8") == expected
+    page.write_text("no markers\n", encoding="utf-8")
+    with pytest.raises(SystemExit, match="must hold these two lines"):
+        bench.write_readme("new")
+
+
+def test_the_benchmark_can_use_the_twin() -> None:
+    from microslip import kernels
+    from microslip.kernels import twin
+
+    before, history = kernels.active, bench.gaussian_noise(200)
+    joint = ms.Interface(bench.make_surface(), friction_coefficient=0.55, normal_load=2000.0)
+    with bench.kernel("numpy"):
+        assert kernels.active is twin
+        forces = joint.force(history)
+    assert kernels.active is before
+    np.testing.assert_allclose(joint.force(history), forces, rtol=0, atol=1e-14 * joint.force_limit)

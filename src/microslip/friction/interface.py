@@ -44,7 +44,8 @@ class Interface(BackboneLaw):
     kappa = mu E*/4G* (19.12). Summed over any population the backbone (19.15) is the difference of
     two normal loads, T0(delta) = mu [N(d) - N(d + delta/kappa)] (Jaeger 1998,
     DOI 10.1115/1.2833765; Ciavarella 1998, J. Appl. Mech. 65, 998), odd in delta, and every history
-    follows from it by Masing's rule: (19.13)-(19.14), (19.16)-(19.17) and (19.19)-(19.24), corrected and for any record.
+    follows from it by Masing's rule: (19.13)-(19.14), (19.16)-(19.17) and (19.19)-(19.24),
+    corrected and for any record.
     """
 
     surface: NormalLaw

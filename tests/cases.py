@@ -1,0 +1,134 @@
+"""Reference cases and the interfaces made of them, shared by the tests."""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import strategies as st
+
+import microslip as ms
+from microslip.friction import LAWS
+
+Case = dict[str, Any]
+
+REFERENCE = Path(__file__).parent / "reference"
+# A second set of numbers, made by other hands, that may lie beside the repository.
+SHARED = Path(__file__).resolve().parents[2] / "shared" / "reference" / "interfaces.json"
+
+
+@lru_cache
+def own_cases() -> tuple[Case, ...]:
+    """The cases of tests/reference/make_reference.py."""
+    text = (REFERENCE / "interfaces.json").read_text(encoding="utf-8")
+    return tuple(json.loads(text)["cases"])
+
+
+@lru_cache
+def shared_cases() -> tuple[Case, ...]:
+    """The cases beside the repository, in the layout of the project's own; none where absent."""
+    if not SHARED.is_file():
+        return ()
+    return tuple(_own_layout(case) for case in json.loads(SHARED.read_text(encoding="utf-8")))
+
+
+def _own_layout(case: Case) -> Case:
+    result = dict(case["result"])
+    rows = result["amplitudes"]
+    result["amplitudes"] = {key: [row[key] for row in rows] for key in rows[0]}
+    heights = dict(case["heights"])
+    if heights["kind"] == "population":
+        heights["kind"] = "summits"
+    return {**case, "heights": heights, "result": result}
+
+
+def case_params(*, shared: bool = True) -> list[Any]:
+    """Cases for ``pytest.mark.parametrize``; what is absent shows as one skipped test."""
+    params = [pytest.param(case, id=case["name"]) for case in own_cases()]
+    if not shared:
+        return params
+    others = [pytest.param(case, id=f"shared-{case['name']}") for case in shared_cases()]
+    reason = "no reference/interfaces.json in a folder `shared` beside the repository"
+    return params + (others or [pytest.param({}, id="shared", marks=pytest.mark.skip(reason))])
+
+
+def own_case(name: str) -> Case:
+    """One of the project's own cases by its name."""
+    return next(case for case in own_cases() if case["name"] == name)
+
+
+def pair_of(case: Case) -> ms.MaterialPair:
+    """The two materials of a case."""
+    bodies = [
+        ms.Material.rigid() if body.get("rigid") else ms.Material(**body)
+        for body in case["materials"]
+    ]
+    return ms.MaterialPair(*bodies)
+
+
+def surface_of(case: Case) -> ms.NormalLaw:
+    """The normal load law of a case."""
+    pair, heights = pair_of(case), case["heights"]
+    if heights["kind"] == "sphere":
+        return ms.SphereOnFlat(pair, radius=case["radius"])
+    if heights["kind"] == "summits":
+        return ms.AsperityPopulation(pair, heights=heights["values"], radii=heights["radii"])
+    distribution: ms.HeightDistribution
+    if heights["kind"] == "gaussian":
+        distribution = ms.Gaussian(std=heights["std"], mean=heights.get("mean", 0.0))
+    else:
+        distribution = ms.Exponential(scale=heights["scale"])
+    return ms.GreenwoodWilliamson(
+        pair, distribution, radius=case["radius"], density=case["density"], area=case["area"]
+    )
+
+
+def interface_of(case: Case) -> ms.Interface:
+    """The joint of a case, at its load or its separation."""
+    held = {key: case[key] for key in ("normal_load", "separation") if key in case}
+    return ms.Interface(surface_of(case), case["friction_coefficient"], **held)
+
+
+def length_of(case: Case) -> float:
+    """The length that measures separations of a case [m]: sigma, or what stands for it."""
+    heights = case["heights"]
+    return float(heights.get("std", heights.get("scale", 0.0)))
+
+
+# What the shared tests run over
+
+
+def law_params() -> list[Any]:
+    """Every example of every backbone law, for ``pytest.mark.parametrize``."""
+    return [
+        pytest.param(law, id=f"{cls.__name__}-{i}")
+        for cls in LAWS
+        for i, law in enumerate(cls.examples())
+    ]
+
+
+def reach_of(law: ms.BackboneLaw) -> float:
+    """Displacement [m] at which the first tangent of a law meets its force limit."""
+    return law.force_limit / law.tangential_stiffness
+
+
+def settled(v: float) -> float:
+    """Nothing, or so much that its cube times a load does not underflow."""
+    return v if abs(v) > 1e-15 else 0.0
+
+
+# Multiples of a law's reach. Eighths make a record turn and close where it was before.
+moves = st.one_of(
+    st.integers(-16, 16).map(lambda k: k / 8),
+    st.floats(-3.0, 3.0).map(settled),
+    st.sampled_from([1e-12, -1e-7, 1e-3, 25.0, -25.0, 400.0]),
+)
+
+
+def records(min_size: int = 1, max_size: int = 30) -> st.SearchStrategy[Any]:
+    """Displacement records in multiples of a law's reach, with ties, repeats and gross slip."""
+    return st.lists(moves, min_size=min_size, max_size=max_size).map(np.array)

@@ -1,0 +1,59 @@
+"""Fixtures and Hypothesis profiles of all tests."""
+
+from __future__ import annotations
+
+import os
+from types import ModuleType
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+from microslip import kernels
+from microslip.kernels import twin
+
+# The fixture `kernel` lasts a test, which is what Hypothesis warns of and what is wanted here.
+_COMMON = {"deadline": None, "suppress_health_check": [HealthCheck.function_scoped_fixture]}
+# Derandomised, so that every machine, the CI's included, tries the same examples.
+settings.register_profile("quick", max_examples=12, derandomize=True, **_COMMON)
+settings.register_profile("slow", max_examples=1000, print_blob=True, **_COMMON)
+
+
+def _wants_slow(config: pytest.Config) -> bool:
+    return config.option.markexpr == "slow"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """HYPOTHESIS_PROFILE chooses the profile; ``-m slow`` means the slow one."""
+    default = "slow" if _wants_slow(config) else "quick"
+    settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", default))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """With ``-m slow`` every property test joins in, on the many examples of that profile."""
+    if _wants_slow(config):
+        for item in items:
+            if getattr(getattr(item, "obj", None), "is_hypothesis_test", False):
+                item.add_marker("slow")
+
+
+def _compiled() -> ModuleType:
+    return pytest.importorskip(
+        "microslip.kernels._compiled",
+        reason="the compiled kernel is not built: install microslip with a C compiler at hand",
+        exc_type=ImportError,
+    )
+
+
+@pytest.fixture
+def compiled() -> ModuleType:
+    """The compiled kernel, for tests that call it themselves."""
+    return _compiled()
+
+
+@pytest.fixture(params=["compiled", "numpy"])
+def kernel(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """Runs the test once with each kernel."""
+    module = twin if request.param == "numpy" else _compiled()
+    monkeypatch.setattr(kernels, "active", module)
+    return module

@@ -1,0 +1,168 @@
+"""Closed loops: what a polygon of samples says, and how fast it becomes the closed form."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from cases import law_params, reach_of
+
+import microslip as ms
+
+all_laws = pytest.mark.parametrize("law", law_params())
+AMPLITUDES = (0.05, 0.7, 3.0)
+
+
+@all_laws
+@pytest.mark.usefixtures("kernel")
+def test_loop_is_the_settled_force(law):
+    for share in AMPLITUDES:
+        a = share * reach_of(law)
+        for samples in (5, 64, 65):
+            loop = law.loop(a, samples=samples)
+            assert loop.displacement.size == loop.force.size == samples
+            assert loop.displacement[0] == loop.displacement[-1] == a
+            assert loop.displacement.min() == -a
+            assert loop.force[0] == loop.force[-1]
+            assert loop.closure_error == 0
+            turn = int(np.argmin(loop.displacement))
+            assert np.all(np.diff(loop.displacement[: turn + 1]) < 0)
+            assert np.all(np.diff(loop.displacement[turn:]) > 0)
+            np.testing.assert_allclose(
+                loop.force, law.force(loop.displacement), rtol=0, atol=1e-14 * law.force_limit
+            )
+            assert loop.displacement_amplitude == a
+            assert loop.force_amplitude == pytest.approx(law.backbone(a), rel=1e-14)
+            assert loop.secant_stiffness == pytest.approx(law.secant_stiffness(a), rel=1e-14)
+
+
+@all_laws
+def test_loop_measures_converge_at_second_order(law):
+    """Energy, damping and sliding ratio of the polygon towards the law's closed forms."""
+    sizes = (129, 257, 513, 1025)
+    for share in AMPLITUDES:
+        a = share * reach_of(law)
+        loops = [law.loop(a, samples=size) for size in sizes]
+        for name in ("dissipated_energy", "loss_factor", "damping_ratio", "energy_ratio"):
+            wanted = getattr(law, name)(a)
+            errors = [abs(getattr(loop, name) / wanted - 1) for loop in loops]
+            order = np.log2(errors[0] / errors[-1]) / 3
+            assert 1.7 < order < 2.4, (name, share, errors)
+        # A polygon inside a convex loop is too small.
+        assert all(loop.dissipated_energy < law.dissipated_energy(a) for loop in loops)
+
+
+@all_laws
+def test_sliding_ratio(law):
+    """D = delta_g/delta_m with T(delta_g) = 0 on the way back: 2 T0((a - delta_g)/2) = T0(a)."""
+    for share in AMPLITUDES:
+        a = share * reach_of(law)
+        wanted = 1 - 2 * law.backbone_displacement(0.5 * law.backbone(a)) / a
+        errors = [abs(law.loop(a, samples=size).sliding_ratio - wanted) for size in (201, 3201)]
+        # A chord between two samples, wherever they fall: second order in its bounds only.
+        assert errors[0] < 2e-4
+        assert errors[1] < 1e-6
+
+
+def test_rigid_plastic_box():
+    loop = ms.Loop([1e-6, 1e-6, -1e-6, -1e-6, 1e-6], [3.0, -3.0, -3.0, 3.0, 3.0])
+    assert loop.dissipated_energy == pytest.approx(4 * 3e-6, rel=1e-15)
+    assert loop.energy_ratio == pytest.approx(1, rel=1e-15)
+    assert loop.loss_factor == pytest.approx(4 / math.pi, rel=1e-15)
+    assert loop.damping_ratio == pytest.approx(2 / math.pi, rel=1e-15)
+    assert loop.sliding_ratio == pytest.approx(1, rel=1e-15)
+    assert loop.closure_error == 0
+
+
+@pytest.mark.parametrize("phase", [0.1, 0.7, 1.4])
+def test_ellipse(phase):
+    """Linear viscous damping: E_d = pi T a sin(phase), eta = sin(phase)."""
+    t = np.linspace(0, 2 * np.pi, 4001)
+    loop = ms.Loop(2e-6 * np.cos(t), 5.0 * np.cos(t + phase))
+    energy = math.pi * 1e-5 * math.sin(phase)
+    assert loop.dissipated_energy == pytest.approx(energy, rel=1e-5)
+    assert loop.loss_factor == pytest.approx(math.sin(phase), rel=1e-5)
+    assert loop.damping_ratio == pytest.approx(0.5 * math.sin(phase), rel=1e-5)
+    assert loop.sliding_ratio == pytest.approx(math.sin(phase), rel=1e-5)
+    backwards = ms.Loop(loop.displacement[::-1], loop.force[::-1])
+    assert backwards.dissipated_energy == pytest.approx(-energy, rel=1e-5)
+
+
+@all_laws
+@pytest.mark.usefixtures("kernel")
+def test_asymmetric_loops(law):
+    """Between any two reversals the loop is that of half their distance, whatever its mean."""
+    reach = reach_of(law)
+    for low, high in ((0.2, 1.4), (-1.3, 0.1), (-0.2, 1.0)):
+        half = 0.5 * (high - low) * reach
+        shape = law.loop(half, samples=401)
+        moved = 0.5 * (high + low) * reach + shape.displacement
+        # Entered by a larger move, on either side.
+        for past in (2.0, -2.0):
+            force = law.force(np.concatenate(([past * reach], moved, moved[1:])))[-401:]
+            loop = ms.Loop(moved, force)
+            assert loop.closure_error <= 1e-14
+            assert loop.displacement_amplitude == pytest.approx(half, rel=1e-14)
+            assert loop.force_amplitude == pytest.approx(law.backbone(half), rel=1e-12)
+            # Displacements about another mean have other last places.
+            for name in ("dissipated_energy", "loss_factor", "sliding_ratio", "secant_stiffness"):
+                assert getattr(loop, name) == pytest.approx(getattr(shape, name), rel=1e-8), name
+            middle = 0.5 * (force.max() + force.min())
+            np.testing.assert_allclose(
+                force - middle, shape.force, rtol=0, atol=1e-11 * law.force_limit
+            )
+    # After the first loading curve only, the same: its far end is the first reversal.
+    x = reach * np.array([1.2, 0.3, 1.2, 0.3, 1.2])
+    force = law.force(x)
+    assert force[0] == force[2] == force[4]
+    assert force[1] == force[3]
+
+
+def test_open_loops_say_so():
+    """A chord closes the polygon, and the gap is told."""
+    law = law_params()[0].values[0]
+    a = reach_of(law)
+    cycle = a * np.concatenate((np.linspace(0, 1, 200), np.linspace(1, -1, 400), [-0.9]))
+    loop = ms.Loop(cycle, law.force(cycle))
+    assert loop.closure_error == pytest.approx(
+        abs(loop.force[-1]) / (2 * law.backbone(a)), rel=1e-12
+    )
+    closed = ms.Loop(np.append(cycle, cycle[0]), np.append(loop.force, loop.force[0]))
+    assert loop.dissipated_energy == pytest.approx(closed.dissipated_energy, rel=1e-13)
+
+
+@all_laws
+def test_loop_energies_add_up_along_a_cycle(law):
+    """Half of E_d for the way down, half for the way up, a quarter for the first loading."""
+    a = 0.8 * reach_of(law)
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    # In the root of the distance to each end, twice as many where gross slip may begin.
+    s = 0.5 * (1 + nodes)
+    places, shares = s**2 * (3 - 2 * s), 3 * s * (1 - s) * weights
+    first = a * places
+    down = a - 2 * a * places
+    path = np.concatenate((first, [a], down, [-a], -down, [a]))
+    force = law.force(path)
+    work = [
+        a * float(shares @ force[:60]),
+        -2 * a * float(shares @ force[61:121]),
+        2 * a * float(shares @ force[122:182]),
+    ]
+    energy = law.dissipated_energy(a)
+    assert work[1] + work[2] == pytest.approx(energy, rel=1e-4)
+    # Work of the first loading less what is stored, which the loop tells: int T0 = E/8 + aT/2.
+    assert work[0] == pytest.approx(energy / 8 + 0.5 * a * law.backbone(a), rel=1e-6)
+
+
+def test_pairs_of_samples_are_counted_once():
+    """A repeated sample adds no area; scaling both axes scales the energy."""
+    law = law_params()[0].values[0]
+    loop = law.loop(reach_of(law), samples=101)
+    twice = ms.Loop(np.repeat(loop.displacement, 2), np.repeat(loop.force, 2))
+    assert twice.dissipated_energy == pytest.approx(loop.dissipated_energy, rel=1e-14)
+    big = ms.Loop(1e3 * loop.displacement, 1e-2 * loop.force)
+    assert big.dissipated_energy == pytest.approx(10 * loop.dissipated_energy, rel=1e-13)
+    shifted = ms.Loop(loop.displacement + 1e-6, loop.force + 100.0)
+    for name in ("dissipated_energy", "sliding_ratio", "loss_factor"):
+        assert getattr(shifted, name) == pytest.approx(getattr(loop, name), rel=1e-9)

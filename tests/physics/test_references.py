@@ -170,11 +170,14 @@ def test_trial(case):
 
 @pytest.mark.parametrize("case", CASES)
 def test_quick_energy_is_the_exact_one(case):
-    """What is tabulated against what it is a table of, between the reference amplitudes too."""
+    """What is tabulated against what it is a table of, between the reference amplitudes too.
+
+    Far out the energy is a small difference of large numbers, on both sides of the comparison.
+    """
     joint = interface_of(case)
     scale = joint.force_limit / joint.tangential_stiffness
     x = scale * np.geomspace(1e-12, 1e3, 400)
-    np.testing.assert_allclose(joint.dissipated_energy(x), joint._exact_energy(x), rtol=2e-14)
+    np.testing.assert_allclose(joint.dissipated_energy(x), joint._exact_energy(x), rtol=2e-13)
     np.testing.assert_allclose(joint.backbone(x), joint._exact(x), rtol=2e-14)
 
 

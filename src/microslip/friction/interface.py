@@ -289,5 +289,7 @@ class Interface(BackboneLaw):
         for law in NORMAL_LAWS:
             for surface in law.examples():
                 most = surface.load(surface._span[0])
-                joints += [cls(surface, 0.3, share * most) for share in (0.3, 1e-3, 1e-6)]
+                # Heights that begin abruptly: also so heavy that every summit touches.
+                heavy = 3.0 if surface._edge == surface._span[0] else 0.3
+                joints += [cls(surface, 0.3, share * most) for share in (heavy, 1e-3, 1e-6)]
         return tuple(joints)

@@ -14,28 +14,39 @@ length f/|f'| Gauss-Legendre quadrature of the right side is exact to rounding; 
 side is good.
 
 Where f'' is singular like (edge - t)^(-1/2) below an edge (the lower end of a bounded height
-distribution), the part below it is integrated in the root of the distance.
+distribution), the part below it is integrated in the root of the distance. Where f has other
+breaks, the integral is taken piece by piece between them.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 
 from microslip._checks import Floats
 
-Function = Callable[[Floats], Floats]
+Function = Callable[[Floats, Floats], Floats]
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
 _NODES = 0.5 * (1.0 + _NODES)  # on [0, 1]
 _WEIGHTS = 0.5 * _WEIGHTS
 
 
-def _integral(g: Function, u: Floats, t: float, edge: float) -> Floats:
-    """Integral of ``g`` over v in [0, u], one row of nodes for each of the ``u``."""
+def _integral(g: Function, u: Floats, t: float, f: Convex) -> Floats:
+    """Integral of g(v, u) over v in [0, u], one row of nodes for each of the ``u``."""
+    breaks = f._breaks
+    if breaks.size:
+        first, last = np.searchsorted(breaks, (t, t + u.max()), side="right")
+        inner = breaks[first:last] - t
+        if inner.size:
+            return _piecewise(g, u, np.concatenate(([0.0], inner, [np.inf])))
+        edge = -math.inf
+    else:
+        edge = f._edge
     below = edge - t if math.isfinite(edge) and edge > t else 0.0
     left = np.minimum(u, below)
     right = u - left
@@ -45,9 +56,22 @@ def _integral(g: Function, u: Floats, t: float, edge: float) -> Floats:
         reach = left / (near + np.sqrt(below - left))  # difference of the roots, not cancelling
         step = reach[:, None] * _NODES
         v = step * (2.0 * near - step)
-        total = (2.0 * (near - step) * reach[:, None] * g(v)) @ _WEIGHTS
+        total = (2.0 * (near - step) * reach[:, None] * g(v, u[:, None])) @ _WEIGHTS
     if np.any(right > 0.0):
-        total = total + right * (g(left[:, None] + right[:, None] * _NODES) @ _WEIGHTS)
+        v = left[:, None] + right[:, None] * _NODES
+        total = total + right * (g(v, u[:, None]) @ _WEIGHTS)
+    return total
+
+
+def _piecewise(g: Function, u: Floats, marks: Floats) -> Floats:
+    """The same between marks 0 = v_0 < v_1 ... , each piece for the steps that reach into it."""
+    total = np.zeros_like(u)
+    for low, high in pairwise(marks):
+        at = np.flatnonzero(u > low)
+        step = u[at]
+        width = np.minimum(step, high) - low
+        v = low + width[:, None] * _NODES
+        total[at] += width * (g(v, step[:, None]) @ _WEIGHTS)
     return total
 
 
@@ -56,6 +80,9 @@ class Convex(Protocol):
 
     @property
     def _edge(self) -> float: ...
+
+    @property
+    def _breaks(self) -> Floats: ...
 
     def _derivative(self, separation: Floats, order: int) -> Floats: ...
 
@@ -68,7 +95,7 @@ def drop(f: Convex, t: float, u: Floats) -> Floats:
     result = here - f._derivative(t + u, 0)
     small = u < 0.5 * length
     if small.any():
-        result[small] = _integral(lambda v: -f._derivative(t + v, 1), u[small], t, f._edge)
+        result[small] = _integral(lambda v, u: -f._derivative(t + v, 1), u[small], t, f)
     return result
 
 
@@ -79,9 +106,8 @@ def excess(f: Convex, t: float, u: Floats) -> Floats:
     result = 0.5 * u * (here + f._derivative(t + u, 0)) - whole
     small = u < length
     if small.any():
-        step = u[small]
         result[small] = 0.5 * _integral(
-            lambda v: v * (step[:, None] - v) * f._derivative(t + v, 2), step, t, f._edge
+            lambda v, u: v * (u - v) * f._derivative(t + v, 2), u[small], t, f
         )
     return result
 
@@ -92,7 +118,7 @@ def excess_slope(f: Convex, t: float, u: Floats) -> Floats:
     result = 0.5 * (here - f._derivative(t + u, 0) + u * f._derivative(t + u, 1))
     small = u < length
     if small.any():
-        result[small] = 0.5 * _integral(lambda v: v * f._derivative(t + v, 2), u[small], t, f._edge)
+        result[small] = 0.5 * _integral(lambda v, u: v * f._derivative(t + v, 2), u[small], t, f)
     return result
 
 

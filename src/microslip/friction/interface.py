@@ -255,10 +255,13 @@ class Interface(BackboneLaw):
     ) -> Any:
         """Local exponent d ln E_d / d ln delta_m [-]: 3 towards amplitude 0, 1 in gross slip.
 
+        Not a number where nothing is dissipated, as on a straight run of a table.
         Given a force amplitude, the same exponent (of the displacement) at the displacement that
         belongs to it. Parameters, shapes and errors as :meth:`dissipated_energy`.
         """
         exponent = super().dissipation_exponent(amplitude, force_amplitude=force_amplitude)
+        if float(self._slider_density(np.zeros(1))[0]) <= 0.0:
+            return exponent
         # Where the energy underflows the limit of small amplitudes holds.
         return plain(np.asarray(np.where(np.isnan(exponent), 3.0, exponent)))
 

@@ -30,6 +30,11 @@ class HeightDistribution(ABC):
     """Height [m] of the lower end of a bounded distribution: the moments are not smooth there."""
 
     @property
+    def _breaks(self) -> Floats:
+        """Heights [m], rising, at which the moments are not smooth, the edge among them."""
+        return np.zeros(0)
+
+    @property
     @abstractmethod
     def spread(self) -> float:
         """Standard deviation of the heights [m], or what stands for it where that is infinite."""

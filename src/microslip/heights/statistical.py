@@ -303,6 +303,13 @@ class Statistical(HeightDistribution):
         y = edges[:-1, None] + width * _NODES
         return y.ravel(), self._probabilities(edges).ravel()
 
+    @cached_property
+    def _breaks(self) -> Floats:
+        """Panels of the moment of order -1/2, and ever smaller ones towards the lower end."""
+        edges = self._tables[-1].edges
+        below = edges[0] - self.spread * 2.0 ** np.arange(12.0, -48.0, -1.0)
+        return np.concatenate((below, edges))
+
     def partial_moment(self, order: float, threshold: ArrayLike) -> Any:
         """As for every distribution; an order whose moment is infinite is an error, too."""
         moment = super().partial_moment(order, threshold)

@@ -58,8 +58,12 @@ static inline double evaluate_at(const Table *t, double u, double *slope)
         if (slope) *slope = value + u * (2.0 * t->inverse_width * shape_slope(c, s));
         return u * value;
     }
+    if (t->power == 2) {
+        if (slope) *slope = u * (2.0 * value + u * (2.0 * t->inverse_width * shape_slope(c, s)));
+        return u * (u * value);
+    }
     if (slope) *slope = u * u * (3.0 * value + u * (2.0 * t->inverse_width * shape_slope(c, s)));
-    return u * u * u * value;
+    return u * (u * (u * value));
 }
 
 /* The trailing arguments that describe a table; keep in step with Table.arguments of table.py. */

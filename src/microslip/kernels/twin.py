@@ -39,14 +39,19 @@ def _shape_slope(c: Any, s: Any) -> Any:
 
 
 def _value(u: Any, shape: Any, power: int) -> Any:
-    """u^power S for a power of 0, 1 or 3."""
-    return shape if power == 0 else u * shape if power == 1 else u * u * u * shape
+    """u^power S for a power of 0 to 3."""
+    for _ in range(power):
+        shape = u * shape
+    return shape
 
 
 def _slope(u: Any, shape: Any, grade: Any, power: int) -> Any:
     if power == 0:
         return grade
-    return shape + u * grade if power == 1 else u * u * (3.0 * shape + u * grade)
+    slope = power * shape + u * grade
+    for _ in range(power - 1):
+        slope = u * slope
+    return slope
 
 
 def evaluate(

@@ -57,6 +57,11 @@ class NormalLaw(ABC):
         return -math.inf
 
     @property
+    def _breaks(self) -> Floats:
+        """Separations [m], rising, at which the law is not smooth, besides the edge."""
+        return np.zeros(0)
+
+    @property
     def _spheres(self) -> Spheres | None:
         """The summits themselves, for a law that sums over given ones."""
         return None

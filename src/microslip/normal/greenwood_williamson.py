@@ -14,9 +14,7 @@ from microslip._checks import Floats, plain, positive
 from microslip.heights import Discrete, Exponential, Gaussian, HeightDistribution, as_heights
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair
-from microslip.normal.spheres import Spheres
-
-_FACTORS = {-1: 0.4, 0: 1.0, 1: -1.5, 2: 0.75}
+from microslip.normal.spheres import DERIVATIVES, Spheres
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,16 +86,22 @@ class GreenwoodWilliamson(NormalLaw):
         edge: float = self.heights.edge
         return edge
 
+    @property
+    def _breaks(self) -> Floats:
+        return self._heights._breaks
+
     def _derivative(self, separation: Floats, order: int) -> Floats:
         if self._spheres is not None:
             return self._spheres.derivative(separation, order)
-        return (_FACTORS[order] * self._constant) * self._heights._moment(3 - 2 * order, separation)
+        return (DERIVATIVES[order] * self._constant) * self._heights._moment(
+            3 - 2 * order, separation
+        )
 
     def _derivative_at(self, separation: float, order: int) -> float:
         if self._spheres is not None:
             return super()._derivative_at(separation, order)
         moment = self._heights._moment_at(3 - 2 * order, separation)
-        return _FACTORS[order] * self._constant * moment
+        return DERIVATIVES[order] * self._constant * moment
 
     @property
     def _heights(self) -> HeightDistribution:

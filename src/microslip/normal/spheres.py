@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,9 +13,11 @@ from microslip.kernels import Integers
 from microslip.kernels.table import NODES, TO_SERIES, Table
 
 _BLOCK = 1 << 18  # products held at a time
-_FACTORS = {-1: 0.4, 0: 1.0, 1: -1.5, 2: 0.75}
 _FEW = 24  # summits that are summed one by one
 _NEAR = 3  # panels in which a summit is summed by itself: its own and those next to it
+_OCCUPANTS = 8  # summits a panel, on average
+DERIVATIVES = {-1: 0.4, 0: 1.0, 1: -1.5, 2: 0.75}
+"""Factors of s^(3/2 - order) in the derivatives of s^(3/2) by the separation."""
 
 
 def blocks(rows: int, columns: int) -> list[slice]:
@@ -25,23 +27,30 @@ def blocks(rows: int, columns: int) -> list[slice]:
 
 
 class Kind(NamedTuple):
-    """A sum over the contacts of weight s^power share(x), with x = v/s."""
+    """A sum over the contacts of k s^power share(x), with x = v/s."""
 
     power: float
-    share: Callable[[Floats, Floats, Floats], Floats]
-    """Of x < 1, q = sqrt(1 - x) and 1 - q, for what has not slipped wholly."""
     order: int
-    """Leading power of v (of the table: 0, 1 or 3)."""
+    """Leading power of v, 0 to 3."""
+    share: Callable[[Floats, Floats, Floats], Floats]
+    """Of x, q = sqrt(1 - x) and 1 - q; past x = 1 q is 0."""
+    slipped: Callable[[Floats, Floats, Floats], Floats]
+    """The sum over wholly slipped contacts, of v, their sums of k s^(3/2) and of k s^(5/2)."""
 
 
 # Closed forms of Cattaneo and Mindlin's sphere that do not cancel for small x.
-DROP = Kind(1.5, lambda x, q, p: p * (1.0 + q * (1.0 + q)), 1)
+DROP = Kind(1.5, 1, lambda x, q, p: p * (1.0 + q * (1.0 + q)), lambda v, n, m: n)
 """N(d) - N(d + v)."""
-FALL = Kind(0.5, lambda x, q, p: 1.5 * q, 0)
+FALL = Kind(0.5, 0, lambda x, q, p: 1.5 * q, lambda v, n, m: 0.0 * n)
 """-N'(d + v)."""
-EXCESS = Kind(2.5, lambda x, q, p: 0.1 * p * p * p * (1.0 + q * (3.0 + q)), 3)
+EXCESS = Kind(
+    2.5,
+    3,
+    lambda x, q, p: 0.1 * p * p * p * (1.0 + q * (3.0 + q)) + 0.5 * np.maximum(x - 1.0, 0.0),
+    lambda v, n, m: 0.5 * v * n - 0.4 * m,
+)
 """Half the integral of w (v - w) N''(d + w) over [0, v]: the energy."""
-EXCESS_SLOPE = Kind(1.5, lambda x, q, p: 0.25 * p * p * (2.0 + q), 1)
+EXCESS_SLOPE = Kind(1.5, 2, lambda x, q, p: 0.25 * p * p * (2.0 + q), lambda v, n, m: 0.5 * n)
 """Half the integral of w N''(d + w) over [0, v]."""
 
 
@@ -52,45 +61,61 @@ class Contacts:
     have slipped wholly are running sums, and the rest, smooth in v, is a polynomial on each panel
     of v. The polynomials are gathered from coarse panels to fine ones (as in a fast multipole
     method), so that n contacts cost O(n log n) once and O(1) a value then.
+
+    Panels reach to a few medians of s; what stands out further has panels of its own.
     """
 
     def __init__(self, indentations: Floats, constants: Floats) -> None:
-        order = np.argsort(indentations)
-        self._s = indentations[order]
-        self._k = constants[order]
-        self._tables: dict[Kind, Table] = {}
-        self._levels = 0
+        # Summits of one height are one.
+        self._s, which = np.unique(indentations, return_inverse=True)
+        self._k: Floats = np.bincount(which, constants).astype(float)
+        self._tables: dict[float, Table] = {}
+        self._panels = 0
+        self._outer: Contacts | None = None
         if self._s.size <= _FEW:
             return
-        self._levels = max(3, int(np.ceil(np.log2(self._s.size / 8))))
-        panels = 1 << self._levels
-        self._width = float(self._s[-1]) / panels
-        panel = np.minimum((self._s / self._width).astype(np.int64), panels - 1)
-        self._first = np.searchsorted(panel, np.arange(panels + 1))  # summits of panel b
-        self._panel = panel
+        end = min(float(self._s[-1]), 8.0 * float(self._s[self._s.size // 2]))
+        inside = int(np.searchsorted(self._s, end, side="right"))
+        levels = max(3, int(np.ceil(np.log2(inside / _OCCUPANTS))))
+        self._panels, self._width = 1 << levels, end / (1 << levels)
+        self._panel = (self._s / self._width).astype(np.int64)
+        self._panel[:inside] = np.minimum(self._panel[:inside], self._panels - 1)
+        self._first = np.searchsorted(self._panel, np.arange(self._panels + _NEAR + 1))
         self._loads = np.append(0.0, np.cumsum(self._k * _power(self._s, 1.5)))
         self._moments = np.append(0.0, np.cumsum(self._k * _power(self._s, 2.5)))
+        if inside < self._s.size:
+            self._outer = Contacts(self._s[inside:], self._k[inside:])
+        self._inside = inside
 
     def sum(self, kind: Kind, v: Floats) -> Floats:
         """The sum at steps ``v`` >= 0, one-dimensional."""
         result = np.empty(v.size)
-        if not self._levels:
+        if not self._panels:
             everyone = np.arange(self._s.size)
             for part in blocks(v.size, self._s.size):
                 result[part] = self._terms(kind, v[part, None], everyone).sum(axis=1)
             return result
-        table = self._tables.get(kind)
+        within = v < self._panels * self._width
+        result[within] = self._within(kind, v[within])
+        if not within.all():
+            beyond = v[~within]
+            count = np.full(beyond.size, self._inside)
+            result[~within] = kind.slipped(beyond, self._loads[count], self._moments[count])
+            if self._outer is not None:
+                result[~within] += self._outer.sum(kind, beyond)
+        return result
+
+    def _within(self, kind: Kind, v: Floats) -> Floats:
+        table = self._tables.get(kind.power + 10 * kind.order)
         if table is None:
-            table = self._tables[kind] = self._far(kind)
-        for part in blocks(v.size, 4 * _NEAR * 8):
+            table = self._tables[kind.power + 10 * kind.order] = self._far(kind)
+        result = np.empty(v.size)
+        for part in blocks(v.size, 4 * _NEAR * _OCCUPANTS):  # a panel may hold more than most
             step = v[part]
-            panel = np.minimum(step / self._width, 1 << self._levels).astype(np.int64)
-            first = self._first[panel]
-            end = self._first[np.minimum(panel + _NEAR, 1 << self._levels)]
+            panel = np.minimum(step / self._width, self._panels - 1).astype(np.int64)
+            first, end = self._first[panel], self._first[panel + _NEAR]
             total = table.value(step)
-            if kind is EXCESS_SLOPE:
-                total *= step
-            total += self._slipped(kind, step, first)
+            total += kind.slipped(step, self._loads[first], self._moments[first])
             if step.size <= 4:  # a solver's trial: one short sum
                 for i, (low, high) in enumerate(zip(first, end, strict=True)):
                     total[i] += self._terms(kind, step[i], np.arange(low, high)).sum()
@@ -101,58 +126,56 @@ class Contacts:
             result[part] = total
         return result
 
-    def _terms(self, kind: Kind, v: Floats, which: Integers) -> Floats:
+    def _terms(self, kind: Kind, v: Any, which: Integers) -> Floats:
         s = self._s[which]
-        x = v / s
+        with np.errstate(over="ignore"):
+            x = v / s
         q = np.sqrt(np.maximum(1.0 - x, 0.0))
         p = np.minimum(x, 1.0) / (1.0 + q)  # 1 - q without cancellation
-        share = kind.share(x, q, p)
-        if kind is EXCESS:
-            share = np.where(x > 1.0, 0.5 * x - 0.4, share)
-        return np.asarray(self._k[which] * _power(s, kind.power) * share)
-
-    def _slipped(self, kind: Kind, v: Floats, count: Integers) -> Floats:
-        """Share of the ``count`` least indented summits, all of which have slipped wholly."""
-        if kind is DROP:
-            return np.asarray(self._loads[count])
-        if kind is EXCESS:
-            return np.asarray(0.5 * v * self._loads[count] - 0.4 * self._moments[count])
-        return np.asarray(0.5 * self._loads[count]) if kind is EXCESS_SLOPE else np.zeros(v.size)
+        return np.asarray(self._k[which] * _power(s, kind.power) * kind.share(x, q, p))
 
     def _far(self, kind: Kind) -> Table:
-        """What the summits beyond the near panels give, over v to the power of the table."""
+        """What the summits beyond the near panels give, over v to the power of its order."""
         points = 0.5 * (1.0 + NODES)
         halves = [_resample(side) for side in (0, 1)]
-        values = np.zeros((1, NODES.size))
         weight = self._k * _power(self._s, kind.power)
-        divisor = 2 if kind is EXCESS_SLOPE else kind.order
-        for level in range(1, self._levels + 1):
-            # A panel inherits what its parent has; then come the summits that are far from it but
-            # were near to its parent.
-            values = np.stack([values @ half for half in halves], axis=1).reshape(-1, NODES.size)
-            shift = self._levels - level
+        levels = self._panels.bit_length() - 1
+        values = np.zeros((1, NODES.size))
+        for level in range(levels + 1):
+            shift = levels - level
             own = self._panel >> shift
             width = self._width * (1 << shift)
+            if level:
+                # A panel inherits what its parent has; then come the summits that are far from it
+                # but were near to its parent.
+                values = np.stack([values @ half for half in halves], axis=1)
+                values = values.reshape(-1, NODES.size)
             for distance in range(_NEAR, 2 * _NEAR):
                 target = own - distance
-                new = (target >= 0) & ((own >> 1) - (target >> 1) < _NEAR)
+                new = (target >= 0) & (target < len(values))
+                if level:
+                    new &= (own >> 1) - (target >> 1) < _NEAR
+                elif distance == _NEAR:  # the root takes all that is far from everything
+                    new, target = own >= _NEAR, np.zeros_like(own)
+                else:
+                    continue
                 if not new.any():
                     continue
                 at, s = target[new], self._s[new]
-                sums = np.empty((NODES.size, values.shape[0]))
+                sums = np.empty((NODES.size, len(values)))
                 for row, point in enumerate(points):
                     v = (at + point) * width
                     x = v / s
                     q = np.sqrt(1.0 - x)
-                    terms = weight[new] * kind.share(x, q, x / (1.0 + q)) / v**divisor
-                    sums[row] = np.bincount(at, terms, minlength=values.shape[0])
+                    terms = weight[new] * kind.share(x, q, x / (1.0 + q)) / v**kind.order
+                    sums[row] = np.bincount(at, terms, minlength=len(values))
                 values += sums.T
-        end = self._width * (1 << self._levels)
+        end = self._width * self._panels
         return Table.from_series(values @ TO_SERIES, end, kind.order, 0.0)
 
 
 def _power(s: Floats, power: float) -> Floats:
-    """S to the power of 1/2, 3/2 or 5/2."""
+    """Indentations to the power of 1/2, 3/2 or 5/2."""
     result = np.sqrt(s)
     for _ in range(int(power)):
         result = s * result
@@ -184,6 +207,9 @@ class Spheres:
         self.constants = constants[order]
         self._contacts: dict[float, Contacts] = {}
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {"heights": self.heights, "constants": self.constants, "_contacts": {}}
+
     def derivative(self, separation: Floats, order: int) -> Floats:
         """Derivative of the load, orders -1 (integral to infinity) to 2; any shape."""
         flat = separation.reshape(-1)
@@ -196,7 +222,7 @@ class Spheres:
                 terms = np.divide(1.0, terms, out=terms, where=terms > 0.0)
             for _ in range(1 - order):
                 terms *= s
-            result[part] = _FACTORS[order] * (terms @ self.constants[:count])
+            result[part] = DERIVATIVES[order] * (terms @ self.constants[:count])
         return result.reshape(separation.shape)
 
     def sum(self, kind: Kind, d: float, v: Floats) -> Floats:
@@ -205,9 +231,10 @@ class Spheres:
         if contacts is None:
             count = self.count(d)
             contacts = Contacts(self.heights[:count] - d, self.constants[:count])
-            if len(self._contacts) >= 8:  # a handful of loads at a time
-                self._contacts.pop(next(iter(self._contacts)))
-            self._contacts[d] = contacts
+            # A handful of loads at a time, in a new dictionary: other threads may read the old.
+            kept = dict(list(self._contacts.items())[-7:])
+            kept[d] = contacts
+            self._contacts = kept
         return contacts.sum(kind, v)
 
     def count(self, separation: float) -> int:

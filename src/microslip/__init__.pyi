@@ -2,6 +2,9 @@ from .errors import InputError as InputError
 from .errors import StudyError as StudyError
 from .friction import BackboneLaw as BackboneLaw
 from .friction import Interface as Interface
+from .friction import PeriodicResponse as PeriodicResponse
+from .friction import Sliders as Sliders
+from .friction import Verdict as Verdict
 from .heights import Discrete as Discrete
 from .heights import Exponential as Exponential
 from .heights import Gaussian as Gaussian

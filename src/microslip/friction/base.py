@@ -24,7 +24,7 @@ Self = TypeVar("Self", bound="BackboneLaw")
 
 
 class PeriodicResponse(NamedTuple):
-    """The settled cycle of a periodic displacement, as solvers need it.
+    """The settled cycle of a periodic displacement, as solvers need it: (19.20)-(19.24), closed.
 
     For any parameter p of the displacement c (a Fourier coefficient, say), with D = dT/dp and
     c' = dc/dp: D[root] = stiffness[root] c'[root], and in the cyclic order that begins at the root
@@ -45,6 +45,7 @@ class PeriodicResponse(NamedTuple):
 class Sliders:
     """A backbone seen as a parallel Iwan model: elastic sliders by their yield displacement.
 
+    After Iwan (1966), DOI 10.1115/1.3625199.
     T0(u) is the sum over sliders of stiffness times min(u, yield displacement).
     """
 
@@ -483,7 +484,7 @@ class BackboneLaw(ABC):
         A density of sliders -T0'' [N/m^2] over their yield displacement [m], discrete ones, or
         both.
         """
-        none = np.zeros(0)
+        none = lock(np.zeros(0))
         return Sliders(none, none, self._slider_density)
 
     @classmethod

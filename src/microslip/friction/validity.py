@@ -14,7 +14,7 @@ Word = Literal["ok", "watch", "outside"]
 
 
 class Verdict(NamedTuple):
-    """One assumption held against its limit."""
+    """One assumption of Greenwood and Williamson (DOI 10.1098/rspa.1966.0242) held to its limit."""
 
     name: str
     """What is judged."""

@@ -1,8 +1,9 @@
 /* Compiled kernels of microslip: the arithmetic of twin.py, one call a record instead of one a sample.
  *
- * Limited API (abi3, Python >= 3.11). Arrays arrive as C-contiguous buffers of float64 or int64;
- * __init__.py, the only caller, guarantees kind and length. Nothing here knows physics: see
- * twin.py, whose functions have the same names, arguments and results, for what each one means.
+ * Limited API (abi3, Python >= 3.11). Arrays arrive as C-contiguous buffers of float64 or int64,
+ * made by the package itself (memory/record.py, table.py, __init__.py); lengths are checked here,
+ * the entries of `parent` are not. Nothing here knows physics: see twin.py, whose functions have
+ * the same names, arguments and results, for what each one means.
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
@@ -11,6 +12,13 @@
 #define TERMS 12          /* coefficients a panel; fixed so that the polynomial unrolls */
 #define MOMENT_TERMS 30   /* coefficients a piece of a Gaussian moment */
 #define LENGTH(buffer) ((Py_ssize_t)((buffer).len / (Py_ssize_t)sizeof(double)))
+
+/* Raises ValueError and returns 0 where a buffer is shorter than what will be read or written. */
+static int long_enough(int right)
+{
+    if (!right) PyErr_SetString(PyExc_ValueError, "a buffer is too short for this kernel");
+    return right;
+}
 
 /* ---- piecewise polynomials -------------------------------------------------------------- */
 
@@ -95,6 +103,8 @@ static PyObject *py_evaluate(PyObject *self, PyObject *args)
     const double *in = u.buf;
     double *out = value.buf, *ds = slope.obj ? slope.buf : NULL;
     Py_ssize_t n = LENGTH(u);
+    int right = long_enough(LENGTH(value) >= n && (!ds || LENGTH(slope) >= n) && t.panels > 0);
+    if (!right) n = 0;
     Py_BEGIN_ALLOW_THREADS
     if (ds)
         for (Py_ssize_t i = 0; i < n; i++) out[i] = evaluate_at(&t, in[i], &ds[i]);
@@ -105,6 +115,7 @@ static PyObject *py_evaluate(PyObject *self, PyObject *args)
     PyBuffer_Release(&value);
     PyBuffer_Release(&coefficients);
     if (slope.obj) PyBuffer_Release(&slope);
+    if (!right) return NULL;
     Py_RETURN_NONE;
 }
 
@@ -166,8 +177,10 @@ static PyObject *py_locate(PyObject *self, PyObject *args)
     double last, x;
     int direction, pushed;
     if (!PyArg_ParseTuple(args, "dy*ndi", &x, &stack, &depth, &last, &direction)) return NULL;
-    depth = locate(stack.buf, 2, depth, last, &direction, x, &pushed);
+    int right = long_enough(depth >= 0 && LENGTH(stack) >= 2 * depth);
+    if (right) depth = locate(stack.buf, 2, depth, last, &direction, x, &pushed);
     PyBuffer_Release(&stack);
+    if (!right) return NULL;
     return Py_BuildValue("nii", depth, pushed, direction);
 }
 
@@ -185,6 +198,9 @@ static PyObject *py_respond(PyObject *self, PyObject *args)
     const double *xs = x_buffer.buf;
     double *out = force.buf, *stack = stack_buffer.buf;
     Py_ssize_t n = LENGTH(x_buffer);
+    int right = long_enough(LENGTH(force) >= n && depth >= 0 && t.panels > 0 &&
+                            LENGTH(stack_buffer) >= 2 * (depth + n));
+    if (!right) n = 0;
     Py_BEGIN_ALLOW_THREADS
     for (Py_ssize_t i = 0; i < n; i++) {
         double x = xs[i];
@@ -209,6 +225,7 @@ static PyObject *py_respond(PyObject *self, PyObject *args)
     PyBuffer_Release(&force);
     PyBuffer_Release(&stack_buffer);
     PyBuffer_Release(&coefficients);
+    if (!right) return NULL;
     return Py_BuildValue("nddi", depth, last, last_force, direction);
 }
 
@@ -226,6 +243,10 @@ static PyObject *py_branches(PyObject *self, PyObject *args)
     long long *parents = parent.buf, *codes = code_buffer.buf;
     long long last_code = -2 - (long long)depth;
     Py_ssize_t n = LENGTH(x_buffer);
+    int right = long_enough(LENGTH(half) >= n && LENGTH(sign) >= n && LENGTH(parent) >= n &&
+                            depth >= 0 && LENGTH(stack_buffer) >= depth + n &&
+                            LENGTH(code_buffer) >= depth + n);
+    if (!right) n = 0;
     Py_BEGIN_ALLOW_THREADS
     for (Py_ssize_t i = 0; i < n; i++) {
         double x = xs[i];
@@ -254,6 +275,7 @@ static PyObject *py_branches(PyObject *self, PyObject *args)
     PyBuffer_Release(&parent);
     PyBuffer_Release(&stack_buffer);
     PyBuffer_Release(&code_buffer);
+    if (!right) return NULL;
     return Py_BuildValue("ndi", depth, last, direction);
 }
 
@@ -265,6 +287,8 @@ static PyObject *py_accumulate(PyObject *self, PyObject *args)
     const double *bases = base.buf;
     double *values = rise.buf;
     Py_ssize_t n = LENGTH(rise);
+    int right = long_enough(LENGTH(parent) >= n);
+    if (!right) n = 0;
     Py_BEGIN_ALLOW_THREADS
     for (Py_ssize_t i = 0; i < n; i++) {
         long long p = parents[i];
@@ -275,6 +299,7 @@ static PyObject *py_accumulate(PyObject *self, PyObject *args)
     PyBuffer_Release(&parent);
     PyBuffer_Release(&rise);
     PyBuffer_Release(&base);
+    if (!right) return NULL;
     Py_RETURN_NONE;
 }
 
@@ -324,12 +349,15 @@ static PyObject *py_gaussian_moment(PyObject *self, PyObject *args)
     const double *in = h.buf, *c = coefficients.buf;
     double *values = out.buf;
     Py_ssize_t n = LENGTH(h);
+    int right = long_enough(LENGTH(out) >= n && LENGTH(coefficients) >= 4 * MOMENT_TERMS);
+    if (!right) n = 0;
     Py_BEGIN_ALLOW_THREADS
     for (Py_ssize_t i = 0; i < n; i++) values[i] = moment(c, twice, in[i]);
     Py_END_ALLOW_THREADS
     PyBuffer_Release(&h);
     PyBuffer_Release(&out);
     PyBuffer_Release(&coefficients);
+    if (!right) return NULL;
     Py_RETURN_NONE;
 }
 

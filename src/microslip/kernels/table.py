@@ -13,6 +13,7 @@ from numpy.polynomial import chebyshev
 
 from microslip import kernels
 from microslip._checks import Floats
+from microslip._frozen import Locked, lock
 
 _POINTS = kernels.TERMS + 2
 _ANGLES = math.pi * (np.arange(_POINTS) + 0.5) / _POINTS
@@ -34,7 +35,7 @@ _PANELS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class Table(Locked):
     """A function u^power S(u) of u >= 0, S in panels of equal width, linear past the last one."""
 
     coefficients: Floats  # (panels, TERMS)
@@ -77,7 +78,7 @@ class Table:
     ) -> Table:
         """A table of Chebyshev series, one a panel, in rows of at least TERMS terms."""
         powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ _TO_POWERS)
-        return cls(powers, len(series) / end, power, limit, rate)
+        return cls(lock(powers), len(series) / end, power, limit, rate)
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:

@@ -86,6 +86,7 @@ class State:
         InputError
             A displacement that is not finite; another normal load than the joint's.
         """
+        self._trial = None  # should this one fail, no earlier one is left to commit
         x = number("displacement", displacement, "m")
         if normal_load is not None:
             self._check_load(normal_load)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,9 +13,9 @@ from numpy.typing import ArrayLike
 from microslip._checks import Floats, exact, record, show
 from microslip._frozen import Locked, lock
 from microslip.errors import InputError
+from microslip.kernels import Integers
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair
-from microslip.normal.spheres import blocks
 
 
 class _Spline(NamedTuple):
@@ -30,7 +29,17 @@ class _Spline(NamedTuple):
     ends: Floats  # slopes at the right end of each piece
 
 
-_GAUSS = 0.5 * (1.0 + np.array([-1.0, 1.0]) / math.sqrt(3.0))  # exact for cubics
+class _Run(NamedTuple):
+    """A spline from a separation d on: pieces by the steps from d at which they begin."""
+
+    starts: Floats
+    slopes: Floats  # N' at each start, on its right
+    curvatures: Floats
+    drops: Floats  # N(d) - N there
+    rates: Floats  # half the integral of v N'' up to there, a jump there included
+    excesses: Floats  # integral of the rates up to there
+
+
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
 _NODES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
 
@@ -159,58 +168,85 @@ class TabulatedNormalLaw(Locked, NormalLaw):
             )
         return super()._solve(loads)
 
-    # The load is quadratic between knots: sums over the pieces are exact and add positive terms.
+    # Sums over the pieces from a separation on; every term is positive, none cancels another.
 
-    def _weighted(self, d: float, u: Floats, weight: Callable[[Floats, Floats], Floats]) -> Floats:
-        """Integral of weight(v, u) N''(d + v) over [0, u], the weight at most quadratic in v."""
-        knots, curvatures, jumps = self._spline.knots, self._spline.curvatures, self._spline.jumps
+    def _run(self, d: float) -> _Run:
+        known = self.__dict__.get("_last_run")
+        if known is None or known[0] != d:
+            known = (d, self._make_run(d))
+            self.__dict__["_last_run"] = known  # one assignment: threads see this or another
+        run: _Run = known[1]
+        return run
+
+    def _make_run(self, d: float) -> _Run:
+        knots, slopes, curvatures, _, jumps, ends = self._spline
         first = max(int(np.searchsorted(knots, d, side="right")) - 1, 0)
-        marks = np.maximum(knots[first:] - d, 0.0)
-        starts, ends = marks, np.append(marks[1:], marks[-1])
-        curves = curvatures[first:]
-        begin = float(marks[-1])
-        gone = max(d - float(knots[-1]), 0.0)
-        above = knots[first:] > d
-        result = np.empty(u.size)
-        for part in blocks(u.size, marks.size):
-            w = u[part, None]
-            low, high = np.minimum(starts, w), np.minimum(ends, w)
-            total = weight(low + (high - low) * _GAUSS[0], w)
-            total = total + weight(low + (high - low) * _GAUSS[1], w)
-            value = (0.5 * (high - low) * total) @ curves
-            value += np.where((marks <= w) & above, weight(marks, w), 0.0) @ jumps[first:]
-            if self.tail is not None:
-                value += self._tail_share(u[part], begin, gone, weight)
-            result[part] = value
-        return result
+        starts = np.maximum(knots[first:] - d, 0.0)
+        slope, curve = slopes[first:].copy(), curvatures[first:]
+        if first < ends.size:
+            slope[0] = self._derivative_at(d, 1)
+        if self.tail is None:
+            slope[-1] = 0.0  # past the end
+        h, v = np.diff(starts), starts[:-1]
+        falls = 0.5 * h * (-slope[:-1] - ends[first:])
+        rises = 0.5 * curve[:-1] * (v + 0.5 * h) * h + 0.5 * starts[1:] * jumps[first + 1 :]
+        rates = np.append(0.0, np.cumsum(rises))
+        steps = h * rates[:-1] + 0.5 * curve[:-1] * h * h * (0.5 * v + h / 6.0)
+        return _Run(
+            starts,
+            slope,
+            curve,
+            np.append(0.0, np.cumsum(falls)),
+            rates,
+            np.append(0.0, np.cumsum(steps)),
+        )
 
-    def _tail_share(
-        self, u: Floats, begin: float, gone: float, weight: Callable[[Floats, Floats], Floats]
-    ) -> Floats:
-        """The same over what lies past the last knot, decay length by decay length."""
-        _, slopes, _, loads, *_ = self._spline
-        length = loads[-1] / -slopes[-1]
-        total = np.zeros(u.size)
-        for k in range(40):  # exp(-40) is below rounding
-            low = np.minimum(np.maximum(begin + k * length, 0.0), u)
-            step = np.minimum(begin + (k + 1) * length, u) - low
-            if not np.any(step > 0.0):
-                break
-            v = low[:, None] + step[:, None] * _NODES
-            decay = np.exp(-(v - begin + gone) / length)
-            total += step * ((weight(v, u[:, None]) * decay) @ _WEIGHTS)
-        return np.asarray(total * (loads[-1] / length**2))
+    def _tail_at(self, d: float) -> tuple[float, float]:
+        """Load where the tail begins, seen from d, and its decay length; 0 and 1 without one."""
+        if self.tail is None:
+            return 0.0, 1.0
+        knots, slopes, _, loads, *_ = self._spline
+        length = float(loads[-1] / -slopes[-1])
+        return float(loads[-1]) * math.exp(-max(d - float(knots[-1]), 0.0) / length), length
 
     def _drop(self, d: float, u: Floats) -> Floats:
-        here, slope = self._derivative_at(d, 0), self._derivative_at(d, 1)
-        bent = -slope * u - self._weighted(d, u, lambda v, u: u - v)
-        return np.where(u < 0.5 * here / -slope, bent, here - self._derivative(d + u, 0))
+        run, k, h = self._locate(d, u)
+        inner = run.drops[k] + h * (-run.slopes[k] - 0.5 * run.curvatures[k] * h)
+        load, length = self._tail_at(d)
+        past = (k == run.starts.size - 1) & (load > 0.0)
+        return np.where(past, run.drops[-1] - load * np.expm1(-h / length), inner)
 
     def _excess(self, d: float, u: Floats) -> Floats:
-        return 0.5 * self._weighted(d, u, lambda v, u: v * (u - v))
+        run, k, h = self._locate(d, u)
+        result = run.excesses[k] + h * run.rates[k]
+        result += 0.5 * run.curvatures[k] * h * h * (0.5 * run.starts[k] + h / 6.0)
+        load, length = self._tail_at(d)
+        past = np.flatnonzero((k == run.starts.size - 1) & (load > 0.0))
+        x = h[past] / length
+        result[past] += (
+            0.5 * load * (run.starts[-1] * _decayed(x, 0, 1) + length * _decayed(x, 1, 1))
+        )
+        return result
 
     def _excess_slope(self, d: float, u: Floats) -> Floats:
-        return 0.5 * self._weighted(d, u, lambda v, u: v + 0.0 * u)
+        run, k, h = self._locate(d, u)
+        result = run.rates[k] + 0.5 * run.curvatures[k] * h * (run.starts[k] + 0.5 * h)
+        load, length = self._tail_at(d)
+        past = np.flatnonzero((k == run.starts.size - 1) & (load > 0.0))
+        x = h[past] / length
+        result[past] += (
+            0.5 * load * (run.starts[-1] / length * _decayed(x, 0, 0) + _decayed(x, 1, 0))
+        )
+        return result
+
+    def _locate(self, d: float, u: Floats) -> tuple[_Run, Integers, Floats]:
+        """The run from d, the piece of each step, and how far into it the step reaches."""
+        run = self._run(d)
+        k = np.searchsorted(run.starts, u, side="right") - 1
+        return run, k, u - run.starts[k]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in self.__dict__.items() if key != "_last_run"}
 
     def _corners(self, d: float) -> tuple[Floats, Floats]:
         knots, jumps = self._spline.knots, self._spline.jumps
@@ -228,6 +264,20 @@ class TabulatedNormalLaw(Locked, NormalLaw):
             cls(aluminium(), d, 1e3 * (1.0 - d / 1e-6) ** 2),
             cls(aluminium(), d, 1e3 * np.exp(-d / 3e-7), tail="exponential"),
         )
+
+
+def _decayed(x: Floats, power: int, rest: int) -> Floats:
+    """Integral of w^power (x - w)^rest exp(-w) over [0, x], powers 0 or 1."""
+    w = np.minimum(x, 1.0)[:, None] * _NODES
+    near = np.minimum(x, 1.0) * ((w**power * (x[:, None] - w) ** rest * np.exp(-w)) @ _WEIGHTS)
+    gone = np.exp(-x)
+    far = {
+        (0, 0): 1.0 - gone,
+        (1, 0): 1.0 - (1.0 + x) * gone,
+        (0, 1): x - 1.0 + gone,
+        (1, 1): x - 2.0 + (x + 2.0) * gone,
+    }[power, rest]
+    return np.asarray(np.where(x <= 1.0, near, far))
 
 
 def _check_table(d: Floats, n: Floats, tail: str | None) -> None:

@@ -56,6 +56,20 @@ class _Group(click.Group):
             )
         sys.exit(code if isinstance(code, int) else EXIT_OK)
 
+    def make_context(
+        self,
+        info_name: str | None,
+        args: list[str],
+        parent: click.Context | None = None,
+        **extra: Any,
+    ) -> click.Context:
+        with _printing():  # the options --help and --version print here
+            return super().make_context(info_name, args, parent, **extra)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        with _printing():
+            return super().invoke(ctx)
+
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
@@ -71,6 +85,26 @@ def _fail(message: str, code: int) -> NoReturn:
     with suppress(OSError):
         click.echo(f"error: {message}", err=True)
     sys.exit(code)
+
+
+@contextmanager
+def _printing() -> Iterator[None]:
+    """Make one line of a standard output that is full, and nothing of one that nobody reads."""
+    try:
+        yield
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError as error:
+        # All files have names, and what goes wrong with them has its own messages.
+        if error.filename is not None:
+            raise
+        with suppress(OSError):  # what is left in the buffer must not fail again at the exit
+            null = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(null, sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            sys.exit(EXIT_OK)
+        reason = (error.strerror or str(error)).lower()
+        _fail(f"standard output cannot be written: {reason}", EXIT_USER)
 
 
 def _print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:

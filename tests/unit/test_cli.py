@@ -225,3 +225,96 @@ def test_a_stream_without_greek_gets_plain_letters() -> None:
     assert text.startswith("F?ge joint")
     assert re.search(r"2 kN \| +100 nm \| +0\.421 \| +13\.6 uJ \| +0\.0934 \| +0\.0467", text)
     assert "zeta_mode = sum E_d / 4 pi U" in text
+
+
+def printed(text: str) -> str:
+    Path("joint.toml").write_text(text, encoding="utf-8")
+    outcome = run("predict", "joint.toml", "--overwrite")
+    assert outcome.exit_code == 0, outcome.output
+    assert outcome.stderr == ""
+    return outcome.stdout
+
+
+def test_verdicts_say_where_ok_is() -> None:
+    text = printed(STUDY.replace("2 kN", "30 kN"))
+    assert "  watch   plasticity index: 0.721 (ok up to 0.6) – assumed: summits deform" in text
+    assert re.search(r"  outside real over apparent area: \d\d\.\d % \(ok up to 10 %\) – ", text)
+    text = printed(STUDY.replace("100 1/mm^2", "0.1 1/mm^2"))
+    assert re.search(r"  (watch  |outside) contacts: [\d.]+ \(ok from 30\) – assumed: ", text)
+
+
+def test_numbers_are_no_more_than_they_are() -> None:
+    start, end = STUDY.index("law ="), STUDY.index("[joint]")
+    sphere = f'{STUDY[:start]}law = "sphere"\nradius = "5 mm"\n\n{STUDY[end:]}'
+    assert re.search(r"\n50 N +1 +0\.0\d+ mm²", printed(sphere.replace("2 kN", "50 N")))
+    heights = 'heights = { kind = "values", values = ["9 um", "8 um", "-9 um"] }'
+    two = f'{STUDY[:start]}law = "population"\nradius = "1 mm"\n{heights}\n{STUDY[end:]}'
+    assert re.search(r"\n50 N +2 +", printed(two.replace("2 kN", "50 N")))
+    text = printed(STUDY.replace('["0.1 um", "1 um"]', '["1 um", "100 um"]'))
+    assert re.search(r"2 kN +1 µm +>0\.999 ", text)
+    assert re.search(r"2 kN +100 µm +1\.000 ", text)
+    far = '"gaussian", mean = "1 mm", std = "0.1 nm"'
+    shown = printed(STUDY.replace('"gaussian", std = "0.5 um"', far))
+    assert float(shown.splitlines()[5].split()[-1]) < -1000.0
+    assert len(shown.splitlines()[5].split()[-1]) < 10
+
+
+def test_a_title_that_cannot_be_drawn_is_said_once() -> None:
+    text = STUDY.replace("A [bold] joint", "Stoß 接触" + 120 * "W").replace('["csv"]', '["png"]')
+    said = "title: the figures have no letters for 接触 and draw boxes."
+    assert printed(text).count(said) == 1
+    assert "title:" not in printed(text.replace("接触", ""))
+    assert "title:" not in printed(text.replace('["png"]', '["csv"]'))
+
+
+def test_long_words_of_a_title_are_broken() -> None:
+    from matplotlib import style
+
+    from microslip.study.drawing import STYLE, new_figure
+
+    with style.context(["default", STYLE]):
+        figure = new_figure(3.0, "A " + 120 * "W" + " joint")
+        lines = figure.get_suptitle().splitlines()
+        assert [len(line) for line in lines] == [52, 50, 26]
+        figure.draw_without_rendering()
+    box = figure.texts[0].get_window_extent()
+    assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.parametrize(
+    "arguments", [["predict", "joint.toml"], ["predict", "joint.toml", "--json"], ["--help"]]
+)
+def test_a_full_output_is_one_line(arguments: list[str]) -> None:
+    with Path("/dev/full").open("wb") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "microslip.cli", *arguments],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 2
+    wanted = "error: standard output cannot be written: no space left on device\n"
+    assert done.stderr == wanted
+    assert ("joint-result" in names()) == (arguments[0] == "predict")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes break otherwise there")
+@pytest.mark.parametrize(
+    "arguments", [["predict", "joint.toml"], ["predict", "joint.toml", "--json"]]
+)
+def test_a_pipe_that_nobody_reads_is_no_error(arguments: list[str]) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "microslip.cli", *arguments],
+            stdout=writing,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+    finally:
+        os.close(writing)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert "joint-result" in names()

@@ -391,9 +391,10 @@ def test_amplitudes_left_open_are_said_in_the_result() -> None:
     assert list(result.rows[0].amplitude) == pytest.approx([3.4e-8, 1.02e-7, 3.4e-7, 3.4e-6])
     assert result.curves[0].amplitude[0] == pytest.approx(1e-3 * scale)
     assert result.curves[0].amplitude[-1] == pytest.approx(1e2 * scale)
+    of = "times the slip scale, 340 nm when rounded to two digits."
     assert result.summary["notes"][:2] == [
-        "excitation.amplitudes is not given: 0.1, 0.3, 1, 10 times the slip scale of 340 nm.",
-        "excitation.curve is not given: 0.001 to 100 times the slip scale of 340 nm.",
+        f"excitation.amplitudes is not given: 0.1, 0.3, 1, 10 {of}",
+        f"excitation.curve is not given: 0.001 to 100 {of}",
     ]
 
 

@@ -44,7 +44,7 @@ def energy_damping(result: Result) -> Figure:
     below.set_xlabel(f"Displacement amplitude [{x_letter}m]")
     below.set_xlim(result.curves[0].amplitude[0] / x_unit, result.curves[0].amplitude[-1] / x_unit)
     figure.align_ylabels([above, below])
-    add_legend(figure, result)
+    add_legend(figure, result, "marker")
     _name_limits(figure, above, result, x_unit)
     return figure
 
@@ -78,7 +78,7 @@ def _curve(
 
 
 def _energy(axes: Axes, result: Result, x_unit: float) -> None:
-    loads = drawn_loads(result)
+    loads = drawn_loads(result, "marker")
     for index, look in loads:
         _curve(axes, result.curves[index], result.rows[index], "dissipated_energy", x_unit, look)
     axes.set_xscale("log")
@@ -110,7 +110,7 @@ def _limit_lines(result: Result, index: int) -> list[tuple[Floats, Floats, str]]
 
 
 def _damping(axes: Axes, result: Result, x_unit: float) -> None:
-    loads = drawn_loads(result)
+    loads = drawn_loads(result, "marker")
     for index, look in loads:
         _curve(axes, result.curves[index], result.rows[index], "loss_factor", x_unit, look)
     top = 4.0 / math.pi
@@ -162,7 +162,7 @@ def _name_limits(figure: Figure, axes: Axes, result: Result, x_unit: float) -> N
     figure.draw_without_rendering()  # the slopes on paper are known once the layout is
     to_axes = axes.transAxes.inverted()
     upper: dict[str, Floats] = {}
-    for index, _ in drawn_loads(result):
+    for index, _ in drawn_loads(result, "marker"):
         for a, energy, name in _limit_lines(result, index):
             points = axes.transData.transform(np.column_stack([a / x_unit, energy]))
             points = points[[bool(axes.bbox.contains(*point)) for point in points]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,7 +39,9 @@ def write(result: Result, path: Path) -> None:
         If the file cannot be written.
     """
     # From matplotlib's own defaults, whatever the user's matplotlibrc says, and back afterwards.
-    with style.context(["default", STYLE]):
+    with style.context(["default", STYLE]), warnings.catch_warnings():
+        # The summary says it, once.
+        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
         figure = {"loops": loops, "energy_damping": energy_damping}[path.stem](result)
         metadata = {"Date": None} if path.suffix == ".svg" else {}
         figure.savefig(path, metadata={"Creator": None, **metadata} if metadata else None)
@@ -70,7 +73,7 @@ def loops(result: Result) -> Figure:
     for panel in panels[len(shown) :]:
         panel.set_visible(False)
     figure.align_ylabels(panels[: len(shown)])
-    add_legend(figure, result)
+    add_legend(figure, result, "linestyle")
     return figure
 
 
@@ -82,23 +85,17 @@ def _common_prefix(value: float, largest: float, least: float = 0.0) -> tuple[fl
 
 def _loops_at(axes: Axes, result: Result, index: int, largest_x: float, largest_y: float) -> None:
     amplitude = float(result.rows[0].amplitude[index])
-    loads = drawn_loads(result)
+    # No markers: they would pass for measured points.
+    loads = drawn_loads(result, "linestyle")
     limits = [result.joints[i].force_limit for i, _ in loads]
     # Loads far apart share no axis: then each loop is drawn over its own force limit.
     relative = max(limits) > 20.0 * min(limits)
     force = max(float(result.rows[i].force_amplitude[index]) for i, _ in loads)
     x_unit, x_letter = _common_prefix(amplitude, largest_x, 1e-9)
     y_unit, y_letter = _common_prefix(force, largest_y)
-    for number, ((i, look), limit) in enumerate(zip(loads, limits, strict=True)):
+    for (i, look), limit in zip(loads, limits, strict=True):
         loop = result.loops[i][index]
-        size = len(loop.displacement)
-        axes.plot(
-            loop.displacement / x_unit,
-            loop.force / (limit if relative else y_unit),
-            **look,
-            markerfacecolor="white",
-            markevery=(size * (number + 1) // (6 * len(loads)), max(size // 6, 1)),
-        )
+        axes.plot(loop.displacement / x_unit, loop.force / (limit if relative else y_unit), **look)
     axes.set_title(f"Amplitude {amplitude / x_unit:.6g} {x_letter}m")
     axes.set_xlabel(f"Displacement [{x_letter}m]")
     axes.set_ylabel(r"Force / force limit, $T/\mu N$" if relative else f"Force [{y_letter}N]")

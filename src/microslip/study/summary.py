@@ -38,7 +38,8 @@ class Defaults:
 
     def notes(self) -> list[str]:
         """What was assumed, in sentences."""
-        of = f"times the slip scale of {engineering(self.scale, 'm', trim=True)}"
+        scale = engineering(self.scale, "m", trim=True)
+        of = f"times the slip scale, {scale} when rounded to two digits"
         notes = []
         if self.amplitudes:
             factors = ", ".join(f"{factor:g}" for factor in self.factors)
@@ -121,7 +122,7 @@ def summarise(
         "generator": {"name": "microslip", "version": __version__, "kernel": kernel_name()},
         "title": study.title,
         "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
-        "notes": [*defaults.notes(), REMINDER],
+        "notes": [*defaults.notes(), *_title_notes(study, names), REMINDER],
         "joints": [
             _joint(study, joint, row, limit)
             for joint, row, limit in zip(joints, rows, limits, strict=True)
@@ -129,6 +130,16 @@ def summarise(
         "units": dict(UNITS),
         "files": list(names),
     }
+
+
+def _title_notes(study: Study, names: Sequence[str]) -> list[str]:
+    pictures = any(name.endswith((".svg", ".png")) for name in names)
+    if not pictures or study.title.isascii():
+        return []
+    from microslip.study.drawing import missing_glyphs
+
+    missing = missing_glyphs(study.title)
+    return [f"title: the figures have no letters for {missing} and draw boxes."] if missing else []
 
 
 def _joint(study: Study, joint: Interface, row: AmplitudeCurve, limit: Limits) -> dict[str, Any]:

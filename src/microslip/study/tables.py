@@ -38,7 +38,15 @@ _PLAIN = str.maketrans(
     }
 )
 _UNICODE_NEEDED = "µμηζΣπ²ₜ–─"
+_COUNTING_LAWS = ("population", "sphere")
+_AREA_VERDICT = "real over apparent area"
 _WORD_STYLE = {"ok": "green", "watch": "yellow", "outside": "bold red"}
+
+
+class _Console(Console):
+    def on_broken_pipe(self) -> None:
+        """Leave to the caller what an unread pipe means; rich would exit with 1."""
+        raise  # the error that rich is handling when it calls this
 
 
 class Printer:
@@ -105,7 +113,7 @@ class Printer:
 
 
 def _console(stream: TextIO, width: int | None) -> Console:
-    return Console(file=stream, width=width, highlight=False, markup=False, emoji=False)
+    return _Console(file=stream, width=width, highlight=False, markup=False, emoji=False)
 
 
 def _is_terminal(stream: TextIO) -> bool:
@@ -126,8 +134,14 @@ def show(summary: dict[str, Any], folder: Path, stream: TextIO) -> None:
         Where its files are.
     stream : file object
         Such as `sys.stdout`.
+
+    Raises
+    ------
+    OSError
+        If the stream cannot be written.
     """
     out = Printer(stream)
+    counted = summary["study"]["surface"]["law"] in _COUNTING_LAWS
     joints = summary["joints"]
     out.line(summary["title"] or "Joint", style="bold")
     out.line()
@@ -135,7 +149,7 @@ def show(summary: dict[str, Any], folder: Path, stream: TextIO) -> None:
     out.table(
         "Joint" + _left_out(len(shown), len(joints), "loads"),
         ["load", "contacts", "real area", "kₜ", "μN", "slip scale", "h"],
-        [_joint_row(joint) for joint in shown],
+        [_joint_row(joint, counted) for joint in shown],
     )
     amplitudes = len(joints[0]["amplitudes"])
     loops = len(joints) * amplitudes
@@ -164,18 +178,25 @@ def _left_out(shown: int, count: int, what: str) -> str:
     return "" if shown == count else f" ({shown} of {count} {what}; all are in summary.json)"
 
 
-def _joint_row(joint: dict[str, Any]) -> list[str]:
+def _joint_row(joint: dict[str, Any], counted: bool) -> list[str]:
     count, share = joint["contact_count"], joint["contact_area_fraction"]
     h = joint["standardised_separation"]
     return [
         engineering(joint["normal_load"], "N", trim=True),
-        "–" if count is None else f"{count:.0f}" if count >= 100 else significant(count),
+        _count(count, counted),
         _area(joint["contact_area"]) if share is None else f"{significant(100.0 * share)} %",
         engineering(joint["tangential_stiffness"], "N/m"),
         engineering(joint["force_limit"], "N"),
         engineering(joint["slip_scale"], "m"),
-        "–" if h is None else f"{h:.3f}",
+        "–" if h is None else f"{h:.3f}" if abs(h) < 1000.0 else f"{h:.3g}",
     ]
+
+
+def _count(count: float | None, counted: bool) -> str:
+    """Contacts: whole where they are counted, else digits of their expected number."""
+    if count is None:
+        return "–"
+    return f"{count:.0f}" if counted or count >= 100.0 else significant(count)
 
 
 def _area(area: float | None) -> str:
@@ -186,7 +207,7 @@ def _cycle_row(joint: dict[str, Any], row: dict[str, Any]) -> list[str]:
     return [
         engineering(joint["normal_load"], "N", trim=True),
         engineering(row["amplitude"], "m", trim=True),
-        _ratio(row["force_ratio"]),
+        _share(row["force_ratio"]),
         engineering(row["dissipated_energy"], "J"),
         _ratio(row["loss_factor"]),
         _ratio(row["damping_ratio"]),
@@ -198,8 +219,23 @@ def _ratio(value: float) -> str:
     return f"{value:.3f}" if value >= 0.0995 else significant(value)
 
 
+def _share(value: float) -> str:
+    """A ratio that tends to one, where all slides, and says so only once it is there."""
+    return ">0.999" if 0.9995 <= value < 1.0 - 1e-12 else _ratio(value)
+
+
+def _judged(verdict: dict[str, Any]) -> str:
+    """Value of a verdict that is not ok, and where ok would be."""
+    value, limit = verdict["value"], verdict["limit"]
+    if verdict["name"] == _AREA_VERDICT:  # in percent, as in the table
+        shown, bound = f"{significant(100.0 * value)} %", f"{100.0 * limit:.3g} %"
+    else:
+        shown, bound = significant(value), f"{limit:.3g}"
+    return f"{shown} (ok {'from' if value < limit else 'up to'} {bound})"
+
+
 def _validity(out: Printer, joints: list[dict[str, Any]]) -> None:
-    """Each verdict that is not ok, with its value and limit; the others only by name."""
+    """Each verdict that is not ok, with its value and where ok is; the others only by name."""
     out.line("Validity", style="bold")
     fine: list[str] = []
     for name in dict.fromkeys(v["name"] for joint in joints for v in joint["validity"]):
@@ -219,8 +255,7 @@ def _validity(out: Printer, joints: list[dict[str, Any]]) -> None:
             at = "" if same else f" at {engineering(joint['normal_load'], 'N', trim=True)}"
             out.verdict(
                 verdict["word"],
-                f"{name}{at}: {significant(verdict['value'])}, "
-                f"limit {significant(verdict['limit'])} – assumed: {verdict['meaning']}",
+                f"{name}{at}: {_judged(verdict)} – assumed: {verdict['meaning']}",
             )
         if not same and len(doubtful) > len(shown):
             left = len(doubtful) - len(shown)

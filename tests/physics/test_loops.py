@@ -33,8 +33,8 @@ def test_loop_is_the_settled_force(law):
                 loop.force, law.force(loop.displacement), rtol=0, atol=1e-14 * law.force_limit
             )
             assert loop.displacement_amplitude == a
-            assert loop.force_amplitude == pytest.approx(law.backbone(a), rel=1e-14)
-            assert loop.secant_stiffness == pytest.approx(law.secant_stiffness(a), rel=1e-14)
+            assert loop.force_amplitude == pytest.approx(law.backbone(a), rel=1e-14, abs=0)
+            assert loop.secant_stiffness == pytest.approx(law.secant_stiffness(a), rel=1e-14, abs=0)
 
 
 @all_laws
@@ -67,11 +67,11 @@ def test_sliding_ratio(law):
 
 def test_rigid_plastic_box():
     loop = ms.Loop([1e-6, 1e-6, -1e-6, -1e-6, 1e-6], [3.0, -3.0, -3.0, 3.0, 3.0])
-    assert loop.dissipated_energy == pytest.approx(4 * 3e-6, rel=1e-15)
-    assert loop.energy_ratio == pytest.approx(1, rel=1e-15)
-    assert loop.loss_factor == pytest.approx(4 / math.pi, rel=1e-15)
-    assert loop.damping_ratio == pytest.approx(2 / math.pi, rel=1e-15)
-    assert loop.sliding_ratio == pytest.approx(1, rel=1e-15)
+    assert loop.dissipated_energy == pytest.approx(4 * 3e-6, rel=1e-15, abs=0)
+    assert loop.energy_ratio == pytest.approx(1, rel=1e-15, abs=0)
+    assert loop.loss_factor == pytest.approx(4 / math.pi, rel=1e-15, abs=0)
+    assert loop.damping_ratio == pytest.approx(2 / math.pi, rel=1e-15, abs=0)
+    assert loop.sliding_ratio == pytest.approx(1, rel=1e-15, abs=0)
     assert loop.closure_error == 0
 
 
@@ -81,12 +81,12 @@ def test_ellipse(phase):
     t = np.linspace(0, 2 * np.pi, 4001)
     loop = ms.Loop(2e-6 * np.cos(t), 5.0 * np.cos(t + phase))
     energy = math.pi * 1e-5 * math.sin(phase)
-    assert loop.dissipated_energy == pytest.approx(energy, rel=1e-5)
-    assert loop.loss_factor == pytest.approx(math.sin(phase), rel=1e-5)
-    assert loop.damping_ratio == pytest.approx(0.5 * math.sin(phase), rel=1e-5)
-    assert loop.sliding_ratio == pytest.approx(math.sin(phase), rel=1e-5)
+    assert loop.dissipated_energy == pytest.approx(energy, rel=1e-5, abs=0)
+    assert loop.loss_factor == pytest.approx(math.sin(phase), rel=1e-5, abs=0)
+    assert loop.damping_ratio == pytest.approx(0.5 * math.sin(phase), rel=1e-5, abs=0)
+    assert loop.sliding_ratio == pytest.approx(math.sin(phase), rel=1e-5, abs=0)
     backwards = ms.Loop(loop.displacement[::-1], loop.force[::-1])
-    assert backwards.dissipated_energy == pytest.approx(-energy, rel=1e-5)
+    assert backwards.dissipated_energy == pytest.approx(-energy, rel=1e-5, abs=0)
 
 
 @all_laws
@@ -103,11 +103,13 @@ def test_asymmetric_loops(law):
             force = law.force(np.concatenate(([past * reach], moved, moved[1:])))[-401:]
             loop = ms.Loop(moved, force)
             assert loop.closure_error <= 1e-14
-            assert loop.displacement_amplitude == pytest.approx(half, rel=1e-14)
-            assert loop.force_amplitude == pytest.approx(law.backbone(half), rel=1e-12)
+            assert loop.displacement_amplitude == pytest.approx(half, rel=1e-14, abs=0)
+            assert loop.force_amplitude == pytest.approx(law.backbone(half), rel=1e-12, abs=0)
             # Displacements about another mean have other last places.
             for name in ("dissipated_energy", "loss_factor", "sliding_ratio", "secant_stiffness"):
-                assert getattr(loop, name) == pytest.approx(getattr(shape, name), rel=1e-8), name
+                assert getattr(loop, name) == pytest.approx(
+                    getattr(shape, name), rel=1e-8, abs=0
+                ), name
             middle = 0.5 * (force.max() + force.min())
             np.testing.assert_allclose(
                 force - middle, shape.force, rtol=0, atol=1e-11 * law.force_limit
@@ -126,10 +128,10 @@ def test_open_loops_say_so():
     cycle = a * np.concatenate((np.linspace(0, 1, 200), np.linspace(1, -1, 400), [-0.9]))
     loop = ms.Loop(cycle, law.force(cycle))
     assert loop.closure_error == pytest.approx(
-        abs(loop.force[-1]) / (2 * law.backbone(a)), rel=1e-12
+        abs(loop.force[-1]) / (2 * law.backbone(a)), rel=1e-12, abs=0
     )
     closed = ms.Loop(np.append(cycle, cycle[0]), np.append(loop.force, loop.force[0]))
-    assert loop.dissipated_energy == pytest.approx(closed.dissipated_energy, rel=1e-13)
+    assert loop.dissipated_energy == pytest.approx(closed.dissipated_energy, rel=1e-13, abs=0)
 
 
 @all_laws
@@ -150,9 +152,10 @@ def test_loop_energies_add_up_along_a_cycle(law):
         2 * a * float(shares @ force[122:182]),
     ]
     energy = law.dissipated_energy(a)
-    assert work[1] + work[2] == pytest.approx(energy, rel=1e-4)
+    assert work[1] + work[2] == pytest.approx(energy, rel=1e-4, abs=0)
     # Work of the first loading less what is stored, which the loop tells: int T0 = E/8 + aT/2.
-    assert work[0] == pytest.approx(energy / 8 + 0.5 * a * law.backbone(a), rel=1e-6)
+    # The nodes know nothing of the kinks of given summits and of tables: 4e-6 there.
+    assert work[0] == pytest.approx(energy / 8 + 0.5 * a * law.backbone(a), rel=1e-5, abs=0)
 
 
 def test_pairs_of_samples_are_counted_once():
@@ -160,9 +163,9 @@ def test_pairs_of_samples_are_counted_once():
     law = law_params()[0].values[0]
     loop = law.loop(reach_of(law), samples=101)
     twice = ms.Loop(np.repeat(loop.displacement, 2), np.repeat(loop.force, 2))
-    assert twice.dissipated_energy == pytest.approx(loop.dissipated_energy, rel=1e-14)
+    assert twice.dissipated_energy == pytest.approx(loop.dissipated_energy, rel=1e-14, abs=0)
     big = ms.Loop(1e3 * loop.displacement, 1e-2 * loop.force)
-    assert big.dissipated_energy == pytest.approx(10 * loop.dissipated_energy, rel=1e-13)
+    assert big.dissipated_energy == pytest.approx(10 * loop.dissipated_energy, rel=1e-13, abs=0)
     shifted = ms.Loop(loop.displacement + 1e-6, loop.force + 100.0)
     for name in ("dissipated_energy", "sliding_ratio", "loss_factor"):
-        assert getattr(shifted, name) == pytest.approx(getattr(loop, name), rel=1e-9)
+        assert getattr(shifted, name) == pytest.approx(getattr(loop, name), rel=1e-9, abs=0)

@@ -84,7 +84,7 @@ def test_shape_is_kept(made):
         ratios = np.log(beyond / n[-1]) / (after - d[-1])
         np.testing.assert_allclose(ratios, ratios[0], rtol=1e-9)
         # N and N' go on where the table ends.
-        assert -ratios[0] * n[-1] == pytest.approx(law.stiffness(d[-1]), rel=1e-9)
+        assert -ratios[0] * n[-1] == pytest.approx(law.stiffness(d[-1]), rel=1e-9, abs=0)
 
 
 @pytest.mark.parametrize("points", [3, 4, 7, 11])
@@ -221,7 +221,7 @@ def test_exponential_tail(start):
     if start >= 1.0:
         x = np.array([1e-10, 1e-4, 0.3, 2.0, 20.0, 100.0])
         top = MU * n[-1] * np.exp(-(start * MICRON - d[-1]) / length)
-        assert joint.force_limit == pytest.approx(top, rel=1e-14)
+        assert joint.force_limit == pytest.approx(top, rel=1e-14, abs=0)
         scale = kappa * length
         np.testing.assert_allclose(joint.backbone(scale * x), -top * np.expm1(-x), rtol=2e-14)
         with mp.workdps(50):
@@ -243,9 +243,9 @@ def test_exponential_tail(start):
             bulge = mp.mpf(inner.numerator) / inner.denominator
             bulge += tail_share(mp.mpf(x) / mp.mpf(kappa), begin, float(n[-1]), mp.mpf(length))
             energy = float(4 * mp.mpf(MU) * mp.mpf(kappa) * bulge)
-        assert joint.dissipated_energy(x) == pytest.approx(energy, rel=1e-12)
+        assert joint.dissipated_energy(x) == pytest.approx(energy, rel=1e-12, abs=0)
         force = MU * (law.load(joint.separation) - law.load(joint.separation + x / kappa))
-        assert joint.backbone(x) == pytest.approx(force, rel=1e-13)
+        assert joint.backbone(x) == pytest.approx(force, rel=1e-13, abs=0)
 
 
 def tail_share(u, begin, load, decay):
@@ -307,9 +307,9 @@ def test_straight_runs_are_iwan(start):
         sliders.yield_displacements, kappa * (corners[left] - start) * MICRON, rtol=1e-14
     )
     np.testing.assert_allclose(sliders.stiffnesses, MU / kappa * bends[left], rtol=1e-12)
-    assert sliders.stiffnesses.sum() == pytest.approx(joint.tangential_stiffness, rel=1e-14)
+    assert sliders.stiffnesses.sum() == pytest.approx(joint.tangential_stiffness, rel=1e-14, abs=0)
     assert sliders.stiffnesses @ sliders.yield_displacements == pytest.approx(
-        joint.force_limit, rel=1e-14
+        joint.force_limit, rel=1e-14, abs=0
     )
     yields, stiffness = sliders.yield_displacements, sliders.stiffnesses
     a = kappa * MICRON * np.geomspace(0.1, 50, 40)
@@ -343,11 +343,13 @@ def test_corner_after_a_bend():
     sliders = joint.sliders()
     kappa = joint.slip_per_indentation
     np.testing.assert_allclose(sliders.yield_displacements, [kappa * 6 * MICRON], rtol=1e-14)
-    assert sliders.stiffnesses[0] == pytest.approx(MU / kappa * 6 / MICRON, rel=1e-12)
+    assert sliders.stiffnesses[0] == pytest.approx(MU / kappa * 6 / MICRON, rel=1e-12, abs=0)
     assert np.all(sliders.density(kappa * MICRON * np.linspace(3.01, 5.99, 20)) == 0)
     u = kappa * MICRON * (np.arange(6000) + 0.5) / 1000
     spread = sliders.density(u).sum() * (u[1] - u[0])
-    assert spread + sliders.stiffnesses.sum() == pytest.approx(joint.tangential_stiffness, rel=1e-6)
+    assert spread + sliders.stiffnesses.sum() == pytest.approx(
+        joint.tangential_stiffness, rel=1e-6, abs=0
+    )
 
 
 # Towards the law that a table samples

@@ -1,8 +1,9 @@
 """Floor 5: tangential laws, each fully given by its backbone."""
 
-from microslip.friction.base import BackboneLaw, PeriodicResponse, Sliders
+from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.validity import Verdict
+from microslip.friction.views import PeriodicResponse, Sliders
 
 __all__ = ["LAWS", "BackboneLaw", "Interface", "PeriodicResponse", "Sliders", "Verdict"]
 

@@ -5,70 +5,23 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from microslip import kernels
 from microslip._checks import Floats, floats, plain, record, show
 from microslip._frozen import lock
 from microslip.errors import InputError
+from microslip.friction.numerics import invert, lobatto
+from microslip.friction.views import PeriodicResponse, Sliders
 from microslip.kernels.table import Table
 from microslip.loops import Loop, unit_cycle
 from microslip.memory import Memory, State
 
 Self = TypeVar("Self", bound="BackboneLaw")
-
-
-class PeriodicResponse(NamedTuple):
-    """The settled cycle of a periodic displacement, as solvers need it: (19.20)-(19.24), closed.
-
-    For any parameter p of the displacement c (a Fourier coefficient, say), with D = dT/dp and
-    c' = dc/dp: D[root] = stiffness[root] c'[root], and in the cyclic order that begins at the root
-    D[t] = D[parent[t]] + stiffness[t] (c'[t] - c'[parent[t]]).
-    """
-
-    force: Floats
-    """Forces of the settled cycle [N]."""
-    stiffness: Floats
-    """Tangent stiffness at each sample [N/m]."""
-    parent: NDArray[np.int64]
-    """Index of the reversal that each sample hangs from; the root is its own parent."""
-    root: int
-    """Index of the sample of largest size, which lies on the first loading curve."""
-
-
-@dataclass(frozen=True, eq=False)
-class Sliders:
-    """A backbone seen as a parallel Iwan model: elastic sliders by their yield displacement.
-
-    After Iwan (1966), DOI 10.1115/1.3625199.
-    T0(u) is the sum over sliders of stiffness times min(u, yield displacement).
-    """
-
-    yield_displacements: Floats
-    """Yield displacements of the discrete sliders [m]."""
-    stiffnesses: Floats
-    """Stiffnesses of the discrete sliders [N/m]."""
-    _density: Callable[[Floats], Floats] | None
-
-    def density(self, yield_displacement: ArrayLike) -> Any:
-        """Stiffness per yield displacement -T0'' [N/m^2] of the spread sliders, any shape.
-
-        Raises
-        ------
-        InputError
-            Yield displacements [m] that are negative, not finite, or none.
-        """
-        u = floats("yield_displacement", yield_displacement)
-        if u.min() < 0.0:
-            raise InputError(f"yield_displacement must not be negative, got {u.min():g} m")
-        if self._density is None:
-            return plain(np.zeros(u.shape))
-        return plain(self._density(u.reshape(-1)).reshape(u.shape))
 
 
 class BackboneLaw(ABC):
@@ -133,7 +86,7 @@ class BackboneLaw(ABC):
                 break
             low = np.where(short, high, low)
             high = np.where(short, 2.0 * high, high)
-        return _invert(self._backbone_and_slope, force, low, high)
+        return invert(self._backbone_and_slope, force, low, high)
 
     def _energy(self, amplitude: Floats) -> Floats:
         """Energy of a closed cycle [J] for amplitudes >= 0, one-dimensional.
@@ -144,12 +97,12 @@ class BackboneLaw(ABC):
         low, high = (np.outer(amplitude, side).ravel() for side in (edges[:-1], edges[1:]))
         owner = np.repeat(np.arange(amplitude.size), edges.size - 1)
         total = np.zeros_like(amplitude)
-        coarse = _lobatto(self._energy_slope, low, high)
+        coarse = lobatto(self._energy_slope, low, high)
         scale = np.bincount(owner, np.abs(coarse), minlength=amplitude.size)
         for depth in range(60):
             middle = 0.5 * (low + high)
-            left = _lobatto(self._energy_slope, low, middle)
-            right = _lobatto(self._energy_slope, middle, high)
+            left = lobatto(self._energy_slope, low, middle)
+            right = lobatto(self._energy_slope, middle, high)
             rough = np.abs(left + right - coarse) > 1e-14 * scale[owner]
             if depth == 59:
                 rough[:] = False
@@ -504,46 +457,3 @@ def _halves(samples: int) -> Floats:
     """Half the distance of each sample of the unit cycle from the turning point before it."""
     shape, turn = _cycle(samples)
     return lock(0.5 * np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :])))
-
-
-# Gauss-Lobatto: with the ends among its nodes a rule sees a kink close to one of them.
-_BASIS = np.polynomial.legendre.Legendre.basis(11)
-_NODES = np.concatenate(([-1.0], np.sort(_BASIS.deriv().roots().real), [1.0]))
-_WEIGHTS = 1.0 / (132.0 * _BASIS(_NODES) ** 2)
-_NODES = 0.5 * (1.0 + _NODES)
-
-
-def _lobatto(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
-    """Integral of a function over each of many intervals."""
-    width = high - low
-    places = low[:, None] + width[:, None] * _NODES
-    return np.asarray(width * (function(places.ravel()).reshape(places.shape) @ _WEIGHTS))
-
-
-def _invert(
-    value_and_slope: Callable[[Floats], tuple[Floats, Floats]],
-    target: Floats,
-    low: Floats,
-    high: Floats,
-) -> Floats:
-    """Newton's method on a rising function, kept in brackets, for all targets at once."""
-    low, high = low.copy(), high.copy()
-    x = low.copy()
-    active = np.arange(target.size)
-    for _ in range(200):
-        here = x[active]
-        value, slope = value_and_slope(here)
-        miss = target[active] - value
-        low[active] = np.where(miss >= 0.0, here, low[active])
-        high[active] = np.where(miss <= 0.0, here, high[active])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            new = here + miss / slope
-        inside = (new >= low[active]) & (new <= high[active])
-        new = np.where(inside, new, 0.5 * (low[active] + high[active]))
-        x[active] = new
-        going = np.abs(new - here) > 4.5e-16 * np.abs(new)
-        going &= np.abs(miss) > 2.3e-16 * target[active]
-        active = active[going]
-        if active.size == 0:
-            break
-    return x

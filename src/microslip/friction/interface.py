@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, exact, floats, number, plain, positive, show
 from microslip.errors import InputError
-from microslip.friction.base import BackboneLaw, Sliders
+from microslip.friction.base import BackboneLaw
 from microslip.friction.validity import Verdict, validity
+from microslip.friction.views import Sliders
 from microslip.kernels.table import Table
 from microslip.normal import NORMAL_LAWS, NormalLaw
 

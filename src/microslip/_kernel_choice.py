@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from functools import lru_cache
 from importlib.machinery import PathFinder
 from importlib.util import module_from_spec
@@ -31,7 +32,10 @@ def _extension_loads() -> bool:
     if spec is None or spec.loader is None or spec.origin is None:
         return False
     try:
-        spec.loader.exec_module(module_from_spec(spec))
+        module = module_from_spec(spec)
+        spec.loader.exec_module(module)
     except ImportError:
         return False
+    # The one that is loaded is the one that works: an extension is not loaded twice.
+    sys.modules.setdefault(spec.name, module)
     return True

@@ -108,13 +108,15 @@ dist: $(READY)  ## build the sdist, and from it the wheel, into dist/
 	@"$(PY)" -m build --no-isolation
 
 # One lock for every Python and platform, read by uv and by pip. LOCK_ARGS=--upgrade takes newer versions.
-lock:  ## write requirements.lock again
+lock:  ## write requirements.lock and requirements-docs.lock again
 	@uv="$(UV)"; if [ -z "$$uv" ]; then \
 	    [ -x .venv-lock/bin/uv ] || { "$(PYTHON)" -m venv .venv-lock && .venv-lock/bin/python -m pip install --quiet uv; }; \
 	    uv=.venv-lock/bin/uv; fi; \
-	"$$uv" pip compile pyproject.toml --group dev --universal --python-version 3.11 --generate-hashes \
-	    --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
-	    --quiet $(LOCK_ARGS) --output-file requirements.lock
+	options="--universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --quiet"; \
+	"$$uv" pip compile pyproject.toml --group dev $$options --custom-compile-command "make lock" \
+	    $(LOCK_ARGS) --output-file requirements.lock && \
+	"$$uv" pip compile pyproject.toml --group dev --group docs $$options --custom-compile-command "make lock" \
+	    --constraints requirements.lock --output-file requirements-docs.lock
 
 clean:  ## remove builds, caches and the demo
 	@rm -rf build demo dist src/*.egg-info src/microslip/kernels/_compiled*.so .venv*/.ready*

@@ -32,6 +32,8 @@ _TRANSFORM = 2.0 / (_DEGREE + 1) * np.cos(np.outer(np.arange(_DEGREE + 1), _ANGL
 _TRANSFORM[0] *= 0.5
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
 _NODES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
+# From so many widths away a panel is so many charges, see `_charges`.
+_LEVELS = ((60.0, 6), (4.0, 11), (0.125, 20))
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,16 @@ class _Pieces:
         inner = -inner
         inner[0] += total + after
         return _Pieces(self.edges, factor * inner)
+
+
+def _lagrange(nodes: Floats, x: Floats) -> Floats:
+    """Values at ``x`` (rows) of the polynomials that are one at one of ``nodes`` (columns)."""
+    others = ~np.eye(nodes.size, dtype=bool)
+    columns = [
+        np.prod((x[:, None] - nodes[o]) / (n - nodes[o]), axis=1)
+        for n, o in zip(nodes, others, strict=True)
+    ]
+    return np.stack(columns, axis=1)
 
 
 def _resolve(function: Callable[[Floats], Floats], edges: Floats) -> _Pieces:
@@ -254,29 +266,52 @@ class Statistical(HeightDistribution):
     def _density_pieces(self) -> _Pieces:
         return _resolve(self._pdf, self._edges)
 
+    @cached_property
+    def _charges(self) -> tuple[tuple[float, Floats, Floats], ...]:
+        """Nodes and weights of the panels for thresholds beyond so many of their widths.
+
+        From far away a panel is fewer charges: those that give the polynomials of lower degree the
+        same integral, which is all that the kernel is there, to 1e-14.
+        """
+        edges = self._density_pieces.edges
+        fine = self._probabilities(edges)
+        levels = []
+        for distance, count in _LEVELS:
+            nodes, basis = _NODES, np.eye(_NODES.size)
+            if count < _NODES.size:
+                nodes = 0.5 + 0.5 * np.cos(math.pi * (np.arange(count) + 0.5) / count)
+                basis = _lagrange(nodes, _NODES)
+            levels.append((distance, np.diff(edges)[:, None] * nodes, fine @ basis))
+        return tuple(levels)
+
     def _root_moment(self, t: Floats) -> Floats:
         """The moment of order -1/2 for thresholds within the span: 2 pdf(t + z^2) dz."""
         edges = self._density_pieces.edges
         width = np.diff(edges)
-        flat = t.reshape(-1)
-        own = np.searchsorted(edges, flat, side="right") - 1
-        gap = edges[:-1] - flat[:, None]  # from a threshold to each panel; negative for its own
-        # Far panels: fixed nodes. Nearer than an eighth of its width a panel sees the singularity.
-        far = gap > 0.125 * width
-        nodes = width[:, None] * _NODES
-        weights = self._probabilities(edges)
+        order = np.argsort(t, axis=None)
+        flat = t.ravel()[order]
         total = np.zeros_like(flat)
-        for j, (node, weight) in enumerate(zip(nodes, weights, strict=True)):
-            at = np.flatnonzero(far[:, j])
-            total[at] += (1.0 / np.sqrt(gap[at, j, None] + node)) @ weight
-        near = ~far & (np.arange(width.size) >= own[:, None])
-        at, panel = np.nonzero(near)
-        start = flat[at]
-        low = np.sqrt(np.maximum(edges[panel] - start, 0.0))
-        high = np.sqrt(edges[panel + 1] - start)
+        # Of the rising thresholds the first few are so far below a panel.
+        end = np.zeros(width.size, dtype=np.intp)
+        for distance, nodes, weights in self._charges:
+            start, end = end, np.searchsorted(flat, edges[:-1] - distance * width)
+            for j in np.flatnonzero(end > start):
+                gap = edges[j] - flat[start[j] : end[j], None]
+                total[start[j] : end[j]] += (1.0 / np.sqrt(gap + nodes[j])) @ weights[j]
+        # Nearer than an eighth of its width a panel sees the singularity.
+        last = np.searchsorted(flat, edges[1:])
+        count = np.maximum(last - end, 0)
+        panel = np.repeat(np.arange(width.size), count)
+        at = np.arange(panel.size) + np.repeat(end - (np.cumsum(count) - count), count)
+        from_here = flat[at]
+        low = np.sqrt(np.maximum(edges[panel] - from_here, 0.0))
+        high = np.sqrt(edges[panel + 1] - from_here)
         z = low[:, None] + (high - low)[:, None] * _NODES
-        part = 2.0 * (high - low) * (self._pdf(start[:, None] + z * z) @ _WEIGHTS)
-        return (total + np.bincount(at, part, minlength=flat.size)).reshape(t.shape)
+        part = 2.0 * (high - low) * (self._pdf(from_here[:, None] + z * z) @ _WEIGHTS)
+        total += np.bincount(at, part, minlength=flat.size)
+        result = np.empty_like(total)
+        result[order] = total
+        return result.reshape(t.shape)
 
     @cached_property
     def _tables(self) -> dict[int, _Pieces]:

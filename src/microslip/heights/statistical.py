@@ -142,7 +142,9 @@ class Statistical(HeightDistribution):
                 f"scipy.stats.weibull_min(2.2, scale=1e-6), got {show(d)}"
                 + ("; freeze it by calling it" if callable(d) else "")
             )
-        if any(np.ndim(end) for end in d.support()) or np.ndim(d.std()):
+        with np.errstate(all="ignore"):
+            several = any(np.ndim(v) for v in (*d.support(), d.sf(0.0)))
+        if several:
             raise InputError(f"heights must be one distribution, got several at once: {self!r}")
         low, high = (float(v) for v in d.support())
         if not high > low:
@@ -183,6 +185,12 @@ class Statistical(HeightDistribution):
     @cached_property
     def spread(self) -> float:
         """Standard deviation of the heights [m]; the quartile distance where that is infinite."""
+        if all(map(math.isfinite, self.distribution.support())) and not self._singular:
+            # A distribution that knows its moments only as integrals takes long over them.
+            edges = self._density_pieces.edges
+            y = edges[:-1, None] + np.diff(edges)[:, None] * _NODES
+            share = self._probabilities(edges)
+            return math.sqrt(float((share * (y - (share * y).sum()) ** 2).sum()))
         std = float(self.distribution.std())
         if math.isfinite(std) and std > 0.0:
             return std

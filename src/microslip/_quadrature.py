@@ -23,47 +23,85 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from microslip._checks import Floats
 
-Function = Callable[[Floats, Floats], Floats]
+Function = Callable[[Floats, Floats, Floats | float], Floats]
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
 _NODES = 0.5 * (1.0 + _NODES)  # on [0, 1]
 _WEIGHTS = 0.5 * _WEIGHTS
+_BLOCK = 1 << 14  # rows of nodes at a time, as many as a cache holds
 
 
-def _integral(g: Function, u: Floats, t: float, f: Convex) -> Floats:
-    """Integral of g(v, u) over v in [0, u], one row of nodes for each of the ``u``."""
+def _integral(g: Function, u: Floats, t: Floats | float, f: Convex) -> Floats:
+    """Integral of g(v, u, t) over v in [0, u], one row of nodes for each of the ``u``."""
+    if isinstance(t, np.ndarray):
+        return _integrals(g, u, t, f)
     breaks = f._breaks
     if breaks.size:
         first, last = np.searchsorted(breaks, (t, t + u.max()), side="right")
         inner = breaks[first:last] - t
         if inner.size:
-            return _piecewise(g, u, np.concatenate(([0.0], inner, [np.inf])))
-        edge = -math.inf
-    else:
-        edge = f._edge
-    below = edge - t if math.isfinite(edge) and edge > t else 0.0
-    left = np.minimum(u, below)
-    right = u - left
+            return _piecewise(g, u, t, np.concatenate(([0.0], inner, [np.inf])))
+        return _smooth(g, u, t, -math.inf)
+    return _smooth(g, u, t, f._edge)
+
+
+def _integrals(g: Function, u: Floats, t: Floats, f: Convex) -> Floats:
+    """The same where each row has a t of its own."""
     total = np.zeros_like(u)
-    if below > 0.0:
-        near = math.sqrt(below)
-        reach = left / (near + np.sqrt(below - left))  # difference of the roots, not cancelling
-        step = reach[:, None] * _NODES
-        v = step * (2.0 * near - step)
-        total = (2.0 * (near - step) * reach[:, None] * g(v, u[:, None])) @ _WEIGHTS
-    if np.any(right > 0.0):
-        v = left[:, None] + right[:, None] * _NODES
-        total = total + right * (g(v, u[:, None]) @ _WEIGHTS)
+    breaks = f._breaks
+    first, last = (np.searchsorted(breaks, end, side="right") for end in (t, t + u))
+    count = 1 + last - first  # pieces between breaks
+    for start in range(0, u.size, _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        if not breaks.size:
+            total[rows] = _smooth(g, u[rows], t[rows], f._edge)
+            continue
+        owner = np.repeat(np.arange(u.size)[rows], count[rows])
+        ends = np.cumsum(count[rows])
+        piece = (
+            first[owner] - 1 + np.arange(owner.size) - np.repeat(ends - count[rows], count[rows])
+        )
+        head = np.zeros(owner.size, dtype=bool)
+        head[ends - count[rows]] = True
+        low = np.where(head, 0.0, breaks[piece] - t[owner])
+        tail = np.roll(head, -1)  # the next one is another row's first
+        high = np.where(tail, u[owner], np.append(breaks, np.inf)[piece + 1] - t[owner])
+        width = high - low
+        v = low[:, None] + width[:, None] * _NODES
+        part = width * (g(v, u[owner, None], t[owner, None]) @ _WEIGHTS)
+        total += np.bincount(owner, part, minlength=u.size)
     return total
 
 
-def _piecewise(g: Function, u: Floats, marks: Floats) -> Floats:
+def _smooth(g: Function, u: Floats, t: Floats | float, edge: float) -> Floats:
+    """The same but for a singularity below ``edge``."""
+    here = t[:, None] if isinstance(t, np.ndarray) else t
+    if not np.any(edge > t):
+        v = u[:, None] * _NODES
+        return np.asarray(u * (g(v, u[:, None], here) @ _WEIGHTS))
+    below = np.maximum(edge - t, 0.0)
+    left = np.minimum(u, below)
+    right = u - left
+    near = np.sqrt(below)
+    # Difference of the roots, not cancelling.
+    reach = np.divide(left, near + np.sqrt(below - left), out=np.zeros_like(u), where=left > 0.0)
+    step = reach[:, None] * _NODES
+    twice = 2.0 * (near[:, None] if isinstance(near, np.ndarray) else near)
+    v = step * (twice - step)
+    total = ((twice - 2.0 * step) * reach[:, None] * g(v, u[:, None], here)) @ _WEIGHTS
+    if np.any(right > 0.0):
+        v = left[:, None] + right[:, None] * _NODES
+        total = total + right * (g(v, u[:, None], here) @ _WEIGHTS)
+    return np.asarray(total)
+
+
+def _piecewise(g: Function, u: Floats, t: float, marks: Floats) -> Floats:
     """The same between marks 0 = v_0 < v_1 ... , each piece for the steps that reach into it."""
     total = np.zeros_like(u)
     for low, high in pairwise(marks):
@@ -71,7 +109,7 @@ def _piecewise(g: Function, u: Floats, marks: Floats) -> Floats:
         step = u[at]
         width = np.minimum(step, high) - low
         v = low + width[:, None] * _NODES
-        total[at] += width * (g(v, step[:, None]) @ _WEIGHTS)
+        total[at] += width * (g(v, step[:, None], t) @ _WEIGHTS)
     return total
 
 
@@ -89,40 +127,53 @@ class Convex(Protocol):
     def _derivative_at(self, separation: float, order: int) -> float: ...
 
 
-def drop(f: Convex, t: float, u: Floats) -> Floats:
-    """f(t) - f(t + u) for steps ``u`` (one-dimensional), to a few units in the last place."""
+def drop(f: Convex, t: Floats | float, u: Floats) -> Floats:
+    """f(t) - f(t + u), to a few units in the last place.
+
+    The steps ``u`` are one-dimensional; ``t`` is one number for all of them or an array of their
+    size. So it is for the other two functions.
+    """
     here, length = _decay(f, t)
     result = here - f._derivative(t + u, 0)
-    small = u < 0.5 * length
-    if small.any():
-        result[small] = _integral(lambda v, u: -f._derivative(t + v, 1), u[small], t, f)
-    return result
+    return _mend(result, u < 0.5 * length, f, u, t, lambda v, u, t: -f._derivative(t + v, 1))
 
 
-def excess(f: Convex, t: float, u: Floats) -> Floats:
-    """Half the integral of v (u - v) f''(t + v) over [0, u], for steps ``u``."""
+def excess(f: Convex, t: Floats | float, u: Floats) -> Floats:
+    """Half the integral of v (u - v) f''(t + v) over [0, u]."""
     here, length = _decay(f, t)
-    whole = f._derivative_at(t, -1) - f._derivative(t + u, -1)
-    result = 0.5 * u * (here + f._derivative(t + u, 0)) - whole
-    small = u < length
-    if small.any():
-        result[small] = 0.5 * _integral(
-            lambda v, u: v * (u - v) * f._derivative(t + v, 2), u[small], t, f
-        )
-    return result
+    end = t + u
+    whole = _at(f, t, -1) - f._derivative(end, -1)
+    result = 0.5 * u * (here + f._derivative(end, 0)) - whole
+    return _mend(
+        result, u < length, f, u, t, lambda v, u, t: 0.5 * v * (u - v) * f._derivative(t + v, 2)
+    )
 
 
-def excess_slope(f: Convex, t: float, u: Floats) -> Floats:
-    """Half the integral of v f''(t + v) over [0, u], for steps ``u``."""
+def excess_slope(f: Convex, t: Floats | float, u: Floats) -> Floats:
+    """Half the integral of v f''(t + v) over [0, u]."""
     here, length = _decay(f, t)
-    result = 0.5 * (here - f._derivative(t + u, 0) + u * f._derivative(t + u, 1))
-    small = u < length
+    end = t + u
+    result = 0.5 * (here - f._derivative(end, 0) + u * f._derivative(end, 1))
+    return _mend(result, u < length, f, u, t, lambda v, u, t: 0.5 * v * f._derivative(t + v, 2))
+
+
+def _mend(
+    result: Floats, small: Floats, f: Convex, u: Floats, t: Floats | float, g: Function
+) -> Floats:
+    """Put the integral of g where the steps are small."""
     if small.any():
-        result[small] = 0.5 * _integral(lambda v, u: v * f._derivative(t + v, 2), u[small], t, f)
+        there = t[small] if isinstance(t, np.ndarray) else t
+        result[small] = _integral(g, u[small], there, f)
     return result
 
 
-def _decay(f: Convex, t: float) -> tuple[float, float]:
-    """f(t) and the length f/|f'| on which it decays there."""
-    here = f._derivative_at(t, 0)
-    return here, here / -f._derivative_at(t, 1)
+def _at(f: Convex, t: Floats | float, order: int) -> Any:
+    return f._derivative(t, order) if isinstance(t, np.ndarray) else f._derivative_at(t, order)
+
+
+def _decay(f: Convex, t: Floats | float) -> tuple[Any, Any]:
+    """f(t) and the length f/|f'| on which it decays there; where nothing is left it is 0."""
+    here, slope = _at(f, t, 0), _at(f, t, 1)
+    if not isinstance(here, np.ndarray):
+        return here, here / -slope
+    return here, np.divide(here, -slope, out=np.zeros_like(here), where=slope < 0.0)

@@ -159,25 +159,27 @@ class NormalLaw(ABC):
 
     # -- for the interface -------------------------------------------------------------------
 
-    def _drop(self, d: float, u: Floats) -> Floats:
+    # Their steps are one-dimensional; d is one separation for all of them or one for each.
+
+    def _drop(self, d: Floats | float, u: Floats) -> Floats:
         """N(d) - N(d + u) for steps u >= 0, without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(DROP, d, u)
         return _quadrature.drop(self, d, u)
 
-    def _fall(self, d: float, u: Floats) -> Floats:
+    def _fall(self, d: Floats | float, u: Floats) -> Floats:
         """-N'(d + u) for steps u >= 0."""
         if self._spheres is not None:
             return self._spheres.sum(FALL, d, u)
         return -self._derivative(d + u, 1)
 
-    def _excess(self, d: float, u: Floats) -> Floats:
+    def _excess(self, d: Floats | float, u: Floats) -> Floats:
         """Half the integral of v (u - v) N''(d + v) over 0 <= v <= u, without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS, d, u)
         return _quadrature.excess(self, d, u)
 
-    def _excess_slope(self, d: float, u: Floats) -> Floats:
+    def _excess_slope(self, d: Floats | float, u: Floats) -> Floats:
         """Half the integral of v N''(d + v) over 0 <= v <= u, without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS_SLOPE, d, u)

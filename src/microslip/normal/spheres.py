@@ -127,12 +127,7 @@ class Contacts:
         return result
 
     def _terms(self, kind: Kind, v: Any, which: Integers) -> Floats:
-        s = self._s[which]
-        with np.errstate(over="ignore"):
-            x = v / s
-        q = np.sqrt(np.maximum(1.0 - x, 0.0))
-        p = np.minimum(x, 1.0) / (1.0 + q)  # 1 - q without cancellation
-        return np.asarray(self._k[which] * _power(s, kind.power) * kind.share(x, q, p))
+        return _terms(kind, v, self._s[which], self._k[which])
 
     def _far(self, kind: Kind) -> Table:
         """What the summits beyond the near panels give, over v to the power of its order."""
@@ -172,6 +167,16 @@ class Contacts:
                 values += sums.T
         end = self._width * self._panels
         return Table.from_series(values @ TO_SERIES, end, kind.order, 0.0)
+
+
+def _terms(kind: Kind, v: Any, s: Floats, k: Floats) -> Floats:
+    """What each contact gives; one that is none, of indentation 0, gives nothing."""
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        x = v / s
+    x = np.where(s > 0.0, x, 0.0)
+    q = np.sqrt(np.maximum(1.0 - x, 0.0))
+    p = np.minimum(x, 1.0) / (1.0 + q)  # 1 - q without cancellation
+    return np.asarray(k * _power(s, kind.power) * kind.share(x, q, p))
 
 
 def _power(s: Floats, power: float) -> Floats:
@@ -225,8 +230,18 @@ class Spheres:
             result[part] = DERIVATIVES[order] * (terms @ self.constants[:count])
         return result.reshape(separation.shape)
 
-    def sum(self, kind: Kind, d: float, v: Floats) -> Floats:
-        """A sum over the contacts at the separation ``d`` for steps ``v`` from it."""
+    def sum(self, kind: Kind, d: Floats | float, v: Floats) -> Floats:
+        """A sum over the contacts at the separation ``d`` for steps ``v`` from it.
+
+        Where each step has a separation of its own, each summit is visited for each of them.
+        """
+        if isinstance(d, np.ndarray):
+            result = np.zeros(v.size)
+            for part in blocks(v.size, self.count(float(d.min()))):
+                count = self.count(float(d[part].min()))
+                s = np.maximum(self.heights[:count] - d[part, None], 0.0)
+                result[part] = _terms(kind, v[part, None], s, self.constants[:count]).sum(axis=1)
+            return result
         contacts = self._contacts.get(d)
         if contacts is None:
             count = self.count(d)

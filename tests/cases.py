@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -102,18 +104,41 @@ def length_of(case: Case) -> float:
 # What the shared tests run over
 
 
-def law_params() -> list[Any]:
-    """Every example of every backbone law, for ``pytest.mark.parametrize``."""
+def law_params(*, which: Callable[[ms.BackboneLaw], bool] = lambda law: True) -> list[Any]:
+    """Every example of every backbone law, for ``pytest.mark.parametrize``; or those asked for."""
     return [
         pytest.param(law, id=f"{cls.__name__}-{i}")
         for cls in LAWS
         for i, law in enumerate(cls.examples())
+        if which(law)
     ]
+
+
+def is_elastic(law: ms.BackboneLaw) -> bool:
+    """Whether a law moves before it slips: Coulomb's has no inverse and no scale of length."""
+    return math.isfinite(law.tangential_stiffness)
+
+
+def is_curved(law: ms.BackboneLaw) -> bool:
+    """Whether a law has sliders that are spread."""
+    return law.sliders()._density is not None
+
+
+def is_polygon(law: ms.BackboneLaw) -> bool:
+    """Whether a law is a polygon that begins with a spring."""
+    return is_elastic(law) and not is_curved(law)
 
 
 def reach_of(law: ms.BackboneLaw) -> float:
     """Displacement [m] at which the first tangent of a law meets its force limit."""
+    if not is_elastic(law):
+        return 1e-6  # any will do
     return law.force_limit / law.tangential_stiffness
+
+
+def stiffness_of(law: ms.BackboneLaw) -> float:
+    """Stiffness [N/m] by which errors of stiffnesses are measured; none for a rigid law."""
+    return law.tangential_stiffness if is_elastic(law) else 0.0
 
 
 def settled(v: float) -> float:

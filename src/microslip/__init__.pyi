@@ -1,8 +1,17 @@
 from .errors import InputError as InputError
 from .errors import StudyError as StudyError
+from .friction import Asperity as Asperity
+from .friction import AsperityFields as AsperityFields
 from .friction import BackboneLaw as BackboneLaw
+from .friction import BoucWen as BoucWen
+from .friction import Coulomb as Coulomb
+from .friction import CoupledResponse as CoupledResponse
 from .friction import Interface as Interface
+from .friction import Iwan as Iwan
+from .friction import Jenkins as Jenkins
 from .friction import PeriodicResponse as PeriodicResponse
+from .friction import SegalmanFit as SegalmanFit
+from .friction import SegalmanIwan as SegalmanIwan
 from .friction import Sliders as Sliders
 from .friction import Verdict as Verdict
 from .heights import Discrete as Discrete
@@ -19,7 +28,14 @@ from .normal import GreenwoodWilliamson as GreenwoodWilliamson
 from .normal import NormalLaw as NormalLaw
 from .normal import SphereOnFlat as SphereOnFlat
 from .normal import TabulatedNormalLaw as TabulatedNormalLaw
+from .structures import Decay as Decay
+from .structures import Oscillator as Oscillator
+from .structures import RingDown as RingDown
 from .study import Result as Result
 from .study import Study as Study
+from .sweeps import Sweep as Sweep
+from .sweeps import sweep as sweep
+from .tribometer import Record as Record
+from .tribometer import VirtualTribometer as VirtualTribometer
 
 __version__: str

@@ -11,6 +11,7 @@ import microslip as ms
 from microslip.normal import NORMAL_LAWS
 
 LAWS = law_params()
+INTERFACES = law_params(which=lambda law: isinstance(law, ms.Interface))
 ALUMINIUM = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
 PAIR = ms.MaterialPair(ALUMINIUM, ALUMINIUM)
 MU = 0.55
@@ -204,7 +205,7 @@ def test_exponential_form_ends_at_zero():
 # Small and large amplitudes
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", INTERFACES)
 def test_small_amplitudes_are_cubic(law):
     """E_d -> (2/3) (mu/kappa^2) N''(d) a^3 = -(2/3) T0''(0) a^3; the next term is of order a."""
     reach = reach_of(law)
@@ -262,15 +263,23 @@ def test_large_amplitudes_are_linear(law):
 def test_energy_is_the_area_of_the_backbone(law):
     """E_d = 8 int T0 - 4 a T0(a) by quadrature, where it does not cancel."""
     nodes, weights = np.polynomial.legendre.leggauss(100)
-    for a in reach_of(law) * np.array([0.4, 1.0, 2.5]):
-        u = 0.5 * a * (1 + nodes)
-        area = 0.5 * a * float(weights @ law.backbone(u))
+    corners = np.sort(law.sliders().yield_displacements)
+    for a in reach_of(law) * np.array([0.4, 1.01, 2.5]):
+        marks = np.concatenate(([0.0], corners[(corners > 0) & (corners < a)], [a]))
+        width = np.diff(marks)
+        u = marks[:-1, None] + 0.5 * width[:, None] * (1 + nodes)
+        area = 0.5 * float(width @ (law.backbone(u) @ weights))
         wanted = 8 * area - 4 * a * law.backbone(a)
+        nothing = 1e-14 * 4 * a * law.backbone(a)
         # Finite populations and tables bend on the way: there quadrature is coarse.
-        assert law.dissipated_energy(a) == pytest.approx(wanted, rel=2e-5, abs=0)
+        assert law.dissipated_energy(a) == pytest.approx(wanted, rel=2e-5, abs=nothing)
         # and dE_d/da = 4 (T0 - a T0')
         slope = 4 * (law.backbone(a) - a * law.backbone_stiffness(a))
         exponent = law.dissipation_exponent(a)
+        if law.dissipated_energy(a) == 0:
+            assert slope == pytest.approx(0, abs=nothing / a)
+            assert math.isnan(exponent)
+            continue
         assert exponent * law.dissipated_energy(a) == pytest.approx(a * slope, rel=1e-12, abs=0)
 
 

@@ -6,11 +6,15 @@ import math
 
 import numpy as np
 import pytest
-from cases import law_params, reach_of
+from cases import is_elastic, is_polygon, law_params, reach_of
 
 import microslip as ms
 
 all_laws = pytest.mark.parametrize("law", law_params())
+invertible_laws = pytest.mark.parametrize("law", law_params(which=is_elastic))
+polygons = pytest.mark.parametrize("law", law_params(which=is_polygon))
+# Not polygons: where a law's corners fall between samples changes the constant of an order.
+rounded_laws = pytest.mark.parametrize("law", law_params(which=lambda law: not is_polygon(law)))
 AMPLITUDES = (0.05, 0.7, 3.0)
 
 
@@ -37,7 +41,7 @@ def test_loop_is_the_settled_force(law):
             assert loop.secant_stiffness == pytest.approx(law.secant_stiffness(a), rel=1e-14, abs=0)
 
 
-@all_laws
+@rounded_laws
 def test_loop_measures_converge_at_second_order(law):
     """Energy, damping and sliding ratio of the polygon towards the law's closed forms."""
     sizes = (129, 257, 513, 1025)
@@ -53,7 +57,21 @@ def test_loop_measures_converge_at_second_order(law):
         assert all(loop.dissipated_energy < law.dissipated_energy(a) for loop in loops)
 
 
-@all_laws
+@polygons
+def test_loops_of_polygons_converge_at_second_order(law):
+    """The same for laws with corners, as a bound; and below the first yield nothing is lost."""
+    for share in (*AMPLITUDES, 1.1):
+        a = share * reach_of(law)
+        box = 4 * a * law.backbone(a)
+        for size in (129, 513, 2049):
+            missing = law.dissipated_energy(a) - law.loop(a, samples=size).dissipated_energy
+            assert -1e-14 * box <= missing <= 6 / size**2 * box
+    a = 0.999 * law.sliders().yield_displacements.min()
+    assert law.dissipated_energy(a) == law.loss_factor(a) == 0
+    assert abs(law.loop(a).energy_ratio) < 1e-15
+
+
+@invertible_laws
 def test_sliding_ratio(law):
     """D = delta_g/delta_m with T(delta_g) = 0 on the way back: 2 T0((a - delta_g)/2) = T0(a)."""
     for share in AMPLITUDES:
@@ -107,8 +125,9 @@ def test_asymmetric_loops(law):
             assert loop.force_amplitude == pytest.approx(law.backbone(half), rel=1e-12, abs=0)
             # Displacements about another mean have other last places.
             for name in ("dissipated_energy", "loss_factor", "sliding_ratio", "secant_stiffness"):
+                nothing = 1e-15 * (4 * half * law.force_limit if name.endswith("energy") else 1)
                 assert getattr(loop, name) == pytest.approx(
-                    getattr(shape, name), rel=1e-8, abs=0
+                    getattr(shape, name), rel=1e-8, abs=nothing
                 ), name
             middle = 0.5 * (force.max() + force.min())
             np.testing.assert_allclose(
@@ -134,7 +153,7 @@ def test_open_loops_say_so():
     assert loop.dissipated_energy == pytest.approx(closed.dissipated_energy, rel=1e-13, abs=0)
 
 
-@all_laws
+@rounded_laws
 def test_loop_energies_add_up_along_a_cycle(law):
     """Half of E_d for the way down, half for the way up, a quarter for the first loading."""
     a = 0.8 * reach_of(law)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cases import law_params, reach_of, records
+from cases import is_polygon, law_params, reach_of, records, stiffness_of
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -53,7 +53,7 @@ def test_periodic_is_the_second_pass(law, x):
         slopes.append(state.try_(v)[1])
         state.commit()
     # As trials of the second pass see it, but at samples that close a loop from another branch.
-    same = np.abs(response.stiffness - slopes) <= 1e-12 * law.tangential_stiffness
+    same = np.isclose(response.stiffness, slopes, rtol=0, atol=1e-12 * stiffness_of(law))
     assert np.mean(same) >= 0.5
     assert same[response.root]
 
@@ -84,7 +84,7 @@ def test_tree(law, x):
             rise = 2 * np.sign(x[t] - x[p]) * law.backbone(half)
             assert abs(force[p] + rise - force[t]) <= 2 * ROUNDING * law.force_limit
         assert stiffness[t] == pytest.approx(
-            law.backbone_stiffness(half), rel=1e-12, abs=1e-12 * law.tangential_stiffness
+            law.backbone_stiffness(half), rel=1e-12, abs=1e-12 * stiffness_of(law)
         )
         # Branches nest: none is longer than the one that its reversal hangs from.
         if abs(x[p]) != abs(x[root]):
@@ -114,7 +114,8 @@ def test_derivative_against_finite_differences(law):
         # order at the odd sample; all others agree to the noise of the difference.
         error = np.abs(got - wanted) / law.force_limit
         assert np.median(error) < 1e-7
-        assert np.quantile(error, 0.9) < 1e-5
+        # A thousand corners are met more often than a few.
+        assert np.quantile(error, 0.9) < (1e-4 if is_polygon(law) else 1e-5)
         assert error.max() < 2e-2
 
 
@@ -169,7 +170,8 @@ def test_symmetric_cycle_is_the_loop(law):
         response.force, loop.force[:-1], rtol=0, atol=2e-14 * law.force_limit
     )
     work = np.sum(0.5 * (response.force + np.roll(response.force, -1)) * (np.roll(x, -1) - x))
-    assert work == pytest.approx(law.dissipated_energy(a), rel=2e-2, abs=0)
+    nothing = 1e-15 * 4 * a * law.force_limit
+    assert work == pytest.approx(law.dissipated_energy(a), rel=2e-2, abs=nothing)
 
 
 @all_laws

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import mpmath as mp
 import numpy as np
 import pytest
 from scipy import integrate, special, stats
@@ -68,6 +69,38 @@ def test_probabilities_add_up(name: str) -> None:
     np.testing.assert_allclose(below + above, 1.0, rtol=0, atol=1e-14)
     assert np.all((below >= 0.0) & (below <= 1.0))
     assert np.all((above >= 0.0) & (above <= 1.0))
+
+
+@pytest.mark.parametrize("h", [-30.0, -9.0, -3.0, -0.2, 0.0, 0.7, 6.0])
+def test_gaussian_density_and_distribution(h: float) -> None:
+    """(19.25) and (19.26), corrected, with a mean; the lower tail keeps its digits."""
+    heights = ms.Gaussian(std=0.5, mean=2.0)
+    with mp.workdps(40):
+        y = 2 + mp.mpf(h) / 2
+        density = mp.exp(-((y - 2) ** 2) / (2 * mp.mpf("0.25"))) / (
+            mp.mpf("0.5") * mp.sqrt(2 * mp.pi)
+        )
+        below = mp.erfc(-(y - 2) / (mp.mpf("0.5") * mp.sqrt(2))) / 2
+    # exp(-h^2/2) turns a rounding of h into h^2 times as much.
+    tolerance = 1e-15 * (4.0 + h * h)
+    assert heights.pdf(float(y)) == pytest.approx(float(density), rel=tolerance, abs=0)
+    assert heights.cdf(float(y)) == pytest.approx(float(below), rel=tolerance, abs=0)
+
+
+def test_exponential_distribution_next_to_its_end() -> None:
+    heights = ms.Exponential(S)
+    np.testing.assert_allclose(heights.cdf([-S, 0.0, 1e-20 * S]), [0.0, 0.0, 1e-20], rtol=1e-15)
+
+
+@pytest.mark.parametrize("name", TWINS)
+def test_contact_probability_is_the_integral_of_the_density(name: str) -> None:
+    """(19.5)."""
+    heights, twin = TWINS[name]
+    d = float(twin.ppf(0.7))
+    low, high = d, heights.span[1]
+    marks = [float(twin.ppf(p)) for p in (0.9, 0.99, 0.9999)]
+    wanted = integrate.quad(heights.pdf, low, high, points=marks, epsabs=0, epsrel=1e-11, limit=200)
+    assert surface(heights).contact_probability(d) == pytest.approx(wanted[0], rel=1e-10, abs=0)
 
 
 def quadrature(

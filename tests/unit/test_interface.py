@@ -311,7 +311,7 @@ def test_backbone_and_slope_are_enough() -> None:
     response = law.periodic(1e-6 * np.cos(np.arange(8) * np.pi / 4))
     assert response.force[0] == pytest.approx(100 * (1 - math.exp(-1)), rel=1e-12, abs=0)
     assert refusal(law.start().try_, 1e-7, 5.0) == (
-        "normal_load has no meaning for this law, got 5 N"
+        "normal_load has no meaning for this law: it has no surface"
     )
 
 

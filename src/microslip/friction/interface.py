@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from microslip._checks import Floats, exact, floats, number, plain, positive, show
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
+from microslip.friction.coupled import CoupledResponse, Coupling, respond, respond_to_force
 from microslip.friction.validity import Verdict, validity
 from microslip.friction.views import Sliders
 from microslip.kernels.table import Table
@@ -217,10 +218,6 @@ class Interface(BackboneLaw):
             tolerance=1e-12,  # far out the energy is a small difference of large numbers
         )
 
-    @property
-    def _held_load(self) -> float:
-        return self.normal_load
-
     def _backbone(self, u: Floats) -> Floats:
         return self._exact(u) if self._table is None else self._table.value(u)
 
@@ -265,6 +262,126 @@ class Interface(BackboneLaw):
             return exponent
         # Where the energy underflows the limit of small amplitudes holds.
         return plain(np.asarray(np.where(np.isnan(exponent), 3.0, exponent)))
+
+    # -- a normal load that varies ----------------------------------------------------------------
+
+    @cached_property
+    def _coupling(self) -> Coupling:
+        return Coupling(self)
+
+    def coupled_force(
+        self,
+        displacement: ArrayLike,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> Any:
+        """Force along a record of displacement and normal load, exact within Cattaneo-Mindlin.
+
+        The record starts from rest, displacement 0 under the joint's own ``normal_load``, and moves
+        between samples in straight lines of (separation, displacement); sample a curved path as
+        finely as it asks for. Contact may be lost and found again.
+
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements [m] in the order of time, one-dimensional.
+        normal_load : array_like, optional
+            Normal loads [N], not negative: one for each sample, or one number.
+        separation : array_like, optional
+            Separations [m] in their place.
+
+        Returns
+        -------
+        ndarray or float
+            Forces [N], one for each sample.
+
+        Raises
+        ------
+        InputError
+            Both or neither of load and separation, lengths that differ, values that are not finite,
+            a load that is negative or that the surface cannot carry, no load at all where the
+            heights have no end.
+
+        Notes
+        -----
+        The superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998) carried
+        along the history: the method of memory diagrams (DOI 10.3389/fmech.2020.00030). Normal and
+        tangential load are coupled through the contact area alone; dissimilar pairs and the shear
+        across the direction of motion are approximate as in Cattaneo and Mindlin's theory.
+        Amortised O(1) a sample.
+        """
+        response = respond(self, displacement, normal_load, separation)
+        return float(response.force[0]) if np.ndim(displacement) == 0 else response.force.copy()
+
+    def coupled_displacement(
+        self,
+        force: ArrayLike,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> Any:
+        """Displacement along a record of force and normal load: the inverse of coupled_force.
+
+        Under force control a load that varies can make the joint ratchet: each cycle then ends
+        further on. That is physical, and the displacements show it.
+
+        Parameters
+        ----------
+        force : array_like
+            Forces [N] in the order of time, one-dimensional, each below mu N at its sample.
+        normal_load, separation : array_like, optional
+            As for :meth:`coupled_force`.
+
+        Returns
+        -------
+        ndarray or float
+            Displacements [m], one for each sample.
+
+        Raises
+        ------
+        InputError
+            As :meth:`coupled_force`, and for a force at or beyond mu N.
+        """
+        x = respond_to_force(self, force, normal_load, separation).displacement
+        return float(x[0]) if np.ndim(force) == 0 else x.copy()
+
+    def coupled_response(
+        self,
+        displacement: ArrayLike | None = None,
+        *,
+        force: ArrayLike | None = None,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> CoupledResponse:
+        """All of a record of displacement (or force) and normal load, its dissipation included.
+
+        Parameters
+        ----------
+        displacement, force : array_like, optional
+            Displacements [m], or forces [N]: one of them, one-dimensional.
+        normal_load, separation : array_like, optional
+            As for :meth:`coupled_force`.
+
+        Returns
+        -------
+        CoupledResponse
+            Displacement, force, normal load, separation and dissipated energy at each sample.
+
+        Raises
+        ------
+        InputError
+            As :meth:`coupled_force` and :meth:`coupled_displacement`; both or neither of
+            displacement and force.
+        """
+        if (displacement is None) == (force is None):
+            came = "neither" if force is None else "both"
+            raise InputError(
+                f"displacement [m] or force=... [N] must be given, one of them, got {came}"
+            )
+        if force is not None:
+            return respond_to_force(self, force, normal_load, separation)
+        return respond(self, displacement, normal_load, separation)  # type: ignore[arg-type]
 
     def sliders(self) -> Sliders:
         """The interface as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).

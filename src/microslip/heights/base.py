@@ -30,6 +30,11 @@ class HeightDistribution(ABC):
     """Height [m] of the lower end of a bounded distribution: the moments are not smooth there."""
 
     @property
+    def top(self) -> float:
+        """Height [m] of the highest summit there can be; infinite where there is no such end."""
+        return math.inf
+
+    @property
     def _breaks(self) -> Floats:
         """Heights [m], rising, at which the moments are not smooth, the edge among them."""
         return np.zeros(0)
@@ -55,6 +60,10 @@ class HeightDistribution(ABC):
     @abstractmethod
     def _density(self, height: Floats) -> Floats:
         """Probability density [1/m]."""
+
+    def _below(self, height: Floats) -> Floats:
+        """Probability of a summit that is not higher."""
+        return np.asarray(1.0 - self._moment(0, height))
 
     def partial_moment(self, order: float, threshold: ArrayLike) -> Any:
         """Partial moment: the mean of (y - threshold)^order over the heights above ``threshold``.
@@ -106,7 +115,7 @@ class HeightDistribution(ABC):
         InputError
             Not finite or empty.
         """
-        return plain(np.clip(1.0 - self._moment(0, floats("height", height)), 0.0, 1.0))
+        return plain(np.clip(self._below(floats("height", height)), 0.0, 1.0))
 
     def pdf(self, height: ArrayLike) -> Any:
         """Probability density [1/m] at ``height`` [m], any shape; Gaussian heights: (19.25).

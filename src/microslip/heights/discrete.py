@@ -49,6 +49,11 @@ class Discrete(Locked, HeightDistribution):
         values = np.asarray(self.values)
         return float(values[0]), float(values[-1])
 
+    @property
+    def top(self) -> float:
+        """Highest summit [m]."""
+        return self.span[1]
+
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
         values = np.asarray(self.values)
         result = np.empty(threshold.shape)

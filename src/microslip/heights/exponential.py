@@ -63,6 +63,9 @@ class Exponential(HeightDistribution):
         y = np.maximum(height, 0.0) / self.scale
         return np.where(height < 0.0, 0.0, np.exp(-y) / self.scale)
 
+    def _below(self, height: Floats) -> Floats:
+        return np.asarray(-np.expm1(-np.maximum(height, 0.0) / self.scale))
+
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
         """One scale stands for all."""

@@ -64,6 +64,10 @@ class Gaussian(HeightDistribution):
         h = (height - self.mean) / self.std
         return np.asarray(np.exp(-0.5 * h * h) / (math.sqrt(2.0 * math.pi) * self.std))
 
+    def _below(self, height: Floats) -> Floats:
+        # By symmetry: the difference to one has no digits far below the mean.
+        return np.asarray(kernels.gaussian_moment((self.mean - height) / self.std, 0))
+
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
         """Centred and shifted."""

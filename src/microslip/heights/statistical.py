@@ -207,6 +207,11 @@ class Statistical(HeightDistribution):
                 high = self._upper_end()
         return low, high
 
+    @property
+    def top(self) -> float:
+        """Upper end of the distribution's support [m]."""
+        return float(self.distribution.support()[1])
+
     def _upper_end(self) -> float:
         """Height beyond which neither probability nor the share of the load matters."""
         d, most, end = self.distribution, 0.0, -math.inf

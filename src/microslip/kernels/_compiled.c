@@ -303,6 +303,142 @@ static PyObject *py_accumulate(PyObject *self, PyObject *args)
     Py_RETURN_NONE;
 }
 
+/* ---- memory diagrams -------------------------------------------------------------------- */
+
+typedef struct {
+    double end, density, beyond;
+} Row;
+
+static inline Py_ssize_t step_front(double separation, double place, const Row *stack,
+                                    Py_ssize_t depth, double last_separation, double last_place,
+                                    double *q, double *density, int *kind)
+{
+    double fall = last_separation - separation, move = place - last_place, sign;
+    if (fabs(move) <= fall) {
+        *q = last_separation;
+        *density = fall > 0.0 ? move / fall : 0.0;
+        *kind = 0;
+        return depth;
+    }
+    if (fall >= 0.0) {
+        sign = move > 0.0 ? 1.0 : -1.0;
+        *q = last_separation;
+    } else {
+        while (depth && stack[depth - 1].end <= separation) depth--;
+        double held = 0.0;
+        if (depth) {
+            const Row *row = &stack[depth - 1];
+            held = row->density * (row->end - separation) + row->beyond;
+        }
+        *q = separation;
+        if (place == held) {
+            *density = 0.0;
+            *kind = 2;
+            return depth;
+        }
+        sign = place > held ? 1.0 : -1.0;
+    }
+    *density = sign;
+    *kind = 1;
+    for (; depth; depth--) {
+        const Row *row = &stack[depth - 1];
+        if (row->density != sign) {
+            double front = (place + sign * separation - row->density * row->end - row->beyond) /
+                           (sign - row->density);
+            if (front < row->end - 4e-16 * (fabs(row->end) + fabs(separation))) {
+                if (front > *q) *q = front;
+                return depth;
+            }
+        }
+        if (row->end > *q) *q = row->end;
+    }
+    double front = separation + sign * place;
+    if (front > *q) *q = front;
+    return 0;
+}
+
+static PyObject *py_step_front(PyObject *self, PyObject *args)
+{
+    Py_buffer stack;
+    Py_ssize_t depth;
+    double separation, place, last_separation, last_place, q = 0.0, density = 0.0;
+    int kind = 0;
+    if (!PyArg_ParseTuple(args, "ddy*ndd", &separation, &place, &stack, &depth, &last_separation,
+                          &last_place))
+        return NULL;
+    int right = long_enough(depth >= 0 && LENGTH(stack) >= 3 * depth);
+    if (right)
+        depth = step_front(separation, place, stack.buf, depth, last_separation, last_place, &q,
+                           &density, &kind);
+    PyBuffer_Release(&stack);
+    if (!right) return NULL;
+    return Py_BuildValue("nddi", depth, q, density, kind);
+}
+
+static PyObject *py_diagram(PyObject *self, PyObject *args)
+{
+    Py_buffer separation, place, base, width, density, parent, top, stack_buffer, code_buffer;
+    Py_ssize_t depth, count = 0;
+    double last_separation, last_place;
+    if (!PyArg_ParseTuple(args, "y*y*w*w*w*w*w*w*w*ndd", &separation, &place, &base, &width,
+                          &density, &parent, &top, &stack_buffer, &code_buffer, &depth,
+                          &last_separation, &last_place))
+        return NULL;
+    const double *ds = separation.buf, *xs = place.buf;
+    double *bases = base.buf, *widths = width.buf, *densities = density.buf;
+    long long *parents = parent.buf, *tops = top.buf, *codes = code_buffer.buf;
+    Row *stack = stack_buffer.buf;
+    Py_ssize_t n = LENGTH(separation);
+    int right = long_enough(LENGTH(place) >= n && LENGTH(base) >= 2 * n && LENGTH(width) >= 2 * n &&
+                            LENGTH(density) >= 2 * n && LENGTH(parent) >= 2 * n &&
+                            LENGTH(top) >= n && depth >= 0 &&
+                            LENGTH(stack_buffer) >= 3 * (depth + n) &&
+                            LENGTH(code_buffer) >= depth + n);
+    if (!right) n = 0;
+    Py_BEGIN_ALLOW_THREADS
+    for (Py_ssize_t i = 0; i < n; i++) {
+        double d = ds[i], x = xs[i], q, D, outer = 0.0;
+        int kind;
+        depth = step_front(d, x, stack, depth, last_separation, last_place, &q, &D, &kind);
+        if (depth) {
+            const Row *row = &stack[depth - 1];
+            outer = row->density * (row->end - q) + row->beyond;
+            if (kind) {
+                bases[count] = q;
+                widths[count] = row->end - q;
+                densities[count] = row->density;
+                parents[count] = depth > 1 ? codes[depth - 2] : -1;
+                codes[depth - 1] = count++;
+            }
+        }
+        if (q > d) {
+            bases[count] = d;
+            widths[count] = q - d;
+            densities[count] = D;
+            parents[count] = depth ? codes[depth - 1] : -1;
+            stack[depth].end = q;
+            stack[depth].density = D;
+            stack[depth].beyond = kind == 0 ? last_place : outer;
+            codes[depth++] = count++;
+        }
+        tops[i] = depth ? codes[depth - 1] : -1;
+        last_separation = d;
+        last_place = x;
+    }
+    Py_END_ALLOW_THREADS
+    PyBuffer_Release(&separation);
+    PyBuffer_Release(&place);
+    PyBuffer_Release(&base);
+    PyBuffer_Release(&width);
+    PyBuffer_Release(&density);
+    PyBuffer_Release(&parent);
+    PyBuffer_Release(&top);
+    PyBuffer_Release(&stack_buffer);
+    PyBuffer_Release(&code_buffer);
+    if (!right) return NULL;
+    return Py_BuildValue("nndd", depth, count, last_separation, last_place);
+}
+
 /* ---- Gaussian moments -------------------------------------------------------------------- */
 
 static inline double chebyshev(const double *c, double t)
@@ -381,6 +517,8 @@ static PyMethodDef methods[] = {
     {"respond", py_respond, METH_VARARGS, NULL},
     {"branches", py_branches, METH_VARARGS, NULL},
     {"accumulate", py_accumulate, METH_VARARGS, NULL},
+    {"step_front", py_step_front, METH_VARARGS, NULL},
+    {"diagram", py_diagram, METH_VARARGS, NULL},
     {"gaussian_moment", py_gaussian_moment, METH_VARARGS, NULL},
     {"gaussian_moment_at", py_gaussian_moment_at, METH_VARARGS, NULL},
     {NULL, NULL, 0, NULL},

@@ -1,6 +1,7 @@
-"""Floor 3: the law-agnostic engine of hysteresis at constant normal load."""
+"""Floor 3: the law-agnostic engines of hysteresis, at a constant and at a varying normal load."""
 
+from microslip.memory.diagram import Diagram, Rows, Slips
 from microslip.memory.record import Memory, Tree
-from microslip.memory.state import State
+from microslip.memory.state import Load, State, along, loads_along
 
-__all__ = ["Memory", "State", "Tree"]
+__all__ = ["Diagram", "Load", "Memory", "Rows", "Slips", "State", "Tree", "along", "loads_along"]

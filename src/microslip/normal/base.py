@@ -15,6 +15,8 @@ from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
 from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
 
+_FEW_SUMMITS = 64
+
 
 def check_pair(pair: Any) -> None:
     """Every law stands on a pair of materials."""
@@ -60,6 +62,21 @@ class NormalLaw(ABC):
     def _breaks(self) -> Floats:
         """Separations [m], rising, at which the law is not smooth, besides the edge."""
         return np.zeros(0)
+
+    @property
+    def _top(self) -> float:
+        """Separation [m] from which on nothing touches; infinite where there is no such end."""
+        return math.inf if self._spheres is None else float(self._spheres.heights[0])
+
+    @property
+    def _kinks(self) -> Floats:
+        """Separations [m], rising, at which N'' is not smooth; of many summits none is told."""
+        spheres = self._spheres
+        if spheres is not None:
+            few = spheres.heights.size <= _FEW_SUMMITS
+            return np.unique(spheres.heights) if few else np.zeros(0)
+        edge = [self._edge] if math.isfinite(self._edge) else []
+        return np.union1d(self._breaks, edge)
 
     @property
     def _spheres(self) -> Spheres | None:

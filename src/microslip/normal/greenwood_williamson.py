@@ -87,6 +87,10 @@ class GreenwoodWilliamson(NormalLaw):
         return edge
 
     @property
+    def _top(self) -> float:
+        return self._heights.top
+
+    @property
     def _breaks(self) -> Floats:
         return self._heights._breaks
 

@@ -130,6 +130,14 @@ class TabulatedNormalLaw(Locked, NormalLaw):
             return float(knots[0]), float(knots[-1])
         return float(knots[0]), float(knots[-1] + 650.0 * loads[-1] / -slopes[-1])
 
+    @property
+    def _top(self) -> float:
+        return float(self._spline.knots[-1]) if self.tail is None else math.inf
+
+    @property
+    def _kinks(self) -> Floats:
+        return self._spline.knots
+
     def _separations(self, value: ArrayLike) -> Floats:
         d, first = super()._separations(value), self._span[0]
         if d.min() < first:

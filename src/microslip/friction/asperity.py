@@ -1,0 +1,339 @@
+"""One asperity: the interface of a sphere, with the tractions and displacements behind its law."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._checks import Floats, exact, floats, plain, positive, record
+from microslip._frozen import lock
+from microslip.errors import InputError
+from microslip.friction.fields import AsperityFields, Body, bodies, distances
+from microslip.friction.half_space import potentials
+from microslip.friction.interface import Interface
+from microslip.materials import Material, MaterialPair
+from microslip.memory import Memory
+from microslip.normal import SphereOnFlat
+from microslip.normal.base import aluminium
+
+
+@dataclass(frozen=True, eq=False, init=False, repr=False)
+class Asperity(Interface):
+    """A sphere on a flat under constant normal load, with its fields: Hertz, Cattaneo and Mindlin.
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        The two materials.
+    radius : float
+        Radius rho of the sphere [m], above zero.
+    friction_coefficient : float
+        Coulomb's coefficient mu [-], above zero.
+    normal_load : float, optional
+        Normal load N [N], above zero.
+    indentation : float, optional
+        Indentation s [m] instead, above zero.
+
+    Raises
+    ------
+    InputError
+        Both or neither of load and indentation; a value out of its range.
+
+    Notes
+    -----
+    As a law it is the :class:`Interface` of a :class:`SphereOnFlat`: (19.10) and (19.12)-(19.24),
+    corrected and for any record. With q = sqrt(1 - delta_m/delta_L) its cycle costs
+    E_d = (4/5) mu N delta_L (1 - q)^3 (1 + 3 q + q^2), which loses no digit at any amplitude, and
+    4 mu N (delta_m - delta_L) more beyond the slip limit.
+
+    The fields are those of Cattaneo (1938) and Mindlin (1949, DOI 10.1115/1.4009973). They neglect
+    that slip is not quite along the force, and the coupling of normal and tangential motion in
+    pairs of unlike bodies.
+    """
+
+    surface: SphereOnFlat
+
+    def __init__(
+        self,
+        pair: MaterialPair,
+        radius: float,
+        friction_coefficient: float,
+        normal_load: float | None = None,
+        indentation: float | None = None,
+    ) -> None:
+        surface = SphereOnFlat(pair, radius)
+        if (normal_load is None) == (indentation is None):
+            came = "neither" if normal_load is None else "both"
+            raise InputError(
+                f"normal_load [N] or indentation [m] must be given, one of them, got {came}"
+            )
+        separation = None
+        if indentation is not None:
+            separation = -positive("indentation", indentation, "m")
+        super().__init__(surface, friction_coefficient, normal_load, separation)  # type: ignore[arg-type]
+
+    def at(
+        self,
+        *,
+        normal_load: float | None = None,
+        separation: float | None = None,
+        indentation: float | None = None,
+    ) -> Asperity:
+        """The same asperity at another normal load [N], or at another indentation [m].
+
+        Raises
+        ------
+        InputError
+            Not one of load, separation (the indentation with a minus sign) and indentation.
+        """
+        given = {
+            "normal_load": normal_load,
+            "indentation": indentation if separation is None else -separation,
+        }
+        if separation is not None and indentation is not None:
+            raise InputError("separation or indentation must be given [m], one of them, got both")
+        return Asperity(self.pair, self.radius, self.friction_coefficient, **given)
+
+    @property
+    def pair(self) -> MaterialPair:
+        """The two materials."""
+        return self.surface.pair
+
+    @property
+    def radius(self) -> float:
+        """Radius rho of the sphere [m]."""
+        return self.surface.radius
+
+    # -- Hertz ----------------------------------------------------------------------------------
+
+    @property
+    def indentation(self) -> float:
+        """Indentation s [m] (19.3): how far distant points have come closer since first contact."""
+        return -self.separation
+
+    @cached_property
+    def contact_radius(self) -> float:
+        """Contact radius a = sqrt(rho s) [m] (19.1)."""
+        return math.sqrt(self.radius * self.indentation)
+
+    @cached_property
+    def _grade(self) -> float:
+        """Hertz's pressure over the root of a^2 - r^2 [Pa/m]."""
+        return 2.0 * self.pair.composite_modulus / (math.pi * self.radius)
+
+    @cached_property
+    def peak_pressure(self) -> float:
+        """Pressure at the centre, 3 N/(2 pi a^2) [Pa]."""
+        return self._grade * self.contact_radius
+
+    def pressure(self, radius: ArrayLike) -> Any:
+        """Normal pressure p(r) = (2 E*/pi rho) sqrt(a^2 - r^2) (Fig. 19.3).
+
+        Parameters
+        ----------
+        radius : array_like
+            Distances r from the centre of the contact [m], not negative, any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Pressures [Pa], shape of ``radius``; 0 outside the contact.
+
+        Raises
+        ------
+        InputError
+            Negative, not finite or empty.
+        """
+        r = distances("radius", radius)
+        a = self.contact_radius
+        return plain(self._grade * np.sqrt(np.maximum(a - r, 0.0) * (a + r)))
+
+    def normal_displacement(self, radius: ArrayLike, body: Body | None = None) -> Any:
+        """How far the surface gives way under the pressure, inside the contact and outside.
+
+        Parameters
+        ----------
+        radius : array_like
+            Distances r from the centre of the contact [m], not negative, any shape.
+        body : {"first", "second"}, optional
+            The displacement of this body alone; by default of both together, which in the contact
+            is s - r^2/2 rho.
+
+        Returns
+        -------
+        float or ndarray
+            Displacements into each body [m], against its distant points, shape of ``radius``.
+
+        Raises
+        ------
+        InputError
+            Negative, not finite or empty; another body.
+
+        Notes
+        -----
+        Johnson, Contact Mechanics (1985, DOI 10.1017/CBO9781139171731), section 3.4.
+        """
+        r = distances("radius", radius)
+        share = sum((1.0 - m.poisson_ratio**2) / m.young_modulus for m in bodies(self.pair, body))
+        a = self.contact_radius
+        phi, _ = potentials(self._grade, a, a * a, r.reshape(-1))
+        return plain(share / math.pi * phi.reshape(r.shape))
+
+    # -- Cattaneo and Mindlin -------------------------------------------------------------------
+
+    @cached_property
+    def slip_limit(self) -> float:
+        """Displacement delta_L = kappa s = 3 mu N/(16 a G*) [m] at which all slips (19.12)."""
+        return self.slip_per_indentation * self.indentation
+
+    def stick_radius(
+        self, displacement: ArrayLike | None = None, *, force: ArrayLike | None = None
+    ) -> Any:
+        """Radius c of the circle that sticks on first loading (19.9).
+
+        Parameters
+        ----------
+        displacement : array_like, optional
+            Displacements from rest [m], any shape; only their size matters.
+        force : array_like, optional
+            Forces T [N] instead, up to the force limit in size: c = a (1 - T/mu N)^(1/3).
+
+        Returns
+        -------
+        float or ndarray
+            Radii [m], shape of what was given; 0 from the slip limit on.
+
+        Raises
+        ------
+        InputError
+            Both or neither given, not finite, empty, a force beyond the limit.
+        """
+        name, values = _one_of(displacement, force)
+        if name == "displacement":
+            share = np.abs(floats(name, values)) / self.slip_limit
+            return plain(self.contact_radius * np.sqrt(np.maximum(1.0 - share, 0.0)))
+        share = self._up_to_limit(name, floats(name, values)) / self.force_limit
+        return plain(self.contact_radius * np.cbrt(1.0 - share))
+
+    def reversed_slip_radius(self, peak_force: ArrayLike, force: ArrayLike = 0.0) -> Any:
+        """Inner radius c' of the ring of reversed slip on the first unloading (19.18).
+
+        Parameters
+        ----------
+        peak_force : array_like
+            Forces T_max at which the first loading turned [N], up to the force limit in size.
+        force : array_like, optional
+            Forces T now [N], between peak_force and -peak_force; shapes that broadcast. Without
+            force (19.18) holds as printed, 2 (c'/a)^3 = 1 + (c/a)^3 with c at the turn.
+
+        Returns
+        -------
+        float or ndarray
+            Radii [m] from (c'/a)^3 = 1 - |T_max - T|/2 mu N.
+
+        Raises
+        ------
+        InputError
+            Not finite, empty, shapes that do not fit each other, a force out of its range.
+        """
+        peak, now = floats("peak_force", peak_force), floats("force", force)
+        try:
+            peak, now = np.broadcast_arrays(peak, now)
+        except ValueError:
+            raise InputError(
+                "peak_force and force must have shapes that fit each other, "
+                f"got {peak.shape} and {now.shape}"
+            ) from None
+        self._up_to_limit("peak_force", peak)
+        outside = np.flatnonzero(np.abs(now) > np.abs(peak))
+        if outside.size:
+            first, turn = (float(v.flat[outside[0]]) for v in (now, peak))
+            raise InputError(
+                f"force must be between the peak force {exact(turn)} N and its negative, "
+                f"got {exact(first)} N"
+            )
+        share = np.abs(peak - now) / (2.0 * self.force_limit)
+        return plain(self.contact_radius * np.cbrt(1.0 - share))
+
+    def _up_to_limit(self, name: str, force: Floats) -> Floats:
+        sizes = np.abs(force)
+        if sizes.max() > self.force_limit:
+            raise InputError(
+                f"{name} must not exceed the force limit {self.force_limit:.10g} N in size, "
+                f"got {sizes.max():.10g} N"
+            )
+        return sizes
+
+    def _inverse(self, force: Floats) -> Floats:
+        share = np.log1p(-force / self.force_limit)
+        return np.asarray(-self.slip_limit * np.expm1(2.0 / 3.0 * share))
+
+    def fields(
+        self, displacement: ArrayLike | None = None, *, force: ArrayLike | None = None
+    ) -> AsperityFields:
+        """Zones, tractions and surface displacements at the end of a record from rest.
+
+        Parameters
+        ----------
+        displacement : array_like, optional
+            Displacements [m] in the order of time, one-dimensional; turning points will do, and one
+            number is first loading up to it.
+        force : array_like, optional
+            Forces [N] instead, below the force limit in size.
+
+        Returns
+        -------
+        AsperityFields
+            ``.force``, ``.stick_radius``, ``.zones``, ``.traction(radius)`` and more, see there.
+
+        Raises
+        ------
+        InputError
+            Both or neither given, several dimensions, not finite, empty, a force at or beyond the
+            limit.
+        """
+        name, values = _one_of(displacement, force)
+        x = record(name, values).reshape(-1)
+        if name == "force":
+            x = self.displacement(x)
+        memory = Memory()
+        memory.respond(x, self._backbone, None)
+        turns = np.append(memory.stack[: memory.depth, 0], memory.last)
+        moves = np.diff(turns, prepend=0.0)
+        double = np.where(np.arange(turns.size) > 0, 2.0, 1.0)
+        return AsperityFields(
+            self,
+            memory.last,
+            memory.value,
+            lock(np.abs(moves) / double),
+            lock(np.sign(moves) * double),
+        )
+
+    def __repr__(self) -> str:
+        return (
+            f"Asperity(radius={exact(self.radius)}, "
+            f"friction_coefficient={exact(self.friction_coefficient)}, "
+            f"normal_load={exact(self.normal_load)}, indentation={self.indentation:g})"
+        )
+
+    @classmethod
+    def examples(cls) -> tuple[Asperity, ...]:
+        """A ball of 5 mm, and a summit of 1 mm against a stiffer body."""
+        metal = aluminium()
+        unlike = MaterialPair(metal.first, Material(young_modulus=210e9, poisson_ratio=0.3))
+        return cls(metal, 5e-3, 0.55, normal_load=10.0), cls(unlike, 1e-3, 0.2, indentation=3e-7)
+
+
+def _one_of(displacement: ArrayLike | None, force: ArrayLike | None) -> tuple[str, ArrayLike]:
+    """Which of the two was given, by its name."""
+    if displacement is not None and force is None:
+        return "displacement", displacement
+    if force is not None and displacement is None:
+        return "force", force
+    came = "neither" if force is None else "both"
+    raise InputError(f"displacement [m] or force=... [N] must be given, one of them, got {came}")

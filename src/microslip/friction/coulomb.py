@@ -1,0 +1,74 @@
+"""Coulomb's friction: rigid, then plastic."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip._checks import Floats, positive
+from microslip._frozen import lock
+from microslip.errors import InputError
+from microslip.friction.base import BackboneLaw
+from microslip.friction.views import Sliders
+
+
+@dataclass(frozen=True)
+class Coulomb(BackboneLaw):
+    """Rigid, perfectly plastic friction: any motion meets the whole force limit.
+
+    Parameters
+    ----------
+    force_limit : float
+        Force at which it slips [N], above zero.
+
+    Raises
+    ------
+    InputError
+        A limit that is not above zero and finite.
+
+    Notes
+    -----
+    The cell of Iwan (1966, DOI 10.1115/1.3625199) without its spring. Its backbone is 0 at
+    displacement 0 and the limit anywhere else, so that from rest the force is 0 until something
+    moves; then it has the size of the limit and the sign of the last motion. A cycle dissipates
+    4 mu N a, and eta = 4/pi at every amplitude.
+
+    Its stiffness is infinite at rest and zero once it has moved; trials say the same. A force is
+    answered by no displacement or by all, so the inverse, force records and force amplitudes are
+    errors.
+    """
+
+    force_limit: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "force_limit", positive("force_limit", self.force_limit, "N"))
+
+    def _backbone(self, u: Floats) -> Floats:
+        return np.where(u > 0.0, self.force_limit, 0.0)
+
+    def _slope(self, u: Floats) -> Floats:
+        return np.where(u > 0.0, 0.0, np.inf)
+
+    def _energy(self, amplitude: Floats) -> Floats:
+        return 4.0 * self.force_limit * amplitude
+
+    def _energy_slope(self, amplitude: Floats) -> Floats:
+        return np.full_like(amplitude, 4.0 * self.force_limit)
+
+    def _below_limit(self, name: str, force: Floats) -> Floats:
+        # Every way from a force to a displacement comes by here.
+        raise InputError(
+            f"{name} has no answer: Coulomb friction is rigid below its limit "
+            f"{self.force_limit:.10g} N, and no single displacement belongs to a force; "
+            "give displacements [m]"
+        )
+
+    def sliders(self) -> Sliders:
+        """One slider that yields at displacement 0, its stiffness infinite [N/m]."""
+        return Sliders(lock(np.zeros(1)), lock(np.array([np.inf])), None)
+
+    @classmethod
+    def examples(cls) -> tuple[Coulomb, ...]:
+        """One limit stands for all."""
+        return (cls(force_limit=1100.0),)

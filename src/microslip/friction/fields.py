@@ -1,0 +1,263 @@
+"""What lies behind the force of one asperity: zones, tractions, displacements of its surface."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._checks import Floats, floats, plain, show
+from microslip._frozen import Locked
+from microslip.errors import InputError
+from microslip.friction.half_space import potentials
+
+if TYPE_CHECKING:
+    from microslip.friction.asperity import Asperity
+    from microslip.materials import Material, MaterialPair
+
+Body = Literal["first", "second"]
+
+
+class Zone(NamedTuple):
+    """A circle or ring of the contact, by what its points have done (19.9), (19.18)."""
+
+    kind: Literal["stick", "stuck", "slip"]
+    """``stick``: has not slipped since rest; ``stuck``: has, but not since the last reversal;
+    ``slip``: slips now."""
+    inner: float
+    """Inner radius [m]."""
+    outer: float
+    """Outer radius [m]."""
+    direction: int
+    """Way of its last slip, 1 or -1; 0 if it has not slipped."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AsperityFields(Locked):
+    """State of one asperity at the end of a record, made by :meth:`Asperity.fields`.
+
+    Notes
+    -----
+    Each move since rest that is still remembered leaves one term of Cattaneo's, two Hertz tractions
+    mu p, of the contact and of the circle of radius c that this move left alone. The first term
+    counts once, each later one twice, with signs that alternate (Mindlin and Deresiewicz, J. Appl.
+    Mech. 20, 327, 1953): so the force (19.13)-(19.24) and all fields are short sums for any record.
+    """
+
+    asperity: Asperity
+    """The asperity."""
+    displacement: float
+    """Tangential displacement at the end of the record [m]."""
+    force: float
+    """Tangential force there [N]."""
+    _distances: NDArray[np.float64]
+    """Of each term: distance from its reversal, halved for all but the first [m]."""
+    _factors: NDArray[np.float64]
+    """Of each term: 1 or -1 for the first, then 2 and -2 in turn."""
+
+    # -- zones ----------------------------------------------------------------------------------
+
+    @cached_property
+    def _removed(self) -> list[float]:
+        """a^2 - c^2 of each term [m^2], falling: later slip is always the shallower."""
+        share = np.minimum(self._distances / self.asperity.slip_limit, 1.0)
+        removed: list[float] = (share * self.asperity.contact_radius**2).tolist()
+        return removed
+
+    def _radius(self, term: int) -> float:
+        return math.sqrt(max(self.asperity.contact_radius**2 - self._removed[term], 0.0))
+
+    @property
+    def stick_radius(self) -> float:
+        """Radius c [m] of the circle that does not slip now (19.9); 0 in gross slip.
+
+        On first loading (c/a)^3 = 1 - |T|/mu N; after a reversal at T_r it is
+        1 - |T - T_r|/2 mu N.
+        """
+        return self._radius(-1)
+
+    @property
+    def unslipped_radius(self) -> float:
+        """Radius [m] of the circle that has not slipped since rest; (19.18) calls it c*."""
+        return self._radius(0)
+
+    @property
+    def reversed_slip_radius(self) -> float:
+        """Radius c' [m] to which slip came after the first reversal; the contact's if none (19.18).
+
+        The inner radius of reversed slip, (c'/a)^3 = 1 - |T - T_r|/2 mu N with T where it ended, or
+        now.
+        """
+        return self._radius(1) if self._factors.size > 1 else self.asperity.contact_radius
+
+    @property
+    def zones(self) -> tuple[Zone, ...]:
+        """Circle and rings of the contact, from the centre outwards; empty ones are left out."""
+        ways = [0, *np.sign(self._factors).astype(int).tolist()]
+        radii = [
+            0.0,
+            *(self._radius(k) for k in range(len(ways) - 1)),
+            self.asperity.contact_radius,
+        ]
+        kinds: list[Any] = ["stick", *["stuck"] * (len(ways) - 2), "slip"]
+        zones = zip(kinds, radii[:-1], radii[1:], ways, strict=True)
+        return tuple(Zone(*zone) for zone in zones if zone[1] < zone[2])
+
+    # -- tractions ------------------------------------------------------------------------------
+
+    def traction(self, radius: ArrayLike) -> Any:
+        """Tangential traction q(r), along the force, at most mu p in size (Figs. 19.2, 19.3).
+
+        Parameters
+        ----------
+        radius : array_like
+            Distances r from the centre of the contact [m], not negative, any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Tractions [Pa], shape of ``radius``; 0 outside the contact. Their integral over it is
+            the force.
+
+        Raises
+        ------
+        InputError
+            Negative, not finite or empty.
+        """
+        places = distances("radius", radius)
+        r, a = places.reshape(-1), self.asperity.contact_radius
+        inside = np.sqrt(np.maximum(a - r, 0.0) * (a + r))
+        total = np.zeros_like(r)
+        for factor, removed in zip(self._factors.tolist(), self._removed, strict=True):
+            c = math.sqrt(max(a * a - removed, 0.0))
+            left = np.sqrt(np.maximum(c - r, 0.0) * (c + r))
+            # In the circle the difference of the roots, which must not cancel.
+            total += factor * np.divide(removed, inside + left, out=inside.copy(), where=left > 0.0)
+        scale = self.asperity._grade * self.asperity.friction_coefficient
+        return plain((scale * total).reshape(places.shape))
+
+    # -- displacements --------------------------------------------------------------------------
+
+    def _terms(self, r: Floats) -> Iterator[tuple[float, Floats, Floats]]:
+        """Factor, potential and deviator of each term, for distances of one dimension."""
+        joint = self.asperity
+        grade = joint._grade * joint.friction_coefficient
+        for factor, removed in zip(self._factors.tolist(), self._removed, strict=True):
+            yield factor, *potentials(grade, joint.contact_radius, removed, r)
+
+    def surface_displacement(
+        self, x: ArrayLike, y: ArrayLike = 0.0, body: Body | None = None
+    ) -> tuple[Any, Any]:
+        """Tangential displacement of the surface under the tractions, inside and outside.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Places [m] from the centre, x along the force; shapes that broadcast.
+        body : {"first", "second"}, optional
+            The displacement of this body alone, towards the force on it. By default that of both
+            bodies together: in the circle that has not slipped, the displacement of the asperity.
+
+        Returns
+        -------
+        u_x, u_y : float or ndarray
+            Along and across the force [m], against the distant points of each body.
+
+        Raises
+        ------
+        InputError
+            Not finite, empty, shapes that do not fit each other; another body.
+
+        Notes
+        -----
+        Cerruti's solution, summed over the terms of the traction; within one Hertz layer it is that
+        of Johnson, Contact Mechanics (1985, DOI 10.1017/CBO9781139171731), section 3.6. The u_y of
+        the two bodies is slip across the force, which Cattaneo and Mindlin neglect: on first
+        loading at most nu/(4 - 2 nu) of u_x in the contact.
+        """
+        px, py = floats("x", x), floats("y", y)
+        try:
+            px, py = np.broadcast_arrays(px, py)
+        except ValueError:
+            raise InputError(
+                f"x and y must have shapes that fit each other, got {px.shape} and {py.shape}"
+            ) from None
+        r = np.hypot(px, py)
+        cosine = np.divide(px, r, out=np.ones_like(r), where=r > 0.0)
+        sine = np.divide(py, r, out=np.zeros_like(r), where=r > 0.0)
+        both, across = shares(self.asperity.pair, body)
+        ux, uy = np.zeros_like(r), np.zeros_like(r)
+        for factor, phi, psi in self._terms(r.reshape(-1)):
+            deviator = across * psi.reshape(r.shape)
+            ux += factor * (both * phi.reshape(r.shape) + (cosine**2 - sine**2) * deviator)
+            uy += factor * (2.0 * sine * cosine * deviator)
+        return plain(ux), plain(uy)
+
+    def slip(self, radius: ArrayLike) -> Any:
+        """Slip since rest along the force: displacement less what both surfaces give way.
+
+        Parameters
+        ----------
+        radius : array_like
+            Distances r from the centre of the contact [m], not negative, any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Slip [m], shape of ``radius``, its mean over the angle; nothing in the circle that has
+            not slipped. Outside the contact the displacement of facing points against each other.
+
+        Raises
+        ------
+        InputError
+            Negative, not finite or empty.
+
+        Notes
+        -----
+        On first loading the integral of mu p times the slip is the dissipated energy, a quarter of
+        that of the cycle (19.29).
+        """
+        r = distances("radius", radius)
+        share, _ = shares(self.asperity.pair, None)
+        total = np.zeros(r.size)
+        for (factor, phi, _), distance in zip(
+            self._terms(r.reshape(-1)), self._distances.tolist(), strict=True
+        ):
+            total += factor * (distance - share * phi)
+        return plain(total.reshape(r.shape))
+
+    def __repr__(self) -> str:
+        return (
+            f"AsperityFields(displacement={self.displacement:g}, force={self.force:g}, "
+            f"stick_radius={self.stick_radius:g}, terms={self._factors.size})"
+        )
+
+
+def distances(name: str, value: ArrayLike) -> Floats:
+    """Distances from the centre, not negative."""
+    r = floats(name, value)
+    if r.min() < 0.0:
+        raise InputError(f"{name} must not be negative [m], got {r.min():g}")
+    return r
+
+
+def bodies(pair: MaterialPair, body: Body | None) -> tuple[Material, ...]:
+    """The bodies of a pair that are asked for."""
+    if body is None:
+        return pair.first, pair.second
+    if body not in ("first", "second"):
+        raise InputError(f'body must be "first" or "second", or left out, got {show(body)}')
+    return (pair.first,) if body == "first" else (pair.second,)
+
+
+def shares(pair: MaterialPair, body: Body | None) -> tuple[float, float]:
+    """What the potential and the deviator of a traction are multiplied with [1/Pa]."""
+    asked = bodies(pair, body)
+    both = sum((2.0 - m.poisson_ratio) / m.shear_modulus for m in asked)
+    across = sum(m.poisson_ratio / m.shear_modulus for m in asked)
+    return both / (4.0 * math.pi), across / (4.0 * math.pi)

@@ -1,0 +1,74 @@
+"""Jenkins' cell: a spring and a slider in series."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip._checks import Floats, positive
+from microslip._frozen import lock
+from microslip.friction.base import BackboneLaw
+from microslip.friction.views import Sliders
+
+
+@dataclass(frozen=True)
+class Jenkins(BackboneLaw):
+    """A spring and a Coulomb slider in series: elastic, perfectly plastic.
+
+    Parameters
+    ----------
+    stiffness : float
+        Stiffness of the spring [N/m], above zero.
+    force_limit : float
+        Force at which the slider slips [N], above zero.
+
+    Raises
+    ------
+    InputError
+        A value that is not above zero and finite.
+
+    Notes
+    -----
+    One cell of Iwan (1966, DOI 10.1115/1.3625199). With its yield displacement y = limit/stiffness
+    a cycle dissipates 4 limit (a - y) for amplitudes a > y, and nothing below.
+    """
+
+    stiffness: float
+    force_limit: float
+
+    def __post_init__(self) -> None:
+        for name, unit in (("stiffness", "N/m"), ("force_limit", "N")):
+            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+
+    @property
+    def yield_displacement(self) -> float:
+        """Displacement from rest at which the slider begins to slip [m]."""
+        return self.force_limit / self.stiffness
+
+    def _backbone(self, u: Floats) -> Floats:
+        end = self.yield_displacement
+        elastic = np.minimum(self.stiffness * np.minimum(u, end), self.force_limit)
+        return np.where(u < end, elastic, self.force_limit)  # the limit itself, not its rounding
+
+    def _slope(self, u: Floats) -> Floats:
+        return np.where(u < self.yield_displacement, self.stiffness, 0.0)
+
+    def _inverse(self, force: Floats) -> Floats:
+        return force / self.stiffness
+
+    def _energy(self, amplitude: Floats) -> Floats:
+        return 4.0 * self.force_limit * np.maximum(amplitude - self.yield_displacement, 0.0)
+
+    def _energy_slope(self, amplitude: Floats) -> Floats:
+        return np.where(amplitude < self.yield_displacement, 0.0, 4.0 * self.force_limit)
+
+    def sliders(self) -> Sliders:
+        """One slider, see there [N/m, m]."""
+        yields, stiffnesses = np.array([self.yield_displacement]), np.array([self.stiffness])
+        return Sliders(lock(yields), lock(stiffnesses), None)
+
+    @classmethod
+    def examples(cls) -> tuple[Jenkins, ...]:
+        """A stiff one and a soft one."""
+        return cls(stiffness=5e7, force_limit=100.0), cls(stiffness=1e3, force_limit=2e-3)

@@ -1,0 +1,220 @@
+"""Segalman's four-parameter Iwan model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._checks import LARGEST, Floats, exact, number, plain, positive
+from microslip._frozen import lock
+from microslip.errors import InputError
+from microslip.friction.base import BackboneLaw
+from microslip.friction.numerics import invert
+from microslip.friction.views import Sliders
+
+
+@dataclass(frozen=True)
+class SegalmanIwan(BackboneLaw):
+    """An Iwan model whose slider density is a power with one more slider at its end.
+
+    Parameters
+    ----------
+    force_limit : float
+        Force of gross slip F_S [N], above zero.
+    stiffness : float
+        Stiffness at rest K_T [N/m], above zero.
+    chi : float
+        Exponent of the density [-], above -1: small cycles dissipate like amplitude^(3 + chi).
+        Segalman takes it between -1 and 0.
+    beta : float
+        Stiffness of the last slider over that of all others [-], not negative; 0 is smooth.
+
+    Raises
+    ------
+    InputError
+        A value out of its range.
+
+    Notes
+    -----
+    After Segalman (2005, DOI 10.1115/1.1989354). Sliders of density R u^chi yield at displacements
+    u up to the last, phi, where a discrete one of stiffness S = beta K_T/(1 + beta) yields. With
+    p = 1 + chi, K = K_T/(1 + beta) and x = u/phi <= 1 the definition integrates to
+    T0 = u [K_T - K x^p/(p + 1)] and E_d = 4 K a^2 x^p p/((p + 1) (p + 2)) with x = a/phi,
+    sums of nothing that cancels.
+    """
+
+    force_limit: float
+    stiffness: float
+    chi: float
+    beta: float
+
+    def __post_init__(self) -> None:
+        for name, unit in (("force_limit", "N"), ("stiffness", "N/m")):
+            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+        chi, beta = number("chi", self.chi, example=-0.5), number("beta", self.beta)
+        if chi <= -1.0:
+            raise InputError(
+                "chi must be above -1 (sliders that dense at displacement 0 would be infinitely "
+                f"stiff), got {exact(chi)}"
+            )
+        if beta < 0.0:
+            raise InputError(f"beta must not be negative, got {exact(beta)}")
+        for name, value in (("chi", chi), ("beta", beta)):
+            if value > LARGEST:
+                raise InputError(f"{name} must be at most {LARGEST:g}, got {exact(value)}")
+            object.__setattr__(self, name, value)
+
+    @property
+    def slip_displacement(self) -> float:
+        """Displacement phi at which gross slip begins [m]."""
+        p = 1.0 + self.chi
+        share = (self.beta + p / (p + 1.0)) / (1.0 + self.beta)
+        return self.force_limit / (self.stiffness * share)
+
+    @property
+    def _spread(self) -> float:
+        """Stiffness of all sliders but the last [N/m]."""
+        return self.stiffness / (1.0 + self.beta)
+
+    def _powers(self, u: Floats) -> tuple[Floats, Floats]:
+        """(u/phi)^(1 + chi), and displacements, none of them beyond phi."""
+        phi = self.slip_displacement
+        stretched = np.minimum(u, phi)
+        return (stretched / phi) ** (1.0 + self.chi), stretched
+
+    def _backbone(self, u: Floats) -> Floats:
+        power, stretched = self._powers(u)
+        force = stretched * (self.stiffness - self._spread * power / (2.0 + self.chi))
+        slips = u >= self.slip_displacement
+        return np.where(slips, self.force_limit, np.minimum(force, self.force_limit))
+
+    def _slope(self, u: Floats) -> Floats:
+        power, _ = self._powers(u)
+        slips = u >= self.slip_displacement
+        return np.where(slips, 0.0, self._spread * (self.beta + (1.0 - power)))
+
+    @property
+    def tangential_stiffness(self) -> float:
+        """Stiffness at rest K_T [N/m]."""
+        return self.stiffness
+
+    def _inverse(self, force: Floats) -> Floats:
+        # Concave: from the left Newton's steps never go too far.
+        end = np.full_like(force, self.slip_displacement)
+        low = np.minimum(force / self.stiffness, end)
+        return invert(self._backbone_and_slope, force, low, end)
+
+    def _energy(self, amplitude: Floats) -> Floats:
+        power, stretched = self._powers(amplitude)
+        p = 1.0 + self.chi
+        within = 4.0 * self._spread * stretched**2 * power * (p / ((p + 1.0) * (p + 2.0)))
+        return within + 4.0 * self.force_limit * (amplitude - stretched)
+
+    def _energy_slope(self, amplitude: Floats) -> Floats:
+        power, stretched = self._powers(amplitude)
+        p = 1.0 + self.chi
+        within = 4.0 * self._spread * stretched * power * (p / (p + 1.0))
+        slips = amplitude >= self.slip_displacement
+        return np.where(slips, 4.0 * self.force_limit, within)
+
+    def dissipation_exponent(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Local exponent d ln E_d / d ln delta_m [-]: 3 + chi below gross slip, 1 far in it.
+
+        Given a force amplitude, the same exponent (of the displacement) at the displacement that
+        belongs to it. Parameters, shapes and errors as :meth:`dissipated_energy`.
+        """
+        exponent = super().dissipation_exponent(amplitude, force_amplitude=force_amplitude)
+        # Where the energy underflows the power law holds.
+        return plain(np.asarray(np.where(np.isnan(exponent), 3.0 + self.chi, exponent)))
+
+    def _slider_density(self, u: Floats) -> Floats:
+        phi = self.slip_displacement
+        with np.errstate(divide="ignore"):  # infinite at 0 for chi below zero, as it is
+            power = np.minimum(u / phi, 1.0) ** self.chi
+        return np.where(u < phi, self._spread * (1.0 + self.chi) / phi * power, 0.0)
+
+    def sliders(self) -> Sliders:
+        """Sliders of density R u^chi [N/m^2] up to phi [m], and for beta > 0 a discrete one there.
+
+        For chi < 0 the density is infinite at 0.
+        """
+        last = self._spread * self.beta
+        places, stiffnesses = ([self.slip_displacement], [last]) if last > 0.0 else ([], [])
+        return Sliders(lock(np.array(places)), lock(np.array(stiffnesses)), self._slider_density)
+
+    @classmethod
+    def examples(cls) -> tuple[SegalmanIwan, ...]:
+        """A typical lap joint, a smooth one, one with sliders crowded at 0, one with few there."""
+        return (
+            cls(force_limit=4000.0, stiffness=1.5e8, chi=-0.5, beta=0.6),
+            cls(force_limit=1100.0, stiffness=5.7e9, chi=0.0, beta=0.0),
+            cls(force_limit=2e-3, stiffness=1e3, chi=-0.9, beta=5.0),
+            cls(force_limit=50.0, stiffness=1e7, chi=1.5, beta=0.02),
+        )
+
+
+class SegalmanFit(NamedTuple):
+    """The four-parameter model (DOI 10.1115/1.1989354) closest to a law, and how close that is."""
+
+    law: SegalmanIwan
+    """The model: force limit and stiffness at rest are those of the law fitted."""
+    misfit: float
+    """Root mean square of ln(E_d of the model / E_d of the law) over the amplitudes [-]."""
+    largest_misfit: float
+    """Largest size of that logarithm [-]."""
+    force_misfit: float
+    """Largest difference of the backbones over the amplitudes, of the force limit [-]."""
+    smallest_amplitude: float
+    """Smallest amplitude at which the energies were compared [m]."""
+    largest_amplitude: float
+    """Largest one [m]."""
+
+
+def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:
+    """The model with the limit and the stiffness of a law whose energies are closest."""
+    from scipy.optimize import least_squares
+
+    energy = law._energy(amplitudes)
+    found = energy > 0.0
+    if np.count_nonzero(found) < 4:
+        raise InputError(
+            "amplitudes must be such that the law dissipates at four of them at least, got "
+            f"{np.count_nonzero(found)} between {amplitudes[0]:g} and {amplitudes[-1]:g} m"
+        )
+    amplitudes, energy = amplitudes[found], energy[found]
+
+    def model(point: Floats) -> SegalmanIwan:
+        power, share = point
+        return SegalmanIwan(
+            law.force_limit, law.tangential_stiffness, np.exp(power) - 1.0, share / (1.0 - share)
+        )
+
+    def misfits(point: Floats) -> Floats:
+        return np.log(model(point)._energy(amplitudes) / energy)
+
+    # ln(1 + chi) and the share of the last slider; the best of a coarse grid starts it.
+    grid = [np.array([p, s]) for p in np.log([0.1, 0.3, 0.6, 1.0, 2.0, 5.0]) for s in _SHARES]
+    start = min(grid, key=lambda point: float(np.sum(misfits(point) ** 2)))
+    best = least_squares(
+        misfits, start, bounds=([-7.0, 0.0], [4.0, 1.0 - 1e-9]), xtol=1e-12, ftol=1e-12, gtol=1e-12
+    )
+    # At its lower bound the share is next to nothing instead of nothing.
+    fitted = model(best.x * [1.0, best.x[1] > 1e-9])
+    off = np.log(fitted._energy(amplitudes) / energy)
+    force = np.abs(fitted._backbone(amplitudes) - law._backbone(amplitudes))
+    return SegalmanFit(
+        fitted,
+        float(np.sqrt(np.mean(off**2))),
+        float(np.abs(off).max()),
+        float(force.max() / law.force_limit),
+        float(amplitudes[0]),
+        float(amplitudes[-1]),
+    )
+
+
+_SHARES = (0.02, 0.2, 0.5, 0.8, 0.98)

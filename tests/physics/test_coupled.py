@@ -1,0 +1,480 @@
+"""Normal and tangential load together: references, springs one by one, closed forms, invariants."""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from cases import REFERENCE, interface_of, own_case, reach_of, settled, shared_cases
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+import microslip as ms
+from microslip import kernels
+from microslip.kernels import twin
+from microslip.memory import Diagram
+
+JOINTS = [
+    pytest.param(joint, id=f"Interface-{i}") for i, joint in enumerate(ms.Interface.examples())
+]
+every_joint = pytest.mark.parametrize("joint", JOINTS)
+SPHERE = ms.Interface(
+    ms.SphereOnFlat(ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33)), 5e-3),
+    friction_coefficient=0.55,
+    normal_load=10.0,
+)
+WORKED = ms.Interface.examples()[0]
+EPS = np.finfo(float).eps
+
+
+def walk(joint: ms.Interface, moves: list[tuple[float, float]]) -> tuple[Any, Any]:
+    """Separations and displacements of moves: shares of the indentation and of the reach."""
+    depth = joint.force_limit / joint.normal_stiffness / joint.friction_coefficient
+    d, x = np.array(moves, dtype=float).reshape(-1, 2).T
+    return joint.separation + depth * d, reach_of(joint) * x
+
+
+shares = st.one_of(st.integers(-4, 4).map(lambda k: k / 8), st.floats(-0.6, 0.6).map(settled))
+swings = st.one_of(st.integers(-8, 8).map(lambda k: k / 8), st.floats(-2.0, 2.0).map(settled))
+paths = st.lists(st.tuples(shares, swings), min_size=1, max_size=20)
+
+
+def within(joint: ms.Interface, moves: list[tuple[float, float]]) -> tuple[Any, Any]:
+    """The same, where a table gives no separation below its first kept out."""
+    d, x = walk(joint, moves)
+    if isinstance(joint.surface, ms.TabulatedNormalLaw):
+        assume(d.min() >= joint.surface.separations[0])
+    return d, x
+
+
+# References and the constant load
+
+
+SHARED = [
+    pytest.param(case, id=case["name"]) for case in shared_cases() if "coupled_history" in case
+] or [pytest.param({}, id="shared", marks=pytest.mark.skip("no folder `shared` beside this one"))]
+
+
+@pytest.mark.usefixtures("kernel")
+@pytest.mark.parametrize("case", SHARED)
+def test_shared_histories(case) -> None:
+    given, wanted = case["coupled_history"], case["result"]["coupled_history"]
+    joint = interface_of(case)
+    force = joint.coupled_force(given["displacement"], normal_load=given["normal_load"])
+    np.testing.assert_allclose(
+        force, wanted["force"], rtol=0, atol=1e-14 * np.abs(wanted["force"]).max()
+    )
+
+
+COUPLED = json.loads((REFERENCE / "coupled.json").read_text(encoding="utf-8"))["cases"]
+
+
+@pytest.mark.usefixtures("kernel")
+@pytest.mark.parametrize("case", COUPLED, ids=[case["name"] for case in COUPLED])
+def test_own_histories(case) -> None:
+    """Forces of diagrams written down anew; losses as work less store, in 40 digits."""
+    joint = interface_of(own_case(case["name"]))
+    response = joint.coupled_response(case["displacement"], separation=case["separation"])
+    peak = np.abs(case["force"]).max()
+    np.testing.assert_allclose(response.force, case["force"], rtol=0, atol=2e-15 * peak)
+    wanted = case["dissipated_energy"]
+    np.testing.assert_allclose(response.dissipated_energy, wanted, rtol=1e-12, atol=1e-40)
+
+
+@every_joint
+@pytest.mark.usefixtures("kernel")
+@pytest.mark.parametrize("scale", [1e-5, 0.3, 2.0])
+def test_at_its_own_load_it_is_the_engine_of_constant_load(joint, scale) -> None:
+    rng = np.random.default_rng(3)
+    x = np.concatenate((rng.uniform(-1, 1, 60), [0.5, -0.5, 0.5, -0.5, 1.0])) * scale
+    x *= reach_of(joint)
+    wanted = joint.force(x)
+    got = joint.coupled_force(x, normal_load=joint.normal_load)
+    np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
+
+
+def test_dissipation_at_constant_load_is_masings() -> None:
+    a = 0.7 * reach_of(WORKED)
+    turns = np.array([a, -a, a, -a, a])
+    energy = WORKED.coupled_response(turns, normal_load=WORKED.normal_load).dissipated_energy
+    cycle = WORKED.dissipated_energy(a)
+    wanted = cycle * np.array([0.25, 0.75, 1.25, 1.75, 2.25])
+    np.testing.assert_allclose(energy, wanted, rtol=1e-12)
+
+
+# An independent method: springs one by one
+
+
+class Springs:
+    """The contact as independent springs, each with a slider of its own (Popov and Hess).
+
+    The spring at separation eta is compressed by eta - d and held by friction up to kappa times
+    that; so many of them, N'' d eta, as the normal law has. Each is followed for itself.
+    """
+
+    def __init__(self, joint: ms.Interface, top: float, bottom: float, count: int) -> None:
+        law, kappa = joint.surface, joint.slip_per_indentation
+        # Dense towards the top, where a sphere's N'' is singular; weights by differences of N'.
+        grid = top - (top - bottom) * np.linspace(0.0, 1.0, count + 1)[::-1] ** 2
+        slope = -law.stiffness(grid)
+        self.weight = np.diff(slope)
+        load = law.load(grid)
+        # The middle of gravity of each share of N''.
+        moment = np.diff(grid * slope) - np.diff(load)
+        self.place = moment / self.weight
+        self.shear = np.zeros(count)
+        self.d, self.x = joint.separation, 0.0
+        self.mu, self.kappa = joint.friction_coefficient, kappa
+
+    def step(self, d: float, x: float) -> float:
+        """One straight step; returns the force."""
+        move = (x - self.x) / self.kappa
+        before, after = self.place - self.d, self.place - d
+        share = np.where(before > 0.0, 1.0, after / np.where(before == after, 1.0, after - before))
+        shear = self.shear + np.clip(share, 0.0, 1.0) * move
+        bound = np.maximum(after, 0.0)
+        self.shear = np.clip(shear, -bound, bound)
+        self.d, self.x = d, x
+        return self.mu * float(self.weight @ self.shear)
+
+
+@lru_cache
+def history(kind: str) -> tuple[Any, Any]:
+    """Loads (shares of the mean) and displacements (shares of the reach) of three cycles."""
+    t = np.linspace(0.0, 6.0 * np.pi, 241)[1:]
+    ramp = np.minimum(t / np.pi, 1.0)
+    waves = {
+        "in phase": (np.sin(t), np.sin(t)),
+        "opposite": (-np.sin(t), np.sin(t)),
+        "quadrature": (np.cos(t) * ramp, np.sin(t)),
+        "double frequency": (np.sin(2.0 * t + 0.4) * ramp, np.sin(t)),
+        "gross slip": (np.cos(t) * ramp, 3.0 * np.sin(t)),
+    }
+    load, x = waves[kind]
+    return 1.0 + 0.6 * load, 0.8 * x
+
+
+@pytest.mark.parametrize("kind", ["in phase", "opposite", "quadrature", "double frequency"])
+@pytest.mark.parametrize("joint", [SPHERE, WORKED], ids=["sphere", "rough"])
+def test_springs_one_by_one_agree(joint, kind) -> None:
+    share, x = history(kind)
+    load, x = share * joint.normal_load, x * reach_of(joint)
+    separation = joint.surface.separation(load)
+    top = 0.0 if joint is SPHERE else 4e-6
+    bottom = min(separation.min(), joint.separation)
+    force = joint.coupled_force(x, normal_load=load)
+    errors = []
+    for count in (2000, 4000):
+        springs = Springs(joint, top, bottom, count)
+        explicit = np.array([springs.step(d, v) for d, v in zip(separation, x, strict=True)])
+        errors.append(np.abs(explicit - force).max() / np.abs(force).max())
+    # The springs converge, at second order but for those half in contact, on the exact answer.
+    assert errors[1] < 1e-5
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_springs_agree_through_lift_off() -> None:
+    rng = np.random.default_rng(11)
+    separation = SPHERE.separation * rng.uniform(-0.5, 1.6, 300)
+    x = reach_of(SPHERE) * np.cumsum(rng.uniform(-0.5, 0.5, 300))
+    force = SPHERE.coupled_force(x, separation=separation)
+    springs = Springs(SPHERE, 0.0, separation.min(), 20000)
+    explicit = np.array([springs.step(d, v) for d, v in zip(separation, x, strict=True)])
+    np.testing.assert_allclose(explicit, force, atol=1e-6 * np.abs(force).max())
+    off = separation >= 0.0
+    assert off.sum() > 20
+    np.testing.assert_array_equal(force[off], 0.0)
+
+
+# Closed forms after Mindlin and Deresiewicz (1953), DOI 10.1115/1.4010702
+
+
+def test_load_that_grows_at_rest_changes_nothing_but_stiffness() -> None:
+    x = 0.5 * reach_of(SPHERE)
+    force = SPHERE.coupled_force([x, x, x], normal_load=[10.0, 20.0, 40.0])
+    np.testing.assert_allclose(force, SPHERE.backbone(x), rtol=1e-14)
+    state = SPHERE.start()
+    state.advance([x, x], normal_load=[10.0, 40.0])
+    heavier = SPHERE.at(normal_load=40.0)
+    # The next small move meets no slip at all: new contact sticks everywhere around the old.
+    stiffness = (state.try_(x * (1 + 1e-9))[0] - force[0]) / (1e-9 * x)
+    assert stiffness == pytest.approx(heavier.tangential_stiffness, rel=1e-5)
+
+
+def test_proportional_loading_below_friction_does_not_slip() -> None:
+    """Along delta = kappa b (d0 - d) with b < 1: T = b mu (N - N0), and nothing is lost."""
+    d = np.linspace(SPHERE.separation, 3.0 * SPHERE.separation, 40)[1:]
+    x = 0.4 * SPHERE.slip_per_indentation * (SPHERE.separation - d)
+    response = SPHERE.coupled_response(x, separation=d)
+    wanted = 0.4 * SPHERE.friction_coefficient * (response.normal_load - 10.0)
+    np.testing.assert_allclose(response.force, wanted, rtol=1e-13)
+    np.testing.assert_array_equal(response.dissipated_energy, 0.0)
+
+
+def test_load_that_falls_under_held_force_ends_on_the_lighter_backbone() -> None:
+    """Slip grows inwards as the load is lifted; what is left is first loading at that load."""
+    force = 0.3 * SPHERE.force_limit
+    x = SPHERE.coupled_displacement([force] * 4, normal_load=[10.0, 7.0, 5.0, 3.2])
+    wanted = [SPHERE.at(normal_load=n).backbone_displacement(force) for n in (10.0, 7.0, 5.0, 3.2)]
+    np.testing.assert_allclose(x, wanted, rtol=1e-13)
+
+
+def test_unloading_after_proportional_loading() -> None:
+    """N back to its start after loading at b: slip wherever the row of b was, then all of it."""
+    b, kappa, mu = 0.4, SPHERE.slip_per_indentation, SPHERE.friction_coefficient
+    d0, d1 = SPHERE.separation, 2.0 * SPHERE.separation
+    x1 = b * kappa * (d0 - d1)
+    # Displacement held while the load returns: D = 1 on [d0, d0 + x1/kappa] restores it.
+    force = SPHERE.coupled_force([x1, x1], separation=[d1, d0])
+    q = d0 + x1 / kappa
+    wanted = mu * (SPHERE.surface.load(d0) - SPHERE.surface.load(min(q, 0.0)))
+    assert force[1] == pytest.approx(wanted, rel=1e-13)
+
+
+# Invariants
+
+
+@every_joint
+@given(moves=paths, splits=st.integers(2, 7))
+@pytest.mark.usefixtures("kernel")
+def test_one_step_is_any_number_of_steps(joint, moves, splits):
+    d, x = within(joint, moves)
+    whole = joint.coupled_force(x, separation=d)
+    ends = np.column_stack((np.append(joint.separation, d), np.append(0.0, x)))
+    fine = np.concatenate(
+        [a + (b - a) * np.linspace(0, 1, splits + 1)[1:, None] for a, b in pairwise(ends)]
+    )
+    fine[splits - 1 :: splits] = ends[1:]
+    steps = joint.coupled_force(fine[:, 1], separation=fine[:, 0])[splits - 1 :: splits]
+    load = np.append(joint.surface.load(d), joint.normal_load).max()
+    np.testing.assert_allclose(steps, whole, rtol=0, atol=2e-12 * joint.friction_coefficient * load)
+    if not isinstance(getattr(joint.surface, "heights", None), ms.Statistical):
+        lost = joint.coupled_response(x, separation=d).dissipated_energy[-1]
+        parts = joint.coupled_response(fine[:, 1], separation=fine[:, 0]).dissipated_energy[-1]
+        # Rounding of the places of the front, of all that could be lost.
+        most = joint.friction_coefficient * load * np.abs(np.diff(x, prepend=0.0)).sum()
+        assert parts == pytest.approx(lost, rel=1e-9, abs=1e-12 * most)
+
+
+@every_joint
+@given(moves=paths)
+def test_forces_stay_within_friction_and_nothing_is_gained(joint, moves):
+    d, x = within(joint, moves)
+    response = joint.coupled_response(x, separation=d)
+    limit = joint.friction_coefficient * response.normal_load
+    assert np.all(np.abs(response.force) <= limit * (1 + 1e-12) + 1e-13 * limit.max())
+    assert np.all(np.diff(response.dissipated_energy, prepend=0.0) >= 0.0)
+
+
+@every_joint
+@given(moves=paths, cut=st.integers(0, 20))
+def test_pieces_and_trials_give_the_whole(joint, moves, cut):
+    d, x = within(joint, moves)
+    load = joint.surface.load(d)
+    assume(load.min() > 1e-9 * joint.normal_load)
+    whole = joint.coupled_force(x, normal_load=load)
+    state = joint.start()
+    got = []
+    for i, (n, v) in enumerate(zip(load, x, strict=True)):
+        if i < cut:
+            state.try_(v - reach_of(joint), n)  # a trial that is not committed leaves no trace
+            state.copy().commit()
+            force, _ = state.try_(v, n)
+            state.commit()
+            assert (state.force, state.displacement) == (force, v)
+            got.append(force)
+    if cut < x.size:
+        got += list(state.advance(x[cut:], normal_load=load[cut:]))
+    atol = 1e-13 * joint.friction_coefficient * max(load.max(), joint.normal_load)
+    np.testing.assert_allclose(got, whole, rtol=0, atol=atol)
+
+
+@every_joint
+@given(moves=paths)
+def test_both_kernels_build_the_same_diagram(joint, moves, compiled):
+    d, x = within(joint, moves)
+    trees = []
+    for kernel in (compiled, twin):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(kernels, "active", kernel)
+            trees.append(Diagram().rows(d - joint.separation, x / joint.slip_per_indentation))
+    for one, other in zip(*trees, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("kind", ["in phase", "opposite", "quadrature", "gross slip"])
+@pytest.mark.parametrize("joint", [SPHERE, WORKED], ids=["sphere", "rough"])
+def test_a_settled_cycle_does_not_drift_and_its_area_is_what_is_lost(joint, kind) -> None:
+    n = 4000
+    t = 2.0 * np.pi * np.arange(1, n + 1) / n
+    load, x = {
+        "in phase": (np.sin(t), np.sin(t)),
+        "opposite": (-np.sin(t), np.sin(t)),
+        "quadrature": (np.cos(t), np.sin(t)),
+        "gross slip": (np.cos(t), 3.0 * np.sin(t)),
+    }[kind]
+    load = np.tile(joint.normal_load * (1.0 + 0.6 * load), 4)
+    x = np.tile(0.8 * reach_of(joint) * x, 4)
+    response = joint.coupled_response(x, normal_load=load)
+    cycles = response.force.reshape(4, n)
+    peak = np.abs(cycles).max()
+    assert np.abs(np.diff(cycles[1:], axis=0)).max() < 1e-13 * peak
+    lost = response.dissipated_energy[n - 1 :: n]
+    step = np.diff(lost)
+    np.testing.assert_allclose(step, step[-1], rtol=1e-10)
+    force, way = cycles[-1], x[-n:]
+    area = np.sum(0.5 * (force + np.roll(force, 1)) * (way - np.roll(way, 1)))
+    # The area by trapezoids of the samples: second order in their distance.
+    assert area == pytest.approx(step[-1], rel=3e-5)
+    # The normal spring gives back what it takes.
+    n_mean = 0.5 * (response.normal_load[-n:] + np.roll(response.normal_load[-n:], 1))
+    d = response.separation[-n:]
+    work = np.sum(n_mean * (d - np.roll(d, 1)))
+    assert abs(work) < 1e-9 * joint.normal_load * np.ptp(d)
+
+
+def test_in_phase_below_friction_shakes_down() -> None:
+    """Where |d delta| < kappa |d d| only the first cycle loses energy."""
+    t = np.linspace(0, 8 * np.pi, 801)[1:]
+    d = SPHERE.separation * (1.0 + 0.4 * np.sin(t))
+    x = -0.5 * SPHERE.slip_per_indentation * (d - SPHERE.separation)
+    lost = SPHERE.coupled_response(x, separation=d).dissipated_energy
+    assert lost[199] > 0.0
+    assert lost[-1] - lost[199] < 1e-12 * lost[199]
+
+
+@pytest.mark.parametrize("joint", [SPHERE, WORKED], ids=["sphere", "rough"])
+def test_more_is_lost_out_of_phase(joint) -> None:
+    """Putignano, Ciavarella and Barber (2011): quadrature loses most."""
+    n = 1000
+    t = 2.0 * np.pi * np.arange(1, 2 * n + 1) / n
+    x = 0.4 * reach_of(joint) * np.sin(t)
+    energies = []
+    for phase in (0.0, 0.25 * np.pi, 0.5 * np.pi):
+        load = joint.normal_load * (1.0 + 0.5 * np.sin(t + phase))
+        lost = joint.coupled_response(x, normal_load=load).dissipated_energy
+        energies.append(lost[-1] - lost[n - 1])
+    assert energies[0] < energies[1] < energies[2]
+
+
+@pytest.mark.parametrize("joint", [SPHERE, WORKED], ids=["sphere", "rough"])
+def test_finer_steps_converge_at_second_order(joint) -> None:
+    """Between samples the path is straight in (separation, displacement): a chord of the curve.
+
+    How near a sample lies to a turning point changes with the step, so the order is that over five
+    halvings and some phases.
+    """
+
+    def run(count: int, phase: float) -> tuple[Any, float]:
+        t = np.linspace(0.0, 4.0 * np.pi, 2 * count + 1)
+        load = joint.normal_load * (1.0 + 0.5 * np.sin(t + phase))
+        response = joint.coupled_response(0.7 * reach_of(joint) * np.sin(t), normal_load=load)
+        lost = response.dissipated_energy
+        return response.force[count // 25 :: count // 25], lost[-1] - lost[count]
+
+    orders = []
+    for phase in (0.3, 0.7, 0.25 * np.pi, 1.2, 0.5 * np.pi, 2.4):
+        force, energy = run(12800, phase)
+        coarse, fine = run(50, phase), run(1600, phase)
+        errors = [np.sqrt(np.mean((f - force) ** 2)) for f, _ in (coarse, fine)]
+        orders.append([np.log2(errors[0] / errors[1]) / 5.0])
+        orders[-1].append(np.log2(abs(coarse[1] - energy) / abs(fine[1] - energy)) / 5.0)
+    assert np.mean(orders, axis=0).min() > 1.85, orders
+    assert np.min(orders) > 1.5, orders
+
+
+@every_joint
+@given(moves=paths)
+def test_force_control_is_the_inverse(joint, moves):
+    d, x = within(joint, moves)
+    response = joint.coupled_response(x, separation=d)
+    limit = joint.friction_coefficient * response.normal_load
+    assume(np.all(np.abs(response.force) < 0.999 * limit))
+    back = joint.coupled_response(force=response.force, separation=d)
+    again = joint.coupled_force(back.displacement, separation=d)
+    scale = max(limit.max(), joint.force_limit)
+    np.testing.assert_allclose(again, response.force, rtol=0, atol=1e-11 * scale)
+
+
+def test_a_load_that_ripples_under_a_held_force_ratchets() -> None:
+    """A joint under shear creeps while its load breathes, to an end if nothing slips wholly."""
+    n = 60
+    t = 2.0 * np.pi * np.arange(1, 20 * n + 1) / n
+    load = SPHERE.normal_load * (1.0 + 0.5 * np.sin(t))
+    force = np.full(t.size, 0.3 * SPHERE.force_limit)
+    x = SPHERE.coupled_displacement(force, normal_load=load)[n - 1 :: n]
+    assert np.all(np.diff(x) >= -1e-15 * x[0])
+    assert x[1] >= x[0]
+
+
+# Errors
+
+
+REFUSED = [
+    (
+        {"displacement": [1e-7], "normal_load": -1.0},
+        "normal_load must not be negative [N], got -1 at sample 0",
+    ),
+    (
+        {"displacement": [1e-7, 2e-7], "normal_load": [1.0, 2.0, 3.0]},
+        "normal_load must be one number or one for each of the 2 samples, got shape (3,)",
+    ),
+    (
+        {"displacement": [1e-7]},
+        "normal_load=... [N] or separation=... [m] must be given, one of them, got neither",
+    ),
+    (
+        {"displacement": [1e-7], "normal_load": 1.0, "separation": 0.0},
+        "normal_load=... [N] or separation=... [m] must be given, one of them, got both",
+    ),
+    (
+        {"normal_load": 1.0},
+        "displacement [m] or force=... [N] must be given, one of them, got neither",
+    ),
+    (
+        {"displacement": [0.0], "force": [0.0], "normal_load": 1.0},
+        "displacement [m] or force=... [N] must be given, one of them, got both",
+    ),
+    (
+        {"displacement": [1e-7, 1e-7], "normal_load": [2000.0, 0.0]},
+        "normal_load must stay above zero on this surface, whose heights have no end: at any "
+        "separation some summit touches; got 0 at sample 1",
+    ),
+    (
+        {"force": [10.0, 600.0], "normal_load": [2000.0, 1000.0]},
+        "force must stay below the force limit mu N in size (no displacement holds it beyond), "
+        "got 600 N at sample 1, where the limit is 550 N",
+    ),
+]
+
+
+@pytest.mark.parametrize(("given", "message"), REFUSED)
+def test_what_has_no_answer_is_refused(given, message) -> None:
+    with pytest.raises(ms.InputError) as caught:
+        WORKED.coupled_response(**given)
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize("bad", [[], [[1e-7]], [np.nan], ["1 um"]])
+def test_bad_records_are_refused(bad) -> None:
+    for call in (WORKED.coupled_force, WORKED.coupled_displacement):
+        with pytest.raises(ms.InputError):
+            call(bad, normal_load=2000.0)
+
+
+def test_contact_lost_and_found() -> None:
+    x = np.array([1e-7, 1e-7, 5e-7, 5e-7, 6e-7])
+    force = SPHERE.coupled_force(x, normal_load=[10.0, 0.0, 0.0, 10.0, 10.0])
+    assert force[0] > 0.0
+    assert force[1] == force[2] == force[3] == 0.0
+    assert force[4] == pytest.approx(SPHERE.backbone(1e-7), rel=1e-12)
+
+
+def test_one_number_in_one_number_out() -> None:
+    force = WORKED.coupled_force(1e-7, normal_load=2500.0)
+    assert isinstance(force, float)
+    assert WORKED.coupled_displacement(force, normal_load=2500.0) == pytest.approx(1e-7, rel=1e-12)

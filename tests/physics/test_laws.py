@@ -1,0 +1,327 @@
+"""The laws that the model is compared with: references, other methods, invariants."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+from cases import REFERENCE, law_params, reach_of, records
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+import microslip as ms
+
+# A few roundings; an energy next to a corner knows a - y only as well as its y.
+ROUNDING = 4e-15
+NEXT_TO_CORNERS = 2e-13
+
+CASES = json.loads((REFERENCE / "laws.json").read_text(encoding="utf-8"))["cases"]
+
+
+def cases_of(*laws: str) -> list[Any]:
+    return [
+        pytest.param(case, id=f"{case['law']}-{i}")
+        for i, case in enumerate(CASES)
+        if case["law"] in laws
+    ]
+
+
+def law_of(case: dict[str, Any]) -> Any:
+    return getattr(ms, case["law"])(**case["parameters"])
+
+
+# -- high precision --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("case", cases_of("SegalmanIwan", "Iwan"))
+@pytest.mark.usefixtures("kernel")
+def test_iwan_laws_against_high_precision(case):
+    law, x = law_of(case), np.array(case["displacement"])
+    np.testing.assert_allclose(law.backbone(x), case["backbone"], rtol=ROUNDING)
+    np.testing.assert_allclose(law.backbone_stiffness(x), case["slope"], rtol=ROUNDING)
+    corners = NEXT_TO_CORNERS if case["law"] == "Iwan" else ROUNDING
+    np.testing.assert_allclose(law.dissipated_energy(x), case["energy"], rtol=corners)
+    if case["law"] == "SegalmanIwan":
+        wanted = case["slip_displacement"]
+        assert law.slip_displacement == pytest.approx(wanted, rel=ROUNDING, abs=0)
+    force = np.array(case["backbone"])
+    below = force < 0.99 * law.force_limit
+    # Where the curve is flat a rounding of the force is a large displacement.
+    doubt = ROUNDING * (x[below] + force[below] / np.array(case["slope"])[below])
+    back = law.backbone_displacement(force[below])
+    assert np.all(np.abs(back - x[below]) <= doubt)
+
+
+@pytest.mark.parametrize("case", cases_of("Iwan"))
+def test_cells_one_by_one_are_jenkins(case):
+    """A parallel model is the sum of its cells."""
+    law, x = law_of(case), np.array(case["displacement"])
+    cells = [ms.Jenkins(k, f) for k, f in zip(*case["parameters"].values(), strict=True)]
+    for name in ("backbone", "dissipated_energy", "backbone_stiffness"):
+        total = sum(getattr(cell, name)(x) for cell in cells)
+        np.testing.assert_allclose(getattr(law, name)(x), total, rtol=NEXT_TO_CORNERS)
+    record = np.array([1.0, -0.3, 0.8, 0.8, -2.5, 0.0, 1.7, -0.1]) * reach_of(law)
+    total = sum(cell.force(record) for cell in cells)
+    np.testing.assert_allclose(law.force(record), total, atol=1e-14 * law.force_limit)
+
+
+@pytest.mark.parametrize("case", cases_of("BoucWen"))
+def test_bouc_wen_against_high_precision(case):
+    """The stated tolerance is 1e-12 of the force limit; what is reached is rounding."""
+    law = law_of(case)
+    error = np.abs(law.force(case["displacement"]) - np.array(case["force"]))
+    assert error.max() <= 2e-15 * np.abs(case["force"]).max()
+
+
+# -- other methods ---------------------------------------------------------------------------------
+
+
+def stops(
+    path: np.ndarray, stiffnesses: np.ndarray, yields: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Force and dissipated energy along a path: each slider knows its own stretch and no more."""
+    stretch, before, forces, lost = np.zeros_like(yields), 0.0, [], [0.0]
+    for x in path:
+        free = stretch + (x - before)
+        stretch = np.clip(free, -yields, yields)
+        before = x
+        forces.append(float(stiffnesses @ stretch))
+        lost.append(lost[-1] + float(stiffnesses @ (yields * np.abs(free - stretch))))
+    return np.array(forces), np.array(lost[1:])
+
+
+def sampled(law: ms.BackboneLaw) -> tuple[np.ndarray, np.ndarray, float]:
+    """Sliders of a law, those that are spread as points, and the error of that, of the limit."""
+    sliders = law.sliders()
+    if not isinstance(law, ms.SegalmanIwan):
+        return sliders.stiffnesses, sliders.yield_displacements, 1e-14
+    count, p, phi = 4000, 1 + law.chi, law.slip_displacement
+    # In u^p the sliders are even.
+    places = phi * ((np.arange(count) + 0.5) / count) ** (1 / p)
+    spread = np.full(count, law.stiffness / (1 + law.beta) / count)
+    return (
+        np.append(spread, sliders.stiffnesses),
+        np.append(places, sliders.yield_displacements),
+        1e-5,
+    )
+
+
+ELASTIC_PLASTIC = law_params(which=lambda law: isinstance(law, ms.Iwan | ms.Jenkins))
+SLIDERS = [
+    *ELASTIC_PLASTIC,
+    *law_params(which=lambda law: isinstance(law, ms.SegalmanIwan)),
+]
+
+
+@pytest.mark.parametrize("law", SLIDERS)
+@given(x=records(max_size=25))
+def test_histories_of_sliders(law, x):
+    """No memory rules: every slider is followed by itself."""
+    path = np.clip(x, -30, 30) * reach_of(law)
+    stiffnesses, yields, error = sampled(law)
+    wanted, _ = stops(path, stiffnesses, yields)
+    np.testing.assert_allclose(law.force(path), wanted, rtol=0, atol=error * law.force_limit)
+
+
+@pytest.mark.parametrize("law", SLIDERS)
+@pytest.mark.parametrize("share", [0.3, 1.2, 4.0])
+def test_energies_of_sliders(law, share):
+    """Friction in the sliders over a settled cycle, and over a cycle about another mean."""
+    a = share * reach_of(law)
+    stiffnesses, yields, error = sampled(law)
+    for mean in (0.0, 0.6 * a):
+        path = mean + a * np.array([1.0, -1.0, 1.0, -1.0, 1.0])
+        _, lost = stops(path, stiffnesses, yields)
+        energy, size = law.dissipated_energy(a), 4 * a * law.force_limit
+        assert lost[-1] - lost[-3] == pytest.approx(energy, rel=1e-12, abs=10 * error * size)
+
+
+def test_many_random_cells():
+    """Prefix sums of 200 000 unlike cells against plain sums."""
+    rng = np.random.default_rng(11)
+    stiffnesses = rng.lognormal(10, 2, 200_000)
+    yields = rng.lognormal(-13, 1.5, 200_000)
+    law = ms.Iwan(stiffnesses, stiffnesses * yields)
+    for u in np.quantile(yields, [0.0, 0.01, 0.5, 0.9, 1.0]) * 1.0001:
+        parts = stiffnesses * np.minimum(u, yields)
+        assert law.backbone(u) == pytest.approx(math.fsum(parts), rel=ROUNDING, abs=0)
+        sticking = math.fsum(stiffnesses[yields > u])
+        assert law.backbone_stiffness(u) == pytest.approx(sticking, rel=ROUNDING, abs=0)
+        lost = 4 * math.fsum(stiffnesses * yields * np.maximum(u - yields, 0))
+        assert law.dissipated_energy(u) == pytest.approx(lost, rel=1e-11, abs=0)
+    force = np.linspace(-0.9999, 0.9999, 4001) * law.force_limit
+    np.testing.assert_allclose(law.backbone(law.backbone_displacement(force)), force, rtol=1e-14)
+
+
+def integrated(law: ms.BoucWen, path: np.ndarray) -> np.ndarray:
+    """Bouc and Wen's equation by an adaptive integrator of order 8."""
+    scale, w, before, forces = law.stiffness / law.yield_force, 0.0, 0.0, []
+    for x in path:
+        if x != before:
+            sign = float(np.sign(x - before))
+
+            def rate(_s, y, sign=sign):
+                bend = law.gamma + law.beta * np.sign(y * sign)
+                return sign * (law.A - np.abs(y) ** law.n * bend)
+
+            way = abs(x - before) * scale
+            done = solve_ivp(
+                rate, (0, way), [w], method="DOP853", rtol=1e-12, atol=1e-14, max_step=way / 8
+            )
+            w = float(done.y[0, -1])
+        before = x
+        forces.append(law.alpha * law.stiffness * x + (1 - law.alpha) * law.yield_force * w)
+    return np.array(forces)
+
+
+bouc_wens = st.builds(
+    lambda beta, share, n, alpha, a: ms.BoucWen(5e7, 100.0, alpha, a, beta, share * beta, n),
+    beta=st.floats(0.2, 2.0),
+    share=st.floats(-0.95, 1.0),
+    n=st.one_of(st.sampled_from([1.0, 2.0]), st.floats(1.0, 8.0)),
+    alpha=st.sampled_from([0.0, 0.2]),
+    a=st.sampled_from([1.0, 0.5]),
+)
+
+
+@given(law=bouc_wens, x=st.lists(st.floats(-3, 3), min_size=1, max_size=5))
+def test_bouc_wen_against_an_integrator(law, x):
+    path = 2e-6 * np.array(x)
+    assume(np.abs(np.diff(path, prepend=0.0)).min() > 1e-12)
+    largest = law.force_limit + law.alpha * law.stiffness * np.abs(path).max()
+    # The integrator steps over the bend of the equation at w = 0.
+    np.testing.assert_allclose(law.force(path), integrated(law, path), rtol=0, atol=1e-7 * largest)
+
+
+class SmoothStep(ms.BackboneLaw):
+    """A law of a user's own with no energy of its own: cycles go like a^4 when small."""
+
+    force_limit = 100.0
+
+    def _backbone(self, u: np.ndarray) -> np.ndarray:
+        return 100.0 * np.tanh(u * 1e6)
+
+    def _slope(self, u: np.ndarray) -> np.ndarray:
+        return 1e8 / np.cosh(np.minimum(u * 1e6, 300.0)) ** 2
+
+
+def test_default_energy_ends_where_rounding_begins():
+    """What it integrates is a difference of numbers that become equal: 1e-16 of T0, at best."""
+    law = SmoothStep()
+    for x, error in ((3.0, 1e-14), (0.1, 1e-13), (1e-2, 1e-11), (1e-3, 1e-9), (1e-5, 1e-4)):
+        with mp.workdps(60):
+            v = mp.mpf(1e-6 * x) * mp.mpf(1e6)
+            wanted = float(8e-4 * mp.log(mp.cosh(v)) - 4e-4 * v * mp.tanh(v))
+        assert law.dissipated_energy(1e-6 * x) == pytest.approx(wanted, rel=error, abs=0)
+    a = 1e-6 * np.array([1e-15, 1e-12, 1e-9])
+    tiny = law.dissipated_energy(a)
+    assert np.all((tiny >= 0) & (tiny <= 4e-15 * a * law.backbone(a)))
+
+
+# -- invariants ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("chi", [-0.9, -0.5, 0.0, 1.5])
+def test_small_cycles_of_segalman(chi):
+    """E_d goes like a^(3 + chi) up to the limit, exactly."""
+    law = ms.SegalmanIwan(100.0, 1e7, chi, 0.3)
+    a = law.slip_displacement * np.array([1e-30, 1e-12, 1e-4, 0.5, 1.0])
+    energy = law.dissipated_energy(a)
+    np.testing.assert_allclose(energy / energy[-1], (a / a[-1]) ** (3 + chi), rtol=1e-13)
+    np.testing.assert_allclose(law.dissipation_exponent(a[:-1]), 3 + chi, rtol=1e-14)
+
+
+def test_limits_of_segalman():
+    """A heavy last slider is Jenkins' cell; none and an even density is the parabola of chi = 0."""
+    jenkins = ms.Jenkins(1e7, 100.0)
+    u = np.linspace(0, 3e-5, 301)
+    for beta in (1e3, 1e6, 1e9):
+        law = ms.SegalmanIwan(100.0, 1e7, -0.5, beta)
+        assert law.slip_displacement == pytest.approx(1e-5, rel=1 / beta, abs=0)
+        assert np.abs(law.backbone(u) - jenkins.backbone(u)).max() < 100 / beta
+        energy = jenkins.dissipated_energy(u)
+        assert np.abs(law.dissipated_energy(u) - energy).max() < 4 * 100 * 3e-5 / beta
+    steep = ms.SegalmanIwan(100.0, 1e7, 1e6, 0.0)
+    assert np.abs(steep.backbone(u) - jenkins.backbone(u)).max() < 1e-3
+
+
+def test_stiff_cells_become_coulomb():
+    coulomb, x = ms.Coulomb(100.0), 1e-6 * np.array([1.0, 3.0, -2.0, -1.0, -1.0, 0.5])
+    for stiffness in (1e10, 1e13, 1e16):
+        law = ms.Jenkins(stiffness, 100.0)
+        np.testing.assert_array_equal(law.force(x), coulomb.force(x))
+        a = 1e-6
+        missing = 1 - law.dissipated_energy(a) / coulomb.dissipated_energy(a)
+        assert missing == pytest.approx(100.0 / stiffness / a, rel=1e-6, abs=1e-16)
+
+
+@given(law=bouc_wens, x=records(max_size=20))
+def test_bouc_wen_is_odd_limited_and_dissipative(law, x):
+    """Work less what is stored, (1 - alpha) F_y^2 w^2/2 k A and the spring, never falls."""
+    path = np.clip(np.append(x, 0.0), -30, 30) * 2e-6
+    force = law.force(path)
+    np.testing.assert_array_equal(law.force(-path), -force)
+    hysteretic = force - law.alpha * law.stiffness * path
+    assert np.all(np.abs(hysteretic) <= law.force_limit * (1 + 1e-14))
+    # Samples between change nothing.
+    steps = np.linspace(0, 1, 65)[1:]
+    ends = np.append(0.0, path)
+    fine = (ends[:-1, None] + np.diff(ends)[:, None] * steps).ravel()
+    fine[63::64] = path
+    dense = law.force(fine)
+    np.testing.assert_allclose(dense[63::64], force, rtol=0, atol=1e-13 * np.abs(force).max())
+    t = np.append(0.0, dense - law.alpha * law.stiffness * fine)
+    work = np.cumsum(0.5 * (t[1:] + t[:-1]) * np.diff(fine, prepend=0.0))
+    unit = (1 - law.alpha) * law.stiffness * law.A
+    stored = 0.5 * t[1:] ** 2 / unit
+    # The trapezoidal rule is wrong by the curvature of the force within a step.
+    rough = 2e-2 * law.force_limit * (np.abs(np.diff(ends)).repeat(64) + 2e-6) / 64
+    assert np.all(np.diff(work - stored, prepend=0.0) >= -rough)
+    assert work[-1] - stored[-1] >= -rough.sum()
+
+
+@pytest.mark.parametrize("case", cases_of("BoucWen"))
+@pytest.mark.parametrize("share", [0.9, 1.5, 6.0])
+def test_bouc_wen_loops_are_where_cycles_settle(case, share):
+    law = law_of(case)
+    loop = law.loop(share * law.yield_force / law.stiffness, samples=65)
+    turns = np.tile(loop.displacement[[32, 0]], 300)
+    settled = law.force(np.append(turns, loop.displacement))[turns.size :]
+    size = np.abs(loop.force).max()
+    np.testing.assert_allclose(settled, loop.force, rtol=0, atol=1e-12 * size)
+    assert loop.closure_error == 0
+    np.testing.assert_allclose(
+        loop.force[:33][::-1], -loop.force[32:][::-1], rtol=0, atol=1e-14 * size
+    )
+    assert 0 < loop.energy_ratio < 1, "also where the bend is sharp"
+
+
+def test_bouc_wen_becomes_jenkins():
+    """A sharp bend and straight unloading: elastic, perfectly plastic."""
+    law, cell = ms.BoucWen(5e7, 100.0, n=100.0), ms.Jenkins(5e7, 100.0)
+    x = 2e-6 * np.array([0.5, 0.8, 3.0, 2.0, -1.0, -5.0, 0.0])
+    assert np.abs(law.force(x) - cell.force(x)).max() < 1.0
+    a = np.array([3e-6, 1e-5])
+    energy = [law.loop(v, 4001).dissipated_energy for v in a]
+    np.testing.assert_allclose(energy, cell.dissipated_energy(a), rtol=0.01)
+
+
+def test_bouc_wen_does_not_obey_masing():
+    """What its docstring says: the branch is not the doubled backbone, and small loops drift."""
+    law = ms.BoucWen(5e7, 100.0)
+    branch = law.force([3e-6, 1e-6])
+    assert abs(branch[1] - (branch[0] - 2 * law.force(1e-6))) > 0.1 * law.force_limit
+    # Unloaded and loaded again it is softer than it was, so the loop does not close ...
+    small = law.force(np.append(np.tile([3e-6, 2e-6], 20), 3e-6))
+    assert small[2] < small[0] - 5.0
+    # ... but creeps on with every cycle,
+    assert np.all(np.diff(small[::2]) < 0)
+    # whereas a joint comes back exactly.
+    joint = ms.Interface.examples()[0]
+    closed = joint.force([3e-7, 2e-7, 3e-7, 2e-7, 3e-7])
+    assert closed[0] == closed[2] == closed[4]

@@ -1,0 +1,259 @@
+"""Sweeps against one interface after the other, on every surface and in every shape."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import microslip as ms
+from microslip.normal import NORMAL_LAWS, grids
+from microslip.sweeps import _ABOUT
+
+AL = ms.Material(69e9, 0.33)
+PAIR = ms.MaterialPair(AL, AL)
+
+
+def rough(heights: Any) -> ms.GreenwoodWilliamson:
+    return ms.GreenwoodWilliamson(PAIR, heights, radius=1e-3, density=1e8, area=2e-4)
+
+
+@dataclass(frozen=True)
+class OwnLaw(ms.NormalLaw):
+    """A law from outside, with a drop of its own: N = (1e6 (1e-6 - d))^2 below 1 um."""
+
+    pair: ms.MaterialPair = PAIR
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        return 0.0, 1e-6
+
+    @property
+    def _edge(self) -> float:
+        return 1e-6
+
+    def _derivative(self, separation: np.ndarray, order: int) -> np.ndarray:
+        s = np.maximum(1e-6 - separation, 0.0)
+        if order == 2:
+            return np.where(s > 0.0, 2e12, 0.0)
+        return 1e12 * {-1: s**3 / 3.0, 0: s**2, 1: -2.0 * s}[order]
+
+    def _drop(self, d: float, u: np.ndarray) -> np.ndarray:
+        s = max(1e-6 - d, 0.0)
+        v = np.minimum(u, s)
+        return 1e12 * v * (2.0 * s - v)
+
+
+RNG = np.random.default_rng(3)
+SURFACES = {
+    **{
+        f"{type(e).__name__}-{i}": e
+        for i, e in enumerate(e for law in NORMAL_LAWS for e in law.examples())
+    },
+    # Bounded below, so that heavy loads touch every summit; scipy's, with breaks.
+    "uniform": rough(stats.uniform(-1e-6, 2e-6)),
+    "weibull": rough(stats.weibull_min(2.2, scale=1e-6)),
+    "300 summits": ms.AsperityPopulation(PAIR, RNG.normal(size=300) * 5e-7, 1e-3),
+    "straight table": ms.TabulatedNormalLaw(PAIR, [0.0, 1e-6, 2e-6, 3e-6], [3.0, 2.0, 1.0, 0.0]),
+    "straight table with a tail": ms.TabulatedNormalLaw(
+        PAIR, [0.0, 1e-6, 2e-6, 3e-6], [3.0, 2.0, 1.0, 0.5], tail="exponential"
+    ),
+    "a law from outside": OwnLaw(),
+}
+# Names of what an interface has by another name, or as a property.
+PROPERTIES = {
+    "separation", "normal_stiffness", "tangential_stiffness", "contact_count", "contact_area",
+    "force_limit", "slip_per_indentation",
+}  # fmt: skip
+OTHER_NAMES = {"force_amplitude": "backbone", "tangent_stiffness": "backbone_stiffness"}
+
+
+def joint_on(surface: ms.NormalLaw) -> tuple[ms.Interface, np.ndarray, np.ndarray]:
+    """A joint with loads and amplitudes from all sticks to all slides."""
+    low = surface._span[0]
+    most = float(surface.load(low))
+    # Heights that begin abruptly: also so heavy that every summit touches.
+    heaviest = 3.0 if surface._edge == low and not isinstance(surface, OwnLaw) else 0.9
+    loads = most * np.array([1e-4, 0.3, 0.02, heaviest, 1e-3])
+    joint = ms.Interface(surface, 0.4, normal_load=loads[1])
+    scale = joint.force_limit / joint.tangential_stiffness
+    return joint, loads, scale * np.array([0.0, 1e-5, 1e-3, 0.03, 0.4, 1.3, 7.0, 300.0])
+
+
+def one_by_one(
+    joint: ms.Interface, frictions: Any, loads: Any, amplitudes: Any, name: str, by_force: bool
+) -> np.ndarray:
+    values = np.empty((len(frictions), len(loads), len(amplitudes)))
+    for i, friction in enumerate(frictions):
+        for j, load in enumerate(loads):
+            each = ms.Interface(joint.surface, friction, normal_load=load)
+            if name in PROPERTIES:
+                values[i, j] = getattr(each, name)
+                continue
+            a = each.backbone_displacement(amplitudes) if by_force else amplitudes
+            values[i, j] = (
+                a if name == "amplitude" else getattr(each, OTHER_NAMES.get(name, name))(a)
+            )
+    return values
+
+
+def known_to(surface: ms.NormalLaw) -> list[str]:
+    contacts = {"contact_count", "contact_area", "stick_area"}
+    without = contacts if isinstance(surface, (ms.TabulatedNormalLaw, OwnLaw)) else set()
+    return [name for name in _ABOUT if name not in without and name != "amplitude"]
+
+
+@pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
+def test_equal_to_one_interface_after_the_other(surface: ms.NormalLaw) -> None:
+    joint, loads, amplitudes = joint_on(surface)
+    frictions = [0.1, 0.7]
+    names = known_to(surface)
+    swept = ms.sweep(
+        joint,
+        normal_load=loads,
+        amplitude=amplitudes,
+        friction_coefficient=frictions,
+        quantities=names,
+    )
+    assert swept.shape == (2, 5, 8)
+    for name in names:
+        wanted = one_by_one(joint, frictions, loads, amplitudes, name, by_force=False)
+        dims = [swept.dims.index(dim) for dim in swept.variables[name].dims]
+        every = [slice(None) if k in dims else 0 for k in range(3)]
+        # Interfaces tabulate their energies to 1e-12, at worst.
+        np.testing.assert_allclose(
+            swept[name], wanted[tuple(every)], rtol=3e-13, atol=1e-290, err_msg=name
+        )
+
+
+@pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
+def test_force_amplitudes(surface: ms.NormalLaw) -> None:
+    joint, loads, _ = joint_on(surface)
+    forces = 0.1 * loads.min() * np.array([0.0, 1e-6, 1e-2, 0.5, 0.99])
+    names = ["amplitude", "dissipated_energy", "damping_ratio", "secant_stiffness"]
+    swept = ms.sweep(
+        joint,
+        normal_load=loads,
+        force_amplitude=forces,
+        friction_coefficient=[0.1, 0.7],
+        quantities=names,
+    )
+    assert swept.dims == ("friction_coefficient", "normal_load", "force_amplitude")
+    for name in names:
+        wanted = one_by_one(joint, [0.1, 0.7], loads, forces, name, by_force=True)
+        # Near the limit the displacement of a force magnifies the rounding of the force.
+        np.testing.assert_allclose(swept[name], wanted, rtol=1e-11, atol=1e-290, err_msg=name)
+
+
+@pytest.mark.parametrize("kind", ["drop", "fall", "excess", "excess_slope"])
+@pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
+def test_every_way_gives_the_same(
+    surface: ms.NormalLaw, kind: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Against the sums of the law itself; which way is quickest is a matter of shape only."""
+    _, loads, _ = joint_on(surface)
+    d = surface.separation(loads)
+    length = float(np.median(loads / surface.stiffness(d)))
+    u = length * np.concatenate(([0.0], np.geomspace(1e-6, 1e3, 30)))
+    wanted = np.array([getattr(surface, f"_{kind}")(float(place), u) for place in d])
+    monkeypatch.setattr(grids, "_ROW", 0.0)  # a table for each row, where there can be one
+    costs = grids._costs
+    for way in costs(surface, d.size, u.size, False):
+
+        def only(*shape: Any, way: str = way) -> dict[str, float]:
+            ways = costs(*shape)
+            return {way: 0.0} if way in ways else ways
+
+        monkeypatch.setattr(grids, "_costs", only)
+        shares: list[float] = []
+        values = grids.on_grid(surface, kind, d, u, shares.append)
+        np.testing.assert_allclose(values, wanted, rtol=2e-13, atol=0, err_msg=way)
+        assert shares == sorted(shares)
+        assert shares[-1] == pytest.approx(1.0)
+        # With steps of its own for each row, the same.
+        own = grids.on_grid(surface, kind, d, np.tile(u, (d.size, 1)))
+        np.testing.assert_allclose(own, wanted, rtol=2e-13, atol=0, err_msg=way)
+
+
+@pytest.mark.parametrize("shape", [(1, 5000), (10, 500), (70, 70), (2000, 3), (5000, 1)])
+def test_any_shape(kernel: ModuleType, shape: tuple[int, int]) -> None:
+    joint = ms.Interface.examples()[0]
+    loads = np.geomspace(1.0, 2e4, shape[0]) if shape[0] > 1 else np.array([300.0])
+    amplitudes = np.geomspace(1e-11, 1e-4, shape[1]) if shape[1] > 1 else np.array([2e-7])
+    swept = ms.sweep(joint, normal_load=loads, amplitude=amplitudes)
+    assert swept.shape == shape
+    for j in {0, shape[0] // 2, shape[0] - 1}:
+        each = joint.at(normal_load=loads[j])
+        for name in ("dissipated_energy", "damping_ratio", "secant_stiffness"):
+            np.testing.assert_allclose(swept[name][j], getattr(each, name)(amplitudes), rtol=3e-13)
+
+
+def test_the_way_follows_the_shape() -> None:
+    """A million points are in every shape a matter of a second or two, by the estimates."""
+    law = ms.Interface.examples()[0].surface
+    for rows, wanted in ((1, "rows"), (10, "rows"), (1000, "rows"), (10**5, "columns")):
+        costs = grids._costs(law, rows, 10**6 // rows, False)
+        assert min(costs, key=lambda way: costs[way]) == wanted
+        assert min(costs.values()) < 2.0
+
+
+@pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
+def test_separations_of_very_many_loads(
+    surface: ms.NormalLaw, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a table and one step of Newton's method, or not: the same to rounding."""
+    monkeypatch.setattr(grids, "_MANY", 0)
+    _, loads, _ = joint_on(surface)
+    many = np.concatenate((np.geomspace(loads.min(), loads.max(), 2001), loads))
+    d = grids.separations(surface, many)
+    wanted = surface.separation(many)
+    length = many / surface.stiffness(wanted)
+    assert np.all(np.abs(d - wanted) <= 4e-16 * np.abs(wanted) + 2e-15 * length)
+    np.testing.assert_array_equal(
+        grids.separations(surface, np.full(7, loads[0])), surface.separation(np.full(7, loads[0]))
+    )
+
+
+def test_the_inverse_is_one() -> None:
+    for surface in SURFACES.values():
+        _, loads, _ = joint_on(surface)
+        d = surface.separation(loads)
+        load = surface.load(d)
+        drops = load[:, None] * np.array([0.0, 1e-9, 0.1, 0.9, 1.0 - 1e-9])
+        u = grids.inverse_on_grid(surface, drops, d)
+        again = grids.on_grid(surface, "drop", d, u)
+        np.testing.assert_allclose(again, drops, rtol=1e-13, atol=0)
+
+
+def test_scaling() -> None:
+    """Twice the coefficient of friction at twice the amplitude: twice the force, four times E_d."""
+    joint = ms.Interface.examples()[0]
+    loads, a = np.geomspace(10.0, 1e4, 7), np.geomspace(1e-10, 1e-5, 9)
+    one = ms.sweep(joint, normal_load=loads, amplitude=a, friction_coefficient=0.3)
+    two = ms.sweep(joint, normal_load=loads, amplitude=2.0 * a, friction_coefficient=0.6)
+    np.testing.assert_allclose(two["force_amplitude"], 2.0 * one["force_amplitude"], rtol=1e-13)
+    np.testing.assert_allclose(two["dissipated_energy"], 4.0 * one["dissipated_energy"], rtol=3e-13)
+    np.testing.assert_allclose(two["loss_factor"], one["loss_factor"], rtol=3e-13)
+
+
+def test_gross_slip_and_microslip() -> None:
+    """E_d tends to (2/3)(mu/kappa^2) N'' a^3 and to 4 mu N a, at every load."""
+    joint = ms.Interface.examples()[0]
+    loads = np.geomspace(10.0, 1e4, 50)
+    swept = ms.sweep(
+        joint,
+        normal_load=loads,
+        amplitude=[1e-13, 1e-1],
+        quantities=["dissipated_energy", "separation", "slip_per_indentation", "energy_ratio"],
+    )
+    curvature = joint.surface._derivative(swept["separation"], 2)
+    cubic = 2.0 / 3.0 * 0.55 / swept["slip_per_indentation"] ** 2 * curvature * 1e-39
+    np.testing.assert_allclose(swept["dissipated_energy"][:, 0], cubic, rtol=1e-5)
+    np.testing.assert_allclose(swept["dissipated_energy"][:, 1], 0.22 * loads, rtol=1e-4)
+    assert np.all(swept["energy_ratio"][:, 1] < 1.0)
+    assert math.isclose(swept["slip_per_indentation"], joint.slip_per_indentation)

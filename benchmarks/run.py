@@ -48,6 +48,8 @@ END = "<!-- timings: end -->"
 
 SAMPLES = 1_000_000
 ASPERITIES = 100_000
+SWEPT = 1_000_000  # points
+SWEEP_WANTED = 2.0  # [s]
 AMPLITUDE = 1e-6  # [m], nearly three times the slip scale of the joint: T/mu N reaches 0.9998
 KERNELS = {"compiled": "compiled kernel", "numpy": "NumPy twin"}
 
@@ -250,6 +252,10 @@ def measure_kernel(name: str) -> list[Row]:
 
     add("state.try_() and commit(), a step", best(steps, 3) / len(path))
 
+    mode = ms.Oscillator(mass=10.0, stiffness=5e9, joint=joint)
+    seconds = best(lambda: mode.ring_down(AMPLITUDE, cycles=1000), 1)
+    add("Oscillator.ring_down(), 1000 cycles of 100 steps", seconds)
+
     forces = 0.95 * joint.force_limit / AMPLITUDE * sine(100_000, 1000)
     seconds = best(lambda: joint.displacement(forces), 3)
     rows.append(Row("displacement(), 1e5 samples of a sine", name, forces.size / seconds, True))
@@ -288,6 +294,48 @@ def measure_others() -> tuple[list[list[str]], dict[str, Any]]:
                 quantity(python, False),
                 quantity(ours, False),
                 two_digits(a_step / ours),
+            ]
+        )
+    return rows, numbers
+
+
+def measure_sweeps() -> tuple[list[list[str]], dict[str, Any]]:
+    """A million points of energy in every shape, at once and one Interface after the other."""
+    joint = ms.Interface(make_surface(), friction_coefficient=0.55, normal_load=2000.0)
+    rows, numbers = [], {}
+    for count in (1, 10, 1000, 100_000, 1_000_000):
+        # One amplitude is one of them all: what it costs depends on how large it is.
+        loads = np.geomspace(100.0, 5000.0, count)
+        amplitudes = np.geomspace(1e-11, 1e-4, SWEPT // count + 1)[1:]
+
+        def swept(loads: Floats = loads, amplitudes: Floats = amplitudes) -> ms.Sweep:
+            quantities = ["dissipated_energy"]
+            return ms.sweep(joint, normal_load=loads, amplitude=amplitudes, quantities=quantities)
+
+        some = loads[:: max(1, count // 100)]
+
+        def one_by_one(loads: Floats = some, amplitudes: Floats = amplitudes) -> list[Floats]:
+            return [joint.at(normal_load=load).dissipated_energy(amplitudes) for load in loads]
+
+        ours = best(swept, 2)
+        theirs = best(one_by_one, 2) * count / some.size
+        energies = swept()["dissipated_energy"][:: max(1, count // 100)]
+        shape = f"{count} x {SWEPT // count}"
+        numbers[shape] = {
+            "sweep_seconds": ours,
+            "interfaces_seconds": theirs,
+            "interfaces_measured": some.size,
+            "difference": float(np.abs(energies / np.array(one_by_one()) - 1.0).max()),
+        }
+        counted = f"{count:,} x {SWEPT // count:,}".replace(",", " ")
+        ratio = theirs / ours
+        rows.append(
+            [
+                counted,
+                quantity(theirs, False),
+                quantity(ours, False),
+                two_digits(ratio) if ratio >= 10.0 else f"{ratio:.1f}",
+                "ok" if ours <= SWEEP_WANTED else "missed",
             ]
         )
     return rows, numbers
@@ -402,7 +450,21 @@ OTHERS_HEAD = (
 )
 
 
-def readme_text(rows: Sequence[Row], others: Sequence[Sequence[str]], about: str) -> str:
+SWEEPS_HEAD = (
+    "energies, loads x amplitudes",
+    "one Interface a load",
+    "sweep()",
+    "interfaces / sweep",
+    f"≤ {quantity(SWEEP_WANTED, False)}",
+)
+
+
+def readme_text(
+    rows: Sequence[Row],
+    others: Sequence[Sequence[str]],
+    about: str,
+    sweeps: Sequence[Sequence[str]] = (),
+) -> str:
     """The tables of the README: a row a task, a column a kernel."""
     tasks: dict[str, dict[str, Row]] = {}
     for row in rows:
@@ -422,7 +484,8 @@ def readme_text(rows: Sequence[Row], others: Sequence[Sequence[str]], about: str
         for task, found in tasks.items()
     ]
     head = ("task", "wanted", KERNELS["compiled"], "wanted", KERNELS["numpy"])
-    return f"{about}\n\n{markdown_table(head, lines)}\n\n{markdown_table(OTHERS_HEAD, others)}"
+    tables = [(head, lines), (OTHERS_HEAD, others)] + ([(SWEEPS_HEAD, sweeps)] if sweeps else [])
+    return "\n\n".join([about, *(markdown_table(*table) for table in tables)])
 
 
 def write_readme(text: str) -> None:
@@ -447,6 +510,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with kernel(name):
             rows += measure_kernel(name)
     others, other_numbers = measure_others()
+    sweeps, sweep_numbers = measure_sweeps()
     starts, loads_numpy = measure_starts()
     rows += starts
 
@@ -464,6 +528,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(plain_table(("task", "kernel", "wanted", "measured", "verdict"), lines))
     print()
     print(plain_table(OTHERS_HEAD, others))
+    print()
+    print(plain_table(SWEEPS_HEAD, sweeps))
     print()
     differ = kernels_differ() if kernels.NAME == "compiled" else 0.0
     apart = max(n["explicit_difference"] for n in other_numbers.values())
@@ -487,13 +553,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 for row in rows
             ],
             "others": other_numbers,
+            "sweeps": sweep_numbers,
             "kernels_differ": differ,
             "help_loads_numpy": loads_numpy,
         }
         options.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     if options.readme:
-        write_readme(readme_text(rows, others, about))
+        write_readme(readme_text(rows, others, about, sweeps))
     missed = sum(row.verdict == "missed" for row in rows) + loads_numpy
+    missed += sum(row[-1] == "missed" for row in sweeps)
     return 1 if options.strict and missed else 0
 
 

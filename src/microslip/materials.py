@@ -1,11 +1,14 @@
-"""Floor 1: elastic materials and the pair that two of them make (19.4), (19.11)."""
+"""Floor 1: elastic materials, a table of metals, and the pair of two (19.4), (19.11)."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
 
-from microslip._checks import exact, number, positive
+from microslip._checks import exact, number, positive, show
 from microslip.errors import InputError
 
 
@@ -58,6 +61,23 @@ class Material:
         object.__setattr__(body, "hardness", None)
         return body
 
+    @classmethod
+    def named(cls, name: str) -> Material:
+        """A metal of the table that :func:`metals` gives; its sources are there, too.
+
+        Parameters
+        ----------
+        name : str
+            Name in the table, such as "steel" or "al2017"; capitals, spaces and underscores
+            are read as the table writes them.
+
+        Raises
+        ------
+        InputError
+            A name that is not in the table; the message says which one was probably meant.
+        """
+        return metal(name).material
+
     def __repr__(self) -> str:
         if self.is_rigid:
             return "Material.rigid()"
@@ -73,6 +93,112 @@ class Material:
     def shear_modulus(self) -> float:
         """Shear modulus G = E / 2(1 + nu) [Pa]."""
         return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+
+@dataclass(frozen=True)
+class Metal:
+    """One metal of the table: its elastic constants and where each of them is printed.
+
+    Parameters
+    ----------
+    name : str
+        Name in studies and for :meth:`Material.named`.
+    description : str
+        Designations and temper.
+    young_modulus : float
+        Young's modulus E [Pa].
+    poisson_ratio : float
+        Poisson's ratio [-].
+    hardness : float or None
+        Indentation hardness H [Pa] of the temper; None where the documents give none.
+    sources : mapping of str to str
+        Document and year of each value, by the names above.
+
+    Raises
+    ------
+    InputError
+        A value out of the range of :class:`Material`.
+
+    Notes
+    -----
+    The values enter (19.4) and (19.11). They are those of design codes and handbooks: a measured
+    modulus differs from them by a few percent.
+    """
+
+    name: str
+    description: str
+    young_modulus: float
+    poisson_ratio: float
+    hardness: float | None
+    sources: Mapping[str, str]
+
+    def __post_init__(self) -> None:
+        _ = self.material
+        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.material))
+
+    def __reduce__(self) -> tuple[type[Metal], tuple[object, ...]]:
+        # A read-only mapping neither pickles nor copies by itself.
+        constants = (self.young_modulus, self.poisson_ratio, self.hardness)
+        return Metal, (self.name, self.description, *constants, dict(self.sources))
+
+    @property
+    def material(self) -> Material:
+        """The material that it is."""
+        return Material(self.young_modulus, self.poisson_ratio, self.hardness)
+
+
+@lru_cache(maxsize=1)
+def metals() -> Mapping[str, Metal]:
+    """The table of engineering metals: by name, each value with its document and year.
+
+    A small table for first studies. A value of one's own is better, and always wins: make a
+    :class:`Material` of it, or give the key in the study.
+    """
+    import tomllib
+    from importlib.resources import files
+
+    text = files("microslip").joinpath("metals.toml").read_text(encoding="utf-8")
+    table = {}
+    for name, entry in tomllib.loads(text).items():
+        table[name] = Metal(name=name, **{"hardness": None, **entry})
+    return MappingProxyType(table)
+
+
+def metal(name: str) -> Metal:
+    """One metal of the table, as :meth:`Material.named` finds it.
+
+    Parameters
+    ----------
+    name : str
+        Name in the table; capitals, spaces and underscores are read as the table writes them.
+
+    Raises
+    ------
+    InputError
+        A name that is not in the table; the message says which one was probably meant.
+    """
+    if not isinstance(name, str):
+        raise InputError(f"name must be a text such as 'steel', got {show(name)}")
+    table = metals()
+    key = "-".join(name.casefold().replace("_", " ").split())
+    if key not in table:
+        raise InputError(f"no metal is named {show(name)}; {_near(key, table)}")
+    return table[key]
+
+
+def _near(name: str, table: Mapping[str, Metal]) -> str:
+    """What a name that is not in the table was meant to be, or all that there are."""
+    from difflib import get_close_matches
+
+    # A part of a name, such as "4340" or "iron", may be too short to be close to the whole.
+    found = [key for key in table if len(name) >= 3 and name in key]
+    found = found or get_close_matches(name, table, n=1, cutoff=0.6)
+    if found:
+        return f"did you mean {' or '.join(map(repr, found))}?"
+    return f"there are {', '.join(table)}"
 
 
 @dataclass(frozen=True)

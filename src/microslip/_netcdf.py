@@ -1,0 +1,109 @@
+"""Floor 0: labelled arrays as one netCDF-4 file, the same bytes for the same numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+_COMPRESSED = 4096  # bytes, from which on an array is
+
+
+class Variable(NamedTuple):
+    """An array with the names of its dimensions and its attributes (``units``, ``long_name``)."""
+
+    dims: tuple[str, ...]
+    values: NDArray[Any]
+    attributes: Mapping[str, Any]
+
+
+def write(
+    path: str | Path,
+    dims: Mapping[str, int],
+    coords: Mapping[str, Variable],
+    variables: Mapping[str, Variable],
+    attributes: Mapping[str, Any],
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Write a new netCDF-4 file that xarray, netCDF4, h5py and MATLAB read.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        A file that is not there yet.
+    dims : mapping
+        Lengths of the dimensions by name.
+    coords, variables : mapping
+        Arrays by name: numbers, or text (dtype ``str`` or ``object``). A coordinate that has the
+        name of its only dimension labels that dimension; the names of others are added to the
+        attribute ``coordinates`` of each variable that has their dimensions, as the CF conventions
+        want it.
+    attributes : mapping
+        Text and numbers about the whole file; like those of variables without empty texts, which
+        the format does not have.
+    progress : callable, optional
+        Called after each array with the share that is done, 0 … 1.
+
+    Raises
+    ------
+    OSError
+        The file is there already, or cannot be written.
+
+    Notes
+    -----
+    Nothing of time or place goes into the file: equal numbers give equal bytes with the same
+    libraries. Arrays of more than a few kB are compressed without loss.
+    """
+    import h5netcdf
+
+    auxiliary = {name: set(v.dims) for name, v in coords.items() if v.dims != (name,)}
+    total, done = sum(v.values.nbytes for v in (*coords.values(), *variables.values())), 0
+    with h5netcdf.File(path, "x", track_order=True) as file:
+        file.dimensions = dict(dims)
+        for name, value in attributes.items():
+            _set(file, name, value)
+        for group in (coords, variables):
+            for name, (names, values, about) in group.items():
+                data = np.asarray(values)
+                text = data.dtype.kind not in "iufb"
+                if data.dtype.kind == "b":
+                    data = data.astype(np.int8)
+                packed = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+                variable = file.create_variable(
+                    name,
+                    names,
+                    dtype=_text() if text else data.dtype,
+                    data=data.astype(object) if text else data,
+                    **(packed if data.nbytes > _COMPRESSED and not text else {}),
+                )
+                for key, value in about.items():
+                    _set(variable, key, value)
+                near = [key for key, its in auxiliary.items() if its <= set(names)]
+                if group is variables and near:
+                    _set(variable, "coordinates", " ".join(near))
+                done += data.nbytes
+                if progress is not None:
+                    progress(min(done / total, 1.0))
+
+
+def _set(owner: Any, name: str, value: Any) -> None:
+    """Set an attribute; text as an array of characters, the only kind that all readers know.
+
+    Strings of varying length are what h5py makes of text. MATLAB and Fortran programs that expect
+    characters refuse them.
+    """
+    import h5py
+
+    if isinstance(value, str):
+        data = value.encode()
+        value = np.array(data, dtype=h5py.string_dtype("utf-8", len(data)))
+    owner.attrs[name] = value
+
+
+def _text() -> Any:
+    import h5py
+
+    return h5py.string_dtype()

@@ -1,0 +1,416 @@
+"""The smallest structure with a joint: a mass on a spring beside it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._checks import LARGEST, Floats, exact, number, plain, positive, show
+from microslip._frozen import Locked, lock
+from microslip.errors import InputError
+from microslip.friction import LAWS, BackboneLaw
+from microslip.friction.numerics import lobatto
+from microslip.structures.ring_down import RingDown, ring_down
+from microslip.structures.slow_flow import MOST_CYCLES, slow_flow
+
+Method = Literal["quasi-static", "harmonic-balance"]
+
+_METHODS = ("quasi-static", "harmonic-balance")
+_BLOCK = 2000  # amplitudes a pass of the harmonic balance
+
+
+class _Length(NamedTuple):
+    """How long a motion is followed: one of the two."""
+
+    cycles: int | None
+    duration: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Decay(Locked):
+    """The envelope of a free oscillation, at its beginning and after each cycle.
+
+    Parameters
+    ----------
+    time : ndarray
+        Times since the release [s].
+    amplitude : ndarray
+        Amplitudes [m].
+    frequency : ndarray
+        Frequencies with which the oscillation is seen to swing, 1/period [Hz].
+    damping_ratio : ndarray
+        Damping ratios that a logarithmic decrement shows [-].
+
+    Raises
+    ------
+    InputError
+        Never: :meth:`Oscillator.decay` makes it.
+
+    Notes
+    -----
+    Amplitudes vary slowly, as in the averaging of Caughey (1960, DOI 10.1115/1.3644075); what an
+    amplitude holds of energy is taken from the joint's turning points.
+    """
+
+    time: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    damping_ratio: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        for name in ("time", "amplitude", "frequency", "damping_ratio"):
+            lock(getattr(self, name))
+
+    def __repr__(self) -> str:
+        return (
+            f"Decay({self.time.size - 1} cycles in {self.time[-1]:g} s, "
+            f"amplitude from {self.amplitude[0]:g} to {self.amplitude[-1]:g})"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Oscillator:
+    """A mass held by a spring and, parallel to it, by a joint: one mode of a jointed structure.
+
+    Parameters
+    ----------
+    mass : float
+        Mass m [kg], above zero; for a mode its modal mass.
+    stiffness : float
+        Stiffness k of the spring beside the joint [N/m], not negative.
+    joint : BackboneLaw
+        Any law given by its backbone, such as a :class:`microslip.Interface`.
+    viscous_damping_ratio : float, optional
+        Damping ratio of all else [-], from 0 to below 1.
+
+    Raises
+    ------
+    InputError
+        A value out of its range; a joint that is no backbone law.
+
+    Notes
+    -----
+    m q'' + c q' + k q + T[q] = 0 with the joint's force T and c = 2 zeta_v m omega_0, omega_0 that
+    of the mode whose joint sticks (that slides, for a joint that is rigid at rest).
+
+    *Quasi-static* modal analysis (Festjens, Chevallier and Dion, Int. J. Mech. Sci. 75, 170, 2013;
+    Lacayo and Allen 2019, DOI 10.1016/j.ymssp.2018.08.034) reads frequency and damping from one
+    loading curve: at the amplitude a the stiffness is the secant k + T0(a)/a = m omega^2, and the
+    joint adds E_d/4 pi U to the damping ratio, where U = (k + T0(a)/a) a^2/2 is the energy of the
+    *whole* mode. Nothing is integrated in time.
+
+    *Harmonic balance* weighs the loop with a cosine in place of a straight line from its middle to
+    its tip (equivalent linearisation; for hysteresis Caughey 1960, DOI 10.1115/1.3644075). The two
+    agree to first order in the microslip, for there the backbone bends like a parabola, whose
+    secant is its balanced stiffness. They part in gross slip: where the joint slides at its limit
+    mu N it resists, but stiffens the mode no longer, while the secant counts mu N/a.
+    """
+
+    mass: float
+    stiffness: float
+    joint: BackboneLaw
+    viscous_damping_ratio: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", positive("mass", self.mass, "kg"))
+        stiffness = number("stiffness", self.stiffness, "N/m")
+        if not 0.0 <= stiffness <= LARGEST:
+            raise InputError(
+                f"stiffness must be from 0 to {LARGEST:g} [N/m], got {exact(stiffness)}"
+            )
+        if not isinstance(self.joint, BackboneLaw):
+            names = ", ".join(law.__name__ for law in LAWS)
+            raise InputError(f"joint must be a backbone law ({names}), got {show(self.joint)}")
+        ratio = number("viscous_damping_ratio", self.viscous_damping_ratio, example=0.01)
+        if not 0.0 <= ratio < 1.0:
+            raise InputError(
+                f"viscous_damping_ratio must be from 0 to below 1 (else nothing swings), "
+                f"got {exact(ratio)}"
+            )
+        object.__setattr__(self, "stiffness", stiffness + 0.0)  # -0.0 is 0.0 here
+        object.__setattr__(self, "viscous_damping_ratio", ratio + 0.0)
+
+    @cached_property
+    def _stuck(self) -> float:
+        """Angular frequency that the dashpot is measured by [rad/s]."""
+        joint = self.joint.tangential_stiffness
+        held = self.stiffness + (joint if math.isfinite(joint) else 0.0)
+        return math.sqrt(held / self.mass)
+
+    @property
+    def viscous_coefficient(self) -> float:
+        """Coefficient of the dashpot c = 2 zeta_v m omega_0 [N s/m]."""
+        return 2.0 * self.viscous_damping_ratio * self.mass * self._stuck
+
+    # -- the closed form --------------------------------------------------------------------------
+
+    def angular_frequency(self, amplitude: ArrayLike, *, method: Method = "quasi-static") -> Any:
+        """Natural angular frequency of the mode at an amplitude.
+
+        Parameters
+        ----------
+        amplitude : array_like
+            Displacement amplitudes a [m], not negative, any shape.
+        method : {"quasi-static", "harmonic-balance"}, optional
+            Whose stiffness counts, see the class.
+
+        Returns
+        -------
+        float or ndarray
+            omega = sqrt((k + k_joint(a))/m) [rad/s], shape of ``amplitude``: from
+            sqrt((k + k_t)/m), the joint sticks, down to sqrt(k/m), it slides.
+
+        Raises
+        ------
+        InputError
+            Negative, not finite or empty; another method.
+        """
+        a = self.joint._amplitudes(amplitude, None)
+        joint = self._joint_stiffness(a.reshape(-1), method).reshape(a.shape)
+        return plain(np.sqrt((self.stiffness + joint) / self.mass))
+
+    def frequency(self, amplitude: ArrayLike, *, method: Method = "quasi-static") -> Any:
+        """Natural frequency omega/2 pi [Hz]; else as :meth:`angular_frequency`."""
+        return self.angular_frequency(amplitude, method=method) / (2.0 * math.pi)
+
+    def damping_ratio(self, amplitude: ArrayLike, *, method: Method = "quasi-static") -> Any:
+        """Damping ratio of the mode at an amplitude.
+
+        Parameters
+        ----------
+        amplitude : array_like
+            Displacement amplitudes a [m], not negative, any shape.
+        method : {"quasi-static", "harmonic-balance"}, optional
+            Whose stiffness counts, see the class.
+
+        Returns
+        -------
+        float or ndarray
+            zeta = zeta_v + E_d(a)/4 pi U(a) [-], shape of ``amplitude``, U = m omega(a)^2 a^2/2
+            the energy of the whole mode. By harmonic balance the dashpot, whose c is one number,
+            has the ratio c/2 m omega(a) in place of zeta_v: the two differ by the shift of the
+            frequency.
+
+        Raises
+        ------
+        InputError
+            Negative, not finite or empty; another method.
+
+        Notes
+        -----
+        It is not the ratio of the interface, :meth:`interface_damping_ratio`, but this times the
+        share T0(a)/a of the stiffness of the mode. A ring-down shows more, by the factor
+        (k + T0(a)/a)/(k + T0'(a)), one to first order in the microslip: what an amplitude of the
+        mode costs is the work of its *tangent* stiffness. :meth:`decay` counts that.
+        """
+        a = self.joint._amplitudes(amplitude, None)
+        flat = a.reshape(-1)
+        stiffness = self._joint_stiffness(flat, method)
+        secant = np.asarray(self.joint.secant_stiffness(flat))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = np.where(np.isinf(stiffness), 1.0, secant / (self.stiffness + stiffness))
+        ratio = self._interface(flat) * np.where(flat > 0.0, share, 0.0)
+        viscous: Any = self.viscous_damping_ratio
+        if method == "harmonic-balance" and viscous > 0.0:
+            viscous *= self._stuck / np.sqrt((self.stiffness + stiffness) / self.mass)
+        return plain((viscous + ratio).reshape(a.shape))
+
+    def interface_damping_ratio(self, amplitude: ArrayLike) -> Any:
+        """Damping ratio of the interface alone, ``joint.damping_ratio(amplitude)`` [-].
+
+        Parameters
+        ----------
+        amplitude : array_like
+            Displacement amplitudes [m], not negative, any shape.
+
+        Returns
+        -------
+        float or ndarray
+            Ratios [-], shape of ``amplitude``: not those of the mode, see :meth:`damping_ratio`.
+
+        Raises
+        ------
+        InputError
+            Negative, not finite or empty.
+        """
+        return self.joint.damping_ratio(amplitude)
+
+    def _interface(self, a: Floats) -> Floats:
+        return np.asarray(self.joint.damping_ratio(a))
+
+    def _joint_stiffness(self, a: Floats, method: str) -> Floats:
+        """The joint's stiffness in the mode [N/m]."""
+        if method not in _METHODS:
+            wanted = " or ".join(f'"{name}"' for name in _METHODS)
+            raise InputError(f"method must be {wanted}, got {show(method)}")
+        if method == "quasi-static" or a.size == 0:
+            return np.asarray(self.joint.secant_stiffness(a))
+        parts = [
+            balanced_stiffness(self.joint, a[i : i + _BLOCK]) for i in range(0, a.size, _BLOCK)
+        ]
+        return np.concatenate(parts)
+
+    # -- the free oscillation ---------------------------------------------------------------------
+
+    def decay(
+        self, amplitude: float, *, cycles: int | None = None, duration: float | None = None
+    ) -> Decay:
+        """The envelope of a free oscillation, from the closed forms, without its single swings.
+
+        Parameters
+        ----------
+        amplitude : float
+            Displacement amplitude at the beginning [m], above zero.
+        cycles : int, optional
+            How many cycles to follow it.
+        duration : float, optional
+            For how long [s] instead.
+
+        Returns
+        -------
+        Decay
+            ``time``, ``amplitude``, ``frequency`` and ``damping_ratio`` at the beginning and after
+            each cycle. It ends early where a cycle would lose more than half of its amplitude, as
+            before a dry slider stops: there it is no slow decay.
+
+        Raises
+        ------
+        InputError
+            Both or neither of cycles and duration, a value that is not above zero; a decay that
+            is too fast from the beginning.
+
+        Notes
+        -----
+        Slow flow, integrated over the cycles n (DOP853, relative tolerance 1e-10):
+
+            -a (k + T0'(a)) da/dn = E_d(a) + 2 pi (k + T0'(a)) a^2 zeta_c / sqrt(1 - zeta_c^2),
+
+        zeta_c = c omega/2 (k + T0'(a)). Between turning points the joint obeys Masing's rule, and
+        the energies at these say *how much an amplitude holds*: along a decay that of the mode
+        changes by a (k + T0'(a)) da, the tangent at the tip, not the secant. For c = 0 the error
+        is of second order in what a cycle loses; for a joint that only sticks or only slides the
+        decay is exact. Times follow from the frequency of the harmonic balance.
+        """
+        a = positive("amplitude", amplitude, "m", 1e-6)
+        length = _length("decay", cycles, duration)
+
+        return Decay(*slow_flow(self, a, length.cycles, length.duration))
+
+    def ring_down(
+        self,
+        amplitude: float,
+        *,
+        cycles: int | None = None,
+        duration: float | None = None,
+        samples_per_cycle: int = 100,
+    ) -> RingDown:
+        """The free oscillation after a release at rest, integrated in time with the joint's state.
+
+        Parameters
+        ----------
+        amplitude : float
+            Displacement [m] that the first loading leads to, and where the mass is let go.
+        cycles : int, optional
+            How many cycles to follow it, from one turning point to the one after the next.
+        duration : float, optional
+            For how long [s] instead.
+        samples_per_cycle : int, optional
+            Time steps in a period of the mode whose joint sticks, at least 8: the shortest one
+            (in the period of the sliding one, for a joint that is rigid at rest).
+
+        Returns
+        -------
+        RingDown
+            Times, displacements, velocities, joint forces and energies; turning points; and the
+            amplitude, frequency and damping ratio of each cycle, read from these. It ends early
+            where a joint that is rigid at rest holds the mass.
+
+        Raises
+        ------
+        InputError
+            Both or neither of cycles and duration, a value out of its range; cycles of a motion
+            that creeps back without turning, or more samples than memory is likely to hold.
+
+        Notes
+        -----
+        Each step solves the linear oscillator of the sticking joint exactly (Nigam and Jennings,
+        Bull. Seismol. Soc. Am. 59, 909, 1969) under what the joint falls short of it, which is the
+        cubic through forces and tangents at both ends of the step, and iterates with
+        ``state.try_`` until the end is the one that the joint's force there leads to. Turning
+        points are steps of their own: the joint reverses where the mass does. So the method is
+        symmetric in time, of fourth order for smooth backbones, exact while the joint sticks, and
+        adds no damping of its own.
+        """
+        a = positive("amplitude", amplitude, "m", 1e-6)
+        length = _length("ring_down", cycles, duration)
+        if (
+            isinstance(samples_per_cycle, bool)
+            or not isinstance(samples_per_cycle, (int, np.integer))
+            or samples_per_cycle < 8
+        ):
+            raise InputError(
+                f"samples_per_cycle must be an integer of at least 8, got {show(samples_per_cycle)}"
+            )
+        return ring_down(self, a, length.cycles, length.duration, int(samples_per_cycle))
+
+
+def balanced_stiffness(joint: BackboneLaw, a: Floats) -> Floats:
+    """First harmonic of the loop in phase with the displacement, over the amplitude [N/m].
+
+    (4/pi a) times the integral of [T0(a) - T0(a sin^2(phi/2))] cos(phi) over the descending
+    branch, 0 <= phi <= pi: adaptive, since a backbone may have kinks.
+    """
+    result = np.full_like(a, joint.tangential_stiffness)
+    moved = np.flatnonzero(a > 0.0)
+    if moved.size == 0:
+        return result
+    amplitude = a[moved]
+    peak = joint._backbone(amplitude)
+    # In gross slip all happens soon after the turning point.
+    edges = np.append(0.0, np.pi * 0.25 ** np.arange(12.0, -1.0, -1.0))
+    low, high = np.tile(edges[:-1], amplitude.size), np.tile(edges[1:], amplitude.size)
+    owner = np.repeat(np.arange(amplitude.size), edges.size - 1)
+
+    def integral(low: Floats, high: Floats, owner: NDArray[np.intp]) -> Floats:
+        def integrand(phi: Floats) -> Floats:
+            which = np.repeat(owner, phi.size // owner.size)
+            below = peak[which] - joint._backbone(amplitude[which] * np.sin(0.5 * phi) ** 2)
+            return np.asarray(below * np.cos(phi))
+
+        return lobatto(integrand, low, high)
+
+    total = np.zeros_like(amplitude)
+    coarse = integral(low, high, owner)
+    scale = np.bincount(owner, np.abs(coarse), minlength=amplitude.size)
+    for depth in range(50):
+        middle = 0.5 * (low + high)
+        left, right = integral(low, middle, owner), integral(middle, high, owner)
+        rough = np.abs(left + right - coarse) > 1e-13 * scale[owner]
+        if depth == 49:
+            rough[:] = False
+        total += np.bincount(owner[~rough], (left + right)[~rough], minlength=amplitude.size)
+        if not rough.any():
+            break
+        low, middle, high = low[rough], middle[rough], high[rough]
+        low, high = np.concatenate((low, middle)), np.concatenate((middle, high))
+        coarse = np.concatenate((left[rough], right[rough]))
+        owner = np.concatenate((owner[rough], owner[rough]))
+    result[moved] = 4.0 / math.pi * total / amplitude
+    return result
+
+
+def _length(name: str, cycles: Any, duration: Any) -> _Length:
+    if (cycles is None) == (duration is None):
+        came = "neither" if cycles is None else "both"
+        raise InputError(f"{name} needs cycles=... or duration=... [s], one of them, got {came}")
+    if cycles is None:
+        return _Length(None, positive("duration", duration, "s"))
+    whole = isinstance(cycles, (int, np.integer)) and not isinstance(cycles, bool)
+    if not whole or not 1 <= cycles <= MOST_CYCLES:
+        raise InputError(f"cycles must be an integer from 1 to {MOST_CYCLES}, got {show(cycles)}")
+    return _Length(int(cycles), None)

@@ -1,0 +1,255 @@
+"""The table of metals: every value as its document prints it, and the way to a material."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import re
+import tomllib
+from collections.abc import Iterator
+from dataclasses import FrozenInstanceError
+from pathlib import Path
+from types import MappingProxyType
+
+import pytest
+
+import microslip as ms
+from microslip.materials import Metal, metals
+
+PSI = 6894.757
+HB = 9.80665e6
+TABLE = Path(ms.__file__).with_name("metals.toml")
+
+# E, G and nu typed again from the documents: in 10^6 psi, or in GPa where that is printed. G is
+# printed by each of them but the standards on cast iron and stainless steel.
+PRINTED = {
+    "steel": (210.0, 81.0, 0.3, "GPa"),
+    "steel-4340": (29.0, 11.0, 0.32, "Msi"),
+    "tool-steel": (29.5, 11.4, 0.295, "Msi"),
+    "stainless-304": (200.0, None, 0.3, "GPa"),
+    "stainless-17-4ph": (28.5, 11.2, 0.27, "Msi"),
+    "grey-iron": ((103.0 + 118.0) / 2.0, None, 0.26, "GPa"),
+    "ductile-iron": (169.0, None, 0.275, "GPa"),
+    "al2017": (69.0, None, 0.33, "GPa"),
+    "al2024": (10.5, 4.0, 0.33, "Msi"),
+    "al6061": (9.9, 3.8, 0.33, "Msi"),
+    "al6082": (70.0, 27.0, 0.3, "GPa"),
+    "al7075": (10.3, 3.9, 0.33, "Msi"),
+    "az31b": (6.5, 2.4, 0.35, "Msi"),
+    "ti-6al-4v": (16.0, 6.2, 0.31, "Msi"),
+    "inconel-718": (29.4, 11.4, 0.29, "Msi"),
+    "nickel": (28.9, 11.0, 0.312, "Msi"),
+    "copper": (18.8, 7.01, 0.343, "Msi"),
+    "brass": (14.6, 5.41, 0.35, "Msi"),
+    "tungsten": (59.6, 23.3, 0.28, "Msi"),
+}
+BRINELL = {"al2017": 105, "al2024": 120, "al6061": 95, "al7075": 150}
+NAMES = sorted(metals())
+
+
+def refusal(name: object) -> str:
+    with pytest.raises(ms.InputError) as caught:
+        ms.Material.named(name)  # type: ignore[arg-type]
+    return str(caught.value)
+
+
+# -- values ----------------------------------------------------------------------------------------
+
+
+def test_the_table_holds_what_was_typed_again() -> None:
+    assert set(metals()) == set(PRINTED)
+    assert 15 <= len(metals()) <= 25
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_values_are_those_printed(name: str) -> None:
+    metal = metals()[name]
+    modulus, _, ratio, unit = PRINTED[name]
+    expected = modulus * (PSI / 1e3 if unit == "Msi" else 1.0)
+    assert metal.young_modulus / 1e9 == pytest.approx(expected, abs=0.0501)
+    if unit == "GPa":
+        assert metal.young_modulus == modulus * 1e9
+    assert metal.poisson_ratio == ratio
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_shear_modulus_is_the_printed_one(name: str) -> None:
+    """E, G and nu are rounded each by itself, and not of one test: they agree to 3 %."""
+    modulus, shear, ratio, unit = PRINTED[name]
+    made = metals()[name].material.shear_modulus
+    assert made == pytest.approx(metals()[name].young_modulus / (2 + 2 * ratio), rel=1e-15, abs=0)
+    if shear is not None:
+        assert shear == pytest.approx(modulus / (2 + 2 * ratio), rel=0.03, abs=0)
+        printed = shear * (PSI / 1e3 if unit == "Msi" else 1.0)
+        assert made / 1e9 == pytest.approx(printed, rel=0.03, abs=0)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_hardness_is_brinells_number_of_the_source(name: str) -> None:
+    metal = metals()[name]
+    if metal.hardness is None:
+        assert name not in BRINELL
+        assert "hardness" not in metal.sources
+        return
+    assert metal.hardness == pytest.approx(BRINELL[name] * HB, abs=5.01e6)
+    assert f"HB {BRINELL[name]}," in metal.sources["hardness"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_values_are_those_of_metals(name: str) -> None:
+    metal = metals()[name]
+    assert 40e9 < metal.young_modulus < 450e9
+    assert 0.2 < metal.poisson_ratio < 0.4
+    # Between two and ten times a yield strain of a thousandth to a hundredth.
+    if metal.hardness is not None:
+        assert 2e-3 < metal.hardness / metal.young_modulus < 5e-2
+
+
+def test_the_pair_of_the_worked_example() -> None:
+    al = ms.Material.named("al2017")
+    assert (al.young_modulus, al.poisson_ratio) == (69e9, 0.33)
+    assert "Jointed Structures" in metals()["al2017"].sources["young_modulus"]
+
+
+# -- sources ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_value_has_its_document_and_year(name: str) -> None:
+    metal = metals()[name]
+    values = {"young_modulus", "poisson_ratio"} | ({"hardness"} if metal.hardness else set())
+    assert set(metal.sources) == values
+    for source in metal.sources.values():
+        year = re.match(
+            r"(?:EN \d+(?:-\d)*:|MIL-HDBK-5J, |Metals Handbook Desk Edition, ASM, "
+            r"|The Mechanics of Jointed Structures, Springer, )(\d{4})\b",
+            source,
+        )
+        assert year is not None, source
+        assert 1980 <= int(year[1]) <= 2024
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_printed_psi_is_the_value(name: str) -> None:
+    printed = re.search(r": ([\d.]+)e6 psi", metals()[name].sources["young_modulus"])
+    assert (printed is not None) == (PRINTED[name][3] == "Msi")
+    if printed:
+        expected = float(printed[1]) * PSI / 1e3
+        assert metals()[name].young_modulus / 1e9 == pytest.approx(expected, abs=0.0501)
+
+
+# -- names -----------------------------------------------------------------------------------------
+
+
+def test_names_are_written_one_way() -> None:
+    for name, metal in metals().items():
+        assert metal.name == name
+        assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name)
+        assert metal.description.strip() == metal.description
+        assert len(metal.description) > len(name) or name in ("copper", "tungsten", "nickel")
+    plain = [name.replace("-", "") for name in metals()]
+    assert len(set(plain)) == len(plain)
+
+
+def test_names_and_descriptions_are_unique() -> None:
+    heads = re.findall(r"(?m)^\[(.+)\]$", TABLE.read_text(encoding="utf-8"))
+    assert heads == list(metals())
+    assert len({metal.description for metal in metals().values()}) == len(metals())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_entry_makes_a_material(name: str) -> None:
+    metal, body = metals()[name], ms.Material.named(name)
+    assert type(body) is ms.Material
+    assert body == metal.material
+    assert body == ms.Material(metal.young_modulus, metal.poisson_ratio, metal.hardness)
+    pair = ms.MaterialPair(body, ms.Material.named("steel"))
+    assert 0.5e9 < pair.composite_shear_modulus < pair.composite_modulus < 500e9
+
+
+@pytest.mark.parametrize(
+    ("written", "name"),
+    [
+        ("Steel", "steel"),
+        ("Ti 6Al 4V", "ti-6al-4v"),
+        ("  INCONEL_718 ", "inconel-718"),
+        ("grey iron", "grey-iron"),
+        ("Al2017", "al2017"),
+    ],
+)
+def test_capitals_and_spaces_do_not_matter(written: str, name: str) -> None:
+    assert ms.Material.named(written) == metals()[name].material
+
+
+# -- errors ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("stel", "no metal is named 'stel'; did you mean 'steel'?"),
+        ("al 2071", "no metal is named 'al 2071'; did you mean 'al2017'?"),
+        ("Inconel", "no metal is named 'Inconel'; did you mean 'inconel-718'?"),
+        ("4340", "no metal is named '4340'; did you mean 'steel-4340'?"),
+        ("iron", "no metal is named 'iron'; did you mean 'grey-iron' or 'ductile-iron'?"),
+        (
+            "stainless",
+            "no metal is named 'stainless'; did you mean 'stainless-304' or 'stainless-17-4ph'?",
+        ),
+        ("oak", "no metal is named 'oak'; there are " + ", ".join(PRINTED)),
+        ("", "no metal is named ''; there are " + ", ".join(PRINTED)),
+        (2017, "name must be a text such as 'steel', got 2017"),
+        (None, "name must be a text such as 'steel', got None"),
+        (b"steel", "name must be a text such as 'steel', got b'steel'"),
+    ],
+    ids=str,
+)
+def test_names_refused(name: object, message: str) -> None:
+    assert refusal(name) == message
+
+
+def test_every_name_in_the_messages_is_one() -> None:
+    listed = refusal("oak").partition("there are ")[2].split(", ")
+    assert [ms.Material.named(name) for name in listed]
+
+
+def test_a_metal_checks_its_values() -> None:
+    with pytest.raises(ms.InputError, match=r"poisson_ratio must be in \(-1, 0.5\], got 0.7"):
+        Metal("unobtainium", "None", 1e9, 0.7, None, {})
+
+
+# -- frozen ----------------------------------------------------------------------------------------
+
+
+def test_nothing_in_the_table_can_be_changed() -> None:
+    table = metals()
+    assert metals() is table
+    assert isinstance(table, MappingProxyType)
+    with pytest.raises(TypeError):
+        table["steel"] = table["copper"]  # type: ignore[index]
+    with pytest.raises(FrozenInstanceError):
+        table["steel"].young_modulus = 1.0  # type: ignore[misc]
+    with pytest.raises(TypeError):
+        table["steel"].sources["young_modulus"] = "hearsay"  # type: ignore[index]
+
+
+def copies(value: Metal) -> Iterator[Metal]:
+    yield pickle.loads(pickle.dumps(value))
+    yield copy.copy(value)
+    yield copy.deepcopy(value)
+
+
+def test_copies_are_equal() -> None:
+    for metal in metals().values():
+        for other in copies(metal):
+            assert other == metal
+            assert hash(other) == hash(metal)
+            with pytest.raises(TypeError):
+                other.sources["young_modulus"] = "hearsay"  # type: ignore[index]
+
+
+def test_the_file_holds_nothing_else() -> None:
+    allowed = {"description", "young_modulus", "poisson_ratio", "hardness", "sources"}
+    for entry in tomllib.loads(TABLE.read_text(encoding="utf-8")).values():
+        assert set(entry) <= allowed
+        assert allowed - {"hardness"} <= set(entry)

@@ -1,0 +1,464 @@
+"""Sweeps: labels, shapes, files, and each error."""
+
+from __future__ import annotations
+
+import copy
+import csv
+import dataclasses
+import os
+import pickle
+import sys
+from pathlib import Path
+from typing import Any
+
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+import xarray
+
+import microslip as ms
+from microslip import _netcdf
+from microslip.friction import LAWS
+
+JOINT = ms.Interface.examples()[0]
+LOADS = [500.0, 2000.0, 5000.0]
+AMPLITUDES = np.array([0.0, 1e-8, 1e-7, 1e-6])
+SWEPT = ms.sweep(
+    JOINT,
+    normal_load=LOADS,
+    amplitude=AMPLITUDES,
+    quantities=["dissipated_energy", "loss_factor", "force_limit", "contact_count"],
+)
+
+
+def refusal(call: Any, *args: Any, **kwargs: Any) -> str:
+    with pytest.raises(ms.InputError) as caught:
+        call(*args, **kwargs)
+    return str(caught.value)
+
+
+# -- labels and shapes -----------------------------------------------------------------------------
+
+
+def test_labels() -> None:
+    assert SWEPT.dims == ("normal_load", "amplitude")
+    assert SWEPT.sizes == {"normal_load": 3, "amplitude": 4}
+    assert SWEPT.shape == (3, 4)
+    assert list(SWEPT) == ["dissipated_energy", "loss_factor", "force_limit", "contact_count"]
+    assert len(SWEPT) == 4
+    assert "loss_factor" in SWEPT
+    assert "normal_load" in SWEPT
+    assert "stick_area" not in SWEPT
+    assert SWEPT["loss_factor"].shape == (3, 4)
+    assert SWEPT.variables["force_limit"].dims == ("normal_load",)
+    np.testing.assert_array_equal(SWEPT["force_limit"], 0.55 * np.array(LOADS))
+    np.testing.assert_array_equal(SWEPT["amplitude"], AMPLITUDES)
+    # What was not given is there, without a dimension.
+    assert SWEPT["friction_coefficient"] == 0.55
+    assert type(SWEPT["friction_coefficient"]) is float
+    assert SWEPT.variables["dissipated_energy"].attributes == {
+        "units": "J", "long_name": "energy dissipated in a closed cycle",
+    }  # fmt: skip
+    assert SWEPT.attributes["source"] == f"microslip {ms.__version__}"
+    assert SWEPT.attributes["joint"] == repr(JOINT)
+
+
+@pytest.mark.parametrize("friction", [None, 0.3, [0.3], [0.3, 0.6]])
+@pytest.mark.parametrize("load", [None, 700.0, [700.0], LOADS])
+@pytest.mark.parametrize("amplitude", [1e-7, [1e-7], AMPLITUDES])
+def test_shapes_are_those_of_what_is_given(friction: Any, load: Any, amplitude: Any) -> None:
+    swept = ms.sweep(JOINT, normal_load=load, amplitude=amplitude, friction_coefficient=friction)
+    lists = [np.shape(given) for given in (friction, load, amplitude)]
+    shape = tuple(size for given in lists for size in given)
+    assert swept.shape == shape
+    assert list(swept) == [
+        "force_amplitude", "dissipated_energy", "loss_factor", "damping_ratio", "secant_stiffness",
+    ]  # fmt: skip
+    for name in swept:
+        assert np.shape(swept[name]) == shape
+    if not shape:
+        each = ms.Interface(JOINT.surface, friction or 0.55, normal_load=load or 2000.0)
+        assert swept["dissipated_energy"] == pytest.approx(each.dissipated_energy(1e-7), rel=1e-13)
+
+
+def test_a_joint_given_by_its_separation_keeps_it() -> None:
+    joint = JOINT.at(separation=4.1e-7)
+    swept = ms.sweep(joint, amplitude=1e-7, quantities=["separation"])
+    assert swept["separation"] == 4.1e-7
+
+
+def test_amplitudes_that_belong_to_forces() -> None:
+    swept = ms.sweep(JOINT, normal_load=LOADS, force_amplitude=[0.0, 100.0])
+    assert next(iter(swept)) == "amplitude"
+    assert swept.dims == ("normal_load", "force_amplitude")
+    for load, row in zip(LOADS, swept["amplitude"], strict=True):
+        wanted = JOINT.at(normal_load=load).backbone_displacement([0.0, 100.0])
+        np.testing.assert_allclose(row, wanted, rtol=1e-13)
+    alone = ms.sweep(JOINT, force_amplitude=100.0, quantities=["secant_stiffness"])
+    assert alone["secant_stiffness"] == pytest.approx(
+        JOINT.secant_stiffness(force_amplitude=100.0), rel=1e-13
+    )
+
+
+@pytest.mark.parametrize(
+    "law", [e for cls in LAWS if not issubclass(cls, ms.Interface) for e in cls.examples()], ids=str
+)
+def test_laws_without_a_load(law: ms.BackboneLaw) -> None:
+    a = np.geomspace(1e-8, 1e-4, 5)
+    names = [
+        "dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio", "secant_stiffness",
+        "dissipation_exponent",
+    ]  # fmt: skip
+    shares: list[float] = []
+    quantities = [*names, "force_amplitude", "tangent_stiffness", "force_limit"]
+    swept = ms.sweep(law, amplitude=a, quantities=quantities, progress=shares.append)
+    assert swept.dims == ("amplitude",)
+    assert shares == [1.0]
+    for name in names:
+        np.testing.assert_array_equal(swept[name], getattr(law, name)(a))
+    np.testing.assert_array_equal(swept["force_amplitude"], law.backbone(a))
+    np.testing.assert_array_equal(swept["tangent_stiffness"], law.backbone_stiffness(a))
+    assert swept["force_limit"] == law.force_limit
+    assert np.shape(ms.sweep(law, amplitude=1e-6)["loss_factor"]) == ()
+
+
+def test_one_asperity_has_loads() -> None:
+    asperity = ms.Asperity.examples()[0]
+    swept = ms.sweep(asperity, normal_load=[1.0, 10.0], amplitude=[1e-7, 1e-5])
+    for load, row in zip((1.0, 10.0), swept["dissipated_energy"], strict=True):
+        wanted = asperity.at(normal_load=load).dissipated_energy([1e-7, 1e-5])
+        np.testing.assert_allclose(row, wanted, rtol=1e-13)
+
+
+def test_progress() -> None:
+    shares: list[float] = []
+    ms.sweep(
+        JOINT,
+        normal_load=np.geomspace(100.0, 5000.0, 300),
+        amplitude=np.geomspace(1e-9, 1e-5, 300),
+        progress=shares.append,
+    )
+    assert len(shares) > 10
+    assert shares == sorted(shares)
+    assert 0.0 <= shares[0] < 0.1
+    assert shares[-1] == 1.0
+    by_force: list[float] = []
+    ms.sweep(JOINT, normal_load=LOADS, force_amplitude=[1.0, 2.0], progress=by_force.append)
+    assert by_force == sorted(by_force)
+    assert by_force[-1] == 1.0
+
+
+def test_everything_is_frozen() -> None:
+    given = np.array([1e-7, 2e-7])
+    swept = ms.sweep(JOINT, normal_load=LOADS, amplitude=given)
+    given[0] = 3.0
+    assert swept["amplitude"][0] == 1e-7
+    for thing in (swept, copy.deepcopy(swept), pickle.loads(pickle.dumps(swept))):
+        for field in dataclasses.fields(thing):
+            with pytest.raises(dataclasses.FrozenInstanceError):
+                setattr(thing, field.name, {})
+        with pytest.raises(TypeError):
+            thing.variables["loss_factor"] = thing.variables["damping_ratio"]
+        for name in (*thing, *thing.dims):
+            assert not thing[name].flags.writeable
+        assert repr(thing) == repr(swept)
+        np.testing.assert_array_equal(thing["loss_factor"], swept["loss_factor"])
+
+
+def test_what_is_shown() -> None:
+    assert repr(SWEPT) == (
+        "Sweep(normal_load: 3, amplitude: 4)\n"
+        "  coordinates\n"
+        "    friction_coefficient  0.55 [1]\n"
+        "    normal_load           500 … 5000 [N] (normal_load)\n"
+        "    amplitude             0 … 1e-06 [m] (amplitude)\n"
+        "  variables\n"
+        "    dissipated_energy     0 … 0.00667923 [J] (normal_load, amplitude)\n"
+        "    loss_factor           0 … 0.927566 [1] (normal_load, amplitude)\n"
+        "    force_limit           275 … 2750 [N] (normal_load)\n"
+        "    contact_count         2081.41 … 10040.6 [1] (normal_load)"
+    )
+    # An exponent of nothing is no number.
+    cell = ms.Jenkins(stiffness=5e7, force_limit=100.0)
+    swept = ms.sweep(cell, amplitude=1e-9, quantities=["dissipation_exponent"])
+    assert repr(swept).endswith("dissipation_exponent  nan [1]")
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+
+def test_netcdf_is_read_by_all(tmp_path: Path) -> None:
+    path = SWEPT.to_netcdf(tmp_path / "sweep.nc")
+    for engine in ("h5netcdf", "netcdf4"):
+        with xarray.open_dataset(path, engine=engine) as data:
+            assert dict(data.sizes) == SWEPT.sizes
+            for name in (*SWEPT.variables, *SWEPT.coords):
+                np.testing.assert_array_equal(data[name], SWEPT[name])
+            assert data["amplitude"].attrs["units"] == "m"
+            assert data.attrs["Conventions"] == "CF-1.11"
+            assert set(data.coords) == {"friction_coefficient", "normal_load", "amplitude"}
+    with netCDF4.Dataset(path) as file:
+        np.testing.assert_array_equal(file["loss_factor"][:], SWEPT["loss_factor"])
+        assert file["loss_factor"].dimensions == SWEPT.dims
+    with h5py.File(path) as file:
+        np.testing.assert_array_equal(file["loss_factor"][:], SWEPT["loss_factor"])
+    assert [entry.name for entry in tmp_path.iterdir()] == ["sweep.nc"]
+
+
+def test_equal_sweeps_are_equal_files(tmp_path: Path) -> None:
+    many = ms.sweep(JOINT, normal_load=np.geomspace(100.0, 5000.0, 50), amplitude=AMPLITUDES)
+    one, two = (many.to_netcdf(tmp_path / name).read_bytes() for name in ("1.nc", "2.nc"))
+    assert one == two
+
+
+def test_xarray() -> None:
+    data = SWEPT.to_xarray()
+    assert list(data.data_vars) == list(SWEPT)
+    assert data["loss_factor"].dims == SWEPT.dims
+    assert (
+        float(data["loss_factor"].sel(normal_load=2000.0, amplitude=1e-7))
+        == (SWEPT["loss_factor"][1, 2])
+    )
+    assert data.attrs == dict(SWEPT.attributes)
+
+
+def test_csv(tmp_path: Path) -> None:
+    path = SWEPT.to_csv(tmp_path / "sweep.csv")
+    with path.open(encoding="utf-8", newline="") as file:
+        head, *rows = list(csv.reader(file))
+    assert head == [
+        "friction_coefficient [-]", "normal_load [N]", "amplitude [m]", "dissipated_energy [J]",
+        "loss_factor [-]", "force_limit [N]", "contact_count [-]",
+    ]  # fmt: skip
+    assert len(rows) == 12
+    numbers = np.array(rows, dtype=float)
+    np.testing.assert_array_equal(numbers[:, 1], np.repeat(LOADS, 4))
+    np.testing.assert_array_equal(numbers[:, 2], np.tile(AMPLITUDES, 3))
+    np.testing.assert_array_equal(numbers[:, 4].reshape(3, 4), SWEPT["loss_factor"])
+    np.testing.assert_array_equal(numbers[:, 6], np.repeat(SWEPT["contact_count"], 4))
+    single = ms.sweep(JOINT, amplitude=1e-7).to_csv(tmp_path / "single.csv")
+    assert len(single.read_text(encoding="utf-8").splitlines()) == 2
+
+
+@pytest.mark.parametrize("kind", ["to_netcdf", "to_csv"])
+def test_nothing_is_overwritten_unasked(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine"
+    path.write_text("mine", encoding="utf-8")
+    write = getattr(SWEPT, kind)
+    assert refusal(write, path) == f"{path}: exists; replace it with overwrite=True"
+    assert path.read_text(encoding="utf-8") == "mine"
+    assert write(path, overwrite=True) == path
+    assert path.read_bytes()[:4] in (b"\x89HDF", b"fric")
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    assert refusal(write, folder, overwrite=True) == f"{folder}: is a folder"
+    nowhere = tmp_path / "no" / "file"
+    assert refusal(write, nowhere) == (f"{nowhere}: cannot be written: no such file or directory")
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["folder", "mine"]
+    mask = os.umask(0)
+    os.umask(mask)
+    assert path.stat().st_mode & 0o777 == 0o666 & ~mask
+
+
+@pytest.mark.parametrize("kind", ["to_netcdf", "to_csv"])
+def test_a_file_that_appears_meanwhile_is_kept(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "mine"
+    link = os.link
+
+    def late(source: Any, target: Any) -> None:
+        path.write_text("mine", encoding="utf-8")
+        link(source, target)
+
+    def without_links(source: Any, target: Any) -> None:
+        raise PermissionError("no links here")
+
+    monkeypatch.setattr(os, "link", late)
+    message = f"{path}: exists; replace it with overwrite=True"
+    assert refusal(getattr(SWEPT, kind), path) == message
+    assert path.read_text(encoding="utf-8") == "mine"
+    path.unlink()
+    monkeypatch.setattr(os, "link", without_links)
+    getattr(SWEPT, kind)(path)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["mine"]
+
+
+def test_a_file_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("microslip.sweeps.write_netcdf", full)
+    path = tmp_path / "sweep.nc"
+    assert refusal(SWEPT.to_netcdf, path) == f"{path}: cannot be written: no space left on device"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_xarray(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    assert refusal(SWEPT.to_xarray) == (
+        'to_xarray needs xarray, which is not installed: pip install "microslip[xarray]"; '
+        "to_netcdf(...) and to_csv(...) need nothing more"
+    )
+
+
+def test_the_writer_of_netcdf(tmp_path: Path) -> None:
+    """Text, flags, whole numbers, names of points that are no dimension, a large array."""
+    path = tmp_path / "all.nc"
+    variable = _netcdf.Variable
+    noise = np.random.default_rng(0).normal(size=(2, 3000))
+    _netcdf.write(
+        path,
+        {"load": 2, "point": 3000},
+        {
+            "load": variable(("load",), np.array([1.0, 2.0]), {"units": "N"}),
+            "place": variable(("point",), np.arange(3000.0), {"units": "m"}),
+        },
+        {
+            "noise": variable(("load", "point"), noise, {"units": "1"}),
+            "name": variable(("load",), np.array(["light", "schwer, µ"]), {}),
+            "ok": variable(("load",), np.array([True, False]), {}),
+            "count": variable((), np.array(7), {}),
+            "empty": variable(("load",), np.array([np.nan, np.inf]), {}),
+        },
+        {"title": "µ"},
+    )
+    for engine in ("h5netcdf", "netcdf4"):
+        with xarray.open_dataset(path, engine=engine) as data:
+            np.testing.assert_array_equal(data["noise"], noise)
+            assert set(data["noise"].coords) == {"load", "place"}
+            assert data["name"].values.tolist() == ["light", "schwer, µ"]
+            assert data["ok"].values.tolist() == [1, 0]
+            assert int(data["count"]) == 7
+            np.testing.assert_array_equal(data["empty"], [np.nan, np.inf])
+            assert data.attrs == {"title": "µ"}
+    with pytest.raises(FileExistsError):
+        _netcdf.write(path, {}, {}, {}, {})
+
+
+# -- errors ----------------------------------------------------------------------------------------
+
+ONE_OF = "amplitude=[...] [m] or force_amplitude=[...] [N] must be given, one of them, got"
+NAMES = (
+    "force_amplitude, dissipated_energy, energy_ratio, loss_factor, damping_ratio, "
+    "secant_stiffness, tangent_stiffness, dissipation_exponent, stick_area, separation, "
+    "normal_stiffness, tangential_stiffness, contact_count, contact_area, force_limit, "
+    "slip_per_indentation"
+)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, f"{ONE_OF} neither"),
+        ({"amplitude": 1e-6, "force_amplitude": 1.0}, f"{ONE_OF} both"),
+        ({"amplitude": [1e-6, -1e-6]}, "amplitude must not be negative, got -1e-06"),
+        ({"force_amplitude": -1.0}, "force_amplitude must not be negative, got -1"),
+        ({"amplitude": []}, "amplitude must hold at least one number, got an empty array"),
+        (
+            {"amplitude": [[1e-6]]},
+            "amplitude must be a number or one-dimensional, got shape (1, 1)",
+        ),
+        (
+            {"amplitude": ["1 um"]},
+            "amplitude must be a number or an array of numbers, got ['1 um']",
+        ),
+        (
+            {"amplitude": [1e-6, np.nan]},
+            "amplitude must be finite: 1 of 2 values are not, the first is nan at index 1",
+        ),
+        (
+            {"amplitude": 1e-6, "normal_load": [500.0, 0.0]},
+            "normal_load must be above zero [N], got 0",
+        ),
+        (
+            {"amplitude": 1e-6, "normal_load": 1e50},
+            "normal_load must be between 1e-40 and 1e+40 [N], got 1e+50",
+        ),
+        (
+            {"amplitude": 1e-6, "friction_coefficient": [-0.5]},
+            "friction_coefficient must be above zero, got -0.5",
+        ),
+        (
+            {"amplitude": 1e-6, "friction_coefficient": 1e-50},
+            "friction_coefficient must be between 1e-40 and 1e+40, got 1e-50",
+        ),
+        (
+            {"amplitude": 1e-6, "quantities": "loss_factor"},
+            "quantities must be a list of names, got 'loss_factor'; "
+            'for example quantities=["dissipated_energy"]',
+        ),
+        (
+            {"amplitude": 1e-6, "quantities": []},
+            "quantities must be a list of names, got []; "
+            'for example quantities=["dissipated_energy"]',
+        ),
+        (
+            {"amplitude": 1e-6, "quantities": ["damping"]},
+            f"quantities must be of {NAMES}, got 'damping'",
+        ),
+        (
+            {"amplitude": 1e-6, "quantities": ["amplitude"]},
+            "quantities must not name amplitude: it is a coordinate already",
+        ),
+        (
+            {"force_amplitude": 1.0, "quantities": ["force_amplitude"]},
+            "quantities must not name force_amplitude: it is a coordinate already",
+        ),
+        (
+            {"amplitude": 1e-6, "quantities": ["loss_factor", "separation", "loss_factor"]},
+            "quantities must name each once, got loss_factor twice",
+        ),
+        (
+            {"amplitude": 1e-6, "progress": True},
+            "progress must be a function of the share done, got True",
+        ),
+        (
+            {"force_amplitude": [1.0, 300.0], "normal_load": [2000.0, 500.0]},
+            "force_amplitude must stay below the force limit at every load, and at 500 N it is "
+            "275 N; got 300 N",
+        ),
+    ],
+)
+def test_wrong_sweeps(given: dict[str, Any], message: str) -> None:
+    assert refusal(ms.sweep, JOINT, **given) == message
+
+
+def test_wrong_joints() -> None:
+    assert refusal(ms.sweep, JOINT.surface, amplitude=1e-6).startswith(
+        "joint must be an Interface or another backbone law, got GreenwoodWilliamson("
+    )
+    cell = ms.Jenkins(stiffness=5e7, force_limit=100.0)
+    for name in ("normal_load", "friction_coefficient"):
+        assert refusal(ms.sweep, cell, amplitude=1e-6, **{name: [1.0]}) == (
+            f"{name} has no meaning for Jenkins, only an Interface has one; "
+            "sweep its amplitudes alone"
+        )
+    assert refusal(ms.sweep, cell, amplitude=1e-6, quantities=["stick_area"]) == (
+        "quantities must be what Jenkins knows, which has no stick_area"
+    )
+    assert refusal(ms.sweep, cell, force_amplitude=100.0) == (
+        "force_amplitude must stay below the force limit 100 N in size (no single displacement "
+        "answers it), got 100 N"
+    )
+
+
+def test_what_the_surface_refuses() -> None:
+    table = ms.Interface(ms.TabulatedNormalLaw.examples()[0], 0.4, normal_load=10.0)
+    assert refusal(ms.sweep, table, amplitude=1e-7, quantities=["contact_count"]) == (
+        "contact_count is unknown to TabulatedNormalLaw: it holds loads only; "
+        "a GreenwoodWilliamson surface or an AsperityPopulation knows its contacts"
+    )
+    assert refusal(ms.sweep, table, amplitude=1e-7, normal_load=[10.0, 2e3]) == (
+        "load must be at most 1000 N, where the table begins, got 2000 N"
+    )
+
+
+def test_wrong_names() -> None:
+    known = (
+        "dissipated_energy, loss_factor, force_limit, contact_count, friction_coefficient, "
+        "normal_load, amplitude"
+    )
+    assert refusal(SWEPT.__getitem__, "damping") == f"name must be one of {known}, got 'damping'"
+    assert refusal(SWEPT.__getitem__, 0) == f"name must be one of {known}, got 0"

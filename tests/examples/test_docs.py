@@ -10,7 +10,12 @@ out, to the digits shown; the name of an error on the line below is the error wi
     # InputError: std must be above zero [m], got 0
 
 TOML blocks are studies, or parts that replace those of the first study of the page; where the
-first line is a comment with a file name, the block is that file for the commands of the page.
+first line is a comment with a file name, the block is that file for the commands and the code of
+the page. A CSV block is the file that its fence names (```csv heights.csv).
+
+Commands run in the order of the page, in a folder with the examples. One that is meant to fail has
+its exit code in a comment (# exit code 2). The lines of a text block are printed by the commands
+of the page above it. What a MATLAB block reads is in the file of the worked example.
 """
 
 from __future__ import annotations
@@ -38,7 +43,13 @@ import microslip as ms
 from microslip.cli import main
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
+DOCS = ROOT / "docs"
+MADE = ("_build", "api", "gallery")  # by Sphinx
+PAGES = sorted(
+    [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+    + [page for page in DOCS.rglob("*.md") if page.relative_to(DOCS).parts[0] not in MADE]
+)
+LANGUAGES = {"python", "sh", "toml", "csv", "text", "matlab", "{toctree}", "{eval-rst}"}
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"
 
 
@@ -46,23 +57,38 @@ class Block(NamedTuple):
     language: str
     text: str
     line: int
+    name: str
+
+
+def all_blocks(page: Path) -> list[Block]:
+    """Fenced blocks, in order."""
+    found: list[Block] = []
+    inside: tuple[str, str, str, int] | None = None
+    lines: list[str] = []
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
+        fence = re.match(r"(`{3,})(\S*) *(.*)$", line)
+        if fence and inside is None:
+            inside, lines = (fence[1], fence[2] or "text", fence[3], number), []
+        elif inside and line.rstrip() == inside[0]:
+            text = "\n".join(lines) + "\n"
+            name = re.match(r"# (\S+\.toml)\n", text)
+            found.append(Block(inside[1], text, inside[3], name[1] if name else inside[2]))
+            inside = None
+        elif inside:
+            lines.append(line)
+    assert not inside, f"{page.name}: the block of line {inside and inside[3]} is not closed"
+    return found
 
 
 def blocks(page: Path, language: str) -> list[Block]:
-    """Fenced blocks of a language, in order."""
-    found, inside, begin = [], "", 0
-    lines: list[str] = []
-    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
-        fence = re.match(r"```(\w*)\s*$", line)
-        if fence and not inside:
-            inside, begin, lines = fence[1] or "text", number, []
-        elif fence:
-            found.append(Block(inside, "\n".join(lines) + "\n", begin))
-            inside = ""
-        elif inside:
-            lines.append(line)
-    assert not inside, f"{page.name}: the block of line {begin} is not closed"
-    return [block for block in found if block.language == language]
+    return [block for block in all_blocks(page) if block.language == language]
+
+
+def write_files(page: Path) -> None:
+    """The files that blocks of the page are."""
+    for block in all_blocks(page):
+        if block.language in ("toml", "csv") and re.fullmatch(r"[\w-]+\.(toml|csv)", block.name):
+            Path(block.name).write_text(block.text, encoding="utf-8")
 
 
 def pages_with(language: str) -> list[Any]:
@@ -132,9 +158,27 @@ def namespace(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]
     return module.__dict__
 
 
+@pytest.fixture(autouse=True)
+def quick_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures take most of the time, and are drawn and looked at by other tests."""
+    from matplotlib.figure import Figure
+
+    from microslip.study import figures
+
+    empty = b'<svg xmlns="http://www.w3.org/2000/svg"></svg>'
+    monkeypatch.setattr(figures, "picture", lambda result, name, kind: empty)
+    monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: Path(path).write_bytes(empty))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_block_is_of_a_kind_that_is_tested(page: Path) -> None:
+    assert {block.language for block in all_blocks(page)} <= LANGUAGES
+
+
 @pytest.mark.parametrize("page", pages_with("python"))
 def test_python_blocks(page: Path, namespace: dict[str, Any]) -> None:
     held = 0
+    write_files(page)
     for block in blocks(page, "python"):
         held += run_python(block.text, namespace, page.name, block.line)
     assert held > 0, "a page of code shows what comes out"
@@ -170,12 +214,13 @@ def test_a_right_comment_is_held() -> None:
 # -- commands -------------------------------------------------------------------------------------
 
 
-def commands(page: Path) -> Iterator[tuple[int, str]]:
-    for block in blocks(page, "sh"):
-        for number, line in enumerate(block.text.splitlines(), start=block.line + 1):
-            command = re.sub(r"\s+# .*", "", line).strip()
-            if command:
-                yield number, command
+def commands(block: Block) -> Iterator[tuple[int, str, int]]:
+    """Line, command and exit code of each line of a block that has one."""
+    for number, line in enumerate(block.text.splitlines(), start=block.line + 1):
+        command, _, comment = line.partition("  # ")
+        code = re.match(r"exit code (\d+)", comment)
+        if command.strip() and not command.startswith("#"):
+            yield number, command.strip(), int(code[1]) if code else 0
 
 
 def run_make(words: list[str]) -> None:
@@ -196,7 +241,9 @@ def run_script(words: list[str]) -> None:
         assert all(option in known for option in options), options
 
 
-def run_command(command: str) -> str:
+def run_command(command: str, exit_code: int = 0) -> str:
+    """Run a command, and what it printed; output goes to a file where the line says so."""
+    command, _, file = command.partition(" > ")
     words = shlex.split(command)
     env: dict[str, str | None] = {}
     while re.fullmatch(r"[A-Z_]+=\S*", words[0]):
@@ -204,7 +251,9 @@ def run_command(command: str) -> str:
         env[name] = value
     if words[0] == "microslip":
         outcome = CliRunner().invoke(main, words[1:], env=env)
-        assert outcome.exit_code == 0, f"{command}: {outcome.output}"
+        assert outcome.exit_code == exit_code, f"{command}: {outcome.output}"
+        if file:
+            Path(file).write_text(outcome.stdout, encoding="utf-8")
         return outcome.output
     if words[0] == "make":
         run_make(words[1:])
@@ -217,17 +266,31 @@ def run_command(command: str) -> str:
     return ""
 
 
+def same_spaces(text: str) -> list[str]:
+    return [" ".join(line.split()) for line in text.splitlines() if line.split()]
+
+
 @pytest.mark.parametrize("page", pages_with("sh"))
 def test_commands(page: Path, namespace: dict[str, Any]) -> None:
-    for block in blocks(page, "toml"):
-        name = re.match(r"# (\S+\.toml)\n", block.text)
-        if name:
-            Path(name[1]).write_text(block.text, encoding="utf-8")
-    for number, command in commands(page):
-        try:
-            run_command(command)
-        except AssertionError as error:
-            raise AssertionError(f"{page.name}:{number}: {error}") from None
+    """They run, and print what the text blocks below them show."""
+    write_files(page)
+    printed: list[str] = []
+    for block in all_blocks(page):
+        if block.language == "sh":
+            for number, command, exit_code in commands(block):
+                try:
+                    printed += same_spaces(run_command(command, exit_code))
+                except AssertionError as error:
+                    raise AssertionError(f"{page.name}:{number}: {error}") from None
+        elif block.language == "text":
+            missing = [line for line in same_spaces(block.text) if line not in (*printed, "…")]
+            assert not missing, f"{page.name}:{block.line}: not printed: {missing}"
+
+
+def test_text_blocks_are_below_commands() -> None:
+    for page in PAGES:
+        kinds = [block.language for block in all_blocks(page) if block.language in ("sh", "text")]
+        assert kinds[:1] != ["text"], page.name
 
 
 # -- studies --------------------------------------------------------------------------------------
@@ -245,7 +308,8 @@ def with_parts(study: str, part: str) -> str:
 
 
 @pytest.mark.parametrize("page", pages_with("toml"))
-def test_studies(page: Path) -> None:
+def test_studies(page: Path, namespace: dict[str, Any]) -> None:
+    write_files(page)
     found = blocks(page, "toml")
     assert "schema" in tomllib.loads(found[0].text), "the first study of a page is a whole one"
     for block in found:
@@ -253,6 +317,30 @@ def test_studies(page: Path) -> None:
         text = block.text if whole else with_parts(found[0].text, block.text)
         result = ms.Study.from_toml(text, f"{page.name}:{block.line}").run()
         assert all(np.isfinite(row.dissipated_energy).all() for row in result.rows)
+
+
+# -- MATLAB ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("page", pages_with("matlab"))
+def test_matlab_reads_what_is_there(page: Path, namespace: dict[str, Any]) -> None:
+    """There is no MATLAB here; but the names that it asks for are in the file."""
+    import h5netcdf
+
+    result = ms.Study.load("examples/al2017.toml").run()
+    result.save("al2017-result")
+    asked = 0
+    with h5netcdf.File("al2017-result/result.nc") as file:
+        for block in blocks(page, "matlab"):
+            files = re.findall(r"'([\w/.-]+\.nc)'", block.text)
+            assert all(Path(name).is_file() for name in files), files
+            for call, where, name in re.findall(
+                r"(ncread|ncreadatt)\(\w+, '([\w/]+)'(?:, '(\w+)')?", block.text
+            ):
+                holder = file if where == "/" else file.variables[where]
+                assert call == "ncread" or name in holder.attrs, name
+                asked += 1
+    assert asked > 2
 
 
 # -- links ----------------------------------------------------------------------------------------
@@ -276,7 +364,60 @@ def test_links(page: Path) -> None:
         assert not anchor or anchor in anchors(file), f"{page.name}: {target}"
 
 
-def test_the_index_lists_every_page() -> None:
-    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
-    for page in (ROOT / "docs").glob("*.md"):
-        assert page.name == "index.md" or f"({page.name})" in index
+def toctree(page: Path) -> list[Path]:
+    """Pages below this one on the site."""
+    names = [
+        line
+        for block in blocks(page, "{toctree}")
+        for line in block.text.split()
+        if not line.startswith(":") and not line.startswith("gallery/")
+    ]
+    return [page.parent / f"{name}.md" for name in names]
+
+
+def test_every_page_is_on_the_site_and_linked_where_it_is_listed() -> None:
+    seen, waiting = [], [DOCS / "index.md"]
+    while waiting:
+        page = waiting.pop()
+        seen.append(page)
+        assert page.is_file(), page.name
+        waiting += toctree(page)
+    here = [page for page in PAGES if page.is_relative_to(DOCS)]
+    assert sorted(page.name for page in seen) == sorted(page.name for page in here)
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    for page in seen[1:]:
+        assert f"({page.name})" in index, f"{page.name} is not in the table of index.md"
+    guides = (DOCS / "guides.md").read_text(encoding="utf-8")
+    for page in toctree(DOCS / "guides.md"):
+        assert f"({page.name})" in guides, f"{page.name} is not in the table of guides.md"
+
+
+# -- site -----------------------------------------------------------------------------------------
+
+
+def test_the_reference_has_every_public_name() -> None:
+    names: list[str] = []
+    for block in blocks(DOCS / "api.md", "{eval-rst}"):
+        names += re.findall(r"(?m)^   (\w+)$", block.text)
+    assert len(set(names)) == len(names)
+    missing = set(ms.__all__) - {"__version__"} - set(names)
+    assert not missing, "a public name needs a line in docs/api.md"
+    other = set(names) - set(ms.__all__)
+    assert other <= {"metals", "Metal"}
+
+
+def test_the_site_fetches_nothing() -> None:
+    """It builds and opens without a network."""
+    text = (DOCS / "conf.py").read_text(encoding="utf-8")
+    assert "intersphinx" not in text
+    assert "http" not in text
+    for page in PAGES:
+        assert "$$" not in page.read_text(encoding="utf-8"), "formulas are plain text"
+
+
+def test_what_sphinx_makes_is_not_kept() -> None:
+    ignored = (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()
+    kept_out = (ROOT / "MANIFEST.in").read_text(encoding="utf-8").splitlines()
+    for name in MADE:
+        assert f"/docs/{name}/" in ignored
+        assert f"prune docs/{name}" in kept_out

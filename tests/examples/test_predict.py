@@ -19,6 +19,10 @@ from microslip.cli import main
 EXAMPLE = Path(__file__).parents[2] / "examples" / "al2017.toml"
 LOADS = (500.0, 2000.0, 5000.0)
 AMPLITUDES = (1e-7, 3e-7, 1e-6, 1e-5)
+FIGURES = (
+    *("loops", "backbone", "energy_damping", "force_damping"),
+    *("contact_state", "slider_density"),
+)
 
 
 @pytest.fixture(scope="module")
@@ -53,12 +57,11 @@ def test_everything_listed_is_there_and_nothing_else(folder: Path, summary: dict
     assert summary["files"] == [
         "summary.json",
         "study.toml",
+        "report.html",
+        "result.nc",
         "loops.csv",
         "curves.csv",
-        "loops.svg",
-        "loops.png",
-        "energy_damping.svg",
-        "energy_damping.png",
+        *(f"{name}.{kind}" for name in FIGURES for kind in ("svg", "png")),
     ]
     assert sorted(p.name for p in folder.iterdir()) == sorted(summary["files"])
     assert (folder / "study.toml").read_bytes() == EXAMPLE.read_bytes()
@@ -149,7 +152,36 @@ def test_the_tables_hold_the_numbers_of_the_interface_bit_for_bit(
             np.testing.assert_array_equal(curves[column][mine], getattr(here, name)(amplitude))
 
 
-@pytest.mark.parametrize("name", ["loops", "energy_damping"])
+def test_the_netcdf_file_holds_the_numbers_of_the_summary(
+    folder: Path, summary: dict[str, Any]
+) -> None:
+    import xarray as xr
+
+    with xr.open_dataset(folder / "result.nc") as found:
+        np.testing.assert_array_equal(found["load"], LOADS)
+        np.testing.assert_array_equal(found["amplitude"], AMPLITUDES)
+        for load, entry in zip(LOADS, summary["joints"], strict=True):
+            here = found.sel(load=load)
+            for name in ("contact_count", "tangential_stiffness", "force_limit", "slip_scale"):
+                assert float(here[name]) == entry[name]
+                assert here[name].attrs["units"]
+            for amplitude, row in zip(AMPLITUDES, entry["amplitudes"], strict=True):
+                for name in ("dissipated_energy", "loss_factor", "damping_ratio"):
+                    assert float(here[name].sel(amplitude=amplitude)) == row[name]
+        assert found.attrs["study"] == EXAMPLE.read_text("utf-8")
+
+
+def test_the_report_is_one_page_that_needs_nothing_else(folder: Path) -> None:
+    text = (folder / "report.html").read_text("utf-8")
+    assert "Al 2017, milled, tribometer" in text
+    for word in ("5700", "1.10 kN", "plasticity index"):
+        assert word in text
+    assert len(text) < 3_000_000, "it mails well"
+    for name in FIGURES:
+        assert f'"{name}.' not in text, "figures are in the page, not beside it"
+
+
+@pytest.mark.parametrize("name", FIGURES)
 def test_the_figures_are_pictures(folder: Path, name: str) -> None:
     png = (folder / f"{name}.png").read_bytes()
     assert png[:8] == b"\x89PNG\r\n\x1a\n"

@@ -61,12 +61,14 @@ def test_the_tables_are_those_that_are_printed(
 
 
 def test_the_timings_are_those_of_the_script() -> None:
-    """Both tables, whole, with every task that is wanted something of."""
+    """The tables, whole, with every task that is wanted something of."""
     assert README.count(bench.BEGIN) == README.count(bench.END) == 1
     text = README.split(bench.BEGIN)[1].split(bench.END)[0]
-    first, second = re.findall(r"(?m)(?:^\|.*\|\n)+", text)
+    first, second, *sweeps = re.findall(r"(?m)(?:^\|.*\|\n)+", text)
     assert first.splitlines()[0] == "| task | wanted | compiled kernel | wanted | NumPy twin |"
     assert second.splitlines()[0] == f"| {' | '.join(bench.OTHERS_HEAD)} |"
+    for table in sweeps:
+        assert table.splitlines()[0] == f"| {' | '.join(bench.SWEEPS_HEAD)} |"
     for wanted in ("≥ 50 M/s", "≥ 20 M/s", "≤ 50 µs", "≤ 20 ms", "≤ 1 ms", "≥ 2 M/s"):
         assert f"| {wanted} |" in first
     assert f"microslip {ms.__version__}" in text
@@ -100,6 +102,10 @@ def test_the_benchmark_judges_and_writes() -> None:
     text = bench.readme_text([rate, seconds], [["a", "b", "c", "d", "e"]], "A machine.")
     assert "| r | ≥ 50 M/s | **49 M/s** (missed) |  |  |" in text
     assert "| t | ≤ 50 µs | 49 µs |  |  |" in text
+    swept = bench.readme_text([rate], [["a"] * 5], "A machine.", [["s", "t", "u", "v", "ok"]])
+    *_, head, ruler, line = swept.splitlines()
+    assert head == f"| {' | '.join(bench.SWEEPS_HEAD)} |"
+    assert (ruler, line) == ("| --- | ---: | ---: | ---: | ---: |", "| s | t | u | v | ok |")
 
 
 def test_the_tables_go_between_the_markers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

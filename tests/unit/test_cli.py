@@ -2,69 +2,28 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
+import shlex
+import shutil
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from command import STUDY, fails, names, process, run
 
 import microslip as ms
 from microslip.cli import main
-
-STUDY = """\
-schema = 1
-title = "A [bold] joint"
-material.al = { young_modulus = "69 GPa", poisson_ratio = 0.33, hardness = "1.2 GPa" }
-
-[surface]
-materials = ["al", "al"]
-law = "greenwood-williamson"
-heights = { kind = "gaussian", std = "0.5 um" }
-radius = "1 mm"
-density = "100 1/mm^2"
-area = "2 cm^2"
-
-[joint]
-friction_coefficient = 0.55
-normal_load = "2 kN"
-
-[excitation]
-amplitudes = ["0.1 um", "1 um"]
-curve = { from = "1 nm", to = "100 um", points = 20 }
-
-[output]
-formats = ["csv"]
-"""
 
 
 @pytest.fixture(autouse=True)
 def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("joint.toml").write_text(STUDY, encoding="utf-8")
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(main, arguments)
-
-
-def names() -> list[str]:
-    return sorted(path.name for path in Path.cwd().iterdir())
-
-
-def fails(*arguments: str, code: int = 2) -> str:
-    """The one line on standard error of a command that fails and leaves no trace."""
-    before = names()
-    outcome = run(*arguments)
-    assert outcome.exit_code == code, outcome.output
-    assert outcome.stdout == ""
-    assert outcome.stderr.count("\n") == 1
-    assert names() == before
-    return outcome.stderr.rstrip("\n")
 
 
 def test_version_names_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,7 +35,14 @@ def test_version_names_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
     assert run("--version").stdout == f"microslip {ms.__version__} (kernel: numpy)\n"
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["predict", "--help"], []])
+COMMANDS = tuple(main.commands)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--help"], ["--version"], [], *([command, "--help"] for command in COMMANDS)],
+    ids=" ".join,
+)
 def test_help_needs_no_numpy(arguments: list[str]) -> None:
     code = (
         "import sys\nfrom microslip.cli import main\n"
@@ -106,7 +72,12 @@ def test_predict_prints_tables_and_writes_a_folder() -> None:
     assert re.search(r"2 kN +100 nm +0\.421 +13\.6 µJ +0\.0934 +0\.0467\n", text)
     assert "Validity\n" in text
     assert "ζ_mode = ΣE_d / 4πU" in text
-    assert "Written to joint-result:\n  summary.json  study.toml  loops.csv  curves.csv\n" in text
+    assert text.endswith(
+        "\nWritten to joint-result:\n"
+        "  tables   loops.csv  curves.csv\n"
+        "  summary  summary.json\n"
+        "  study    study.toml\n"
+    )
     assert "\x1b" not in text
 
 
@@ -158,13 +129,30 @@ def test_a_wrong_study_is_one_line() -> None:
 
 
 def test_a_wrong_command_is_one_line() -> None:
-    assert (
-        fails("predcit")
-        == 'error: no command "predcit"; did you mean "predict"? (commands: predict)'
+    assert fails("predcit") == (
+        'error: no command "predcit"; did you mean "predict"? '
+        "(commands: demo, new, check, predict, materials, schema, figures, completion)"
     )
-    assert "Missing argument 'STUDY'" in fails("predict")
-    assert "No such option" in fails("predict", "joint.toml", "--overwrit")
-    assert "unexpected extra argument" in fails("predict", "joint.toml", "b.toml")
+    usage = "(usage: microslip predict [OPTIONS] STUDY)"
+    assert fails("predict") == f"error: missing STUDY {usage}"
+    assert fails("predict", "joint.toml", "--overwrit") == (
+        f'error: no option "--overwrit"; did you mean "--overwrite"? {usage}'
+    )
+    assert fails("predict", "joint.toml", "--frobnicate") == (
+        f'error: no option "--frobnicate" {usage}'
+    )
+    assert fails("predict", "joint.toml", "b.toml") == (
+        f"error: got unexpected extra argument (b.toml) {usage}"
+    )
+    assert fails("predict", "joint.toml", "-o") == "error: option '-o' requires an argument"
+    assert fails("--verison") == (
+        'error: no option "--verison"; did you mean "--version"? '
+        "(usage: microslip [OPTIONS] [COMMAND] [ARGS]...)"
+    )
+    assert fails("completion", "bsh") == (
+        'error: SHELL: wanted bash, zsh, fish, got "bsh"; did you mean "bash"? '
+        "(usage: microslip completion [OPTIONS] SHELL)"
+    )
 
 
 def test_an_internal_error_is_one_line_and_exits_1(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -179,6 +167,14 @@ def test_an_internal_error_is_one_line_and_exits_1(monkeypatch: pytest.MonkeyPat
     assert isinstance(run("predict", "joint.toml").exception, RuntimeError)
 
 
+def test_too_little_memory_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("microslip.study.run.run", fail)
+    assert fails("predict", "joint.toml") == "error: not enough memory for this"
+
+
 def test_interrupts_leave_no_trace(monkeypatch: pytest.MonkeyPatch) -> None:
     assert run("predict", "joint.toml", "-o", "out").exit_code == 0
     before = {path.name: path.read_bytes() for path in Path("out").iterdir()}
@@ -189,42 +185,42 @@ def test_interrupts_leave_no_trace(monkeypatch: pytest.MonkeyPatch) -> None:
     def terminate(*_: object) -> None:
         os.kill(os.getpid(), signal.SIGTERM)
 
-    monkeypatch.setattr("microslip.study.output.curve_blocks", interrupt)
+    monkeypatch.setattr("microslip.study.output.write_table", interrupt)
     assert run("predict", "joint.toml", "-o", "out", "--overwrite").exit_code == 130
     if os.name != "nt":
-        monkeypatch.setattr("microslip.study.output.curve_blocks", terminate)
+        monkeypatch.setattr("microslip.study.output.write_table", terminate)
         assert run("predict", "joint.toml", "-o", "out", "--overwrite").exit_code == 143
         assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     assert names() == ["joint.toml", "out"]
     assert {path.name: path.read_bytes() for path in Path("out").iterdir()} == before
 
 
-def piped(**environment: str) -> subprocess.CompletedProcess[bytes]:
-    return subprocess.run(
-        [sys.executable, "-m", "microslip.cli", "predict", "joint.toml", "--overwrite"],
-        capture_output=True,
-        env={**os.environ, "PYTHONUTF8": "0", **environment},
-        check=False,
-    )
-
-
 def test_a_pipe_gets_whole_lines_without_colour() -> None:
-    done = piped(PYTHONIOENCODING="utf-8", COLUMNS="20")
+    done = process("predict", "joint.toml", COLUMNS="20")
     assert done.returncode == 0, done.stderr
     text = done.stdout.decode("utf-8")
     assert "\x1b" not in text
-    assert "…" not in text
+    assert not re.search(r"[ …]\n", text)
     assert re.search(r"2 kN +5700 +2\.79 % +5\.70 GN/m +1\.10 kN +343 nm +0\.568\r?\n", text)
+    assert done.stderr == b"", "no progress in a pipe"
 
 
 def test_a_stream_without_greek_gets_plain_letters() -> None:
     Path("joint.toml").write_text(STUDY.replace("A [bold]", "Füge"), encoding="utf-8")
-    done = piped(PYTHONIOENCODING="ascii")
+    done = process("predict", "joint.toml", PYTHONIOENCODING="ascii")
     assert done.returncode == 0, done.stderr
     text = done.stdout.decode("ascii")
     assert text.startswith("F?ge joint")
     assert re.search(r"2 kN \| +100 nm \| +0\.421 \| +13\.6 uJ \| +0\.0934 \| +0\.0467", text)
     assert "zeta_mode = sum E_d / 4 pi U" in text
+    assert b" nu " in process("materials", PYTHONIOENCODING="ascii").stdout
+
+
+@pytest.mark.parametrize("arguments", [["check", "joint.toml"], ["materials"], ["schema"]])
+def test_other_commands_in_ascii(arguments: list[str]) -> None:
+    done = process(*arguments, PYTHONIOENCODING="ascii")
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert "?" not in done.stdout.decode("ascii") or arguments == ["schema"]
 
 
 def printed(text: str) -> str:
@@ -263,8 +259,8 @@ def test_a_title_that_cannot_be_drawn_is_said_once() -> None:
     text = STUDY.replace("A [bold] joint", "Stoß 接触" + 120 * "W").replace('["csv"]', '["png"]')
     said = "title: the figures have no letters for 接触 and draw boxes."
     assert printed(text).count(said) == 1
-    assert "title:" not in printed(text.replace("接触", ""))
-    assert "title:" not in printed(text.replace('["png"]', '["csv"]'))
+    for other in (text.replace("接触", ""), text.replace('["png"]', '["csv"]')):
+        assert not any("title" in note for note in ms.Study.from_toml(other).run().summary["notes"])
 
 
 def test_long_words_of_a_title_are_broken() -> None:
@@ -281,40 +277,154 @@ def test_long_words_of_a_title_are_broken() -> None:
     assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width
 
 
+WRITING = [
+    ["predict", "joint.toml"],
+    ["predict", "joint.toml", "--json"],
+    ["check", "joint.toml"],
+    ["materials"],
+    ["materials", "steel"],
+    ["schema"],
+    ["completion", "zsh"],
+    ["--help"],
+]
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
-@pytest.mark.parametrize(
-    "arguments", [["predict", "joint.toml"], ["predict", "joint.toml", "--json"], ["--help"]]
-)
+@pytest.mark.parametrize("arguments", WRITING, ids=" ".join)
 def test_a_full_output_is_one_line(arguments: list[str]) -> None:
     with Path("/dev/full").open("wb") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "microslip.cli", *arguments],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
+        done = process(*arguments, stdout=full)
     assert done.returncode == 2
-    wanted = "error: standard output cannot be written: no space left on device\n"
+    wanted = b"error: standard output cannot be written: no space left on device\n"
     assert done.stderr == wanted
     assert ("joint-result" in names()) == (arguments[0] == "predict")
+    with Path("/dev/full").open("wb") as full:
+        assert process("predict", "jiont.toml", stderr=full).returncode == 2
 
 
 @pytest.mark.skipif(os.name == "nt", reason="pipes break otherwise there")
-@pytest.mark.parametrize(
-    "arguments", [["predict", "joint.toml"], ["predict", "joint.toml", "--json"]]
-)
+@pytest.mark.parametrize("arguments", WRITING, ids=" ".join)
 def test_a_pipe_that_nobody_reads_is_no_error(arguments: list[str]) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     try:
-        done = subprocess.run(
-            [sys.executable, "-m", "microslip.cli", *arguments],
-            stdout=writing,
-            stderr=subprocess.PIPE,
-            check=False,
-        )
+        done = process(*arguments, stdout=writing)
     finally:
         os.close(writing)
     assert (done.returncode, done.stderr) == (0, b"")
-    assert "joint-result" in names()
+    assert ("joint-result" in names()) == (arguments[0] == "predict")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no shell that closes streams")
+@pytest.mark.parametrize("arguments", WRITING, ids=" ".join)
+def test_streams_may_be_closed(arguments: list[str]) -> None:
+    command = shlex.join([sys.executable, "-m", "microslip.cli", *arguments])
+    for closed in (">&-", "2>&-", "<&- >&- 2>&-"):
+        shutil.rmtree("joint-result", ignore_errors=True)
+        done = subprocess.run(["sh", "-c", f"{command} {closed}"], capture_output=True, check=False)
+        assert (done.returncode, done.stderr) == (0, b""), closed
+        assert bool(done.stdout) == (closed == "2>&-")
+        assert ("joint-result" in names()) == (arguments[0] == "predict")
+
+
+def test_a_strange_environment_does_not_matter() -> None:
+    strange = {"COLUMNS": "many", "LINES": "-3", "MPLBACKEND": "none such", "LANG": "tlh_QO"}
+    done = process("predict", "joint.toml", **strange, MPLCONFIGDIR=os.devnull)
+    assert (done.returncode, done.stderr) == (0, b"")
+    chosen = "--set", 'output.formats=["png"]'
+    done = process("predict", "joint.toml", "--overwrite", *chosen, **strange)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert Path("joint-result/loops.png").is_file()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a current folder cannot be removed there")
+def test_a_current_folder_that_is_gone() -> None:
+    lines = []
+    for command in ("predict ../joint.toml", "new other.toml"):
+        Path("gone").mkdir()
+        script = f"cd gone && rmdir ../gone && {sys.executable} -m microslip.cli {command}"
+        done = subprocess.run(["sh", "-c", script], capture_output=True, text=True, check=False)
+        assert done.returncode == 2
+        lines.append(done.stderr)
+    assert lines == [
+        "error: the current folder is gone; change into another one\n",
+        "error: other.toml: cannot be written: no such file or directory\n",
+    ]
+
+
+# -- tables ----------------------------------------------------------------------------------------
+
+
+def test_forces_that_were_chosen_come_first() -> None:
+    forces = STUDY.replace(
+        'amplitudes = ["0.1 um", "1 um"]', 'force_amplitudes = ["463 N", "1 kN"]'
+    )
+    text = printed(forces)
+    head = re.search(r"\nCycles\n *(load .*)\n", text)
+    assert head
+    assert head[1].split() == ["load", "force", "amplitude", "T/μN", "energy/cycle", "η", "ζ"]
+    assert re.search(r"\n2 kN +463 N +100 nm +0\.421 +13\.6 µJ +0\.0935 +0\.0467\n", text)
+    assert re.search(r"\n2 kN +1 kN +\d\d\d nm +0\.909 ", text)
+
+
+def test_an_oscillator_and_a_history_have_tables() -> None:
+    Path("record.csv").write_text("x [um]\n0\n1\n-1\n1\n-1\n", encoding="utf-8")
+    text = STUDY.replace("[output]", 'history = { file = "record.csv", column = "x" }\n\n[output]')
+    text += '[oscillator]\nmass = "2 kg"\nstiffness = "5e9 N/m"\nviscous_damping_ratio = 0.001\n'
+    shown = printed(text)
+    joint = ms.Study.from_toml(STUDY).run().joints[0]
+    mode = ms.Oscillator(2.0, 5e9, joint, viscous_damping_ratio=0.001)
+    rows = re.search(
+        r"\nOscillator\n *load +amplitude +frequency +shift +ζ_mode\n─+\n(.*)\n(.*)\n\n", shown
+    )
+    assert rows
+    for row, amplitude in zip(rows.groups(), (1e-7, 1e-6), strict=True):
+        *_, frequency, unit, shift, percent, ratio = row.split()
+        assert (unit, percent) == ("kHz", "%")
+        assert float(frequency) == pytest.approx(mode.frequency(amplitude) / 1e3, rel=1e-4)
+        change = mode.frequency(amplitude) / mode.frequency(1e-15) - 1.0
+        assert float(shift) == pytest.approx(100.0 * change, rel=5e-3)
+        assert float(ratio) == pytest.approx(mode.damping_ratio(amplitude), rel=5e-3)
+    row = re.search(r"\nHistory\n.*energy\n─+\n2 kN +(\S+) µm +(\S+) kN +(\S+) mJ\n", shown)
+    assert row
+    energy = 2.0 * joint.dissipated_energy(1e-6)
+    assert (row[1], row[2]) == ("1.00", "1.10")
+    # Twice a quarter less: from rest to the first turn it is the first loading curve.
+    assert 0.7 * energy < 1e-3 * float(row[3]) < energy
+
+
+def test_many_loads_and_amplitudes_are_thinned_out() -> None:
+    loads = str([f"{n} kN" for n in range(1, 41)])
+    amplitudes = str([f"{n} nm" for n in range(10, 40)])
+    text = printed(STUDY.replace('"2 kN"', loads).replace('["0.1 um", "1 um"]', amplitudes))
+    assert "\nJoint (20 of 40 loads; all are in summary.json)\n" in text
+    assert "\nCycles (40 of 1200 loops; all are in summary.json)\n" in text
+    assert len(re.findall(r"(?m)^ ?\d+ kN ", text)) == 60
+    for load, amplitude in (("1 kN", "10 nm"), ("1 kN", "39 nm"), ("40 kN", "39 nm")):
+        assert re.search(rf"(?m)^ ?{load} +{amplitude} ", text)
+
+
+def test_figures_are_listed_once() -> None:
+    text = printed(STUDY.replace('["csv"]', '["svg", "png", "netcdf"]'))
+    assert text.endswith(
+        "  figures  loops  backbone  energy_damping  force_damping  contact_state  slider_density"
+        "  (.svg, .png)\n"
+        "  tables   result.nc\n"
+        "  summary  summary.json\n"
+        "  study    study.toml\n"
+    )
+
+
+def test_numbers_come_before_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drawing takes seconds; nobody should wait for it to read a number."""
+
+    def stop(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "loops.png")
+
+    monkeypatch.setattr("microslip.study.output.write_table", stop)
+    outcome = run("predict", "joint.toml")
+    assert outcome.exit_code == 2
+    assert "ζ_mode = ΣE_d / 4πU" in outcome.stdout
+    assert "Written" not in outcome.stdout
+    assert outcome.stderr == "error: joint-result: cannot be written: no space left on device\n"
+    assert names() == ["joint.toml"]

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cases import reach_of
 from scipy import stats
 
 import microslip as ms
@@ -50,7 +51,7 @@ def arrays(thing: Any) -> Iterator[tuple[str, np.ndarray]]:
 def numbers(thing: Any) -> bytes:
     """What a thing computes."""
     if isinstance(thing, ms.BackboneLaw):
-        x = thing.force_limit / thing.tangential_stiffness * np.array([0.5, -1.2, 0.1, 0.9, -3.0])
+        x = reach_of(thing) * np.array([0.5, -1.2, 0.1, 0.9, -3.0])
         loop = thing.loop(float(x[0]), 16)
         parts = (thing.force(x), thing.dissipated_energy(np.abs(x)), loop.force, x)
     elif isinstance(thing, ms.NormalLaw):

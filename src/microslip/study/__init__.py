@@ -1,6 +1,6 @@
 """Floor 8: a validated description of one prediction, and its result."""
 
-from microslip.study.result import AmplitudeCurve, Limits, Result
-from microslip.study.schema import Study
+# As in the package itself: a template or the table of metals needs no pydantic.
+import lazy_loader as _lazy
 
-__all__ = ["AmplitudeCurve", "Limits", "Result", "Study"]
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

@@ -1,31 +1,41 @@
-"""Floor 8: what the figures share: style, page, colours and legend."""
+"""Floor 8: what the figures share: style, page, colours, axes, curves and legend."""
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import matplotlib
+import numpy as np
 from matplotlib import font_manager
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import Formatter
 
-from microslip.study.result import some
-from microslip.study.units import engineering
+from microslip.study.result import AmplitudeCurve, Floats, some
+from microslip.study.units import engineering, prefix
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from microslip.study.result import Result
 
 STYLE = Path(__file__).with_name("microslip.mplstyle")
 MOST_LOADS = 6
 FONT = "DejaVu Sans"
+DASHES = (0, (4, 2))
+MOST_MARKS = 12
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _LINES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)), (0, (3, 1)), (0, (5, 1, 1, 1, 1, 1)))
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _LONG_WORD = 50  # of the widest letter, W, so many fill the page
 
 By = Literal["marker", "linestyle"]
+Quantity = Callable[[AmplitudeCurve], Floats]
 
 
 def new_figure(height: float, title: str) -> Figure:
@@ -36,6 +46,14 @@ def new_figure(height: float, title: str) -> Figure:
     if title:
         figure.suptitle(_literal(_broken(title)), wrap=True)
     return figure
+
+
+def settle(figure: Figure) -> None:
+    """Lay a figure out once and for all, rather than anew for every file made of it."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")
 
 
 def missing_glyphs(text: str) -> str:
@@ -54,6 +72,9 @@ def _broken(text: str) -> str:
 def _literal(text: str) -> str:
     """Text in which a dollar sign is a dollar sign."""
     return text.replace("$", r"\$")
+
+
+# -- loads ---------------------------------------------------------------------------------------
 
 
 def drawn_loads(result: Result, by: By) -> list[tuple[int, dict[str, Any]]]:
@@ -89,3 +110,182 @@ def add_legend(figure: Figure, result: Result, by: By) -> None:
         title=title,
         title_fontsize=8.5,
     )
+
+
+# -- axes ----------------------------------------------------------------------------------------
+
+
+class Axis(NamedTuple):
+    """The amplitude that curves are drawn against."""
+
+    column: str
+    """Name of the column in :class:`~microslip.study.result.AmplitudeCurve`."""
+    unit: float
+    """What its values are divided by [SI unit]."""
+    label: str
+    """What stands at the axis."""
+    low: float
+    """Its left end, divided by the unit."""
+    high: float
+    """Its right end, divided by the unit."""
+
+    def of(self, curve: AmplitudeCurve) -> Floats:
+        """Values of a curve on this axis."""
+        values: Floats = getattr(curve, self.column)
+        return values / self.unit
+
+    def fit(self, axes: Axes) -> None:
+        """Make the horizontal axis of a panel this one."""
+        log_scale(axes, "x")
+        axes.set_xlim(self.low, self.high)
+
+
+def displacement_axis(result: Result) -> Axis:
+    """The displacement amplitude, over the range of the curves."""
+    curves = [result.curves[i] for i, _ in drawn_loads(result, "marker")]
+    low = min(float(curve.amplitude[0]) for curve in curves)
+    high = max(float(curve.amplitude[-1]) for curve in curves)
+    unit, letter = length_prefix(high, low)
+    return Axis(
+        "amplitude", unit, f"Displacement amplitude [{letter}m]", *_apart(low / unit, high / unit)
+    )
+
+
+def force_axis(result: Result) -> Axis:
+    """The force amplitude, over the range of the curves and past the largest force limit."""
+    loads = [i for i, _ in drawn_loads(result, "marker")]
+    largest = max(result.joints[i].force_limit for i in loads)
+    forces = np.concatenate([result.curves[i].force_amplitude for i in loads])
+    least = float(forces[forces > 0.0].min()) if (forces > 0.0).any() else 0.1 * largest
+    unit, letter = common_prefix([result.joints[i].force_limit for i in loads])
+    if 1.6 * largest < 10.0 * least:  # so that nothing lies on the edge
+        least /= 1.6
+    return Axis(
+        "force_amplitude", unit, f"Force amplitude [{letter}N]", least / unit, 1.6 * largest / unit
+    )
+
+
+def _apart(low: float, high: float) -> tuple[float, float]:
+    """Two ends of a log axis that leave something between them."""
+    return (low, high) if high > 1.01 * low else (low / 1.2, high * 1.2)
+
+
+class _Powers(Formatter):
+    """Labels of a log axis: 0.1, 1, 10 where these are short, else 10⁻⁶; never mixed.
+
+    Plain text, since matplotlib's mathtext costs most of the time of a figure.
+    """
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        axis: Any = self.axis
+        low, high = sorted(axis.get_view_interval())
+        power = math.floor(math.log10(x) + 1e-9)
+        factor = float(f"{x / 10.0**power:.5g}")
+        decades = math.log10(high / low)
+        if factor not in ((1,) if decades > 1.6 else (1, 2, 5) if decades > 0.5 else (factor,)):
+            return ""
+        if low >= 0.9e-4 and high <= 1.2e5:
+            return f"{x:.6g}"
+        exponent = str(power).translate(_SUPERSCRIPTS)
+        return f"10{exponent}" if factor == 1 else f"{factor:g}·10{exponent}"
+
+
+def log_scale(axes: Axes, which: Literal["x", "y"]) -> None:
+    """Make an axis of a panel logarithmic."""
+    if which == "x":
+        axes.set_xscale("log")
+    else:
+        axes.set_yscale("log")
+    side = axes.xaxis if which == "x" else axes.yaxis
+    side.set_major_formatter(_Powers())
+    side.set_minor_formatter(_Powers())
+
+
+def length_prefix(largest: float, least: float = 0.0) -> tuple[float, str]:
+    """Micrometres wherever they suit lengths [m], since those of joints are read in them."""
+    return (1e-6, "µ") if largest > 1e-7 and (least or largest) < 1e-3 else prefix(largest)
+
+
+def common_prefix(values: Sequence[float]) -> tuple[float, str]:
+    """Prefix of the largest value, or none where the others are too far below it."""
+    return (1.0, "") if far_apart(values, 1e4) else prefix(max(values))
+
+
+def far_apart(values: Sequence[float], factor: float = 20.0) -> bool:
+    """Whether positive values are too far apart for one linear axis."""
+    return max(values) > factor * min(values)
+
+
+def note(axes: Axes, text: str) -> None:
+    """Say above a panel, at its left, what its lines are."""
+    axes.set_title(text, loc="left", fontsize=8.5, pad=4.0)
+
+
+# -- curves --------------------------------------------------------------------------------------
+
+
+def drawable(values: Floats, log: bool = False) -> Floats:
+    """Values with gaps where nothing can be drawn: not finite or, on a log axis, not above zero."""
+    fine = np.isfinite(values) & (values > 0.0) if log else np.isfinite(values)
+    return np.where(fine, values, np.nan)
+
+
+def draw_curves(
+    axes: Axes, result: Result, axis: Axis, quantity: Quantity, *, log: bool = False
+) -> Floats:
+    """Draw a quantity of every load: a line, and markers where there are loops.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where.
+    result : Result
+        What to draw.
+    axis : Axis
+        The horizontal axis.
+    quantity : callable
+        Takes a curve, gives its ordinates.
+    log : bool
+        Whether the vertical axis is logarithmic.
+
+    Returns
+    -------
+    ndarray
+        The ordinates of all lines that can be drawn; one NaN if there is none.
+    """
+    drawn = [np.array([np.nan])]
+    loads = drawn_loads(result, "marker")
+    lines = [
+        np.stack([axis.of(result.curves[i]), drawable(quantity(result.curves[i]), log)])
+        for i, _ in loads
+    ]
+    width = float(matplotlib.rcParams["lines.linewidth"])
+    for number, (index, look) in enumerate(loads):
+        curve, row = result.curves[index], result.rows[index]
+        x, y = lines[number]
+        # A line that others will hide is so wide that it shows on both sides of them.
+        above = sum(_coincide(lines[number], other) for other in lines[number + 1 :])
+        axes.plot(x, y, color=look["color"], linewidth=width + 1.3 * above)
+        drawn.append(y[np.isfinite(y)])
+        inside = (row.amplitude >= curve.amplitude[0]) & (row.amplitude <= curve.amplitude[-1])
+        marked = np.flatnonzero(inside)
+        if marked.size:
+            marked = marked[some(marked.size, MOST_MARKS)]
+            x, y = axis.of(row)[marked], drawable(quantity(row), log)[marked]
+        else:  # markers also tell the loads apart in grey
+            places = some(x.size, 7)
+            x, y = x[places], y[places]
+        axes.plot(x, y, linestyle="none", markerfacecolor="white", zorder=3, **look)
+    if log:
+        log_scale(axes, "y")
+    values = np.concatenate(drawn)
+    return values[1:] if values.size > 1 else values
+
+
+def _coincide(line: Floats, other: Floats) -> bool:
+    """Whether one of two lines would hide the other."""
+    if line.shape != other.shape:
+        return False
+    both = np.isfinite(line[1]) & np.isfinite(other[1])
+    near = np.allclose(line[:, both], other[:, both], rtol=5e-3, atol=0.0)
+    return bool(both.any() and near)

@@ -1,4 +1,4 @@
-"""Floor 8: the figure of dissipated energy and damping against the amplitude."""
+"""Floor 8: dissipated energy, damping and local exponent against either amplitude."""
 
 from __future__ import annotations
 
@@ -9,9 +9,18 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
 
-from microslip.study.drawing import add_legend, drawn_loads, new_figure
+from microslip.study.drawing import (
+    DASHES,
+    Axis,
+    add_legend,
+    displacement_axis,
+    draw_curves,
+    drawn_loads,
+    force_axis,
+    new_figure,
+    settle,
+)
 from microslip.study.result import AmplitudeCurve, Floats
-from microslip.study.units import prefix
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,12 +28,13 @@ if TYPE_CHECKING:
     from microslip.study.result import Result
 
 CUBIC = r"cubic limit, $\propto\delta_m^{\,3}$"
+CUBIC_IN_FORCE = r"cubic limit, $\propto T_m^{\,3}$"
 LINEAR = r"linear limit, $4\mu N\,\delta_m$"
-DASHES = (0, (4, 2))
+MOST_EXPONENT = 6.0
 
 
 def energy_damping(result: Result) -> Figure:
-    """Draw dissipated energy, loss factor and damping ratio against the amplitude.
+    """Draw energy, loss factor, damping ratio and exponent against the displacement amplitude.
 
     Parameters
     ----------
@@ -36,87 +46,139 @@ def energy_damping(result: Result) -> Figure:
     matplotlib.figure.Figure
         The figure, with a canvas.
     """
-    figure = new_figure(7.4, result.study.title)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
-    x_unit, x_letter = _length_prefix(result.curves[0].amplitude)
-    _energy(above, result, x_unit)
-    _damping(below, result, x_unit)
-    below.set_xlabel(f"Displacement amplitude [{x_letter}m]")
-    below.set_xlim(result.curves[0].amplitude[0] / x_unit, result.curves[0].amplitude[-1] / x_unit)
-    figure.align_ylabels([above, below])
+    return _draw(result, displacement_axis(result))
+
+
+def force_damping(result: Result) -> Figure:
+    """Draw energy, loss factor, damping ratio and exponent against the force amplitude.
+
+    Parameters
+    ----------
+    result : Result
+        What to draw.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure, with a canvas.
+    """
+    return _draw(result, force_axis(result))
+
+
+def _draw(result: Result, axis: Axis) -> Figure:
+    figure = new_figure(8.9, result.study.title)
+    panels = figure.subplots(3, 1, sharex=True, height_ratios=[3, 2, 1.3])
+    for panel in panels:
+        axis.fit(panel)
+        if axis.column == "force_amplitude":
+            _mark_force_limits(panel, result, axis)
+    _energy(panels[0], result, axis)
+    _damping(panels[1], result, axis)
+    _exponent(panels[2], result, axis)
+    panels[2].set_xlabel(axis.label)
+    figure.align_ylabels(panels)
     add_legend(figure, result, "marker")
-    _name_limits(figure, above, result, x_unit)
+    settle(figure)  # the slopes on paper are known once the layout is
+    _name_limits(panels[0], result, axis)
     return figure
 
 
-def _length_prefix(amplitude: Any) -> tuple[float, str]:
-    """Micrometres wherever they suit, since amplitudes of joints are read in them."""
-    if amplitude[0] < 1e-3 and amplitude[-1] > 1e-7:
-        return 1e-6, "µ"
-    return prefix(float(amplitude[-1]))
+def _mark_force_limits(axes: Axes, result: Result, axis: Axis) -> None:
+    for index, look in drawn_loads(result, "marker"):
+        axes.axvline(
+            result.joints[index].force_limit / axis.unit,
+            color=look["color"],
+            linestyle=(0, (1, 2)),
+            linewidth=1.0,
+            zorder=1.8,
+        )
 
 
-def _curve(
-    axes: Axes,
-    curve: AmplitudeCurve,
-    row: AmplitudeCurve,
-    name: str,
-    x_unit: float,
-    look: dict[str, Any],
-) -> None:
-    """A line for the curve, and a marker where there is a loop."""
-    axes.plot(curve.amplitude / x_unit, getattr(curve, name), color=look["color"])
-    inside = (row.amplitude >= curve.amplitude[0]) & (row.amplitude <= curve.amplitude[-1])
-    axes.plot(
-        row.amplitude[inside] / x_unit,
-        getattr(row, name)[inside],
-        linestyle="none",
-        markerfacecolor="white",
-        zorder=3,
-        **look,
-    )
+# -- energy --------------------------------------------------------------------------------------
 
 
-def _energy(axes: Axes, result: Result, x_unit: float) -> None:
-    loads = drawn_loads(result, "marker")
-    for index, look in loads:
-        _curve(axes, result.curves[index], result.rows[index], "dissipated_energy", x_unit, look)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+def _energy(axes: Axes, result: Result, axis: Axis) -> None:
+    energies = draw_curves(axes, result, axis, lambda curve: curve.dissipated_energy, log=True)
     axes.set_ylabel("Dissipated energy per cycle [J]")
-    energies = np.concatenate([result.curves[i].dissipated_energy for i, _ in loads])
-    if (energies > 0.0).any():
-        axes.set_ylim(energies[energies > 0.0].min() / 5.0, energies.max() * 10.0)
-    for index, look in loads:
+    if np.isfinite(energies).any():
+        axes.set_ylim(energies.min() / 5.0, energies.max() * 10.0)
+    for index, look in drawn_loads(result, "marker"):
         style = {"color": look["color"], "linestyle": DASHES, "linewidth": 0.9, "zorder": 1.9}
-        for line in _limit_lines(result, index):
-            axes.plot(line[0] / x_unit, line[1], **style)
+        for x, y, _ in _limit_lines(result, index, axis):
+            axes.plot(x, y, **style)
 
 
-def _limit_lines(result: Result, index: int) -> list[tuple[Floats, Floats, str]]:
+def _limit_lines(result: Result, index: int, axis: Axis) -> list[tuple[Floats, Floats, str]]:
     """Where the energy tends to at small and at large amplitudes, with a name each."""
     curve, limit, joint = result.curves[index], result.limits[index], result.joints[index]
     a, energy = curve.amplitude, curve.dissipated_energy
     lines = []
+    if axis.column == "force_amplitude":
+        if limit.cubic_coefficient is not None:
+            # At small amplitudes the displacement is the force over the stiffness at rest.
+            force = curve.force_amplitude
+            cubic = limit.cubic_coefficient * (force / joint.tangential_stiffness) ** 3
+            lines.append((force / axis.unit, cubic, CUBIC_IN_FORCE))
+        return lines
     if limit.cubic_coefficient is not None:
         cubic = limit.cubic_coefficient * a**3
         near = cubic < 30.0 * energy
-        lines.append((a[near], cubic[near], CUBIC))
+        lines.append((a[near] / axis.unit, cubic[near], CUBIC))
     if limit.linear_offset is not None:
         linear = 4.0 * joint.force_limit * a
         near = linear < 30.0 * energy
-        lines.append((a[near], linear[near], LINEAR))
+        lines.append((a[near] / axis.unit, linear[near], LINEAR))
     return lines
 
 
-def _damping(axes: Axes, result: Result, x_unit: float) -> None:
-    loads = drawn_loads(result, "marker")
-    for index, look in loads:
-        _curve(axes, result.curves[index], result.rows[index], "loss_factor", x_unit, look)
+def _name_limits(axes: Axes, result: Result, axis: Axis) -> None:
+    """Write the names of the limits above the uppermost line of each kind."""
+    to_axes = axes.transAxes.inverted()
+    upper: dict[str, Floats] = {}
+    for index, _ in drawn_loads(result, "marker"):
+        for x, y, name in _limit_lines(result, index, axis):
+            seen = (x > 0.0) & (y > 0.0)
+            points = axes.transData.transform(np.column_stack([x[seen], y[seen]]))
+            points = points[[bool(axes.bbox.contains(*point)) for point in points]]
+            if len(points) > 1 and (name not in upper or _above(points, upper[name])):
+                upper[name] = points
+    for name, points in upper.items():
+        along = points[-1] - points[0]
+        length = math.hypot(*along)
+        if length < 0.4 * axes.bbox.height:
+            continue
+        angle = math.atan2(along[1], along[0])
+        left = name != LINEAR
+        place = points[0] + 0.08 * along if left else points[-1] - 0.03 * along
+        axes.annotate(
+            name,
+            tuple(to_axes.transform(place)),
+            xycoords="axes fraction",
+            xytext=(-5.0 * math.sin(angle), 5.0 * math.cos(angle)),
+            textcoords="offset points",
+            rotation=math.degrees(angle),
+            rotation_mode="anchor",
+            ha="left" if left else "right",
+            va="bottom",
+            fontsize=8.5,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
+        ).set_in_layout(False)
+
+
+def _above(points: Floats, others: Floats) -> bool:
+    """Whether a line on paper, drawn out, lies above another that is all but parallel to it."""
+    (x, y), (across, up) = points[0] - others[0], others[-1] - others[0]
+    return bool(y * across > x * up)
+
+
+# -- damping -------------------------------------------------------------------------------------
+
+
+def _damping(axes: Axes, result: Result, axis: Axis) -> None:
+    factors = draw_curves(axes, result, axis, lambda curve: curve.loss_factor)
     top = 4.0 / math.pi
-    factors = [result.curves[index].loss_factor for index, _ in loads]
-    largest = max(float(np.nanmax(eta)) for eta in factors)
-    left = min(float(eta[0]) for eta in factors)
+    largest = float(np.nanmax(factors)) if np.isfinite(factors).any() else 0.0
+    left = min(float(result.curves[i].loss_factor[0]) for i, _ in drawn_loads(result, "marker"))
     text = "full sliding (rigid–plastic): η = 4/π, ζ = 2/π"
     if largest > 0.2 * top:
         axes.axhline(top, color="#333333", linestyle=DASHES, linewidth=0.9, zorder=1.9)
@@ -124,7 +186,7 @@ def _damping(axes: Axes, result: Result, x_unit: float) -> None:
         y = (top if left < 0.6 * top else 0.9 * left) / (1.1 * top)
     else:
         text += ", above this scale"
-        axes.set_ylim(0.0, 1.3 * largest)
+        axes.set_ylim(0.0, 1.3 * largest if largest > 0.0 else 1.0)
         y = 1.0
     axes.annotate(
         text,
@@ -138,14 +200,14 @@ def _damping(axes: Axes, result: Result, x_unit: float) -> None:
     )
     axes.set_ylabel("Loss factor η")
     right = axes.secondary_yaxis("right", functions=(_half, _twice))
-    for axis in (axes.yaxis, right.yaxis):  # both with a power of ten or both without
-        axis.set_major_formatter(_formatter(largest))
+    for side in (axes.yaxis, right.yaxis):  # both with a power of ten or both without
+        side.set_major_formatter(_formatter(largest))
     right.set_ylabel("Damping ratio ζ = η/2")
 
 
 def _formatter(largest: float) -> ScalarFormatter:
-    formatter = ScalarFormatter(useMathText=True)
-    formatter.set_powerlimits((0, 0) if largest < 0.02 else (-9, 9))
+    formatter = ScalarFormatter(useMathText=0.0 < largest < 0.02)
+    formatter.set_powerlimits((0, 0) if 0.0 < largest < 0.02 else (-9, 9))
     return formatter
 
 
@@ -157,36 +219,29 @@ def _twice(y: Any) -> Any:
     return 2.0 * y
 
 
-def _name_limits(figure: Figure, axes: Axes, result: Result, x_unit: float) -> None:
-    """Write the names of the limits above the uppermost line of each kind."""
-    figure.draw_without_rendering()  # the slopes on paper are known once the layout is
-    to_axes = axes.transAxes.inverted()
-    upper: dict[str, Floats] = {}
-    for index, _ in drawn_loads(result, "marker"):
-        for a, energy, name in _limit_lines(result, index):
-            points = axes.transData.transform(np.column_stack([a / x_unit, energy]))
-            points = points[[bool(axes.bbox.contains(*point)) for point in points]]
-            end = 0 if name == CUBIC else -1
-            if len(points) > 1 and (name not in upper or points[end, 1] > upper[name][end, 1]):
-                upper[name] = points
-    for name, points in upper.items():
-        along = points[-1] - points[0]
-        length = math.hypot(*along)
-        if length < 0.4 * axes.bbox.height:
-            continue
-        angle = math.atan2(along[1], along[0])
-        cubic = name == CUBIC
-        place = points[0] + 0.08 * along if cubic else points[-1] - 0.03 * along
-        axes.annotate(
-            name,
-            tuple(to_axes.transform(place)),
-            xycoords="axes fraction",
-            xytext=(-5.0 * math.sin(angle), 5.0 * math.cos(angle)),
-            textcoords="offset points",
-            rotation=math.degrees(angle),
-            rotation_mode="anchor",
-            ha="left" if cubic else "right",
-            va="bottom",
-            fontsize=8.5,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
-        ).set_in_layout(False)
+# -- exponent ------------------------------------------------------------------------------------
+
+
+def force_exponent(curve: AmplitudeCurve) -> Floats:
+    """Local exponent of the energy in the force amplitude, d ln E / d ln T_m [-].
+
+    The one in the displacement times d ln delta_m / d ln T_m, the secant over the tangent
+    stiffness; infinite where the force no longer grows.
+    """
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        return curve.dissipation_exponent * (curve.secant_stiffness / curve.tangent_stiffness)
+
+
+def _exponent(axes: Axes, result: Result, axis: Axis) -> None:
+    by_force = axis.column == "force_amplitude"
+    values = draw_curves(
+        axes, result, axis, force_exponent if by_force else lambda curve: curve.dissipation_exponent
+    )
+    for level in (3.0,) if by_force else (3.0, 1.0):
+        axes.axhline(level, color="#333333", linestyle=DASHES, linewidth=0.9, zorder=1.9)
+    lowest, highest = (values.min(), values.max()) if np.isfinite(values).any() else (1.0, 3.0)
+    axes.set_ylim(
+        max(0.0, min(float(lowest), 3.0 if by_force else 1.0) - 0.3),
+        min(max(float(highest), 3.0) + 0.3, MOST_EXPONENT),
+    )
+    axes.set_ylabel(f"Local exponent\nd ln E / d ln {'T' if by_force else 'δ'}")

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, get_args
 
 from pydantic import ValidationError
 
+from microslip.materials import metals
 from microslip.study import schema as s
 from microslip.study import surfaces as u
+from microslip.study.columns import Column
+from microslip.study.distributions import names
+from microslip.study.overrides import Override
 from microslip.study.wording import did_you_mean, nearest, quoted, shorten, show
 
 Loc = tuple[int | str, ...]
 
 _SURFACES = (u.GreenwoodWilliamsonSurface, u.PopulationSurface, u.SphereSurface, u.TableSurface)
-_HEIGHTS = (u.GaussianHeights, u.ExponentialHeights, u.GivenHeights)
+_HEIGHTS = (u.GaussianHeights, u.ExponentialHeights, u.GivenHeights, u.ScipyHeights)
 
 
 def _tag(model: type[u.Part], key: str) -> str:
@@ -27,19 +32,25 @@ _MODELS: dict[str, type[u.Part]] = {
     "joint": s.Joint,
     "excitation": s.Excitation,
     "curve": s.Curve,
+    "history": s.History,
+    "oscillator": s.OscillatorPart,
     "output": s.Output,
+    **dict.fromkeys(("radius", "separation", "load"), Column),
     **{_tag(model, "law"): model for model in _SURFACES},
     **{_tag(model, "kind"): model for model in _HEIGHTS},
 }
 _TABLES = {
     "heights": '{ kind = "gaussian", std = "0.5 um" }',
     "curve": '{ from = "1 nm", to = "100 um", points = 200 }',
+    "history": '{ file = "record.csv", column = "x", unit = "um" }',
+    "oscillator": '[oscillator] with mass = "2 kg" and stiffness = "1e6 N/m"',
+    "parameters": "{ c = 2.0 }",
     "material": '[material.steel] with young_modulus = "210 GPa" and poisson_ratio = 0.3',
 }
 _NOT_A_TABLE = ("model_type", "model_attributes_type", "dict_type")
 
 
-def explain(error: ValidationError, data: dict[str, Any]) -> str:
+def explain(error: ValidationError, data: dict[str, Any], changes: Sequence[Override] = ()) -> str:
     """First thing that is wrong, and how many more there are.
 
     Parameters
@@ -48,6 +59,8 @@ def explain(error: ValidationError, data: dict[str, Any]) -> str:
         What :class:`~microslip.study.schema.Study` raised.
     data : dict
         What it was given.
+    changes : sequence of Override
+        Keys that took the place of others; one that is to blame is named.
 
     Returns
     -------
@@ -60,7 +73,16 @@ def explain(error: ValidationError, data: dict[str, Any]) -> str:
     key, message = _line(found[0], data)
     more = len(found) - 1
     also = f" (and {more} more error{'s' if more > 1 else ''})" if more else ""
-    return f"{key}: {message}{also}"
+    return f"{key}{_blamed(key, changes)}: {message}{also}"
+
+
+def _blamed(key: str, changes: Sequence[Override]) -> str:
+    """The override that gave a key its value, in brackets."""
+    path = f"{key.split(', item')[0]}."
+    for change in reversed(changes):
+        if path.startswith(f"{change.blamed}.") or f"{change.blamed}.".startswith(path):
+            return f' (override "{shorten(change.text, 80)}")'
+    return ""
 
 
 def _dotted(loc: Loc, data: Any) -> str:
@@ -69,10 +91,10 @@ def _dotted(loc: Loc, data: Any) -> str:
     for index, part in enumerate(loc):
         if isinstance(part, int):
             # One value may stand where a list is wanted, and then it is no item.
-            words[-1] += f", item {part + 1}" if isinstance(data, list) else ""
+            words[-1] += f", item {part + 1}" if isinstance(data, (list, tuple)) else ""
         elif not _is_tag(loc, index):
             words.append(shorten(part, 40))
-            data = data.get(part) if isinstance(data, dict) else None
+            data = data.get(part) if isinstance(data, dict) else getattr(data, part, None)
     return ".".join(words)
 
 
@@ -129,14 +151,16 @@ def _line(item: dict[str, Any], data: dict[str, Any]) -> tuple[str, str]:
         tag = item["ctx"]["discriminator"].strip("'")
         choices = [word.strip("'") for word in item["ctx"]["expected_tags"].split(", ")]
         value = given[tag]
-        hint = did_you_mean(value, choices) if isinstance(value, str) else ""
+        hint = ""
+        if isinstance(value, str):
+            hint = _as_scipy(value, choices) or did_you_mean(value, choices)
         return f"{key}.{tag}", f"wanted {quoted(choices)}, got {show(value)}{hint}"
     if kind in _NOT_A_TABLE:
         example = _TABLES.get(str(loc[0] if loc[0] == "material" else loc[-1]))
+        if loc[-1] == "heights" and "population" in loc:
+            example = '{ kind = "values", values = ["0.4 um", "0.7 um"] }'
         wanted = f"such as {example}" if example else f"[{key}]"
         return key, f"wanted a table {wanted}, got {show(given)}"
-    if kind == "too_short":
-        return key, f"wanted a table such as {_TABLES['material']}, got an empty one"
     if kind == "literal_error":
         wanted = item["ctx"]["expected"].replace("True", "true").replace("False", "false")
         return key, f"wanted {wanted}, got {show(given)}"
@@ -150,7 +174,17 @@ def _missing(loc: Loc) -> str:
     example = (field.examples or [""])[0]
     if len(loc) == 1 and name != "schema":
         return "missing; write a table " + (_TABLES.get(name) or f"[{name}]")
-    return f"missing; write for example {name} = {example}"
+    hint = ""
+    if loc[0] == "material" and (near := nearest(str(loc[1]), metals())):
+        hint = f' (the table of metals has no "{shorten(str(loc[1]), 40)}"; did you mean "{near}"?)'
+    return f"missing; write for example {name} = {example}{hint}"
+
+
+def _as_scipy(kind: str, choices: Sequence[str]) -> str:
+    """How to write a distribution of SciPy that was given as a kind."""
+    if "scipy" not in choices or kind not in names():
+        return ""
+    return f'; write kind = "scipy", distribution = "{kind}"'
 
 
 def _unknown(loc: Loc) -> str:
@@ -174,15 +208,20 @@ def _homes() -> list[tuple[str, type[u.Part]]]:
         ("[material.NAME]", u.Elastic),
         ("[joint]", s.Joint),
         ("[excitation]", s.Excitation),
+        ("[oscillator]", s.OscillatorPart),
         ("[output]", s.Output),
         *((f'[surface] with law = "{_tag(model, "law")}"', model) for model in _SURFACES),
         *((f'heights with kind = "{_tag(model, "kind")}"', model) for model in _HEIGHTS),
     ]
 
 
+def _heights_at(loc: Loc) -> tuple[type[u.Part], ...]:
+    return (u.GivenHeights,) if "population" in loc else _HEIGHTS
+
+
 def _no_tag(key: str, given: Any, loc: Loc) -> tuple[str, str]:
     """A surface without a law or heights without a kind, or with that key misspelt."""
-    tag, models = ("kind", _HEIGHTS) if loc[-1] == "heights" else ("law", _SURFACES)
+    tag, models = ("kind", _heights_at(loc)) if loc[-1] == "heights" else ("law", _SURFACES)
     near = nearest(tag, [name for name in given if isinstance(name, str)])
     known = {name for model in models for name in _keys(model)}
     if near is not None and near not in known:

@@ -3,39 +3,73 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, TypeVar
 
-from pydantic import AfterValidator, BeforeValidator
+from pydantic import AfterValidator
 
-from microslip.study.units import AREA, DENSITY, FORCE, LENGTH, PRESSURE, Kind, Sign, to_si
+from microslip.study.columns import FromFile
+from microslip.study.part import Check, JsonSchema
+from microslip.study.units import (
+    AREA,
+    DENSITY,
+    FORCE,
+    LENGTH,
+    MASS,
+    PRESSURE,
+    STIFFNESS,
+    Kind,
+    Sign,
+    to_si,
+)
 from microslip.study.wording import did_you_mean, quoted, show
 
 MAX_ITEMS = 1000
 MAX_VALUES = 1_000_000
 
+_NUMBER = r"(\d[\d_]*(\.\d*)?|\.\d+)([eE][+-]?\d+)?"
+_UNIT = r"(1 ?/|/)?[^\s\d.,+-][^,]*"
 
-def quantity(kind: Kind, example: str, sign: Sign = "positive") -> BeforeValidator:
+T = TypeVar("T")
+
+
+def quantity(kind: Kind, example: str, sign: Sign = "positive") -> Check:
     """Text with a unit, such as `example`, into an SI float."""
-    return BeforeValidator(lambda given: to_si(given, kind, example, sign))
+
+    def describe(_: JsonSchema) -> JsonSchema:
+        signs = r"\+?" if sign == "positive" else "[+\N{MINUS SIGN}-]?"
+        return {
+            "type": "string",
+            "pattern": rf"^\s*{signs}{_NUMBER}\s*{_UNIT}$",
+            "description": f'{kind.with_article.capitalize()} with its unit, such as "{example}".',
+            "examples": [example],
+        }
+
+    return Check(lambda given: to_si(given, kind, example, sign), describe)
 
 
-def array(example: str, most: int = MAX_ITEMS, *, single: bool = False) -> BeforeValidator:
+def array(example: str, most: int = MAX_ITEMS, *, single: bool = False) -> Check:
     """A list of 1 to `most` items; with `single`, one item may stand without brackets."""
 
     def check(given: object) -> object:
         if single and isinstance(given, (str, int, float)):
             return [given]
-        if not isinstance(given, list) or not given:
+        if not isinstance(given, (list, tuple)) or not given:
             raise ValueError(f"wanted a list such as {example}, got {show(given)}")
         if len(given) > most:
             raise ValueError(f"wanted at most {most} items, got {len(given)}")
         return given
 
-    return BeforeValidator(check)
+    def describe(inner: JsonSchema) -> JsonSchema:
+        schema = {"type": "array", "items": inner["items"], "minItems": 1, "maxItems": most}
+        return {"anyOf": [inner["items"], schema]} if single else schema
+
+    return Check(check, describe)
 
 
-def _all_different(given: tuple[float, ...]) -> tuple[float, ...]:
-    seen: dict[float, int] = {}
+def different(given: tuple[T, ...]) -> tuple[T, ...]:
+    """Items no two of which are equal."""
+    seen: dict[T, int] = {}
     for index, value in enumerate(given, start=1):
         if value in seen:
             raise ValueError(
@@ -45,8 +79,8 @@ def _all_different(given: tuple[float, ...]) -> tuple[float, ...]:
     return given
 
 
-def number(wanted: str, low: float, high: float) -> BeforeValidator:
-    """A finite plain number in (low, high]."""
+def number(wanted: str, inside: Callable[[float], bool], bounds: JsonSchema) -> Check:
+    """A finite plain number that is `inside`; `bounds` says so to an editor."""
 
     def check(given: object) -> float:
         if isinstance(given, (int, float)) and not isinstance(given, bool):
@@ -54,14 +88,14 @@ def number(wanted: str, low: float, high: float) -> BeforeValidator:
                 value = float(given)
             except OverflowError:
                 value = math.inf
-            if low < value <= high and math.isfinite(value):
+            if math.isfinite(value) and inside(value):
                 return value
         raise ValueError(f"wanted {wanted}, got {show(given)}")
 
-    return BeforeValidator(check)
+    return Check(check, lambda _: {"type": "number", **bounds})
 
 
-def whole(wanted: str, low: int, high: int) -> BeforeValidator:
+def whole(wanted: str, low: int, high: int) -> Check:
     """A whole number in [low, high]."""
 
     def check(given: object) -> int:
@@ -69,10 +103,10 @@ def whole(wanted: str, low: int, high: int) -> BeforeValidator:
             raise ValueError(f"wanted {wanted}, got {show(given)}")
         return given
 
-    return BeforeValidator(check)
+    return Check(check, lambda _: {"type": "integer", "minimum": low, "maximum": high})
 
 
-def one_of(*words: str) -> BeforeValidator:
+def one_of(*words: str) -> Check:
     """One of some words."""
 
     def check(given: object) -> object:
@@ -81,7 +115,7 @@ def one_of(*words: str) -> BeforeValidator:
             raise ValueError(f"wanted {quoted(words)}, got {show(given)}{hint}")
         return given
 
-    return BeforeValidator(check)
+    return Check(check, lambda _: {"type": "string", "enum": list(words)})
 
 
 def _line(given: object) -> str:
@@ -90,21 +124,61 @@ def _line(given: object) -> str:
     return given
 
 
+def _yes_or_no(given: object) -> bool:
+    if not isinstance(given, bool):
+        raise ValueError(f"wanted true or false, got {show(given)}")
+    return given
+
+
 def _names(given: object) -> object:
-    if not isinstance(given, list) or len(given) != 2 or not all(isinstance(n, str) for n in given):
+    if (
+        not isinstance(given, (list, tuple))
+        or len(given) != 2
+        or not all(isinstance(n, str) for n in given)
+    ):
         raise ValueError(
             f'wanted the names of the two bodies such as ["steel", "steel"], got {show(given)}'
         )
     return given
 
 
-Line = Annotated[str, BeforeValidator(_line)]
-TwoNames = Annotated[tuple[str, str], BeforeValidator(_names)]
+Line = Annotated[str, Check(_line, lambda _: {"type": "string", "minLength": 1, "maxLength": 200})]
+YesOrNo = Annotated[bool, Check(_yes_or_no, lambda _: {"type": "boolean"})]
+TwoNames = Annotated[
+    tuple[str, str],
+    Check(
+        _names,
+        lambda _: {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2},
+    ),
+]
 
 Modulus = Annotated[float, quantity(PRESSURE, "69 GPa")]
 Hardness = Annotated[float, quantity(PRESSURE, "1.2 GPa")]
-PoissonRatio = Annotated[float, number("a number above -1 and at most 0.5", -1.0, 0.5)]
-Friction = Annotated[float, number("a positive number such as 0.55", 0.0, 1e6)]
+PoissonRatio = Annotated[
+    float,
+    number(
+        "a number above -1 and at most 0.5",
+        lambda value: -1.0 < value <= 0.5,
+        {"exclusiveMinimum": -1, "maximum": 0.5},
+    ),
+]
+Friction = Annotated[
+    float,
+    number(
+        "a positive number such as 0.55",
+        lambda value: 0.0 < value <= 1e6,
+        {"exclusiveMinimum": 0, "maximum": 1e6},
+    ),
+]
+ViscousRatio = Annotated[
+    float,
+    number(
+        "a number from 0 to below 1 such as 0.01",
+        lambda value: 0.0 <= value < 1.0,
+        {"minimum": 0, "exclusiveMaximum": 1},
+    ),
+]
+ShapeParameter = Annotated[float, number("a finite number", lambda value: True, {})]
 
 Roughness = Annotated[float, quantity(LENGTH, "0.5 um")]
 Height = Annotated[float, quantity(LENGTH, "0.5 um", "any")]
@@ -114,13 +188,36 @@ Area = Annotated[float, quantity(AREA, "2 cm^2")]
 Load = Annotated[float, quantity(FORCE, "2 kN")]
 AnyLoad = Annotated[float, quantity(FORCE, "2 kN", "any")]
 Amplitude = Annotated[float, quantity(LENGTH, "1 um")]
+ForceAmplitude = Annotated[float, quantity(FORCE, "100 N")]
+Mass = Annotated[float, quantity(MASS, "2 kg")]
+Stiffness = Annotated[float, quantity(STIFFNESS, "1e6 N/m")]
 
-Heights = Annotated[tuple[Height, ...], array('["0.4 um", "0.7 um"]', MAX_VALUES)]
-Radii = Annotated[tuple[Radius, ...], array('["1 mm", "2 mm"]', MAX_VALUES, single=True)]
-TabulatedLoads = Annotated[tuple[AnyLoad, ...], array('["2 kN", "1 kN", "0 N"]', MAX_VALUES)]
+Heights = Annotated[
+    tuple[Height, ...],
+    array('["0.4 um", "0.7 um"]', MAX_VALUES),
+    FromFile(LENGTH, "surface.heights"),
+]
+Radii = Annotated[
+    tuple[Radius, ...],
+    array('["1 mm", "2 mm"]', MAX_VALUES, single=True),
+    FromFile(LENGTH, "surface.radius", "positive"),
+]
+Separations = Annotated[
+    tuple[Height, ...],
+    array('["0 um", "1 um", "2 um"]', MAX_VALUES),
+    FromFile(LENGTH, "surface.separation"),
+]
+TabulatedLoads = Annotated[
+    tuple[AnyLoad, ...],
+    array('["2 kN", "0.5 kN", "0 N"]', MAX_VALUES),
+    FromFile(FORCE, "surface.load"),
+]
 Loads = Annotated[
-    tuple[Load, ...], array('["500 N", "2 kN"]', single=True), AfterValidator(_all_different)
+    tuple[Load, ...], array('["500 N", "2 kN"]', single=True), AfterValidator(different)
 ]
 Amplitudes = Annotated[
-    tuple[Amplitude, ...], array('["0.1 um", "1 um"]'), AfterValidator(_all_different)
+    tuple[Amplitude, ...], array('["0.1 um", "1 um"]'), AfterValidator(different)
+]
+ForceAmplitudes = Annotated[
+    tuple[ForceAmplitude, ...], array('["50 N", "200 N"]'), AfterValidator(different)
 ]

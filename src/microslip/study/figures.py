@@ -2,25 +2,71 @@
 
 from __future__ import annotations
 
-import math
+import io
+import re
 import warnings
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
+from weakref import WeakKeyDictionary
 
-from matplotlib import style
+from matplotlib import rcParams, style
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from microslip.study.drawing import STYLE, add_legend, drawn_loads, new_figure
-from microslip.study.energy_figure import energy_damping
-from microslip.study.result import some
-from microslip.study.units import prefix
+from microslip.study.backbone_figure import backbone
+from microslip.study.contact_figure import contact_state
+from microslip.study.drawing import STYLE, settle
+from microslip.study.energy_figure import energy_damping, force_damping
+from microslip.study.history_figure import history
+from microslip.study.loops_figure import loops
+from microslip.study.oscillator_figure import oscillator
+from microslip.study.slider_figure import slider_density
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from microslip.study.result import Result
 
-MOST_PANELS = 6
+Format = Literal["svg", "png"]
+
+DRAW: dict[str, Callable[[Result], Figure]] = {
+    draw.__name__: draw
+    for draw in (
+        loops,
+        backbone,
+        energy_damping,
+        force_damping,
+        contact_state,
+        slider_density,
+        history,
+        oscillator,
+    )
+}
+"""What draws each figure, by its name."""
+
+# Drawing costs more than all computing: each figure is drawn once, for its files and the report.
+_PICTURES: WeakKeyDictionary[Result, dict[tuple[str, Format], bytes]] = WeakKeyDictionary()
+
+
+def names(result: Result) -> tuple[str, ...]:
+    """Names of the figures that a result has something to show in.
+
+    Parameters
+    ----------
+    result : Result
+        Any result.
+
+    Returns
+    -------
+    tuple of str
+        Keys of :data:`DRAW`, in the order of reading.
+    """
+    shows = {
+        "contact_state": result.joints[0].contact_area is not None,
+        "history": bool(result.histories),
+        "oscillator": bool(result.oscillators),
+    }
+    return tuple(name for name in DRAW if shows.get(name, True))
 
 
 def write(result: Result, path: Path) -> None:
@@ -31,74 +77,78 @@ def write(result: Result, path: Path) -> None:
     result : Result
         What to draw.
     path : pathlib.Path
-        `loops` or `energy_damping`, with the suffix `.svg` or `.png`.
+        One of :func:`names`, with the suffix `.svg` or `.png`.
 
     Raises
     ------
     OSError
         If the file cannot be written.
     """
-    # From matplotlib's own defaults, whatever the user's matplotlibrc says, and back afterwards.
-    with style.context(["default", STYLE]), warnings.catch_warnings():
-        # The summary says it, once.
-        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
-        figure = {"loops": loops, "energy_damping": energy_damping}[path.stem](result)
-        metadata = {"Date": None} if path.suffix == ".svg" else {}
-        figure.savefig(path, metadata={"Creator": None, **metadata} if metadata else None)
+    path.write_bytes(picture(result, path.stem, "svg" if path.suffix == ".svg" else "png"))
 
 
-def loops(result: Result) -> Figure:
-    """Draw the hysteresis loops, one panel for each amplitude, one loop for each load.
+def picture(result: Result, name: str, kind: Format) -> bytes:
+    """Content of one figure's file.
 
     Parameters
     ----------
     result : Result
         What to draw.
+    name : str
+        One of :func:`names`.
+    kind : {"svg", "png"}
+        Format of the file.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        The figure, with a canvas.
+    bytes
+        The same for the same result; it is kept as long as the last result that was drawn.
     """
-    amplitudes = result.rows[0].amplitude
-    shown = some(len(amplitudes), MOST_PANELS)
-    columns = 1 if len(shown) == 1 else 2 if len(shown) <= 4 else 3
-    lines = math.ceil(len(shown) / columns)
-    figure = new_figure(0.9 + (3.6 if columns == 1 else 2.5) * lines, result.study.title)
-    panels = figure.subplots(lines, columns, squeeze=False).ravel()
-    largest_x = float(amplitudes[shown].max())
-    largest_y = max(float(r.force_amplitude[shown].max()) for r in result.rows)
-    for panel, index in zip(panels, shown, strict=False):
-        _loops_at(panel, result, index, largest_x, largest_y)
-    for panel in panels[len(shown) :]:
-        panel.set_visible(False)
-    figure.align_ylabels(panels[: len(shown)])
-    add_legend(figure, result, "linestyle")
-    return figure
+    if result not in _PICTURES:
+        _PICTURES.clear()
+    kept = _PICTURES.setdefault(result, {})
+    if (name, kind) not in kept:
+        output = result.study.output
+        wanted: set[Format] = {kind, "svg"} if output.report else {kind}
+        wanted |= {other for other in ("svg", "png") if other in output.formats}
+        kept.update({(name, other): data for other, data in _render(result, name, wanted).items()})
+    return kept[name, kind]
 
 
-def _common_prefix(value: float, largest: float, least: float = 0.0) -> tuple[float, str]:
-    """Prefix of the largest panel where it still suits this one, else its own."""
-    unit, letter = prefix(largest)
-    return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, least))
+def _render(result: Result, name: str, kinds: set[Format]) -> dict[Format, bytes]:
+    # From matplotlib's own defaults, whatever the user's matplotlibrc says, and back afterwards.
+    with style.context(["default", STYLE]), warnings.catch_warnings():
+        # The summary says it, once.
+        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
+        figure = DRAW[name](result)
+        settle(figure)
+        return {kind: (_svg if kind == "svg" else _png)(figure) for kind in sorted(kinds)}
 
 
-def _loops_at(axes: Axes, result: Result, index: int, largest_x: float, largest_y: float) -> None:
-    amplitude = float(result.rows[0].amplitude[index])
-    # No markers: they would pass for measured points.
-    loads = drawn_loads(result, "linestyle")
-    limits = [result.joints[i].force_limit for i, _ in loads]
-    # Loads far apart share no axis: then each loop is drawn over its own force limit.
-    relative = max(limits) > 20.0 * min(limits)
-    force = max(float(result.rows[i].force_amplitude[index]) for i, _ in loads)
-    x_unit, x_letter = _common_prefix(amplitude, largest_x, 1e-9)
-    y_unit, y_letter = _common_prefix(force, largest_y)
-    for (i, look), limit in zip(loads, limits, strict=True):
-        loop = result.loops[i][index]
-        axes.plot(loop.displacement / x_unit, loop.force / (limit if relative else y_unit), **look)
-    axes.set_title(f"Amplitude {amplitude / x_unit:.6g} {x_letter}m")
-    axes.set_xlabel(f"Displacement [{x_letter}m]")
-    axes.set_ylabel(r"Force / force limit, $T/\mu N$" if relative else f"Force [{y_letter}N]")
-    axes.margins(0.06)
-    axes.axhline(0.0, color="#888888", linewidth=0.6, zorder=1)
-    axes.axvline(0.0, color="#888888", linewidth=0.6, zorder=1)
+# Through the canvases, since figure.savefig() draws everything twice.
+
+
+def _svg(figure: Figure) -> bytes:
+    file = io.BytesIO()
+    figure.set_dpi(150)  # of pictures inside
+    # No dates: the same result gives the same file.
+    canvas: Any = FigureCanvasSVG(figure)
+    canvas.print_svg(file, metadata={"Creator": None, "Date": None})
+    return _slim(file.getvalue())
+
+
+def _png(figure: Figure) -> bytes:
+    file = io.BytesIO()
+    figure.set_dpi(rcParams["savefig.dpi"])
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.print_png(file)
+    return file.getvalue()
+
+
+_PATH = re.compile(rb' d="[^"]*"')
+_DIGITS = re.compile(rb"(\.\d\d)\d+")
+
+
+def _slim(svg: bytes) -> bytes:
+    """An SVG file whose curves are given to a hundredth of a point: finer than any print."""
+    return _PATH.sub(lambda found: _DIGITS.sub(rb"\1", found[0]), svg)

@@ -1,26 +1,55 @@
-"""Floor 8: a result folder appears whole or not at all, and replaces nothing but a result."""
+"""Floor 8: a result folder appears whole or not at all, and replaces nothing but a result.
+
+While a result is written it is in a hidden folder beside its place, ``.NAME.xxxxxxxx.tmp``, which
+then changes places with an older result in one step. A killed process leaves the hidden folder
+behind, complete or not; the next run that writes to the same place removes it.
+
+Where the system has no such step there are two renames, and for a moment the older result is
+``.NAME.xxxxxxxx.old`` and nothing is in its place. Whoever finds that so, and nobody at work there,
+brings it back.
+"""
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import re
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from microslip.errors import StudyError
+from microslip.study.filesystem import held, move, swap
 from microslip.study.summary import KIND
 from microslip.study.wording import shorten
 
 # Left behind by file managers, and nobody's work.
 _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
+_TOKEN = "[a-z0-9_]{8}"  # what tempfile puts into names
+_LONGEST = 200  # bytes of a name that hidden names hold as it is
+_PATIENCE = 1.0  # seconds in which two renames are done, where nobody can be asked
+
+
+class _Place(NamedTuple):
+    """Where a result is to be, and what may be replaced there."""
+
+    target: Path
+    name: str
+    kind: str
+    what: str
+    overwrite: bool
 
 
 @contextmanager
-def staged(folder: Path, overwrite: bool = False) -> Iterator[Path]:
+def staged(
+    folder: Path, overwrite: bool = False, kind: str = KIND, what: str = "result"
+) -> Iterator[Path]:
     """Give a temporary folder that takes the place of `folder` when all has gone well.
 
     Parameters
@@ -29,6 +58,8 @@ def staged(folder: Path, overwrite: bool = False) -> Iterator[Path]:
         The result folder to be. Parents that are missing are made.
     overwrite : bool
         Whether a result that is there may be replaced.
+    kind, what : str
+        What summary.json says of it, and how messages call it.
 
     Yields
     ------
@@ -43,25 +74,43 @@ def staged(folder: Path, overwrite: bool = False) -> Iterator[Path]:
     """
     name = shorten(str(folder), 200)
     target = Path(os.path.abspath(folder))  # noqa: PTH100 - resolve() would follow the links
-    _check(target, name, overwrite)
-    stage = None
+    place = _Place(target, name, kind, what, overwrite)
+    ancestor = next((p for p in target.parents if os.path.lexists(p)), target)
+    _tidy(place, ancestor)
+    _check(place)
     try:
-        ancestor = next(parent for parent in target.parents if os.path.lexists(parent))
-        stage = Path(tempfile.mkdtemp(prefix=f".{target.name[:100]}.", suffix=".tmp", dir=ancestor))
-        stage.chmod(0o777 & ~_umask())
-    except (OSError, ValueError) as error:
-        if stage is not None:
-            shutil.rmtree(stage, ignore_errors=True)
-        raise StudyError(f"{name}: cannot be written: {_reason(error)}") from None
-    try:
-        yield stage
-        # Looked at again: a long computation leaves others the time to put something there.
-        _check(target, name, overwrite)
-        _put(stage, target, ancestor)
+        with _stage(target, ancestor) as stage:
+            yield stage
+            # Looked at again: a long computation leaves others the time to put something there.
+            _check(place)
+            _finish(stage, kind)
+            _put(stage, place, ancestor)
     except OSError as error:
         raise StudyError(f"{name}: cannot be written: {_reason(error)}") from error
-    finally:
-        shutil.rmtree(stage, ignore_errors=True)
+
+
+@contextmanager
+def _stage(target: Path, ancestor: Path) -> Iterator[Path]:
+    """A hidden folder, held as long as somebody works in it; what it then is goes away."""
+    for _ in range(100):
+        stage = Path(tempfile.mkdtemp(prefix=_prefix(target), suffix=".tmp", dir=ancestor))
+        with held(stage) as mine:
+            if mine is False:  # another run takes it for a leftover, not being held yet
+                with suppress(OSError):
+                    stage.rmdir()
+                continue
+            born = stage.stat()
+            try:
+                # A folder may hand its group down, which only shows in the mode.
+                stage.chmod((born.st_mode & 0o7000) | (0o777 & ~_umask()))
+                yield stage
+            finally:
+                # By the name of the stage there may now be the older result: see _put.
+                with suppress(OSError):
+                    if os.path.samestat(born, stage.lstat()):
+                        shutil.rmtree(stage, ignore_errors=True)
+            return
+    raise OSError("its temporary folders vanish")
 
 
 def _umask() -> int:
@@ -70,31 +119,62 @@ def _umask() -> int:
     return mask
 
 
+def _prefix(target: Path) -> str:
+    """How hidden names of a place begin; long ones by their hash, since names have a limit."""
+    name = os.fsencode(target.name)
+    if len(name) > _LONGEST:
+        return f".{sha256(name).hexdigest()[:32]}."
+    return f".{target.name}."
+
+
 def _reason(error: Exception) -> str:
     return (getattr(error, "strerror", None) or str(error) or type(error).__name__).lower()
 
 
-def _put(stage: Path, target: Path, ancestor: Path) -> None:
-    """Move the finished folder to its place, and the old one out of it."""
+def _finish(stage: Path, kind: str) -> None:
+    """Have everything there and on the disk before it counts: power fails, errors come late.
+
+    Files may be gone: what cleans temporary folders may have come by in a long run.
+    """
+    gone = sorted((_files(stage, kind) or set()) - {entry.name for entry in stage.iterdir()})
+    if gone:
+        raise FileNotFoundError(errno.ENOENT, f"{gone[0]} has vanished while others were written")
+    for entry in stage.iterdir():
+        if entry.is_file():
+            with entry.open("r+b") as file:
+                os.fsync(file.fileno())
+    _flush(stage)
+
+
+def _flush(folder: Path) -> None:
+    """Have the names in a folder on the disk."""
+    if os.name == "posix":
+        with suppress(OSError):  # some file systems have no such thing
+            handle = os.open(folder, os.O_RDONLY)
+            try:
+                os.fsync(handle)
+            finally:
+                os.close(handle)
+
+
+def _put(stage: Path, place: _Place, ancestor: Path) -> None:
+    """Move the finished folder to its place, and the older one out of it."""
+    target = place.target
     made: list[Path] = []
     try:
         for parent in reversed(target.parents):
             if ancestor in parent.parents and not parent.exists():
                 parent.mkdir()
                 made.append(parent)
-        if not target.exists():
-            stage.rename(target)
-            return
-        # Two renames: should the process be killed between them, the old result is still there
-        # under the hidden name.
-        old = stage.with_suffix(".old")
-        target.rename(old)
-        try:
-            stage.rename(target)
-        except BaseException:
-            old.rename(target)
-            raise
-        shutil.rmtree(old, ignore_errors=True)
+        if not os.path.lexists(target):
+            try:
+                move(stage, target)
+                _flush(target.parent)
+                return
+            except FileExistsError:  # somebody was faster
+                _check(place)
+        _replace(stage, place)
+        _flush(target.parent)
     except BaseException:
         for parent in reversed(made):
             with suppress(OSError):
@@ -102,8 +182,84 @@ def _put(stage: Path, target: Path, ancestor: Path) -> None:
         raise
 
 
-def _check(target: Path, name: str, overwrite: bool) -> None:
+def _replace(stage: Path, place: _Place) -> None:
+    """Let the new result take the place of an older one, which then goes by the stage's name."""
+    target = place.target
+    with held(target):  # so that no other run takes the older one for a leftover
+        if swap(stage, target):
+            try:
+                _check_contents(stage, place)
+            except BaseException:
+                swap(stage, target)
+                raise
+        else:
+            old = stage.with_suffix(".old")
+            try:
+                target.rename(old)
+                _check_contents(old, place)
+                stage.rename(target)
+            except BaseException:
+                if os.path.lexists(old) and not os.path.lexists(target):
+                    old.rename(target)
+                raise
+            old.rename(stage)
+        _discard(stage, place.kind)
+
+
+# -- what killed runs leave -----------------------------------------------------------------------
+
+
+def _tidy(place: _Place, ancestor: Path) -> None:
+    """Bring an older result back, and remove hidden folders, where their run was killed."""
+    hidden = re.compile(rf"{re.escape(_prefix(place.target))}{_TOKEN}\.(tmp|old)")
+    with suppress(OSError):
+        left = sorted(entry for entry in ancestor.iterdir() if hidden.fullmatch(entry.name))
+        for old in left:
+            if old.suffix == ".old" and ancestor == place.target.parent:
+                _bring_back(old, place.target)
+        for stage in left:
+            if stage.suffix == ".tmp":
+                with held(stage) as mine:
+                    if mine:
+                        _discard(stage, place.kind)
+
+
+def _bring_back(old: Path, target: Path) -> None:
+    """Undo the first of two renames whose second one was never done."""
+    stage = old.with_suffix(".tmp")
+
+    def between() -> bool:
+        return old.is_dir() and stage.is_dir() and not os.path.lexists(target)
+
+    # Without the stage the second rename was done, and what is old is old.
+    if not between():
+        return
+    with held(stage) as mine:
+        if mine is None:
+            time.sleep(_PATIENCE)
+        if mine is not False and between():
+            with suppress(OSError):
+                move(old, target)
+
+
+def _discard(folder: Path, kind: str) -> None:
+    """Remove a result or the beginning of one, unless anything else is in it."""
+    with suppress(OSError):
+        names = {entry.name for entry in folder.iterdir()}
+        known = _files(folder, kind) or set()
+        if names <= known | _LITTER | {"summary.json"} and not _odd(folder):
+            # The summary says what the others are, so it goes last.
+            for name in sorted(names, key=lambda name: name == "summary.json"):
+                (folder / name).unlink()
+            folder.rmdir()
+
+
+# -- what may be replaced -------------------------------------------------------------------------
+
+
+def _check(place: _Place) -> None:
     """Refuse a place that is taken, unless by a result that may be replaced."""
+    target, name = place.target, place.name
     if os.path.islink(target):  # noqa: PTH114 - never raises
         raise StudyError(f"{name}: is a link; name the folder itself, or another one with -o")
     try:
@@ -114,42 +270,47 @@ def _check(target: Path, name: str, overwrite: bool) -> None:
         raise StudyError(f"{name}: cannot be written: {_reason(error)}") from None
     if not target.is_dir():
         raise StudyError(f"{name}: is a file; name a folder with -o")
-    if not overwrite:
+    if not place.overwrite:
         raise StudyError(f"{name}: exists; replace it with --overwrite or name another with -o")
     here = Path.cwd()
     if target == here or target in here.parents or target in (Path.home(), *Path.home().parents):
         raise StudyError(f"{name}: not replaced: it holds the current or the home folder")
+    _check_contents(target, place)
+
+
+def _check_contents(folder: Path, place: _Place) -> None:
+    """Refuse a folder that holds anything else than a result."""
+    name = place.name
     try:
-        found = {entry.name for entry in target.iterdir()}
+        found = {entry.name for entry in folder.iterdir()}
+        odd = _odd(folder)
     except OSError as error:
         raise StudyError(f"{name}: not replaced: {_reason(error)}") from None
     if not found:
         return
-    known = _files(target)
+    known = _files(folder, place.kind)
     if known is None:
         raise StudyError(
-            f"{name}: not replaced: it is no result of microslip (no summary.json of one)"
+            f"{name}: not replaced: it is no {place.what} of microslip (no summary.json of one)"
         )
-    foreign = sorted(found - known - _LITTER)
+    foreign = [*sorted(found - known - _LITTER), *odd]
     if foreign:
         raise StudyError(
-            f'{name}: not replaced: "{shorten(foreign[0], 60)}" in it is not of the result; '
-            "move it elsewhere first"
+            f'{name}: not replaced: "{shorten(foreign[0], 60)}" in it is not of the '
+            f"{place.what}; move it elsewhere first"
         )
-    # A result holds plain files; a folder or a link by one of their names is somebody's own.
-    for entry in target.iterdir():
-        if entry.is_symlink() or not entry.is_file():
-            raise StudyError(
-                f'{name}: not replaced: "{shorten(entry.name, 60)}" in it is not of the result; '
-                "move it elsewhere first"
-            )
 
 
-def _files(folder: Path) -> set[str] | None:
+def _odd(folder: Path) -> list[str]:
+    """What is no plain file: a folder or a link is somebody's own, whatever its name."""
+    return sorted(e.name for e in folder.iterdir() if e.is_symlink() or not e.is_file())
+
+
+def _files(folder: Path, kind: str) -> set[str] | None:
     """Names of the files of a result, or None if the folder is none."""
     try:
         summary: Any = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-        if summary["kind"] != KIND:
+        if summary["kind"] != kind:
             return None
         return {str(name) for name in summary["files"]}
     except (OSError, ValueError, KeyError, TypeError, RecursionError):

@@ -2,50 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip._frozen import Locked, lock
+from microslip.study.quantities import UNITS
+
 if TYPE_CHECKING:
     from microslip.friction import Interface
     from microslip.loops import Loop
+    from microslip.structures import Oscillator
     from microslip.study.schema import Study
+
+__all__ = [
+    "UNITS",
+    "AmplitudeCurve",
+    "Floats",
+    "HistoryResponse",
+    "Limits",
+    "OscillatorCurve",
+    "Progress",
+    "Result",
+    "some",
+]
 
 Progress = Callable[[float], None]
 Floats = NDArray[np.float64]
+_Columns = TypeVar("_Columns", bound="Columns")
 
-UNITS: dict[str, str] = {
-    "normal_load": "N",
-    "amplitude": "m",
-    "displacement": "m",
-    "force": "N",
-    "force_amplitude": "N",
-    "force_ratio": "-",
-    "dissipated_energy": "J",
-    "energy_ratio": "-",
-    "loss_factor": "-",
-    "damping_ratio": "-",
-    "secant_stiffness": "N/m",
-    "dissipation_exponent": "-",
-    "stick_area": "m^2",
-    "separation": "m",
-    "standardised_separation": "-",
-    "contact_count": "-",
-    "contact_area": "m^2",
-    "contact_area_fraction": "-",
-    "normal_stiffness": "N/m",
-    "tangential_stiffness": "N/m",
-    "force_limit": "N",
-    "slip_per_indentation": "-",
-    "slip_scale": "m",
-    "cubic_coefficient": "J/m^3",
-    "linear_offset": "m",
-}
-"""Unit of every quantity in the tables and in the summary."""
+_BLOCK = 20_000
 
 
 def some(count: int, most: int) -> list[int]:
@@ -53,13 +43,55 @@ def some(count: int, most: int) -> list[int]:
     return sorted({round(i) for i in np.linspace(0, count - 1, min(count, most)).tolist()})
 
 
-@dataclass(frozen=True, eq=False)
-class AmplitudeCurve:
+def blocks(size: int, progress: Progress | None = None, most: int = _BLOCK) -> Iterator[slice]:
+    """Pieces of so many things; small ones first, for those who wait to see progress."""
+    start, length = 0, min(most, 64)
+    while start < size:
+        yield slice(start, min(start + length, size))
+        start, length = start + length, min(most, 2 * length)
+        if progress is not None:
+            progress(min(start / size, 1.0))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Columns(Locked):
+    """Arrays of one length by their names; None for what is not known."""
+
+    def __post_init__(self) -> None:
+        for array in self.columns().values():
+            lock(array)
+
+    def columns(self) -> dict[str, Floats]:
+        """Arrays by name, without those that are not known."""
+        named = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: array for name, array in named.items() if isinstance(array, np.ndarray)}
+
+    def __repr__(self) -> str:
+        columns = self.columns()
+        size = len(next(iter(columns.values())))
+        return f"{type(self).__name__}({size} of {', '.join(columns)})"
+
+    @classmethod
+    def _made(
+        cls: type[_Columns], make: Callable[[slice], _Columns], size: int, progress: Progress | None
+    ) -> _Columns:
+        """Make a long one piece by piece."""
+        whole: dict[str, Floats] = {}
+        for piece in blocks(size, progress):
+            for name, array in make(piece).columns().items():
+                whole.setdefault(name, np.empty(size))[piece] = array
+        return cls(**{field.name: whole.get(field.name) for field in fields(cls)})
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AmplitudeCurve(Columns):
     """Cyclic quantities of one joint against the displacement amplitude, as equal-length arrays.
 
-    `force_ratio` is the force amplitude over the force limit; `stick_area` is None where the
-    normal law does not know its contacts. The rest is what the methods of
-    :class:`microslip.Interface` of the same name return.
+    `force_ratio` is the force amplitude over the force limit, `tangent_stiffness` the slope
+    :meth:`~microslip.Interface.backbone_stiffness` of the first loading curve, `slider_density` the
+    density of :meth:`~microslip.Interface.sliders` and `stick_share` the stick area over the real
+    contact area; the last and `stick_area` are None where the normal law does not know its
+    contacts. The rest is what the methods of :class:`microslip.Interface` of the same name return.
     """
 
     amplitude: Floats
@@ -70,16 +102,16 @@ class AmplitudeCurve:
     loss_factor: Floats
     damping_ratio: Floats
     secant_stiffness: Floats
+    tangent_stiffness: Floats
     dissipation_exponent: Floats
+    slider_density: Floats
     stick_area: Floats | None
-
-    def columns(self) -> dict[str, Floats]:
-        """Arrays by name, without the one that is not known."""
-        named = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: array for name, array in named.items() if array is not None}
+    stick_share: Floats | None
 
     @classmethod
-    def of(cls, joint: Interface, amplitude: Floats) -> AmplitudeCurve:
+    def of(
+        cls, joint: Interface, amplitude: Floats, progress: Progress | None = None
+    ) -> AmplitudeCurve:
         """Evaluate a joint.
 
         Parameters
@@ -87,7 +119,9 @@ class AmplitudeCurve:
         joint : Interface
             A joint at one normal load.
         amplitude : ndarray
-            Displacement amplitudes [m], one-dimensional.
+            Displacement amplitudes [m], one-dimensional, above zero.
+        progress : callable, optional
+            Called now and then with the share that is done, 0 … 1.
 
         Returns
         -------
@@ -99,20 +133,134 @@ class AmplitudeCurve:
         InputError
             If the normal law has no answer at an amplitude.
         """
-        force = np.asarray(joint.backbone(amplitude))
-        known = joint.contact_area is not None
+        return cls._made(lambda piece: cls._at(joint, amplitude[piece]), amplitude.size, progress)
+
+    @classmethod
+    def of_forces(cls, joint: Interface, force_amplitude: Floats) -> AmplitudeCurve:
+        """The same at force amplitudes [N], one-dimensional, above zero.
+
+        Raises
+        ------
+        InputError
+            If a force is not below the force limit.
+        """
+        amplitude = np.asarray(joint.backbone_displacement(force_amplitude))
+        return cls._at(joint, amplitude, force_amplitude)
+
+    @classmethod
+    def _at(
+        cls, joint: Interface, amplitude: Floats, force: Floats | None = None
+    ) -> AmplitudeCurve:
+        if force is None:
+            force = np.asarray(joint.backbone(amplitude))
+        contact = joint.contact_area
+        stick = None if contact is None else np.asarray(joint.stick_area(amplitude))
         return cls(
-            amplitude=amplitude,
-            force_amplitude=force,
+            amplitude=amplitude.copy(),
+            force_amplitude=force.copy(),
             force_ratio=force / joint.force_limit,
             dissipated_energy=np.asarray(joint.dissipated_energy(amplitude)),
             energy_ratio=np.asarray(joint.energy_ratio(amplitude)),
             loss_factor=np.asarray(joint.loss_factor(amplitude)),
             damping_ratio=np.asarray(joint.damping_ratio(amplitude)),
             secant_stiffness=np.asarray(joint.secant_stiffness(amplitude)),
+            tangent_stiffness=np.asarray(joint.backbone_stiffness(amplitude)),
             dissipation_exponent=np.asarray(joint.dissipation_exponent(amplitude)),
-            stick_area=np.asarray(joint.stick_area(amplitude)) if known else None,
+            slider_density=np.asarray(joint.sliders().density(amplitude)),
+            stick_area=stick,
+            stick_share=None if stick is None else stick / contact,
         )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class HistoryResponse(Columns):
+    """What one joint does along the history of the study, from rest, as equal-length arrays.
+
+    Parameters
+    ----------
+    displacement : ndarray
+        Displacements [m]: those given, or those that the given forces lead to.
+    force : ndarray
+        Forces that hold them [N]: those given, or those that the given displacements lead to.
+    dissipated_energy : ndarray
+        Energy dissipated since rest [J].
+    """
+
+    displacement: Floats
+    force: Floats
+    dissipated_energy: Floats
+
+    @classmethod
+    def of(
+        cls, joint: Interface, values: Floats, quantity: Literal["displacement", "force"]
+    ) -> HistoryResponse:
+        """Follow a history.
+
+        Parameters
+        ----------
+        joint : Interface
+            A joint at one normal load.
+        values : ndarray
+            Displacements [m] or forces [N] in the order of time.
+        quantity : {"displacement", "force"}
+            Which of both.
+
+        Returns
+        -------
+        HistoryResponse
+            Both, and the energy.
+
+        Raises
+        ------
+        InputError
+            If a force is not below the force limit.
+        """
+        from microslip.study.dissipation import dissipated_so_far
+
+        if quantity == "displacement":
+            displacement, force = values.copy(), np.asarray(joint.force(values))
+        else:
+            displacement, force = np.asarray(joint.displacement(values)), values.copy()
+        return cls(displacement, force, dissipated_so_far(joint, displacement, values))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OscillatorCurve(Columns):
+    """The oscillator of the study, held by one joint, against its displacement amplitude.
+
+    Parameters
+    ----------
+    amplitude : ndarray
+        Displacement amplitudes [m], those of the curves.
+    frequency : ndarray
+        Natural frequencies [Hz].
+    damping_ratio : ndarray
+        Damping ratios of the mode [-]: viscous damping and joint.
+    interface_damping_ratio : ndarray
+        Damping ratios of the interface [-], which are not those of the mode.
+    """
+
+    amplitude: Floats
+    frequency: Floats
+    damping_ratio: Floats
+    interface_damping_ratio: Floats
+
+    @classmethod
+    def of(
+        cls, oscillator: Oscillator, amplitude: Floats, progress: Progress | None = None
+    ) -> OscillatorCurve:
+        """Evaluate an oscillator at displacement amplitudes [m], one-dimensional, above zero."""
+
+        def make(piece: slice) -> OscillatorCurve:
+            a = amplitude[piece]
+            return cls(
+                amplitude=a.copy(),
+                frequency=np.asarray(oscillator.frequency(a)),
+                damping_ratio=np.asarray(oscillator.damping_ratio(a)),
+                interface_damping_ratio=np.asarray(oscillator.interface_damping_ratio(a)),
+            )
+
+        return cls._made(make, amplitude.size, progress)
 
 
 @dataclass(frozen=True)
@@ -126,7 +274,7 @@ class Limits:
     linear_offset: float | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """Result of :meth:`microslip.Study.run`; index 0 runs over normal loads, 1 over amplitudes.
 
@@ -139,13 +287,18 @@ class Result:
     loops : tuple of tuple of Loop
         For each load, one for each amplitude of the study.
     rows : tuple of AmplitudeCurve
-        For each load, the cyclic quantities at the amplitudes of the loops.
+        For each load, the cyclic quantities at the amplitudes of the loops. Where the study gives
+        force amplitudes these are the same for all loads, and the displacement amplitudes differ.
     curves : tuple of AmplitudeCurve
         For each load, the same over the whole range of amplitudes.
     limits : tuple of Limits
         For each load, the asymptotes of the dissipated energy.
     summary : dict
         What `summary.json` holds: numbers in SI units, with a table of their units.
+    histories : tuple of HistoryResponse
+        For each load, what the joint does along the history of the study; empty without one.
+    oscillators : tuple of OscillatorCurve
+        For each load, the oscillator of the study over the range of the curves; empty without one.
     """
 
     study: Study
@@ -155,6 +308,19 @@ class Result:
     curves: tuple[AmplitudeCurve, ...]
     limits: tuple[Limits, ...]
     summary: dict[str, Any]
+    histories: tuple[HistoryResponse, ...] = ()
+    oscillators: tuple[OscillatorCurve, ...] = ()
+
+    def __repr__(self) -> str:
+        parts = [
+            *([repr(self.study.title)] if self.study.title else []),
+            _count(len(self.joints), "load"),
+            _count(len(self.rows[0].amplitude), "amplitude"),
+            f"curves of {len(self.curves[0].amplitude)} points",
+            *(f"history of {_count(len(h.force), 'sample')}" for h in self.histories[:1]),
+            *("oscillator" for _ in self.oscillators[:1]),
+        ]
+        return f"Result({', '.join(parts)})"
 
     def save(
         self, folder: str | Path, overwrite: bool = False, progress: Progress | None = None
@@ -186,3 +352,25 @@ class Result:
         with staged(Path(folder), overwrite) as stage:
             write(self, stage, progress)
         return tuple(Path(folder) / name for name in self.summary["files"])
+
+    def to_xarray(self) -> Any:
+        """All numbers as one labelled data set, the same as in `result.nc`.
+
+        Returns
+        -------
+        xarray.Dataset
+            Variables with the dimensions load, amplitude (or force_amplitude), sample and point;
+            docs/results.md lists them.
+
+        Raises
+        ------
+        StudyError
+            If xarray is not installed.
+        """
+        from microslip.study.netcdf import contents, dataset
+
+        return dataset(contents(self))
+
+
+def _count(count: int, word: str) -> str:
+    return f"{count} {word}" if count == 1 else f"{count} {word}s"

@@ -6,16 +6,26 @@ import math
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import microslip as ms
 from microslip.errors import InputError, StudyError
 from microslip.study import surfaces as u
-from microslip.study.result import AmplitudeCurve, Floats, Limits, Progress, Result
+from microslip.study.result import (
+    AmplitudeCurve,
+    Floats,
+    HistoryResponse,
+    Limits,
+    OscillatorCurve,
+    Progress,
+    Result,
+    blocks,
+)
 from microslip.study.schema import Study
-from microslip.study.summary import Defaults, files, slip_scale, summarise
+from microslip.study.summary import Defaults, oscillator_of, slip_scale, summarise
 
 if TYPE_CHECKING:
     from microslip.normal import NormalLaw
@@ -27,30 +37,76 @@ DEFAULT_POINTS = 200
 
 def run(study: Study, progress: Progress | None = None) -> Result:
     """Compute a study; see :meth:`microslip.study.schema.Study.run`."""
-    loads = study.joint.normal_load
-    report = progress or (lambda share: None)
-    surface = build_surface(study)
-    joints = _joints(study, surface)
+    joints = build_joints(study)
     defaults = _defaults(study, joints)
     amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
+    history = study.excitation.history
+    record = None if history is None else history.values
     loops, rows, curves, limits = [], [], [], []
+    histories, oscillators = [], []
     for index, joint in enumerate(joints):
-        with _blame(study, "excitation.amplitudes"):
-            loops.append(tuple(joint.loop(float(a)) for a in amplitudes))
-            rows.append(AmplitudeCurve.of(joint, amplitudes))
+        steps = _Steps(progress, index, len(joints))
+        row = _row(study, joint, amplitudes)
+        rows.append(row)
+        loops.append(_loops(study, joint, row, steps.of(0.0, 0.1)))
         with _blame(study, "excitation.curve"):
-            curves.append(AmplitudeCurve.of(joint, grid))
+            curves.append(AmplitudeCurve.of(joint, grid, steps.of(0.1, 0.7)))
+        if study.oscillator is not None:
+            with _blame(study, "oscillator"):
+                held = oscillator_of(study.oscillator, joint)
+                oscillators.append(OscillatorCurve.of(held, grid, steps.of(0.7, 0.8)))
+        if history is not None and record is not None:
+            with _blame(study, "excitation.history"):
+                histories.append(HistoryResponse.of(joint, record, history.quantity))
         limits.append(_limits(joint, slip_scale(study, joint)[0]))
-        report((index + 1) / len(loads))
-    return Result(
+        steps.of(0.0, 1.0)(1.0)
+    result = Result(
         study=study,
         joints=tuple(joints),
         loops=tuple(loops),
         rows=tuple(rows),
         curves=tuple(curves),
         limits=tuple(limits),
-        summary=summarise(study, joints, rows, limits, defaults, files(study)),
+        summary={},
+        histories=tuple(histories),
+        oscillators=tuple(oscillators),
     )
+    return replace(result, summary=summarise(result, defaults))
+
+
+class _Steps:
+    """Turns the shares of the parts of one load into shares of the whole."""
+
+    def __init__(self, progress: Progress | None, index: int, count: int) -> None:
+        self._report = progress or (lambda share: None)
+        self._index, self._count = index, count
+
+    def of(self, begin: float, end: float) -> Progress:
+        """Progress of a part that takes the load from one share to another."""
+
+        def report(share: float) -> None:
+            here = begin + (end - begin) * share
+            self._report((self._index + here) / self._count)
+
+        return report
+
+
+def _row(study: Study, joint: ms.Interface, amplitudes: Floats) -> AmplitudeCurve:
+    if study.excitation.force_amplitudes is None:
+        with _blame(study, "excitation.amplitudes"):
+            return AmplitudeCurve.of(joint, amplitudes)
+    with _blame(study, "excitation.force_amplitudes"):
+        return AmplitudeCurve.of_forces(joint, amplitudes)
+
+
+def _loops(
+    study: Study, joint: ms.Interface, row: AmplitudeCurve, progress: Progress
+) -> tuple[ms.Loop, ...]:
+    loops: list[ms.Loop] = []
+    with _blame(study, "excitation.amplitudes"):
+        for piece in blocks(row.amplitude.size, progress):
+            loops += [joint.loop(amplitude) for amplitude in row.amplitude[piece].tolist()]
+    return tuple(loops)
 
 
 def build_surface(study: Study) -> NormalLaw:
@@ -114,16 +170,37 @@ def build_surface(study: Study) -> NormalLaw:
 
 
 def _heights(
-    heights: u.GaussianHeights | u.ExponentialHeights | u.GivenHeights,
-) -> ms.Gaussian | ms.Exponential | Floats:
+    heights: u.GaussianHeights | u.ExponentialHeights | u.GivenHeights | u.ScipyHeights,
+) -> Any:
+    """What a surface takes for heights: a distribution of its own or SciPy's, or an array."""
     if isinstance(heights, u.GaussianHeights):
         return ms.Gaussian(std=heights.std, mean=heights.mean)
     if isinstance(heights, u.ExponentialHeights):
         return ms.Exponential(scale=heights.scale)
+    if isinstance(heights, u.ScipyHeights):
+        return heights.frozen()
     return np.array(heights.values)
 
 
-def _joints(study: Study, surface: NormalLaw) -> list[ms.Interface]:
+def build_joints(study: Study) -> list[ms.Interface]:
+    """Joints of a study, one for each normal load.
+
+    Parameters
+    ----------
+    study : Study
+        A validated study.
+
+    Returns
+    -------
+    list of Interface
+        In the order of the loads.
+
+    Raises
+    ------
+    StudyError
+        If the physics refuses what the schema lets pass, such as a load that cannot be carried.
+    """
+    surface = build_surface(study)
     joints: list[ms.Interface] = []
     loads = study.joint.normal_load
     for index, load in enumerate(loads, start=1):
@@ -164,7 +241,8 @@ def _defaults(study: Study, joints: list[ms.Interface]) -> Defaults:
     return Defaults(
         scale=float(f"{largest[0]:.1e}"),
         meaning=largest[1],
-        amplitudes=study.excitation.amplitudes is None,
+        amplitudes=study.excitation.amplitudes is None
+        and study.excitation.force_amplitudes is None,
         curve=study.excitation.curve is None,
         factors=DEFAULT_AMPLITUDES,
         range=DEFAULT_RANGE,
@@ -172,7 +250,8 @@ def _defaults(study: Study, joints: list[ms.Interface]) -> Defaults:
 
 
 def _amplitudes(study: Study, defaults: Defaults) -> Floats:
-    given = study.excitation.amplitudes
+    """Displacement amplitudes of the loops [m]; force amplitudes [N] where the study gives them."""
+    given = study.excitation.amplitudes or study.excitation.force_amplitudes
     if given is not None:
         return np.array(given)
     return np.array([float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_AMPLITUDES])

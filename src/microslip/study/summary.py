@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from microslip._kernel_choice import kernel_name
 from microslip._version import __version__
+from microslip.normal import GreenwoodWilliamson
 from microslip.study import surfaces as u
-from microslip.study.result import UNITS, AmplitudeCurve, Limits
-from microslip.study.schema import Study
+from microslip.study.quantities import UNITS
+from microslip.study.result import OscillatorCurve
+from microslip.study.schema import OscillatorPart, Study
 from microslip.study.units import engineering
 
 if TYPE_CHECKING:
     from microslip.friction import Interface
+    from microslip.structures import Oscillator
+    from microslip.study.result import AmplitudeCurve, Columns, HistoryResponse, Result
 
 KIND = "microslip-result"
 SUMMARY_SCHEMA = 1
@@ -72,68 +76,87 @@ def slip_scale(study: Study, joint: Interface) -> tuple[float, str]:
         return joint.slip_per_indentation * heights.std, "slip_per_indentation * heights.std"
     if isinstance(heights, u.ExponentialHeights):
         return joint.slip_per_indentation * heights.scale, "slip_per_indentation * heights.scale"
+    if isinstance(heights, u.ScipyHeights) and isinstance(joint.surface, GreenwoodWilliamson):
+        spread = joint.surface.heights.spread
+        return joint.slip_per_indentation * spread, "slip_per_indentation * spread of the heights"
     return joint.force_limit / joint.tangential_stiffness, "force_limit / tangential_stiffness"
 
 
+def oscillator_of(part: OscillatorPart, joint: Interface) -> Oscillator:
+    """The oscillator that a study describes, held by a joint."""
+    from microslip.structures import Oscillator
+
+    return Oscillator(part.mass, part.stiffness, joint, part.viscous_damping_ratio)
+
+
 def files(study: Study) -> tuple[str, ...]:
-    """Names of the files that a study writes."""
-    formats = study.output.formats
-    pictures = [kind for kind in ("svg", "png") if kind in formats]
-    return (
-        "summary.json",
-        *(("study.toml",) if study.text is not None else ()),
-        *(("loops.csv", "curves.csv") if "csv" in formats else ()),
-        *(f"{name}.{kind}" for name in ("loops", "energy_damping") for kind in pictures),
-    )
-
-
-def summarise(
-    study: Study,
-    joints: Sequence[Interface],
-    rows: Sequence[AmplitudeCurve],
-    limits: Sequence[Limits],
-    defaults: Defaults,
-    names: Sequence[str],
-) -> dict[str, Any]:
-    """Contents of `summary.json`.
+    """Names of the files that a study writes; summary.json, which names the others, is the first.
 
     Parameters
     ----------
     study : Study
         The study.
-    joints, rows, limits : sequence
-        For each load the joint, its quantities at the amplitudes and its limits.
+
+    Returns
+    -------
+    tuple of str
+        Names in the order of writing.
+    """
+    formats = study.output.formats
+    history, oscillator = study.excitation.history is not None, study.oscillator is not None
+    tables = ["loops", "curves", *(["history"] if history else [])]
+    tables += ["oscillator"] if oscillator else []
+    figures = ["loops", "backbone", "energy_damping", "force_damping"]
+    # A table of loads says nothing of contacts.
+    figures += [] if isinstance(study.surface, u.TableSurface) else ["contact_state"]
+    figures += ["slider_density", *(["history"] if history else [])]
+    figures += ["oscillator"] if oscillator else []
+    pictures = [kind for kind in ("svg", "png") if kind in formats]
+    return (
+        "summary.json",
+        "study.toml",
+        *(("report.html",) if study.output.report else ()),
+        *(("result.nc",) if "netcdf" in formats else ()),
+        *(f"{name}.csv" for name in tables if "csv" in formats),
+        *(f"{name}.{kind}" for name in figures for kind in pictures),
+    )
+
+
+def summarise(result: Result, defaults: Defaults) -> dict[str, Any]:
+    """Contents of `summary.json`.
+
+    Parameters
+    ----------
+    result : Result
+        The result; its own summary is not looked at.
     defaults : Defaults
         What the study leaves open.
-    names : sequence of str
-        The files of the result.
 
     Returns
     -------
     dict
         Plain values only: `kind` and `schema` mark a result and its version, `generator` names
         program, version and kernel, `study` echoes the input in SI units, `notes` says what was
-        assumed, `joints` holds one entry for each load, `units` the unit of every number and
-        `files` what lies beside the summary.
+        assumed and taken from elsewhere, `joints` holds one entry for each load, `units` the unit
+        of every number and `files` what lies beside the summary. docs/results.md lists all keys.
     """
+    study, names = result.study, files(result.study)
+    notes = [*defaults.notes(), *study.notes, *_title_notes(study, names), REMINDER]
     return {
         "kind": KIND,
         "schema": SUMMARY_SCHEMA,
         "generator": {"name": "microslip", "version": __version__, "kernel": kernel_name()},
         "title": study.title,
         "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
-        "notes": [*defaults.notes(), *_title_notes(study, names), REMINDER],
-        "joints": [
-            _joint(study, joint, row, limit)
-            for joint, row, limit in zip(joints, rows, limits, strict=True)
-        ],
+        "notes": notes,
+        "joints": [_joint(result, index) for index in range(len(result.joints))],
         "units": dict(UNITS),
         "files": list(names),
     }
 
 
 def _title_notes(study: Study, names: Sequence[str]) -> list[str]:
-    pictures = any(name.endswith((".svg", ".png")) for name in names)
+    pictures = any(name.endswith((".svg", ".png", ".html")) for name in names)
     if not pictures or study.title.isascii():
         return []
     from microslip.study.drawing import missing_glyphs
@@ -142,32 +165,55 @@ def _title_notes(study: Study, names: Sequence[str]) -> list[str]:
     return [f"title: the figures have no letters for {missing} and draw boxes."] if missing else []
 
 
-def _joint(study: Study, joint: Interface, row: AmplitudeCurve, limit: Limits) -> dict[str, Any]:
-    scale, meaning = slip_scale(study, joint)
-    area = getattr(study.surface, "area", None)
-    contact = joint.contact_area
-    columns = row.columns()
+def scalars(study: Study, joint: Interface) -> dict[str, float | None]:
+    """Numbers that belong to a joint at rest; None for what is not known.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    joint : Interface
+        Its joint at one load.
+
+    Returns
+    -------
+    dict
+        Numbers by name [SI units].
+    """
+    area, contact = getattr(study.surface, "area", None), joint.contact_area
+    return {
+        "separation": joint.separation,
+        "standardised_separation": _standardised(study, joint),
+        "contact_count": joint.contact_count,
+        "contact_area": contact,
+        "contact_area_fraction": contact / area if contact is not None and area else None,
+        "normal_stiffness": joint.normal_stiffness,
+        "tangential_stiffness": joint.tangential_stiffness,
+        "force_limit": joint.force_limit,
+        "slip_per_indentation": joint.slip_per_indentation,
+        "slip_scale": slip_scale(study, joint)[0],
+    }
+
+
+def joint_entry(study: Study, joint: Interface) -> dict[str, Any]:
+    """What the summary says of a joint at rest, its verdicts included.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    joint : Interface
+        Its joint at one load.
+
+    Returns
+    -------
+    dict
+        Plain values; numbers in SI units, None for those not known.
+    """
     return {
         "normal_load": _plain(joint.normal_load),
-        "separation": _plain(joint.separation),
-        "standardised_separation": _standardised(study, joint),
-        "contact_count": _plain(joint.contact_count),
-        "contact_area": _plain(contact),
-        "contact_area_fraction": _plain(contact / area if contact is not None and area else None),
-        "normal_stiffness": _plain(joint.normal_stiffness),
-        "tangential_stiffness": _plain(joint.tangential_stiffness),
-        "force_limit": _plain(joint.force_limit),
-        "slip_per_indentation": _plain(joint.slip_per_indentation),
-        "slip_scale": _plain(scale),
-        "slip_scale_meaning": meaning,
-        "limits": {
-            "cubic_coefficient": _plain(limit.cubic_coefficient),
-            "linear_offset": _plain(limit.linear_offset),
-        },
-        "amplitudes": [
-            {name: _plain(values[index]) for name, values in columns.items()}
-            for index in range(len(row.amplitude))
-        ],
+        **{name: _plain(value) for name, value in scalars(study, joint).items()},
+        "slip_scale_meaning": slip_scale(study, joint)[1],
         "validity": [
             {
                 "name": verdict.name,
@@ -178,6 +224,43 @@ def _joint(study: Study, joint: Interface, row: AmplitudeCurve, limit: Limits) -
             }
             for verdict in joint.validity
         ],
+    }
+
+
+def _joint(result: Result, index: int) -> dict[str, Any]:
+    joint, row, part = result.joints[index], result.rows[index], result.study.oscillator
+    return {
+        **joint_entry(result.study, joint),
+        "limits": {name: _plain(value) for name, value in asdict(result.limits[index]).items()},
+        "amplitudes": _records(row),
+        **({"history": _history(result.histories[index])} if result.histories else {}),
+        **({"oscillator": _oscillator(part, joint, row)} if part is not None else {}),
+    }
+
+
+def _records(columns: Columns) -> list[dict[str, float | None]]:
+    """Rows of a table, each with the names of its columns."""
+    arrays = columns.columns()
+    rows = zip(*(array.tolist() for array in arrays.values()), strict=True)
+    return [dict(zip(arrays, map(_plain, row), strict=True)) for row in rows]
+
+
+def _history(response: HistoryResponse) -> dict[str, float | None]:
+    return {
+        "largest_displacement": _plain(float(abs(response.displacement).max())),
+        "largest_force": _plain(float(abs(response.force).max())),
+        "dissipated_energy": _plain(float(response.dissipated_energy[-1])),
+    }
+
+
+def _oscillator(part: OscillatorPart, joint: Interface, row: AmplitudeCurve) -> dict[str, Any]:
+    oscillator = oscillator_of(part, joint)
+    springs = oscillator.stiffness, oscillator.stiffness + joint.tangential_stiffness
+    slip, rest = (math.sqrt(k / oscillator.mass) / (2.0 * math.pi) for k in springs)
+    return {
+        "frequency_at_rest": _plain(rest),
+        "frequency_in_slip": _plain(slip),
+        "amplitudes": _records(OscillatorCurve.of(oscillator, row.amplitude)),
     }
 
 

@@ -1,138 +1,44 @@
-"""Floor 8: a result on the terminal."""
+"""Floor 8: a result on the terminal, and what a study says before it is one."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
-from rich.box import ASCII, SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
+from microslip.study.printer import Printer
 from microslip.study.result import some
+from microslip.study.summary import REMINDER
 from microslip.study.units import engineering, significant
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from rich.box import Box
+from microslip.study.wording import shorten
 
 MOST_JOINTS = 20
 MOST_LOOPS = 40
 MOST_VERDICTS = 3
+MOST_ITEMS = 4
 
-# Friction coefficients are the Greek letter here, prefixes the micro sign.
-# Plain words for what an old terminal or a pipe in another encoding cannot carry.
-_PLAIN = str.maketrans(
-    {
-        "\N{MICRO SIGN}": "u",
-        "\N{GREEK SMALL LETTER MU}": "mu ",
-        "η": "eta",
-        "ζ": "zeta",
-        "Σ": "sum ",
-        "π": " pi ",
-        "²": "^2",
-        "ₜ": "_t",
-        "–": "-",
-    }
+Places = list[tuple[dict[str, Any], int]]
+"""Joints of a summary, each with the index of one of its amplitudes."""
+
+# The first one that applies.
+_VERDICTS = (
+    ("outside", "Outside of what the model assumes; it runs all the same."),
+    ("watch", "Fine, but see the verdicts."),
+    ("ok", "Fine."),
 )
-_UNICODE_NEEDED = "µμηζΣπ²ₜ–─"
 _COUNTING_LAWS = ("population", "sphere")
 _AREA_VERDICT = "real over apparent area"
-_WORD_STYLE = {"ok": "green", "watch": "yellow", "outside": "bold red"}
 
 
-class _Console(Console):
-    def on_broken_pipe(self) -> None:
-        """Leave to the caller what an unread pipe means; rich would exit with 1."""
-        raise  # the error that rich is handling when it calls this
-
-
-class Printer:
-    """Prints to one stream, with no more than the stream can show.
-
-    Parameters
-    ----------
-    stream : file object
-        Where the text goes: a terminal in colour, a pipe plainly and in full width.
-    """
-
-    def __init__(self, stream: TextIO) -> None:
-        encoding = getattr(stream, "encoding", None) or "utf-8"
-        try:
-            _UNICODE_NEEDED.encode(encoding)
-            self._ascii = False
-        except (UnicodeEncodeError, LookupError):
-            self._ascii = True
-        self._encoding = encoding
-        # Tables and paths are never folded or cut, and in a pipe there is no width to fit into.
-        self._wide = self._narrow = _console(stream, 10_000)
-        if _is_terminal(stream):
-            self._narrow = _console(stream, None)
-
-    def _fit(self, text: str) -> str:
-        if self._ascii:
-            text = text.translate(_PLAIN)
-        try:
-            return text.encode(self._encoding, "replace").decode(self._encoding)
-        except LookupError:
-            return text.encode("ascii", "replace").decode("ascii")
-
-    def line(self, text: str = "", style: str = "") -> None:
-        """Print text, folded between words where it is wider than the terminal."""
-        self._narrow.print(Text(self._fit(text), style=style))
-
-    def path(self, text: str) -> None:
-        """Print text that must stay in one piece, such as a path."""
-        self._wide.print(Text(self._fit(text)), soft_wrap=True)
-
-    def table(self, title: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-        """Print a table of numbers; its columns are never cut."""
-        box: Box = ASCII if self._ascii else SIMPLE_HEAD
-        self.line(title, style="bold")
-        table = Table(
-            box=box,
-            pad_edge=False,
-            show_edge=False,
-            header_style="",
-        )
-        for name in head:
-            table.add_column(Text(self._fit(name), style="cyan"), justify="right", no_wrap=True)
-        for row in rows:
-            table.add_row(*(Text(self._fit(cell)) for cell in row))
-        self._wide.print(table)
-        self.line()
-
-    def verdict(self, word: str, text: str) -> None:
-        """Print one line of the validity."""
-        line = Text("  ")
-        line.append(f"{word:8}", style=_WORD_STYLE.get(word, ""))
-        line.append(self._fit(text))
-        self._narrow.print(line)
-
-
-def _console(stream: TextIO, width: int | None) -> Console:
-    return _Console(file=stream, width=width, highlight=False, markup=False, emoji=False)
-
-
-def _is_terminal(stream: TextIO) -> bool:
-    try:
-        return stream.isatty()
-    except (AttributeError, ValueError):
-        return False
-
-
-def show(summary: dict[str, Any], folder: Path, stream: TextIO) -> None:
+def show(summary: dict[str, Any], stream: TextIO | None) -> None:
     """Print a result so that it can be read at a glance.
 
     Parameters
     ----------
     summary : dict
         Of a :class:`~microslip.study.result.Result`.
-    folder : pathlib.Path
-        Where its files are.
-    stream : file object
+    stream : file object or None
         Such as `sys.stdout`.
 
     Raises
@@ -141,37 +47,196 @@ def show(summary: dict[str, Any], folder: Path, stream: TextIO) -> None:
         If the stream cannot be written.
     """
     out = Printer(stream)
-    counted = summary["study"]["surface"]["law"] in _COUNTING_LAWS
     joints = summary["joints"]
     out.line(summary["title"] or "Joint", style="bold")
     out.line()
+    _joints(out, summary)
+    amplitudes = len(joints[0]["amplitudes"])
+    loops = len(joints) * amplitudes
+    shown = joints
+    if loops > MOST_LOOPS:
+        shown = [joints[i] for i in some(len(joints), 4)]
+    kept = some(amplitudes, MOST_LOOPS // len(shown))
+    places = [(joint, i) for joint in shown for i in kept]
+    left_out = _left_out(len(places), loops, "loops")
+    _cycles(out, summary, places, left_out)
+    _oscillator(out, summary, places, left_out)
+    _histories(out, [joints[i] for i in some(len(joints), MOST_JOINTS)])
+    _validity(out, joints)
+    out.line()
+    notes = [note for note in summary["notes"] if note != REMINDER]  # which comes in symbols
+    for note in notes:
+        out.line(note)
+    if notes:
+        out.line()
+    out.line(
+        "η (loss factor) and ζ = η/2 (damping ratio) are the interface's own, not a mode's: "
+        "in a structure ζ_mode = ΣE_d / 4πU."
+    )
+
+
+def show_files(summary: dict[str, Any], folder: Path, stream: TextIO | None) -> None:
+    """Print what was written: files by what they are for; a figure once, whatever its formats.
+
+    Parameters
+    ----------
+    summary : dict
+        Of a :class:`~microslip.study.result.Result`.
+    folder : pathlib.Path
+        Where its files are.
+    stream : file object or None
+        Such as `sys.stdout`.
+
+    Raises
+    ------
+    OSError
+        If the stream cannot be written.
+    """
+    out = Printer(stream)
+    names = summary["files"]
+    pictures = [name.rpartition(".") for name in names if name.endswith((".svg", ".png"))]
+    figures = list(dict.fromkeys(stem for stem, _, _ in pictures))
+    if figures:
+        figures.append(f"({', '.join(dict.fromkeys('.' + kind for _, _, kind in pictures))})")
+    out.line()
+    out.path(f"Written to {shorten(str(folder), 1000)}:")
+    for head, group in (
+        ("  report", [name for name in names if name.endswith(".html")]),
+        ("  figures", figures),
+        ("  tables", [name for name in names if name.endswith((".nc", ".csv"))]),
+        ("  summary", [name for name in names if name.endswith(".json")]),
+        ("  study", [name for name in names if name.endswith(".toml")]),
+    ):
+        if group:
+            out.words(head, group, 11)
+
+
+def show_preview(found: dict[str, Any], command: str, stream: TextIO | None) -> None:
+    """Print what :func:`microslip.study.preview.preview` found.
+
+    Parameters
+    ----------
+    found : dict
+        What it gave.
+    command : str
+        What to type next.
+    stream : file object or None
+        Such as `sys.stdout`.
+
+    Raises
+    ------
+    OSError
+        If the stream cannot be written.
+    """
+    out = Printer(stream)
+    out.line(found["title"] or "Joint", style="bold")
+    out.line()
+    out.table(
+        "Quantities",
+        ["key", "written", "in SI units"],
+        [_quantity_row(quantity) for quantity in found["quantities"]],
+        text=(0, 1, 2),
+    )
+    _joints(out, found)
+    _validity(out, found["joints"])
+    out.line()
+    for note in found["notes"]:
+        out.line(note)
+    if found["notes"]:
+        out.line()
+    parts = [f"{found['loops']} loops", f"curves of {found['points']} points in all"]
+    if found["samples"]:
+        parts.append(f"histories of {found['samples']} samples in all")
+    words = {verdict["word"] for joint in found["joints"] for verdict in joint["validity"]}
+    verdict = next(text for word, text in _VERDICTS if word in {*words, "ok"})
+    out.line(f"{verdict} To compute {', '.join(parts)}, and write {len(found['files'])} files:")
+    out.path(f"  {command}")
+
+
+def _quantity_row(quantity: dict[str, Any]) -> list[str]:
+    written, unit = quantity["written"], quantity["unit"]
+    if "count" in quantity:
+        ends = (si(quantity[end]) for end in ("smallest", "largest"))
+        value = f"{quantity['count']} values, {' to '.join(ends)}"
+    else:
+        value = _list(quantity["value"], si)
+    shown = "– (table of metals)" if written is None else _list(written, str)
+    return [quantity["key"], shown, value if unit == "-" else f"{value} {unit}"]
+
+
+def _list(value: Any, write: Callable[[Any], str]) -> str:
+    """One value, or those of a list as far as there is room."""
+    if not isinstance(value, list):
+        return write(value)
+    if len(value) <= MOST_ITEMS:
+        return ", ".join(map(write, value))
+    first, second, last = map(write, (value[0], value[1], value[-1]))
+    return f"{first}, {second} … {last} ({len(value)})"
+
+
+def _joints(out: Printer, summary: dict[str, Any]) -> None:
+    counted = summary["study"]["surface"]["law"] in _COUNTING_LAWS
+    joints = summary["joints"]
     shown = [joints[i] for i in some(len(joints), MOST_JOINTS)]
     out.table(
         "Joint" + _left_out(len(shown), len(joints), "loads"),
         ["load", "contacts", "real area", "kₜ", "μN", "slip scale", "h"],
         [_joint_row(joint, counted) for joint in shown],
     )
-    amplitudes = len(joints[0]["amplitudes"])
-    loops = len(joints) * amplitudes
-    if loops > MOST_LOOPS:
-        shown = [joints[i] for i in some(len(joints), 4)]
-    kept = some(amplitudes, MOST_LOOPS // len(shown))
+
+
+def _cycles(out: Printer, summary: dict[str, Any], places: Places, left_out: str) -> None:
+    """Cyclic quantities; what was chosen comes first, displacements or forces."""
+    head = ["load", "amplitude", "T/μN", "energy/cycle", "η", "ζ"]
+    rows = [_cycle_row(joint, joint["amplitudes"][i]) for joint, i in places]
+    if _is_by_force(summary):
+        head.insert(1, "force")
+        for (joint, i), cells in zip(places, rows, strict=True):
+            force = joint["amplitudes"][i]["force_amplitude"]
+            cells.insert(1, engineering(force, "N", trim=True))
+    out.table("Cycles" + left_out, head, rows, keys=2)
+
+
+def _oscillator(out: Printer, summary: dict[str, Any], places: Places, left_out: str) -> None:
+    """What the joint does to the oscillator, if there is one."""
+    if "oscillator" not in places[0][0]:
+        return
+    by_force = _is_by_force(summary)
+    key, unit = ("force_amplitude", "N") if by_force else ("amplitude", "m")
+    rows = []
+    for joint, i in places:
+        mode = joint["oscillator"]["amplitudes"][i]
+        at_rest = joint["oscillator"]["frequency_at_rest"]
+        rows.append(
+            [
+                engineering(joint["normal_load"], "N", trim=True),
+                engineering(joint["amplitudes"][i][key], unit, trim=True),
+                engineering(mode["frequency"], "Hz", 5),
+                _shift(mode["frequency"] / at_rest - 1.0),
+                _ratio(mode["damping_ratio"]),
+            ]
+        )
+    head = ["load", "force" if by_force else "amplitude", "frequency", "shift", "ζ_mode"]
+    out.table("Oscillator" + left_out, head, rows, keys=2)
+
+
+def _histories(out: Printer, joints: list[dict[str, Any]]) -> None:
+    """The own history at each load, if there is one."""
+    if "history" not in joints[0]:
+        return
     out.table(
-        "Cycles" + _left_out(len(shown) * len(kept), loops, "loops"),
-        ["load", "amplitude", "T/μN", "energy/cycle", "η", "ζ"],
-        [_cycle_row(joint, joint["amplitudes"][i]) for joint in shown for i in kept],
+        "History",
+        ["load", "largest displacement", "largest force", "energy"],
+        [
+            [
+                engineering(joint["normal_load"], "N", trim=True),
+                engineering(joint["history"]["largest_displacement"], "m"),
+                engineering(joint["history"]["largest_force"], "N"),
+                engineering(joint["history"]["dissipated_energy"], "J"),
+            ]
+            for joint in joints
+        ],
     )
-    _validity(out, joints)
-    out.line()
-    for note in summary["notes"][:-1]:
-        out.line(note)
-    out.line(
-        "η (loss factor) and ζ = η/2 (damping ratio) are the interface's own, not a mode's: "
-        "in a structure ζ_mode = ΣE_d / 4πU."
-    )
-    out.line()
-    out.path(f"Written to {folder}:")
-    out.path("  " + "  ".join(summary["files"]))
 
 
 def _left_out(shown: int, count: int, what: str) -> str:
@@ -214,9 +279,38 @@ def _cycle_row(joint: dict[str, Any], row: dict[str, Any]) -> list[str]:
     ]
 
 
+def _is_by_force(summary: dict[str, Any]) -> bool:
+    return summary["study"]["excitation"].get("force_amplitudes") is not None
+
+
+def si(value: float) -> str:
+    """Write a number with all its digits and a short exponent.
+
+    Parameters
+    ----------
+    value : float
+        Any number.
+
+    Returns
+    -------
+    str
+        Such as "6.9e10" or "0.0002".
+    """
+    text = f"{value:.10g}"
+    if abs(value) >= 1e6 and "e" not in text:
+        mantissa, _, exponent = f"{value:.9e}".partition("e")
+        text = f"{mantissa.rstrip('0').rstrip('.')}e{exponent}"
+    return re.sub(r"e([+-])0*", lambda found: f"e{found[1].strip('+')}", text)
+
+
 def _ratio(value: float) -> str:
     """Decimals below each other where they all show something."""
     return f"{value:.3f}" if value >= 0.0995 else significant(value)
+
+
+def _shift(value: float) -> str:
+    """A relative change in percent."""
+    return "0 %" if value == 0.0 else f"{significant(100.0 * value)} %"
 
 
 def _share(value: float) -> str:
@@ -259,7 +353,7 @@ def _validity(out: Printer, joints: list[dict[str, Any]]) -> None:
             )
         if not same and len(doubtful) > len(shown):
             left = len(doubtful) - len(shown)
-            out.line(f"          and at {left} other load{'s' if left > 1 else ''}")
+            out.verdict("", f"and at {left} other load{'s' if left > 1 else ''}")
     if fine:
         out.verdict("ok", ", ".join(fine))
     if not any(joint["validity"] for joint in joints):

@@ -27,6 +27,20 @@ _NUMBER = re.compile(
 _UNIT = re.compile(r"[\w%°^*/·⋅().⁻⁰¹²³⁴⁵⁶⁷⁸⁹ +-]{1,60}")
 
 
+# Keys that lie side by side.
+_NEIGHBOURS = [{*pair} for pair in ("mn", "mk", "as", "po", "ui", "cv", "cx", "hg", "gf")]
+
+
+# What may follow a number where a unit should, and what is wrong with that number then.
+_NOT_A_UNIT = (
+    (r",\d", 'the decimal sign is the point, "."'),
+    (r"(?!1\s*/)\d", "write the number without spaces"),
+    (r"\.", "more than one decimal point"),
+    (r"/\s*\d", "write the number as a decimal"),
+    (r".*[,;]\s*[\d+-]", "more than one quantity"),
+)
+
+
 class QuantityError(ValueError):
     """A quantity that cannot be used; the message says what was wanted and what came."""
 
@@ -52,6 +66,10 @@ PRESSURE = Kind(
     "pressure", "Pa", ("Pa", "kPa", "MPa", "GPa", "TPa", "N/mm^2", "N/m^2", "psi", "ksi", "bar")
 )
 DENSITY = Kind("number per area", "1/m^2", ("1/um^2", "1/mm^2", "1/cm^2", "1/m^2", "mm^-2"))
+MASS = Kind("mass", "kg", ("mg", "g", "kg", "t", "lb"))
+STIFFNESS = Kind(
+    "stiffness", "N/m", ("N/m", "kN/m", "MN/m", "N/mm", "kN/mm", "N/um", "N/µm", "N/nm", "lbf/in")
+)
 
 # Names for what came instead of what was wanted; the first of equal dimensions is used.
 _NAMED_DIMENSIONS = (
@@ -119,15 +137,10 @@ def to_si(given: object, kind: Kind, example: str, sign: Sign = "positive") -> f
     unit = given[number.end() :].strip()
     if not unit:
         raise QuantityError(f"{wanted}{came} (no unit)")
-    if re.match(r",\d", unit):
-        raise QuantityError(f'{wanted}{came} (the decimal sign is the point, ".")')
-    if re.match(r"\d", unit) and not re.match(r"1\s*/", unit):
-        raise QuantityError(f"{wanted}{came} (write the number without spaces)")
-    factor = _factor(unit, kind, wanted + came)
-    try:
-        value = float(Decimal(number[1]) * factor)
-    except (DecimalException, OverflowError):
-        value = math.inf
+    for pattern, says in _NOT_A_UNIT:
+        if re.match(pattern, unit):
+            raise QuantityError(f"{wanted}{came} ({says})")
+    value = times(number[1], factor_of(unit, kind, wanted + came))
     article = f"a {'finite' if not math.isfinite(value) else 'positive'} {kind.name}"
     if not math.isfinite(value) or (sign == "positive" and not value > 0.0):
         raise QuantityError(f'wanted {article} such as "{example}", got {came}')
@@ -136,21 +149,71 @@ def to_si(given: object, kind: Kind, example: str, sign: Sign = "positive") -> f
     return value
 
 
-def _factor(unit: str, kind: Kind, message: str) -> Decimal:
-    """SI value of one `unit`, which must be of the dimension of `kind`."""
+def times(number: str, factor: Decimal) -> float:
+    """The double nearest to a decimal number times a factor; infinite where there is none."""
+    try:
+        return float(Decimal(number) * factor)
+    except (DecimalException, OverflowError):
+        return math.inf
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of whatever dimension."""
+    return bool(text) and _parse(text) is not None
+
+
+def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
+    """SI value of one `unit`.
+
+    Parameters
+    ----------
+    unit : str
+        A unit, such as "um".
+    kind : Kind
+        What is wanted.
+    message : str
+        What an error begins with.
+
+    Returns
+    -------
+    decimal.Decimal
+        Its value [SI unit of `kind`].
+
+    Raises
+    ------
+    QuantityError
+        If there is no such unit or it is of another dimension.
+    """
     usual = {text.casefold(): text for text in kind.usual}
     near = usual.get(unit.casefold().replace(" ", ""))
     parsed = _parse(unit)
     if parsed is None:
-        near = near or nearest(unit, kind.usual)
+        near = near or _slipped(unit, kind.usual) or nearest(unit, kind.usual)
         hint = f'; did you mean "{near}"?' if near else ""
         raise QuantityError(f'{message} (unknown unit "{shorten(unit, 24)}"{hint})')
     factor, dimension = parsed
     if (wanted := _parse(kind.unit)) is None or dimension != wanted[1]:
         # "2 kn" is a velocity to pint (knots); the other case is what was meant.
+        name = _dimension_name(dimension)
+        near = near or _slipped(unit, kind.usual)
+        if near is None and name.startswith("of dimension"):
+            near = nearest(unit, kind.usual)
         hint = f'; did you mean "{near}"?' if near else ""
-        raise QuantityError(f"{message} ({_dimension_name(dimension)}{hint})")
+        raise QuantityError(f"{message} ({name}{hint})")
     return factor
+
+
+def _slipped(unit: str, usual: tuple[str, ...]) -> str | None:
+    """The usual unit that a slip of a finger ("un") or of the order ("mu") made this one of.
+
+    Most units are too short for a likeness of words.
+    """
+    for text in usual:
+        if len(unit) == len(text) > 1 and unit[0] == text[0]:
+            wrong = [{*pair} for pair in zip(unit, text, strict=True) if pair[0] != pair[1]]
+            if len(wrong) == 1 and wrong[0] in _NEIGHBOURS:
+                return text
+    return next((text for text in usual if len(text) == 2 and text[::-1] == unit), None)
 
 
 @lru_cache(maxsize=1)

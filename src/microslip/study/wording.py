@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from datetime import date, time
 from difflib import get_close_matches
 
 
@@ -28,20 +29,22 @@ def show(given: object) -> str:
             return shorten(repr(given), 40)
         except ValueError:
             return "an integer of thousands of digits"
-    return f"the date or time {given}"
+    if isinstance(given, (date, time)):
+        return f"the date or time {given}"
+    return shorten(repr(given), 60)
 
 
-def quoted(words: Iterable[str]) -> str:
+def quoted(words: Iterable[str], join: str = "or") -> str:
     """Words as a choice, such as '"a", "b" or "c"'."""
     texts = [f'"{shorten(word, 40)}"' for word in words]
-    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} or {texts[-1]}"
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} {join} {texts[-1]}"
 
 
-def nearest(word: str, words: Iterable[str]) -> str | None:
+def nearest(word: str, words: Iterable[str], cutoff: float = 0.6) -> str | None:
     """The one of `words` that `word` was probably meant to be, or None."""
     folded = {candidate.casefold(): candidate for candidate in words}
     plain = word.casefold().replace(" ", "_")
-    match = get_close_matches(plain, folded, n=1, cutoff=0.6)
+    match = get_close_matches(plain, folded, n=1, cutoff=cutoff)
     if not match and len(plain) >= 3:
         # Only the beginning was written, such as "greenwod" of "greenwood-williamson".
         starts = {name[: len(plain)]: name for name in folded}
@@ -52,7 +55,7 @@ def nearest(word: str, words: Iterable[str]) -> str | None:
     return folded[match[0]]
 
 
-def did_you_mean(word: str, words: Iterable[str]) -> str:
+def did_you_mean(word: str, words: Iterable[str], cutoff: float = 0.6) -> str:
     """A question to append to a message, or nothing."""
-    match = nearest(word, words)
+    match = nearest(word, words, cutoff)
     return f'; did you mean "{match}"?' if match else ""

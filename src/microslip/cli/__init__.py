@@ -1,0 +1,51 @@
+"""Floor 9: the command line. It parses, calls and prints; NumPy loads with the first real work."""
+
+from __future__ import annotations
+
+import click
+
+from microslip._kernel_choice import kernel_name
+from microslip._version import __version__
+from microslip.cli.chapter import figures
+from microslip.cli.frame import Group
+from microslip.cli.lists import materials, schema
+from microslip.cli.shell import completion
+from microslip.cli.studies import check, demo, new, predict
+
+__all__ = ["main"]
+
+
+def _print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:
+    if wanted and not context.resilient_parsing:
+        click.echo(f"microslip {__version__} (kernel: {kernel_name()})")
+        context.exit()
+
+
+@click.group(
+    cls=Group,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Exit codes: 0 fine, 2 something to correct (one line says what), 1 internal error, "
+    "130 interrupted, 143 terminated.",
+)
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_version,
+    help="Show version and kernel.",
+)
+@click.pass_context
+def main(context: click.Context) -> None:
+    """Friction, hysteresis and damping of rough joints.
+
+    To begin: microslip demo, or microslip new joint.toml.
+    """
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+
+
+# Help lists them in this order.
+for _command in (demo, new, check, predict, materials, schema, figures, completion):
+    main.add_command(_command)

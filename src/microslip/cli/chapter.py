@@ -1,0 +1,52 @@
+"""Floor 9: the figures of the chapter."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from microslip.cli.frame import echo_json
+from microslip.cli.work import progress, stoppable
+
+
+@click.command(short_help="Draw the figures of the chapter.")
+@click.option(
+    "--only",
+    multiple=True,
+    metavar="NUMBER",
+    help="One figure, such as 19.13; may be repeated, or several with commas.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    type=click.Path(path_type=Path),
+    default=Path("microslip-figures"),
+    metavar="DIR",
+    help="Folder for the figures; by default microslip-figures in the current folder.",
+)
+@click.option("--overwrite", is_flag=True, help="Replace earlier figures in that folder, all.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+def figures(only: tuple[str, ...], folder: Path, overwrite: bool, as_json: bool) -> None:
+    """Draw the figures of the chapter that the model comes from, each from this library.
+
+    Each comes as SVG and PNG with its data as CSV; summary.json says what to see in them.
+    """
+    with stoppable():
+        from microslip.chapter import KIND, select, write
+        from microslip.study.folder import staged
+
+        chosen = select(only)
+        with (
+            staged(folder, overwrite, KIND, "set of figures") as stage,
+            progress("Drawing") as report,
+        ):
+            summary = write(chosen, stage, report)
+    if as_json:
+        echo_json(summary)
+        return
+    width = max(len(figure["number"]) for figure in summary["figures"])
+    for figure in summary["figures"]:
+        click.echo(f"{figure['number']:<{width}}  {figure['title']}")
+    click.echo(f"\n{len(summary['files'])} files in {folder}")

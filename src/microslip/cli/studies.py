@@ -1,0 +1,180 @@
+"""Floor 9: the commands that work on a study."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from microslip.cli.frame import OneOf, echo_json
+from microslip.cli.shell import complete_key, complete_study
+from microslip.cli.work import progress, stoppable
+
+if TYPE_CHECKING:
+    from microslip.study.schema import Study
+
+LAWS = ("greenwood-williamson", "population", "sphere", "table")
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+_study = click.argument(
+    "study", type=click.Path(path_type=Path, readable=False), shell_complete=complete_study
+)
+_overrides = click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    shell_complete=complete_key,
+    help='Another value for a key of the study, such as joint.normal_load="3 kN"; may be repeated.',
+)
+
+
+def _output(default: str) -> Callable[[Command], Command]:
+    """Options of the commands that write a result."""
+
+    def decorate(command: Command) -> Command:
+        for option in (
+            click.option(
+                "--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables."
+            ),
+            _overrides,
+            click.option(
+                "--overwrite", is_flag=True, help="Replace an earlier result in that folder."
+            ),
+            click.option(
+                "-o",
+                "--output",
+                "folder",
+                type=click.Path(path_type=Path),
+                metavar="DIR",
+                help=f"Folder for the result; by default {default} in the current folder.",
+            ),
+        ):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+@click.command(short_help="Predict loops, energy and damping of a joint.")
+@_study
+@_output("STUDY-result")
+def predict(
+    study: Path, folder: Path | None, overwrite: bool, overrides: tuple[str, ...], as_json: bool
+) -> None:
+    """Predict loops, energy and damping of the joint that STUDY (a TOML file) describes.
+
+    Prints tables, and writes a folder with a report, all numbers and figures, whole or not at all.
+    """
+
+    def read() -> Study:
+        from microslip.study.load import read
+
+        return read(study, overrides)
+
+    _predict(read, folder or Path(f"{study.stem}-result"), overwrite, as_json)
+
+
+@click.command(short_help="Predict a joint that comes with microslip.")
+@_output("microslip-demo")
+def demo(folder: Path | None, overwrite: bool, overrides: tuple[str, ...], as_json: bool) -> None:
+    """Predict a milled aluminium joint, whose study comes with microslip.
+
+    The folder holds the study, too: a copy of it is a good start for one of your own.
+    """
+
+    def read() -> Study:
+        from microslip.study.load import parse
+        from microslip.study.new import demo_text
+
+        return parse(demo_text(), "demo.toml", overrides)
+
+    _predict(read, folder or Path("microslip-demo"), overwrite, as_json)
+
+
+def _predict(read: Callable[[], Study], folder: Path, overwrite: bool, as_json: bool) -> None:
+    from microslip.study.folder import staged
+
+    unprinted: OSError | None = None
+    with stoppable():
+        study = read()
+        with staged(folder, overwrite) as stage:
+            from microslip.study.output import write
+
+            with progress("Computing") as report:
+                result = study.run(report)
+            if not as_json:
+                # The numbers now, since drawing takes longer; the files all the same, should
+                # nobody be able to read them.
+                try:
+                    _show(result.summary)
+                except OSError as error:
+                    unprinted = error
+            with progress("Drawing and writing") as report:
+                write(result, stage, report)
+    if unprinted is not None:
+        raise unprinted
+    if as_json:
+        echo_json(result.summary)
+    else:
+        from microslip.study.tables import show_files
+
+        show_files(result.summary, folder, sys.stdout)
+
+
+def _show(summary: dict[str, Any]) -> None:
+    from microslip.study.tables import show
+
+    show(summary, sys.stdout)
+    if sys.stdout is not None:
+        sys.stdout.flush()
+
+
+@click.command(short_help="Look a study over, without running it.")
+@_study
+@_overrides
+@click.option("--json", "as_json", is_flag=True, help="Print what was found as JSON, no tables.")
+def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
+    """Look STUDY over: its quantities in SI units, the joint at rest, validity. Writes nothing.
+
+    Exit code 0 says that predict will run; doubtful assumptions are shown and are no error.
+    """
+    with stoppable(), progress("Checking"):
+        from microslip.study.load import read
+        from microslip.study.preview import preview
+
+        found = preview(read(study, overrides))
+    if as_json:
+        echo_json(found)
+    else:
+        from microslip.study.new import command_line
+        from microslip.study.tables import show_preview
+
+        words = [word for override in overrides for word in ("--set", override)]
+        show_preview(found, command_line("microslip", "predict", study, *words), sys.stdout)
+
+
+@click.command(short_help="Write a study to begin with.")
+@click.argument("name", metavar="NAME.toml", type=click.Path(path_type=Path, readable=False))
+@click.option(
+    "--law",
+    type=OneOf(LAWS),
+    default=LAWS[0],
+    show_default=True,
+    help="How the surfaces touch.",
+)
+def new(name: Path, law: str) -> None:
+    """Write the study NAME.toml, commented and ready to run; change it with any editor.
+
+    A file that is there is never touched.
+    """
+    from microslip.study.new import command_line, write
+
+    write(name, law)
+    click.echo(f"Written to {command_line(name)}. Next:")
+    for command in ("check", "predict"):
+        click.echo(f"  {command_line('microslip', command, name)}")

@@ -1,0 +1,112 @@
+"""Floor 8: whether SciPy has a distribution by that name, and takes its parameters."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from microslip.errors import InputError
+from microslip.study.part import KeyedError
+from microslip.study.wording import did_you_mean, quoted, shorten, show
+
+if TYPE_CHECKING:
+    from microslip.study.surfaces import ScipyHeights
+
+_KEY = "surface.heights"
+_ALSO_CALLED = {
+    "gaussian": "norm",
+    "normal": "norm",
+    "exponential": "expon",
+    "lognormal": "lognorm",
+    "weibull": "weibull_min",
+}
+
+
+def names() -> list[str]:
+    """Names of the continuous distributions of scipy.stats."""
+    from scipy import stats
+
+    return [name for name in dir(stats) if isinstance(getattr(stats, name), stats.rv_continuous)]
+
+
+def check(heights: ScipyHeights) -> None:
+    """Find what is wrong with heights of kind "scipy".
+
+    Parameters
+    ----------
+    heights : ScipyHeights
+        Their description.
+
+    Raises
+    ------
+    KeyedError
+        If there is no such distribution, it has other shape parameters, does not take their values
+        or has no finite load.
+    """
+    from scipy import stats
+
+    from microslip.heights import Statistical
+
+    name, given = heights.distribution, heights.parameters
+    distribution = getattr(stats, name, None)
+    if not isinstance(distribution, stats.rv_continuous):
+        raise KeyedError(f"{_KEY}.distribution", f"wanted {_wanted(name, distribution)}")
+    shapes = distribution.shapes.replace(",", " ").split() if distribution.shapes else []
+    _same_names(name, shapes, given)
+    of = f"{name} with {_values(given)}" if given else name
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        try:
+            frozen = heights.frozen()
+            # SciPy says no by a support that is no number.
+            if any(map(math.isnan, frozen.support())):
+                raise ValueError("out of their range")
+        except Exception as error:  # whatever its functions meet
+            wanted = f"wanted values that scipy.stats.{name} takes, got {_values(given)}"
+            raise KeyedError(f"{_KEY}.parameters", f"{wanted} ({_reason(error)})") from None
+        try:
+            Statistical(frozen)
+        except InputError as error:
+            message = str(error).removeprefix("heights must have ")
+            raise KeyedError(_KEY, f"wanted {message} ({of})") from None
+        except Exception as error:
+            raise KeyedError(_KEY, f"SciPy fails for {of}: {_reason(error)}") from None
+
+
+def _wanted(name: str, found: Any) -> str:
+    from scipy import stats
+
+    example = 'a continuous distribution of scipy.stats such as "weibull_min"'
+    if isinstance(found, stats.rv_discrete):
+        return f"{example}, got {show(name)} (a discrete one)"
+    meant = _ALSO_CALLED.get(name.casefold())
+    return f"{example}, got {show(name)}{did_you_mean(meant or name, names())}"
+
+
+def _same_names(name: str, shapes: list[str], given: dict[str, float]) -> None:
+    has = f'"{name}" has no shape parameters'
+    if shapes:
+        has = f'"{name}" has the shape parameter{"s" * (len(shapes) > 1)} {quoted(shapes, "and")}'
+    for key in given:
+        if key in ("loc", "scale"):
+            own = "location" if key == "loc" else "scale"
+            raise KeyedError(
+                f"{_KEY}.parameters.{key}", f'wanted {own} = "1 um" beside distribution instead'
+            )
+        if key not in shapes:
+            hint = did_you_mean(key, shapes) or f"; {has}"
+            raise KeyedError(f"{_KEY}.parameters.{shorten(key, 40)}", f"unknown parameter{hint}")
+    for key in shapes:
+        if key not in given:
+            raise KeyedError(f"{_KEY}.parameters.{key}", f"missing; {has}")
+
+
+def _values(given: dict[str, float]) -> str:
+    return ", ".join(f"{key} = {value:g}" for key, value in given.items())
+
+
+def _reason(error: Exception) -> str:
+    return shorten(" ".join(str(error).split()) or type(error).__name__, 120)

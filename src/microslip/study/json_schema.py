@@ -1,0 +1,132 @@
+"""Floor 8: the JSON Schema of study files, by which editors complete, explain and check them.
+
+It is read off the models of a study; ``python -m microslip.study.json_schema`` prints it. A copy of
+it is shipped as ``study.schema.json``.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+
+from microslip.materials import Metal, metals
+from microslip.study.columns import Column, FromFile
+from microslip.study.part import Check, JsonSchema, Part
+from microslip.study.schema import Study
+from microslip.study.surfaces import Elastic
+
+DRAFT = "http://json-schema.org/draft-07/schema#"
+
+_PLAIN: dict[Any, JsonSchema] = {
+    str: {"type": "string"},
+    float: {"type": "number"},
+    int: {"type": "integer"},
+    bool: {"type": "boolean"},
+}
+
+
+def json_schema() -> JsonSchema:
+    """JSON Schema (draft 7) of a study file.
+
+    Returns
+    -------
+    dict
+        The schema: every key with its description, quantities as text with a unit, one alternative
+        for each law and kind, the metals of the table by name. It holds no references, which not
+        all editors follow. What spans several keys, such as a force below the force limit, and
+        the dimension of a unit are left to :class:`~microslip.study.schema.Study`.
+    """
+    schema = _table(Study)
+    material = schema["properties"]["material"]
+    # A metal of the table may leave its values to the table.
+    material["properties"] = {name: _metal(metal) for name, metal in metals().items()}
+    title = "A study of microslip"
+    return {"$schema": DRAFT, **schema, "title": title}
+
+
+def _table(model: type[Part]) -> JsonSchema:
+    fields = {field.alias or name: field for name, field in model.model_fields.items()}
+    # The alternatives of a union are told apart, and named, by their law or kind.
+    names = [_type(fields[key].annotation)["const"] for key in ("law", "kind") if key in fields]
+    schema: JsonSchema = {
+        "type": "object",
+        **({"title": names[0]} if names else {}),
+        "description": (model.__doc__ or "").split("\n")[0],
+        "properties": {key: _key(key, field) for key, field in fields.items()},
+        "required": [key for key, field in fields.items() if field.is_required()],
+        "additionalProperties": False,
+    }
+    extra = model.model_config.get("json_schema_extra")
+    return {**schema, **extra} if isinstance(extra, dict) else schema
+
+
+def _key(key: str, field: FieldInfo) -> JsonSchema:
+    schema = _value(field.annotation, field.metadata)
+    schema["title"] = key.replace("_", " ").capitalize()
+    says = schema.get("description", "") if schema.get("type") == "string" else ""
+    schema["description"] = f"{field.description} {says}".strip()
+    examples = [tomllib.loads(f"x = {text}")["x"] for text in field.examples or () if text]
+    if examples:
+        schema["examples"] = examples
+    if isinstance(field.default, tuple):
+        schema["default"] = list(field.default)
+    elif isinstance(field.default, (bool, int, str)) and field.default != "":
+        schema["default"] = field.default
+    return schema
+
+
+def _value(annotation: Any, metadata: list[Any]) -> JsonSchema:
+    """Schema of a type with what is annotated to it."""
+    if get_origin(annotation) is Annotated:
+        annotation, *more = get_args(annotation)
+        return _value(annotation, [*more, *metadata])
+    schema = _type(annotation)
+    for item in metadata:
+        if isinstance(item, Check):
+            schema = item.describe(schema)
+        elif isinstance(item, FromFile):
+            schema = {"anyOf": [*schema.get("anyOf", [schema]), _table(Column)]}
+    return schema
+
+
+def _type(annotation: Any) -> JsonSchema:
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Literal:
+        return {"const": arguments[0]} if len(arguments) == 1 else {"enum": list(arguments)}
+    if origin in (Union, UnionType):
+        choices = [_value(choice, []) for choice in arguments if choice is not type(None)]
+        return choices[0] if len(choices) == 1 else {"oneOf": choices}
+    if origin is tuple:
+        return {"type": "array", "items": _value(arguments[0], [])}
+    if origin is dict:
+        return {"type": "object", "additionalProperties": _value(arguments[1], [])}
+    if isinstance(annotation, type) and issubclass(annotation, Part):
+        return _table(annotation)
+    return dict(_PLAIN[annotation])
+
+
+def _metal(metal: Metal) -> JsonSchema:
+    left = "what is left out is taken from the table of metals"
+    schema = _table(Elastic)
+    schema["properties"]["rigid"] |= {"type": "boolean"}
+    del schema["properties"]["rigid"]["const"]
+    return {
+        **schema,
+        "title": metal.name,
+        "description": f"{metal.description}; {left}.",
+        "required": [],
+    }
+
+
+def main() -> None:
+    """Print the schema."""
+    import json
+
+    print(json.dumps(json_schema(), indent=1))
+
+
+if __name__ == "__main__":
+    main()

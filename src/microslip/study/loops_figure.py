@@ -1,0 +1,94 @@
+"""Floor 8: the figure of the hysteresis loops."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+
+from microslip.study.drawing import (
+    add_legend,
+    drawn_loads,
+    far_apart,
+    new_figure,
+)
+from microslip.study.result import some
+from microslip.study.units import engineering, prefix
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from microslip.study.result import Result
+
+MOST_PANELS = 6
+
+
+def loops(result: Result) -> Figure:
+    """Draw the hysteresis loops, one panel for each amplitude, one loop for each load.
+
+    Parameters
+    ----------
+    result : Result
+        What to draw.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure, with a canvas.
+    """
+    count = len(result.rows[0].amplitude)
+    shown = some(count, MOST_PANELS)
+    columns = 1 if len(shown) == 1 else 2 if len(shown) <= 4 else 3
+    lines = math.ceil(len(shown) / columns)
+    figure = new_figure(0.9 + (3.6 if columns == 1 else 2.5) * lines, result.study.title)
+    panels = figure.subplots(lines, columns, squeeze=False).ravel()
+    largest_x = max(float(row.amplitude[shown].max()) for row in result.rows)
+    largest_y = max(float(row.force_amplitude[shown].max()) for row in result.rows)
+    for panel, index in zip(panels, shown, strict=False):
+        _loops_at(panel, result, index, largest_x, largest_y)
+    for panel in panels[len(shown) :]:
+        panel.set_visible(False)
+    figure.align_ylabels(panels[: len(shown)])
+    add_legend(figure, result, "linestyle")
+    return figure
+
+
+def _prefix(value: float, largest: float, least: float = 0.0) -> tuple[float, str]:
+    """Prefix of the largest panel where it still suits this one, else its own."""
+    unit, letter = prefix(largest)
+    return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, least))
+
+
+def _loops_at(axes: Axes, result: Result, index: int, largest_x: float, largest_y: float) -> None:
+    # No markers: they would pass for measured points.
+    loads = drawn_loads(result, "linestyle")
+    amplitudes = [float(result.rows[i].amplitude[index]) for i, _ in loads]
+    limits = [result.joints[i].force_limit for i, _ in loads]
+    forces = [float(result.rows[i].force_amplitude[index]) for i, _ in loads]
+    by_force = result.study.excitation.force_amplitudes is not None
+    # Loops far apart share no axis: then each is drawn over its own force limit or amplitude.
+    over_limit = far_apart(limits) and not by_force
+    over_amplitude = far_apart(amplitudes)
+    x_unit, x_letter = _prefix(max(amplitudes), largest_x, min(1e-9, largest_x))
+    y_unit, y_letter = _prefix(max(forces), largest_y)
+    for (i, look), amplitude, limit in zip(loads, amplitudes, limits, strict=True):
+        loop = result.loops[i][index]
+        axes.plot(
+            loop.displacement / (amplitude if over_amplitude else x_unit),
+            loop.force / (limit if over_limit else y_unit),
+            **look,
+        )
+    if by_force:
+        axes.set_title(f"Force amplitude {engineering(forces[0], 'N', 6, trim=True)}")
+    else:
+        axes.set_title(f"Amplitude {amplitudes[0] / x_unit:.6g} {x_letter}m")
+    axes.set_xlabel(
+        r"Displacement / amplitude, $\delta/\delta_m$"
+        if over_amplitude
+        else f"Displacement [{x_letter}m]"
+    )
+    axes.set_ylabel(r"Force / force limit, $T/\mu N$" if over_limit else f"Force [{y_letter}N]")
+    axes.margins(0.06)
+    axes.axhline(0.0, color="#888888", linewidth=0.6, zorder=1)
+    axes.axvline(0.0, color="#888888", linewidth=0.6, zorder=1)

@@ -1,0 +1,80 @@
+"""Floor 8: metals of the table in a study: those named, and what entries leave out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from pydantic import ValidationInfo
+
+from microslip.materials import Metal, metals
+from microslip.study.part import Reading
+from microslip.study.units import engineering
+from microslip.study.wording import did_you_mean, quoted, shorten, show
+
+_KEYS = ("young_modulus", "poisson_ratio", "hardness")
+
+
+def with_metals(given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    """Complete the materials of a study by the table of metals.
+
+    Parameters
+    ----------
+    given : dict
+        The study as it came, which may be wrong in any way.
+    info : pydantic.ValidationInfo
+        Its context takes notes of what came from the table.
+
+    Returns
+    -------
+    dict
+        The study, with an entry for each metal named and entries of metals completed.
+    """
+    own = given.get("material", {})
+    if not isinstance(own, dict):
+        return given  # pydantic says so
+    table = metals()
+    surface = given.get("surface")
+    named = surface.get("materials") if isinstance(surface, dict) else None
+    material = dict(own)
+    for name in named if isinstance(named, (list, tuple)) else ():
+        if isinstance(name, str) and name in table:
+            material.setdefault(name, {})
+    notes: list[str] = []
+    for name, entry in material.items():
+        if name in table and isinstance(entry, dict) and entry.get("rigid", False) is False:
+            material[name] = _completed(entry, table[name], notes)
+    if isinstance(info.context, Reading):
+        info.context.notes.extend(notes)
+    return {**given, "material": material}
+
+
+def _completed(entry: dict[str, Any], metal: Metal, notes: list[str]) -> dict[str, Any]:
+    """An entry with what it leaves to the table; the text says the very same double."""
+    entry, taken = dict(entry), []
+    for key in _KEYS:
+        value = getattr(metal, key)
+        if key not in entry and value is not None:
+            plain = key == "poisson_ratio"
+            entry[key] = value if plain else f"{value!r} Pa"
+            shown = f"{value:g}" if plain else engineering(value, "Pa", 4, trim=True)
+            taken.append(f"{key} {shown} ({metal.sources[key]})")
+    if taken:
+        notes.append(
+            f"material.{metal.name} is taken from the table of metals: {'; '.join(taken)}."
+        )
+    return entry
+
+
+def unknown(name: str, own: Iterable[str]) -> str:
+    """What to say of a body that is neither a material of the study nor a metal of the table."""
+    own = [other for other in own if other not in metals()]
+    table = 'a metal of the table (see "microslip materials")'
+    if own:
+        wanted = f"{quoted(own)}, the materials of this file, or {table}"
+    else:
+        wanted = f"{table} or one described by [material.{shorten(name, 40)}]"
+    # A part of a name, such as "4340", may be too short to be like all of it.
+    parts = [metal for metal in metals() if len(name) > 2 and name.casefold() in metal]
+    hint = did_you_mean(name, [*own, *metals()]) or did_you_mean(parts[0] if parts else "", parts)
+    return f"wanted {wanted}, got {show(name)}{hint}"

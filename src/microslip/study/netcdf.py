@@ -1,0 +1,236 @@
+"""Floor 8: all numbers of a result as labelled arrays: `result.nc` and xarray's data set."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+
+import numpy as np
+
+from microslip import _netcdf
+from microslip._kernel_choice import kernel_name
+from microslip._netcdf import Variable
+from microslip._version import __version__
+from microslip.errors import StudyError
+from microslip.friction.validity import Word
+from microslip.study.quantities import QUANTITIES
+from microslip.study.summary import KIND, SUMMARY_SCHEMA, scalars, slip_scale
+
+if TYPE_CHECKING:
+    from microslip.study.result import Columns, Floats, Progress, Result
+
+WORDS: tuple[str, ...] = get_args(Word)
+"""Words of the verdicts; a variable holds their index."""
+
+MEANINGS = {
+    "history_dissipated_energy": "energy dissipated since rest",
+    "oscillator_damping_ratio": "damping ratio of the mode, viscous damping and joint",
+}
+"""What differs from the meaning of the quantity by itself."""
+
+
+class Contents(NamedTuple):
+    """What a result has to say, labelled."""
+
+    dims: dict[str, int]
+    coords: dict[str, Variable]
+    variables: dict[str, Variable]
+    attributes: dict[str, Any]
+
+
+def write(result: Result, path: Path, progress: Progress | None = None) -> None:
+    """Write `result.nc`.
+
+    Parameters
+    ----------
+    result : Result
+        What to write.
+    path : pathlib.Path
+        A file that is not there yet.
+    progress : callable, optional
+        Called now and then with the share that is done, 0 … 1.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    _netcdf.write(path, *contents(result), progress)
+
+
+def dataset(contents: Contents) -> Any:
+    """The same as an `xarray.Dataset`.
+
+    Parameters
+    ----------
+    contents : Contents
+        Labelled arrays.
+
+    Returns
+    -------
+    xarray.Dataset
+        What xarray reads from the file.
+
+    Raises
+    ------
+    StudyError
+        If xarray is not installed.
+    """
+    try:
+        import xarray
+    except ImportError:
+        raise StudyError(
+            'to_xarray needs xarray, which is not installed: pip install "microslip[xarray]"; '
+            "save(...) and its result.nc need nothing more"
+        ) from None
+    return xarray.Dataset(
+        data_vars={name: tuple(variable) for name, variable in contents.variables.items()},
+        coords={name: tuple(variable) for name, variable in contents.coords.items()},
+        attrs=contents.attributes,
+    )
+
+
+def contents(result: Result) -> Contents:
+    """Label the arrays of a result.
+
+    Parameters
+    ----------
+    result : Result
+        Any result.
+
+    Returns
+    -------
+    Contents
+        Dimensions, coordinates, variables and attributes of the whole; docs/results.md lists them.
+    """
+    by_force = result.study.excitation.force_amplitudes is not None
+    driven = "force_amplitude" if by_force else "amplitude"
+    rows, curves = result.rows, result.curves
+    loads = np.array([joint.normal_load for joint in result.joints])
+    dims = {
+        "load": len(loads),
+        driven: rows[0].amplitude.size,
+        "sample": result.loops[0][0].force.size,
+        "point": curves[0].amplitude.size,
+    }
+    coords = {
+        "load": _variable(("load",), loads, "normal_load"),
+        driven: _variable((driven,), getattr(rows[0], driven), driven),
+        "sample": _index("sample", dims["sample"], "sample of a loop"),
+        "point": _index("point", dims["point"], "point of the curves"),
+        "curve_amplitude": _variable(("point",), curves[0].amplitude, "amplitude"),
+    }
+    variables = {
+        **_scalars(result),
+        **_validity(result),
+        **_loops(result, driven),
+        **_columns(rows, "", driven, leave_out=driven),
+        **_columns(curves, "curve_", "point", leave_out="amplitude"),
+    }
+    if result.histories:
+        dims["history_sample"] = size = result.histories[0].force.size
+        coords["history_sample"] = _index("history_sample", size, "sample of the history")
+        variables |= _columns(result.histories, "history_", "history_sample")
+    if result.oscillators:
+        variables |= _columns(result.oscillators, "oscillator_", "point", leave_out="amplitude")
+    return Contents(dims, coords, variables, _attributes(result))
+
+
+def _variable(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:
+    quantity = QUANTITIES[name]
+    unit = "1" if quantity.unit == "-" else quantity.unit
+    return Variable(dims, values, {"units": unit, "long_name": meaning or quantity.meaning})
+
+
+def _index(dim: str, size: int, meaning: str) -> Variable:
+    """Numbers from 0, to label what has no other label."""
+    values = np.arange(size, dtype=np.int32)
+    return Variable((dim,), values, {"units": "1", "long_name": meaning})
+
+
+def _scalars(result: Result) -> dict[str, Variable]:
+    """Numbers of each joint, without those that none has."""
+    found = [
+        {**scalars(result.study, joint), **asdict(limits)}
+        for joint, limits in zip(result.joints, result.limits, strict=True)
+    ]
+    variables = {}
+    for name in found[0]:
+        values = [numbers[name] for numbers in found]
+        if any(value is not None for value in values):
+            array = np.array([np.nan if value is None else value for value in values])
+            variables[name] = _variable(("load",), array, name)
+    comment = {"comment": slip_scale(result.study, result.joints[0])[1]}
+    return {**variables, "slip_scale": _with(variables["slip_scale"], comment)}
+
+
+def _validity(result: Result) -> dict[str, Variable]:
+    """Verdicts: of each its value and the index of its word."""
+    variables = {}
+    for place, verdict in enumerate(result.joints[0].validity):
+        name = "validity_" + re.sub(r"\W+", "_", verdict.name)
+        found = [joint.validity[place] for joint in result.joints]
+        values = np.array([float(each.value) for each in found])
+        words = np.array([WORDS.index(each.word) for each in found], dtype=np.int8)
+        about = {"units": "1", "long_name": verdict.name}
+        about_values = {"limit": float(verdict.limit), "comment": verdict.meaning}
+        variables[name] = Variable(("load",), values, {**about, **about_values})
+        flags = {
+            "flag_values": np.arange(len(WORDS), dtype=np.int8),
+            "flag_meanings": " ".join(WORDS),
+        }
+        variables[f"{name}_word"] = Variable(("load",), words, {**about, **flags})
+    return variables
+
+
+def _with(variable: Variable, about: Mapping[str, Any]) -> Variable:
+    return variable._replace(attributes={**variable.attributes, **about})
+
+
+def _loops(result: Result, driven: str) -> dict[str, Variable]:
+    shape = len(result.loops), len(result.loops[0]), result.loops[0][0].force.size
+    variables = {}
+    for name in ("displacement", "force"):
+        values = np.empty(shape)
+        for i, loops in enumerate(result.loops):
+            for j, loop in enumerate(loops):
+                values[i, j] = getattr(loop, name)
+        variables[name] = _variable(("load", driven, "sample"), values, name)
+    return variables
+
+
+def _columns(
+    tables: Sequence[Columns], prefix: str, dim: str, leave_out: str = ""
+) -> dict[str, Variable]:
+    """Columns of one table for each load, by their names."""
+    return {
+        prefix + name: _variable(
+            ("load", dim),
+            _stacked([table.columns()[name] for table in tables]),
+            name,
+            MEANINGS.get(prefix + name, ""),
+        )
+        for name in tables[0].columns()
+        if name != leave_out
+    }
+
+
+def _stacked(arrays: Sequence[Floats]) -> Floats:
+    # One long array is not copied.
+    return arrays[0][np.newaxis] if len(arrays) == 1 else np.stack(arrays)
+
+
+def _attributes(result: Result) -> dict[str, Any]:
+    texts: Mapping[str, str] = {
+        "title": result.study.title,
+        "kind": KIND,
+        "source": f"microslip {__version__}",
+        "kernel": kernel_name(),
+        "study": result.study.text,
+        "notes": "\n".join(result.summary["notes"]),
+    }
+    schema = {"schema": np.int32(SUMMARY_SCHEMA)}
+    return {**{name: text for name, text in texts.items() if text}, **schema}

@@ -1,0 +1,216 @@
+"""Floor 8: keys of a study replaced from outside, its comments kept; and studies as TOML."""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from microslip.errors import StudyError
+from microslip.study.wording import shorten, show
+
+_EXAMPLE = """joint.normal_load="3 kN\""""
+_LISTS = """such as joint.normal_load=["1 kN", "3 kN"]"""
+# What the other keys of a table may be hangs on these.
+_CHOICES = ("law", "kind", "rigid", "quantity")
+
+
+@dataclass
+class Override:
+    """One key and what it is to be."""
+
+    text: str
+    path: tuple[str, ...]
+    value: Any
+    blamed: str = ""
+    """What it answers for: its key, or the table that it made or changed the kind of."""
+
+    @property
+    def note(self) -> str:
+        """What was replaced, in a sentence."""
+        value = self.text.partition("=")[2].strip()
+        return f"{dotted(self.path)} was overridden: {shorten(value, 80)}."
+
+
+def apply(
+    overrides: Sequence[str], text: str, data: dict[str, Any]
+) -> tuple[str, dict[str, Any], list[Override]]:
+    """Replace keys of a study.
+
+    Parameters
+    ----------
+    overrides : sequence of str
+        Such as ``'joint.normal_load="3 kN"'``; of two for one key the last one counts.
+    text, data : str, dict
+        The study as TOML and what was read from it.
+
+    Returns
+    -------
+    text : str
+        The TOML with the new values; comments and order are kept.
+    data : dict
+        What is read from it.
+    changes : list of Override
+        What was done.
+
+    Raises
+    ------
+    StudyError
+        If one of them is no KEY=VALUE, or its key leads through what is no table.
+    """
+    if not isinstance(overrides, (list, tuple)):
+        raise StudyError(f"overrides: wanted a list such as ['{_EXAMPLE}'], got {show(overrides)}")
+    changes = [_read(given) for given in overrides]
+    data = copy.deepcopy(data)
+    for change in changes:
+        _put(data, change)
+    return _with_comments(text, data, changes), data, changes
+
+
+def dotted(path: Sequence[str]) -> str:
+    """A path of keys as one text."""
+    return ".".join(shorten(word, 40) for word in path)
+
+
+def _read(given: object) -> Override:
+    """An override from its text."""
+    if not isinstance(given, str):
+        raise StudyError(f"override: wanted a text such as '{_EXAMPLE}', got {show(given)}")
+    key, equals, value = given.partition("=")
+    if not equals:
+        raise _wrong(given, f"wanted KEY=VALUE such as {_EXAMPLE}")
+    if not value.strip():
+        raise _wrong(given, f"no value; wanted KEY=VALUE such as {_EXAMPLE}")
+    path = _path(given, key)
+    return Override(given, path, _value(given, value.strip()), dotted(path))
+
+
+def _wrong(given: str, message: str) -> StudyError:
+    return StudyError(f'override "{shorten(given, 80)}": {message}')
+
+
+def _path(given: str, key: str) -> tuple[str, ...]:
+    if "[" in key:
+        raise _wrong(given, f"no item of a list can be set; give all of the list, {_LISTS}")
+    try:
+        node: Any = {} if "\n" in key or "#" in key else tomllib.loads(f"{key} = 0")
+    except (ValueError, RecursionError):
+        node = {}
+    path: list[str] = []
+    while isinstance(node, dict) and len(node) == 1:
+        ((word, node),) = node.items()
+        path.append(word)
+    if node != 0 or not path:
+        example = 'a key such as joint.normal_load before "="'
+        raise _wrong(given, f"wanted {example}, got {show(key.strip())}")
+    return tuple(path)
+
+
+def _value(given: str, text: str) -> Any:
+    """TOML, or the text itself: a shell takes quotes away."""
+    try:
+        found = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        found = {}
+    if found.keys() == {"value"}:
+        return found["value"]
+    if text[0] in "[{\"'":
+        quoted = "in a shell put single quotes around all of it"
+        raise _wrong(given, f"its value is not TOML; {quoted}, {_LISTS.replace('such as ', '')}")
+    return text
+
+
+def _put(data: Any, change: Override) -> None:
+    """Set one key; tables on the way that are missing are made."""
+    *words, last = change.path
+    node = data
+    for count, word in enumerate(words, start=1):
+        if word not in node:
+            node[word] = {}
+            change.blamed = min(change.blamed, dotted(words[:count]), key=len)
+        node = node[word]
+        if not isinstance(node, dict):
+            path = dotted(words[:count])
+            wrong = f"{path} is {show(node)} and has no keys; write {path}=VALUE"
+            if isinstance(node, list):
+                wrong = f"no item of a list can be set; give all of the list, {path}=[…]"
+            raise _wrong(change.text, wrong)
+    node[last] = change.value
+    if last in _CHOICES and words:
+        change.blamed = dotted(words)
+
+
+def _with_comments(text: str, data: dict[str, Any], changes: Sequence[Override]) -> str:
+    """The text with the changes, or all of it anew where it is too intricate to be edited."""
+    import tomlkit
+    from tomlkit.exceptions import TOMLKitError
+
+    try:
+        document = tomlkit.parse(text)
+        for change in changes:
+            _put(document, change)
+        edited = tomlkit.dumps(document)
+        if _canonical(tomllib.loads(edited)) == _canonical(data):
+            return edited
+    except (TOMLKitError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        pass
+    return dump(data)
+
+
+def _canonical(data: dict[str, Any]) -> str:
+    return json.dumps(data, sort_keys=True, default=str)
+
+
+def dump(given: dict[str, Any]) -> str:
+    """What a study was given, as TOML.
+
+    Parameters
+    ----------
+    given : dict
+        Keys and values as in a file.
+
+    Returns
+    -------
+    str
+        TOML text.
+    """
+    plain = {key: value for key, value in given.items() if not isinstance(value, dict)}
+    tables = {(key,): value for key, value in given.items() if isinstance(value, dict)}
+    blocks = [_lines(plain)] if plain else []
+    for path, table in tables.items():
+        # Such as [material.steel] of material.
+        split = table and all(isinstance(value, dict) for value in table.values())
+        for name, values in (
+            [((*path, key), value) for key, value in table.items()] if split else [(path, table)]
+        ):
+            blocks.append(f"[{'.'.join(map(_key, name))}]\n{_lines(values)}")
+    return "\n".join(blocks)
+
+
+def _lines(table: dict[str, Any]) -> str:
+    return "".join(f"{_key(key)} = {_toml(value)}\n" for key, value in table.items())
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml(key)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(int(value))
+    if isinstance(value, float):
+        return repr(float(value))
+    if isinstance(value, dict):
+        inside = ", ".join(f"{_key(key)} = {_toml(item)}" for key, item in value.items())
+        return f"{{ {inside} }}" if inside else "{}"
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_toml, value))}]"
+    return str(value)  # a date or a time

@@ -1,0 +1,119 @@
+"""Floor 8: what a study says, in SI units, and what its joint is at rest: no loop, no file."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import TYPE_CHECKING, Any
+
+from microslip._version import __version__
+from microslip.study.result import UNITS
+from microslip.study.run import DEFAULT_POINTS, _defaults, build_joints
+from microslip.study.summary import files, joint_entry
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from microslip.study.schema import Study
+
+KIND = "microslip-check"
+
+_UNITS = {
+    **dict.fromkeys(("young_modulus", "hardness"), "Pa"),
+    **dict.fromkeys(("std", "mean", "scale", "location", "values", "radius", "separation"), "m"),
+    **dict.fromkeys(("amplitudes", "from", "to"), "m"),
+    **dict.fromkeys(("load", "normal_load", "force_amplitudes"), "N"),
+    "density": "1/m^2",
+    "area": "m^2",
+    "mass": "kg",
+    "stiffness": "N/m",
+}
+"""Units of the keys of a study; the others hold plain numbers."""
+
+
+def preview(study: Study) -> dict[str, Any]:
+    """Look a study over without running it.
+
+    Parameters
+    ----------
+    study : Study
+        A validated study.
+
+    Returns
+    -------
+    dict
+        Plain values only: `quantities` with what was written and what it is in SI units, `notes` on
+        what was taken from elsewhere or assumed, `joints` at rest with their verdicts as in
+        `summary.json`, `loops`, `points` and `samples` that a run would compute for all loads
+        together, and the `files` that it would write.
+
+    Raises
+    ------
+    StudyError
+        If the physics has no answer, such as a load that the surface cannot carry.
+    """
+    joints = build_joints(study)
+    open_ends = _defaults(study, joints)
+    excitation, loads = study.excitation, len(joints)
+    amplitudes = excitation.amplitudes or excitation.force_amplitudes or open_ends.factors
+    points = excitation.curve.points if excitation.curve else DEFAULT_POINTS
+    samples = len(excitation.history.values) if excitation.history else 0
+    return {
+        "kind": KIND,
+        "generator": {"name": "microslip", "version": __version__},
+        "title": study.title,
+        "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
+        "quantities": list(_quantities(study)),
+        "notes": [*study.notes, *open_ends.notes()],
+        "joints": [joint_entry(study, joint) for joint in joints],
+        "loops": loads * len(amplitudes),
+        "points": loads * points,
+        "samples": loads * samples,
+        "units": dict(UNITS),
+        "files": list(files(study)),
+    }
+
+
+def _quantities(study: Study) -> Iterator[dict[str, Any]]:
+    """Each number of a study: its key, what was written for it, and what it is [SI unit]."""
+    given = tomllib.loads(study.text)
+    found = study.model_dump(by_alias=True, exclude_none=True)
+    history = study.excitation.history
+    # Materials may hold more than was written: what the table of metals adds.
+    own = given.pop("material", {})
+    material = {
+        name: {**dict.fromkeys(keys), **own.get(name, {})}
+        for name, keys in found["material"].items()
+    }
+    for key, written, value in _walk({"material": material, **given}, found):
+        unit = _UNITS.get(key.rpartition(".")[2], "-")
+        if key == "excitation.history" and history is not None:
+            value, unit = history.values.tolist(), "N" if history.quantity == "force" else "m"
+        if isinstance(written, dict):
+            written = f'{written.get("file")}, column "{written.get("column")}"'
+            shown = {"count": len(value), "smallest": min(value), "largest": max(value)}
+        else:
+            shown = {"value": list(value) if isinstance(written, list) else _one(value)}
+        yield {"key": key, "written": written, **shown, "unit": unit}
+
+
+def _walk(given: Any, found: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Keys that hold numbers, or that say which file holds them."""
+    for key, written in given.items():
+        here, value = f"{path}{key}", found.get(key)
+        if isinstance(written, dict) and "file" in written:
+            if "values" in (value or {}):  # heights
+                here, value = f"{here}.values", value["values"]
+            yield here, written, value
+        elif isinstance(written, dict) and isinstance(value, dict):
+            yield from _walk(written, value, f"{here}.")
+        elif key != "schema" and _is_number(_one(value)):
+            yield here, written, value
+
+
+def _one(value: Any) -> Any:
+    """A value, or the first one of a list: one written without brackets is a list, too."""
+    return value[0] if isinstance(value, (list, tuple)) else value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)

@@ -1,0 +1,57 @@
+"""Floor 8: every quantity of a result by its name: unit and meaning, in one place."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Quantity(NamedTuple):
+    """Unit ("-" for none) and meaning of a number in the tables, in the summary and in netCDF."""
+
+    unit: str
+    meaning: str
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "normal_load": Quantity("N", "normal load"),
+    "amplitude": Quantity("m", "displacement amplitude"),
+    "displacement": Quantity("m", "tangential displacement"),
+    "force": Quantity("N", "force that holds the displacement"),
+    # what belongs to an amplitude
+    "force_amplitude": Quantity("N", "force amplitude"),
+    "force_ratio": Quantity("-", "force amplitude over force limit"),
+    "dissipated_energy": Quantity("J", "energy dissipated in a cycle"),
+    "energy_ratio": Quantity("-", "dissipated energy over 4 displacement times force amplitude"),
+    "loss_factor": Quantity("-", "loss factor of the interface"),
+    "damping_ratio": Quantity("-", "equivalent viscous damping ratio of the interface"),
+    "secant_stiffness": Quantity("N/m", "force amplitude over displacement amplitude"),
+    "tangent_stiffness": Quantity("N/m", "slope of the first loading curve at the amplitude"),
+    "dissipation_exponent": Quantity("-", "local power of the amplitude in the dissipated energy"),
+    "slider_density": Quantity("N/m^2", "stiffness of the Iwan sliders per yield displacement"),
+    "stick_area": Quantity("m^2", "contact area that sticks at the end of the first loading"),
+    "stick_share": Quantity("-", "stick area over real contact area"),
+    # what belongs to a load
+    "separation": Quantity("m", "separation of the surfaces"),
+    "standardised_separation": Quantity("-", "separation over the spread of the heights"),
+    "contact_count": Quantity("-", "summits in contact"),
+    "contact_area": Quantity("m^2", "real contact area"),
+    "contact_area_fraction": Quantity("-", "real over apparent contact area"),
+    "normal_stiffness": Quantity("N/m", "normal stiffness"),
+    "tangential_stiffness": Quantity("N/m", "tangential stiffness at rest"),
+    "force_limit": Quantity("N", "force of gross slip"),
+    "slip_per_indentation": Quantity("-", "slip limit of a contact over its indentation"),
+    "slip_scale": Quantity("m", "displacement over which the joint goes from sticking to sliding"),
+    "cubic_coefficient": Quantity("J/m^3", "c of the energy at small amplitudes a, c a^3"),
+    "linear_offset": Quantity("m", "b of the energy at large amplitudes a, 4 mu N (a - b)"),
+    # a history and an oscillator
+    "largest_displacement": Quantity("m", "largest displacement of the history in size"),
+    "largest_force": Quantity("N", "largest force of the history in size"),
+    "frequency": Quantity("Hz", "natural frequency of the oscillator"),
+    "interface_damping_ratio": Quantity("-", "equivalent viscous damping ratio of the interface"),
+    "frequency_at_rest": Quantity("Hz", "natural frequency with the joint sticking"),
+    "frequency_in_slip": Quantity("Hz", "natural frequency with the joint sliding"),
+}
+"""What the names of columns, keys and variables stand for; all numbers are in SI units."""
+
+UNITS: dict[str, str] = {name: quantity.unit for name, quantity in QUANTITIES.items()}
+"""Unit of every quantity in the tables and in the summary."""

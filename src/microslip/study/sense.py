@@ -1,0 +1,126 @@
+"""Floor 8: what only shows in the whole of a study and needs no computation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from microslip.study.metals import unknown
+from microslip.study.part import KeyedError
+from microslip.study.surfaces import Elastic, GreenwoodWilliamsonSurface, Rigid, TableSurface
+from microslip.study.units import engineering
+from microslip.study.wording import shorten
+
+if TYPE_CHECKING:
+    from microslip.study.schema import Study
+
+MAX_LOOPS = 2000
+MAX_POINTS = 1_000_000
+MAX_SAMPLES = 10_000_000
+
+
+def check(study: Study) -> None:
+    """Find what the parts of a study cannot see.
+
+    Parameters
+    ----------
+    study : Study
+        A study whose parts are right.
+
+    Raises
+    ------
+    KeyedError
+        If bodies are not described or cannot be, forces or loads cannot be carried, or there is too
+        much to compute.
+    """
+    _bodies(study)
+    _summits(study)
+    _loads(study)
+    _forces(study)
+    _amount(study)
+
+
+def _bodies(study: Study) -> None:
+    names = study.surface.materials
+    for index, name in enumerate(names, start=1):
+        if name not in study.material:
+            raise KeyedError(f"surface.materials, item {index}", unknown(name, study.material))
+    if all(isinstance(study.material[name], Rigid) for name in names):
+        raise KeyedError("surface.materials", "wanted one body that deforms, got two rigid ones")
+    for name, material in study.material.items():
+        if isinstance(material, Elastic) and material.hardness is not None:
+            modulus = engineering(material.young_modulus, "Pa", 6, trim=True)
+            if material.hardness >= material.young_modulus:
+                raise KeyedError(
+                    f"material.{shorten(name, 40)}.hardness",
+                    f"wanted less than Young's modulus {modulus}, "
+                    f"got {engineering(material.hardness, 'Pa', 6, trim=True)}",
+                )
+
+
+def _summits(study: Study) -> None:
+    """A surface has a summit; less is a slip of a unit."""
+    if isinstance(study.surface, GreenwoodWilliamsonSurface):
+        count = study.surface.density * study.surface.area
+        if count < 1.0:
+            raise KeyedError(
+                "surface.density",
+                f"wanted at least one summit on the area, got {count:.3g} (density times area)",
+            )
+
+
+def _loads(study: Study) -> None:
+    """A table carries no more than its first load."""
+    if not isinstance(study.surface, TableSurface):
+        return
+    loads, most = study.joint.normal_load, study.surface.load[0]
+    for index, load in enumerate(loads, start=1):
+        if load > most:
+            item = f", item {index}" if len(loads) > 1 else ""
+            raise KeyedError(
+                f"joint.normal_load{item}",
+                f"wanted at most the first load of the table, {_force(most)}, got {_force(load)}",
+            )
+
+
+def _forces(study: Study) -> None:
+    """No force reaches the limit at the lightest load."""
+    load, excitation = min(study.joint.normal_load), study.excitation
+    limit = study.joint.friction_coefficient * load
+    for index, force in enumerate(excitation.force_amplitudes or (), start=1):
+        if force >= limit:
+            raise KeyedError(
+                f"excitation.force_amplitudes, item {index}",
+                f"wanted less than the force limit {_force(limit)} at the load {_force(load)}, "
+                f"got {_force(force)}",
+            )
+    history = excitation.history
+    if history is not None and history.quantity == "force":
+        force = max(history.values, key=abs)
+        if abs(force) >= limit:
+            raise KeyedError(
+                "excitation.history",
+                f"{shorten(history.file, 100)}: wanted forces within ±{_force(limit)}, the force "
+                f"limit at the load {_force(load)}, got {_force(force)}",
+            )
+
+
+def _amount(study: Study) -> None:
+    excitation, loads = study.excitation, len(study.joint.normal_load)
+    key = "amplitudes" if excitation.force_amplitudes is None else "force_amplitudes"
+    loops = loads * len(excitation.amplitudes or excitation.force_amplitudes or ())
+    points = loads * (excitation.curve.points if excitation.curve else 0)
+    samples = loads * (len(excitation.history.values) if excitation.history else 0)
+    for where, what, most, got, times in (
+        (key, "loops", MAX_LOOPS, loops, "amplitudes"),
+        ("curve.points", "points in all", MAX_POINTS, points, "points"),
+        ("history", "samples in all", MAX_SAMPLES, samples, "rows"),
+    ):
+        if got > most:
+            raise KeyedError(
+                f"excitation.{where}",
+                f"wanted at most {most} {what}, got {got} (loads times {times})",
+            )
+
+
+def _force(value: float) -> str:
+    return engineering(value, "N", 6, trim=True)

@@ -1,0 +1,66 @@
+"""Floor 8: the text of a file, or one line that says why there is none."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from microslip.study.wording import did_you_mean, shorten
+
+
+def read_text(path: Path, wanted: str, most: int, missing: str = "no such file") -> str:
+    """Read a file of UTF-8 text.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    wanted : str
+        What it should be, such as "a study", for messages.
+    most : int
+        Largest size [bytes].
+    missing : str
+        What is said of a file that is not there.
+
+    Returns
+    -------
+    str
+        The text, without a byte order mark.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read; the message names what is wrong, not the file.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(most + 1)
+    except FileNotFoundError:
+        raise ValueError(f"{missing}{_near(path)}") from None
+    except IsADirectoryError:
+        raise ValueError(f"wanted {wanted} file, got a folder") from None
+    except (OSError, ValueError) as error:
+        if os.path.isdir(path):  # noqa: PTH112 - Windows says "permission denied"; never raises
+            raise ValueError(f"wanted {wanted} file, got a folder") from None
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ValueError(f"cannot be read: {reason.lower()}") from None
+    if len(content) > most:
+        raise ValueError(f"wanted {wanted} of at most {most // 1_000_000} MB")
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise ValueError("not UTF-8 text (it is UTF-16); save the file as UTF-8")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ValueError(
+            f"line {line}: not UTF-8 text (byte 0x{content[error.start]:02x}); "
+            "save the file as UTF-8"
+        ) from None
+
+
+def _near(path: Path) -> str:
+    try:
+        names = [entry.name for entry in path.parent.iterdir() if entry.suffix == path.suffix]
+    except (OSError, ValueError):
+        return ""
+    return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)

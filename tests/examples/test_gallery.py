@@ -1,0 +1,201 @@
+"""The scripts of the gallery: each runs, prints these numbers, and draws its picture.
+
+Numbers are held to one unit of their last digit, which another platform may round otherwise, the
+words between them exactly.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import runpy
+from decimal import Decimal
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "examples"
+SCRIPTS = sorted(FOLDER.glob("*.py"))
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+PRINTED = {
+    "01_first_joint": """
+5700 summits touch, on 2.79% of the area
+stiffness at rest 5.697 GN/m
+gross slip at 1.100 kN
+±0.15 µm: 42.41 µJ a cycle, loss factor 0.1440, damping ratio 0.0720
+±0.4 µm: 525.3 µJ a cycle, loss factor 0.4125, damping ratio 0.2062
+±1 µm: 2945 µJ a cycle, loss factor 0.8525, damping ratio 0.4262
+density * radius * std: 0.05 (ok)
+real over apparent area: 0.0279 (ok)
+contact radius over summit spacing: 0.177 (ok)
+contacts: 5.7e+03 (ok)
+plasticity index: 0.841 (watch)
+""",
+    "02_many_loads": """
+ 500 N:   2081 contacts, 1.80 GN/m, gross slip at 275 N
+1000 N:   3504 contacts, 3.24 GN/m, gross slip at 550 N
+2000 N:   5700 contacts, 5.70 GN/m, gross slip at 1100 N
+5000 N:  10041 contacts, 11.48 GN/m, gross slip at 2750 N
+loose: 9.061e-05 J at 0.3 µm, 2.677e-05 J at 200 N
+tight: 4.740e-04 J at 0.3 µm, 1.319e-07 J at 200 N
+""",
+    "03_any_history": """
+turns: 0.0 1099.2 -1099.2 1022.6 -583.7 1099.2 N
+at 0.5 µm: 1087.806 N without the detour, 1087.806 N after it
+1000000 samples, 6202 turns
+work put in: 0.492 J; largest force: 0.9979 of the limit
+""",
+    "04_force_control": """
+peak force 1000 N of 1100 N
+peak displacement 0.3809 µm
+left when the force is gone: 0.1115 µm
+forth and back: equal
+force must stay below the force limit 1100 N in size (no single displacement answers it), got 1100 N
+""",
+    "05_damping": """
+small: E = 1.5659e+16 J/m³ δ³, at 0.1 nm it is 0.99987 of that
+large: E = 4μN (δ - 0.3309 µm)
+at 1 µm: loss factor 0.85247, damping ratio 0.42623
+at 1 mm: loss factor 1.27282; in the limit 1.27324
+exponent from 1 nm to 10 µm: 2.999 2.986 2.849 2.480 1.489 1.034
+""",
+    "06_iwan_view": """
+slip limit of the ball: 1.3420 µm
+ 5 cells: backbone off by 1.7e-02 of the limit
+10 cells: backbone off by 4.2e-03 of the limit
+20 cells: backbone off by 1.1e-03 of the limit
+40 cells: backbone off by 2.7e-04 of the limit
+stiffness at rest 1.000000 of the joint's
+energy at 0.6 µm  1.0012 of it
+""",
+    "07_time_integration": """
+8494 Hz while everything sticks
+2.94 iterations a step
+farthest 0.2637 µm, rests near 0.0685 µm
+52 open reversals are all that the joint remembers
+""",
+    "08_own_heights": """
+Gaussian        5700 contacts, 5.70 GN/m, loss factor at 0.3 µm 0.3047
+exponential     2607 contacts, 3.21 GN/m, loss factor at 0.3 µm 0.1834
+worn (SciPy)    8400 contacts, 7.80 GN/m, loss factor at 0.3 µm 0.4312
+given summits   5870 contacts, 5.82 GN/m, loss factor at 0.3 µm 0.3112
+5617 contacts, 5.69 GN/m
+""",
+    "09_oscillator": """
+16.99 kHz while the joint sticks, 14.71 kHz when it slides
+ 30 nm: 16.860 kHz, damping ratio 0.00820, of the interface alone 0.01340
+100 nm: 16.584 kHz, damping ratio 0.01495, of the interface alone 0.04670
+300 nm: 15.979 kHz, damping ratio 0.02819, of the interface alone 0.15235
+envelope off by 0.4% at most
+energy kept to 4e-08
+""",
+    "10_sweep": """
+('normal_load', 'amplitude'), (200, 200)
+dissipated_energy [J] loss_factor [1] force_amplitude [N]
+pushed with ±400 N: 316 µJ at 750 N, 1.14 µJ at 5 kN
+moved by ±0.3 µm: loss factor 0.470 at 100 N, 0.179 at 10 kN
+""",
+    "11_other_laws": """
+Segalman's: chi -0.143, beta 0.000, energies 14.0% off
+rough joint 1.545e-08 1.357e-05 2.945e-03 J at 10 nm, 0.1 and 1 µm
+Jenkins     0.000e+00 0.000e+00 3.550e-03 J at 10 nm, 0.1 and 1 µm
+Segalman    1.501e-08 1.080e-05 3.203e-03 J at 10 nm, 0.1 and 1 µm
+Coulomb     4.400e-05 4.400e-04 4.400e-03 J at 10 nm, 0.1 and 1 µm
+""",
+    "12_one_asperity": """
+contact radius 98.94 µm, slip limit 1.3420 µm
+pushed:   3.5555 N, sticks within 0.7071
+released: 55.93 nm remain, slips back outside 0.8780
+  0.000 to 0.707: stick
+  0.707 to 0.878: stuck
+  0.878 to 1.000: slip
+""",
+}
+
+
+def alike(got: str, wanted: str) -> bool:
+    if NUMBER.sub("#", " ".join(got.split())) != NUMBER.sub("#", " ".join(wanted.split())):
+        return False
+    for one, other in zip(NUMBER.findall(got), NUMBER.findall(wanted), strict=True):
+        unit = Decimal(1).scaleb(int(Decimal(other).as_tuple().exponent))
+        if abs(Decimal(one) - Decimal(other)) > unit * Decimal("1.0001"):
+            return False
+    return True
+
+
+@pytest.mark.parametrize(
+    ("got", "wanted", "same"),
+    [
+        ("5700 summits, 2.79%", "5700 summits, 2.79%", True),
+        ("5701 summits", "5700 summits", True),
+        ("5702 summits", "5700 summits", False),
+        ("a 1.5659e-05 J", "a 1.5658e-05 J", True),
+        ("a 1.5659e-05 J", "a 1.5657e-05 J", False),
+        ("a 1.5659e-05 J", "a 1.5659e-06 J", False),
+        ("a -0.5 J", "a 0.5 J", False),
+        ("a  1 J", "a 1 J", True),
+        ("a 1 J", "b 1 J", False),
+        ("1 2", "1", False),
+    ],
+)
+def test_numbers_are_compared_to_their_last_digit(got: str, wanted: str, same: bool) -> None:
+    assert alike(got, wanted) is same
+
+
+def test_every_script_has_its_numbers_here() -> None:
+    assert [script.stem for script in SCRIPTS] == sorted(PRINTED)
+    assert len(SCRIPTS) >= 6
+
+
+@pytest.mark.filterwarnings("ignore:FigureCanvasAgg is non-interactive")
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
+def test_script(
+    script: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(FOLDER)
+    before = matplotlib.rcParams.copy()
+    matplotlib.use("agg")
+    from matplotlib import pyplot
+
+    try:
+        runpy.run_path(str(script), run_name="__main__")
+        figures = [pyplot.figure(number) for number in pyplot.get_fignums()]
+        assert figures
+        for figure in figures:
+            figure.canvas.draw()
+            for axes in figure.axes:
+                assert axes.lines or axes.collections or axes.images
+                if axes.get_label() == "<colorbar>":
+                    assert axes.get_xlabel() or axes.get_ylabel()
+                    continue
+                assert axes.get_xlabel() or axes.get_shared_x_axes().get_siblings(axes) != [axes]
+                assert axes.get_ylabel() or axes.get_shared_y_axes().get_siblings(axes) != [axes]
+    finally:
+        pyplot.close("all")
+        matplotlib.rcParams.update(before)
+    got = capsys.readouterr().out.strip().splitlines()
+    wanted = PRINTED[script.stem].strip().splitlines()
+    assert len(got) == len(wanted), got
+    for line, expected in zip(got, wanted, strict=True):
+        assert alike(line, expected), f"{line!r}, not {expected!r}"
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
+def test_script_is_a_page_of_the_gallery(script: Path) -> None:
+    """A title, words between the pieces, few imports, and no name of a machine."""
+    text = script.read_text(encoding="utf-8")
+    title, line = (ast.get_docstring(ast.parse(text)) or "\n").splitlines()[:2]
+    assert line == "=" * len(title)
+    assert text.count("\n# %%\n# ") >= 2
+    assert len(text.splitlines()) < 110
+    modules = {
+        alias.name.partition(".")[0] if isinstance(node, ast.Import) else node.module or ""
+        for node in ast.parse(text).body
+        if isinstance(node, (ast.Import, ast.ImportFrom))
+        for alias in node.names
+    }
+    allowed = {"matplotlib", "numpy", "microslip", "scipy", "itertools", "pathlib", "tempfile"}
+    assert modules <= allowed | {"matplotlib.colors"}

@@ -1,0 +1,148 @@
+"""docs/results.md names every file, key, column and variable of a result, and nothing else."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
+
+import microslip as ms
+from microslip.study.netcdf import contents
+from microslip.study.quantities import QUANTITIES, UNITS
+
+PAGE = (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8")
+FORMATS = ('formats = ["csv"]', "")
+HISTORY = 'history = { file = "record.csv", column = "x" }'
+FULL = edited(
+    ("poisson_ratio = 0.33", 'poisson_ratio = 0.33\nhardness = "1.2 GPa"'),
+    (CURVE, f"{CURVE}\n{HISTORY}"),
+    FORMATS,
+)
+STUDIES = {
+    "full": FULL + '\n[oscillator]\nmass = "2 kg"\nstiffness = "1 N/um"\n',
+    "by force": edited((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N"]'), FORMATS),
+    "table": edited((SURFACE, SURFACES["table"]), (LOADS, '"1 kN"'), FORMATS),
+}
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> list[ms.Result]:
+    home = tmp_path_factory.mktemp("page")
+    (home / "record.csv").write_text("x [um]\n0\n1\n-1\n")
+    return [ms.Study.from_toml(text, folder=home).run() for text in STUDIES.values()]
+
+
+def section(title: str) -> str:
+    found = re.search(rf"^## {re.escape(title)}\n(.*?)(?=^## |\Z)", PAGE, re.MULTILINE | re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+def rows(text: str) -> list[list[str]]:
+    """Cells of the tables, without their heads."""
+    cells = [
+        [c.strip() for c in line.split("|")[1:-1]] for line in text.splitlines() if "|" in line
+    ]
+    rules = [i for i, row in enumerate(cells) if set("".join(row)) <= {"-", " "}]
+    return [row for i, row in enumerate(cells) if i not in rules and i + 1 not in rules]
+
+
+def names(cell: str) -> list[str]:
+    return re.findall(r"`([^`]+)`", cell)
+
+
+def quantities() -> Iterator[tuple[str, str, list[str], list[str]]]:
+    """Name, unit, places in the summary, variables of each row."""
+    for name, unit, _, places, variables in rows(section("Quantities")):
+        yield names(name)[0], unit, re.findall(r"\w+", places), names(variables)
+
+
+def test_every_file_is_named(results: list[ms.Result]) -> None:
+    told: set[str] = set()
+    for name, when, _ in rows(section("Files")):
+        suffixes = [""] if "." in name else [f".{kind}" for kind in ("svg", "png")]
+        told |= {n + suffix for n in names(name) for suffix in suffixes}
+        assert when
+    written = {name for result in results for name in result.summary["files"]}
+    assert told == written
+
+
+def test_every_variable_is_named(results: list[ms.Result]) -> None:
+    told = {variable for *_, variables in quantities() for variable in variables}
+    verdicts = [names(row[0])[0] for row in rows(section("result.nc")) if "validity_" in row[0]]
+    told |= {name + end for name in verdicts for end in ("", "_word")}
+    dims = {names(row[0])[0] for row in rows(section("result.nc")) if len(row) == 2}
+    found: set[str] = set()
+    for result in results:
+        labelled = contents(result)
+        found |= {*labelled.coords, *labelled.variables}
+        assert set(labelled.dims) <= dims
+    assert told | (dims & found) == found
+    assert {*labelled.dims, "history_sample", "force_amplitude", "amplitude"} <= dims
+    # Along the curves each variable is what it is at the amplitudes of the loops.
+    for name, _, places, variables in quantities():
+        if places == ["amplitudes"]:
+            assert variables == [name, f"curve_{name}"]
+
+
+def test_every_attribute_of_the_file_is_named(results: list[ms.Result]) -> None:
+    table = section("result.nc").rpartition("| attribute of the file |")[2]
+    told = {n for row in rows("| attribute of the file |" + table) for n in names(row[0])}
+    assert told == {name for result in results for name in contents(result).attributes}
+
+
+def test_every_unit_and_column_is_named(results: list[ms.Result]) -> None:
+    plain = str.maketrans({"²": "^2", "³": "^3", "–": "-"})
+    told = {(name, unit.translate(plain)) for name, unit, *_ in quantities()}
+    assert told == set(UNITS.items())
+    columns = {
+        name
+        for result in results
+        for table in (*result.rows, *result.histories, *result.oscillators)
+        for name in table.columns()
+    }
+    assert columns <= set(QUANTITIES)
+
+
+def keys_of(value: Any, path: str = "") -> Iterator[str]:
+    """Paths of all keys; lists do not show."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield f"{path}{key}"
+            if f"{path}{key}" not in ("study", "units"):  # keys of a study, names of quantities
+                yield from keys_of(inner, f"{path}{key}.")
+    elif isinstance(value, list):
+        for inner in value:
+            yield from keys_of(inner, path)
+
+
+def test_every_key_of_the_summary_is_named(results: list[ms.Result]) -> None:
+    found = {key for result in results for key in keys_of(result.summary)}
+    first, entries = section("summary.json").split("An entry of `joints`")
+    told = {names(row[0])[0] for row in rows(first)}
+    for top in rows(first):
+        if names(top[0]) == ["generator"]:
+            told |= {f"generator.{name}" for name in names(top[1])}
+    inside = {names(row[0])[0]: row[1] for row in rows(entries)}
+    told |= {f"joints.{key}" for key in inside}
+    told |= {f"joints.validity.{name}" for name in names(inside["validity"])}
+    # A row of the quantities names its places, and the oscillator has rows of its own.
+    below = names(inside["oscillator"])
+    told |= {f"joints.oscillator.{name}" for name in below[: below.index("amplitudes") + 1]}
+    told |= {f"joints.oscillator.amplitudes.{n}" for n in below[below.index("amplitudes") + 1 :]}
+    marked = {(place, name) for name, _, places, _ in quantities() for place in places}
+    for place, name in marked:
+        if place == "joint":
+            told.add(f"joints.{name}")
+        elif place == "oscillator":
+            assert name in below
+        else:
+            told.add(f"joints.{place}.{name}")
+    assert told == found
+    assert {name for place, name in marked if place == "oscillator"} == set(below) - {
+        *("amplitude", "amplitudes")
+    }

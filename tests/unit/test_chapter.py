@@ -1,0 +1,438 @@
+"""The figures of the chapter: complete, readable, with their data, and their command."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+import json
+import math
+import re
+import xml.etree.ElementTree as ET
+from functools import lru_cache
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from matplotlib.text import Text
+
+import microslip as ms
+from microslip.chapter import KIND, LEFT_OUT, PLATES, Drawn, Plate, select, write
+from microslip.chapter.contact import summit
+from microslip.chapter.rig import RIG, SAMPLES, series_loop, synthetic_record
+from microslip.chapter.surface import CORRELATION, ROUGHNESS, profile, summits, worked_example
+from microslip.cli import main
+from microslip.study.folder import staged
+
+NUMBERS = {plate.number: plate for plate in PLATES}
+all_plates = pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.number)
+SKETCHES = {"19.1", "19.4", "19.8", "19.9"}
+
+
+@lru_cache
+def drawn(number: str) -> Drawn:
+    return NUMBERS[number].draw()
+
+
+def columns(number: str) -> dict[str, np.ndarray]:
+    return drawn(number).columns
+
+
+def run(*words: str) -> Result:
+    return CliRunner().invoke(main, ["figures", *words])
+
+
+# -- the list --------------------------------------------------------------------------------------
+
+
+def test_every_figure_is_drawn_or_named() -> None:
+    numbers = [plate.number for plate in PLATES if plate.number[0].isdigit()]
+    assert sorted({*numbers, *LEFT_OUT}, key=lambda n: int(n[3:])) == [
+        f"19.{n}" for n in range(1, 25)
+    ]
+    assert not {*numbers} & {*LEFT_OUT}
+    assert numbers == sorted(numbers, key=lambda n: int(n[3:]))
+    assert len(NUMBERS) == len({plate.stem for plate in PLATES}) == len(PLATES)
+
+
+@all_plates
+def test_words(plate: Plate) -> None:
+    assert re.fullmatch(r"[a-z0-9-]+", plate.name)
+    for text in (plate.caption, plate.parameters):
+        assert text.endswith(".")
+        assert text[0].isupper()
+    assert not plate.title.endswith(".")
+    assert plate.command == f"microslip figures --only {plate.number}"
+
+
+# -- the pictures ----------------------------------------------------------------------------------
+
+
+@all_plates
+def test_nothing_is_clipped(plate: Plate) -> None:
+    figure = drawn(plate.number).figure
+    figure.draw_without_rendering()
+    box = figure.get_tightbbox()  # of all that is drawn [in]
+    width, height = figure.get_size_inches()
+    assert box.x0 > -0.01
+    assert box.y0 > -0.01
+    assert box.x1 < width + 0.01
+    assert box.y1 < height + 0.01
+    # On a page of 18 cm.
+    assert min(text.get_fontsize() for text in figure.findobj(Text)) >= 7.0
+
+
+@all_plates
+def test_axes_have_units(plate: Plate) -> None:
+    figure = drawn(plate.number).figure
+    for axes in figure.axes:
+        if not axes.axison:
+            continue
+        for label in (axes.get_xlabel(), axes.get_ylabel()):
+            assert not label or re.search(r"\[[^\]]+\]$", label), label
+    assert (
+        plate.number in SKETCHES
+        or plate.number == "19.10"
+        or any(axes.get_xlabel() for axes in figure.axes)
+    )
+
+
+@all_plates
+def test_data(plate: Plate) -> None:
+    data = columns(plate.number)
+    assert bool(data) == (plate.number not in SKETCHES)
+    assert len({values.shape for values in data.values()}) <= 1
+    for name, values in data.items():
+        assert "," not in name
+        assert values.ndim == 1
+        if "without slip" not in name:  # infinite at the edge, so left out there
+            assert np.isfinite(values).all(), name
+
+
+def test_letters() -> None:
+    """Those that the text of the chapter refers to."""
+    for number in ("19.11", "19.12", "19.13", "19.16", "19.17"):
+        figure = drawn(number).figure
+        bold = {t.get_text() for t in figure.findobj(Text) if t.get_fontweight() == "bold"}
+        assert bold >= set("OABCD"), number
+
+
+def test_the_style_stays_at_home() -> None:
+    before = dict(matplotlib.rcParams)
+    NUMBERS["19.12"].draw()
+    assert dict(matplotlib.rcParams) == before
+
+
+# -- what they show --------------------------------------------------------------------------------
+
+
+def test_traction_figures() -> None:
+    joint = summit()
+    for number, name in (
+        ("19.2", "tangential traction [Pa]"),
+        ("19.11", "tangential traction at B [Pa]"),
+    ):
+        data = columns(number)
+        bound = joint.friction_coefficient * joint.pressure(np.abs(data["x [m]"]))
+        np.testing.assert_array_equal(data["friction times pressure [Pa]"], bound)
+        assert np.all(np.abs(data[name]) <= bound * (1.0 + 1e-14))
+    data = columns("19.11")
+    np.testing.assert_allclose(
+        data["tangential traction at C [Pa]"], -data["tangential traction at A [Pa]"], atol=1.0
+    )
+    # No force at B: the tractions balance over the circle.
+    half = data["x [m]"] >= 0.0
+    r, q = data["x [m]"][half], data["tangential traction at B [Pa]"][half]
+    moment = q * r
+    total = np.sum(0.5 * (moment[1:] + moment[:-1]) * np.diff(r))
+    assert abs(total) < 1e-3 * np.sum(0.5 * np.abs(moment[1:] + moment[:-1]) * np.diff(r))
+
+
+def test_zones_figure() -> None:
+    data = columns("19.10")
+    assert list(data["state"]) == [0.0] * 2 + [1.0] * 3 + [2.0] * 4
+    a = summit().contact_radius
+    at_zero = data["inner radius [m]"][4] / a
+    assert at_zero == pytest.approx((0.5 * (1.0 + 0.25)) ** (1 / 3), rel=1e-12, abs=0)  # (19.18)
+
+
+def test_loop_figures() -> None:
+    joint = summit()
+    for number, largest in (("19.13", None), ("19.14", 1.0), ("19.15", 1.0), ("19.17", 1.0)):
+        data = columns(number)
+        record, force = data["displacement [m]"], data["force [N]"]
+        np.testing.assert_allclose(force, joint.force(record), rtol=1e-14, atol=1e-16)
+        if largest is None:
+            assert np.abs(force).max() < joint.force_limit
+        else:
+            assert np.abs(force).max() == largest * joint.force_limit
+    for path, loop in (("19.12", "19.13"), ("19.16", "19.17")):
+        ends = [np.ptp(columns(n)["displacement [m]"]) for n in (path, loop)]
+        assert ends[0] == pytest.approx(ends[1], rel=1e-12, abs=0)
+
+
+def test_heights_figure() -> None:
+    data = columns("19.18")
+    share = worked_example().surface.contact_probability(worked_example().separation)
+    assert f"{share:.1%}" == "28.5%"
+    texts = [t.get_text() for t in drawn("19.18").figure.findobj(Text)]
+    assert any("28.5%" in text for text in texts)
+    slope = np.gradient(data["distribution function"], data["height [m]"])
+    np.testing.assert_allclose(slope[2:-2], data["density [1/m]"][2:-2], rtol=0, atol=50.0)
+
+
+def test_interface_figures() -> None:
+    data = columns("19.23")
+    assert data["local exponent"][0] == pytest.approx(3.0, abs=5e-3)
+    assert data["local exponent"][-1] == pytest.approx(1.0, abs=5e-3)
+    for name, values in columns("19.24").items():
+        if name.startswith("loss"):
+            assert np.all(np.diff(values) > 0.0)
+            assert 1.2 < values[-1] < 4.0 / math.pi
+    stiffness = [
+        np.diff(values[-3:])[0]
+        for name, values in columns("19.20").items()
+        if name.startswith("force")
+    ]
+    assert len(stiffness) == 4
+
+
+def test_roughness_figure() -> None:
+    """As rough as the chapter's sample, and with the statistics that the figure states."""
+    places, z = profile()
+    data = columns("19.6")
+    np.testing.assert_array_equal(data["height [m]"], z)
+    assert abs(z.mean()) < 1e-20
+    average = float(np.mean(np.abs(z)))
+    texts = [t.get_text() for t in drawn("19.6").figure.findobj(Text)]
+    assert f"this trace: Ra = {average / 1e-6:.2f} µm" in texts
+    assert 0.3e-6 < average < 0.4e-6
+    # The bars hold all heights.
+    shares, edges = {}, np.linspace(-16.5, 16.5, 34) * 1e-7
+    for height, density in zip(z, data["density of its class [1/m]"], strict=True):
+        shares[int(np.digitize(height, edges))] = density * 1e-7
+    assert sum(shares.values()) == pytest.approx(1.0, rel=1e-9, abs=0)
+    # Many traces: root mean square and autocorrelation at one correlation length.
+    traces = np.array([profile(seed)[1] for seed in range(60)])
+    assert np.sqrt(np.mean(traces**2)) == pytest.approx(ROUGHNESS, rel=0.02)
+    lag = round(CORRELATION / (places[1] - places[0]))
+    ratio = np.mean(traces[:, lag:] * traces[:, :-lag]) / np.mean(traces**2)
+    assert ratio == pytest.approx(math.exp(-1.0), abs=0.03)
+
+
+def test_summits_of_a_rough_surface() -> None:
+    """Counted on a surface made in two dimensions, that is rough alike in all directions."""
+    side, step = 1024, 4e-6
+    k = 2.0 * np.pi * np.fft.fftfreq(side, step)
+    window = np.exp(-(k[:, None] ** 2 + k**2) * CORRELATION**2 / 8.0)
+    noise = np.random.default_rng(3).standard_normal((side, side))
+    z = np.fft.ifft2(np.fft.fft2(noise) * window).real
+    z *= ROUGHNESS / z.std()
+    inner = z[1:-1, 1:-1]
+    rows = [slice(1 + i, side - 1 + i) for i in (-1, 0, 1)]
+    top = np.all([inner >= z[i, j] for i in rows for j in rows], axis=0)
+    bend = (4.0 * inner - z[2:, 1:-1] - z[:-2, 1:-1] - z[1:-1, 2:] - z[1:-1, :-2]) / step**2
+    density, radius, spread = summits()
+    assert top.sum() / inner.size / step**2 == pytest.approx(density, rel=0.05)
+    assert 2.0 / bend[top].mean() == pytest.approx(radius, rel=0.05)
+    assert inner[top].std() == pytest.approx(spread, rel=0.05)
+
+
+def test_synthetic_record() -> None:
+    joint, top = worked_example(), 2e-5
+    ideal = synthetic_record(joint, top, load_ripple=0.0, third_harmonic=0.0, noise=0.0)
+    # Without faults: the closed loop of the model with a spring in series.
+    np.testing.assert_allclose(np.ptp(ideal.displacement), 2.0 * top, rtol=1e-12)
+    np.testing.assert_array_equal(ideal.normal_load, joint.normal_load)
+    place, force = series_loop(joint, top, RIG)
+    half = place.size // 2 + 1
+    cycle = slice(SAMPLES + SAMPLES // 4, SAMPLES + 3 * SAMPLES // 4)
+    down = np.interp(-ideal.displacement[cycle], -place[:half], force[:half])
+    np.testing.assert_allclose(ideal.force[cycle], down, rtol=0, atol=1e-6 * joint.force_limit)
+    # With them: the force is the joint's own, the load stays within 2 %, slip and rig add up.
+    real = synthetic_record(joint, top, noise=0.0)
+    np.testing.assert_array_equal(
+        real.force, joint.coupled_force(real.slip, normal_load=real.normal_load)
+    )
+    ripple = real.normal_load / joint.normal_load - 1.0
+    assert np.abs(ripple).max() == pytest.approx(0.02, rel=1e-6, abs=0)
+    np.testing.assert_allclose(real.slip + real.force / RIG, real.displacement, rtol=1e-15)
+    # Sliding meets the friction of the load of the moment.
+    assert real.force.max() == pytest.approx(1.02 * joint.force_limit, rel=1e-6, abs=0)
+    assert real.force.min() == pytest.approx(-0.98 * joint.force_limit, rel=1e-6, abs=0)
+    wave = np.fft.rfft(real.slip[SAMPLES:] + real.force[SAMPLES:] / RIG)
+    assert abs(wave[3]) / abs(wave[1]) == pytest.approx(0.05, abs=2e-3)
+    # Noise is added, nothing else, and the same each time.
+    noisy = synthetic_record(joint, top)
+    np.testing.assert_array_equal(noisy.force, synthetic_record(joint, top).force)
+    for name, scale in (("displacement", top), ("force", joint.force_limit)):
+        added = getattr(noisy, name) - getattr(real, name)
+        assert added.std() == pytest.approx(0.005 * scale, rel=0.1)
+
+
+def test_rig_figures() -> None:
+    data = columns("19.7")
+    for load in (500.0, 1000.0, 2000.0, 5000.0):
+        force = data[f"force at {load:g} N [N]"]
+        assert abs(force).max() < 5000.0  # what the rig can do
+        assert force.max() / load == pytest.approx(0.561, abs=0.015)
+        assert abs(data[f"displacement at {load:g} N [m]"]).max() == pytest.approx(3.9e-5, abs=1e-6)
+    data = columns("19.22")
+    np.testing.assert_array_equal(
+        data["residual [N]"],
+        data["synthetic force [N]"] - data["force of model and rig [N]"],
+    )
+    assert np.abs(data["residual [N]"]).max() < 0.05 * worked_example().force_limit
+    # It says what it is, in the heading and in the assumptions.
+    for number in ("19.6", "19.7", "19.22"):
+        assert NUMBERS[number].title.endswith("(synthetic)")
+        assert "Synthetic" in NUMBERS[number].parameters
+
+
+def test_likeness_figure() -> None:
+    """Cells with the asperity's own sliders come near it, evenly spread ones do not."""
+    data, limit = columns("19.21"), summit().force_limit
+    one = data["force of one asperity [N]"]
+
+    def distance(cells: int, even: str = "") -> float:
+        return float(np.abs(data[f"force of {cells}{even} cells [N]"] - one).max()) / limit
+
+    assert distance(1) > distance(3) > distance(12) < 0.003
+    # On a branch twice the 2/27 of the first loading, here on one of 2.6 slip limits.
+    assert distance(1000, " even") == pytest.approx(4 / 27, rel=0.01)
+
+
+def test_varying_load_figures() -> None:
+    data = columns("coupled-phase")
+    phases = data["phase [deg]"]
+    for name, share in data.items():
+        if name.startswith("energy"):
+            assert share[0] == pytest.approx(share[-1], rel=1e-3)  # opposed is in step, mirrored
+            assert share.max() > 1.0
+            assert share[phases == 90.0] > share[0]
+    smallest = data["energy ratio at 1e-07 m with ripple 0.5"]
+    assert 60.0 < phases[smallest.argmax()] < 90.0
+    assert smallest[phases == 90.0] == pytest.approx(3.126, abs=2e-3)
+    for name, share in columns("coupled-ripple").items():
+        if name.startswith("energy"):
+            assert share[0] == pytest.approx(1.0, rel=2e-3)
+    lifted = columns("coupled-ripple")["force: ripple 1 90 deg [N]"]
+    assert np.abs(lifted).min() == 0.0
+
+
+def test_landmarks_figure() -> None:
+    data = columns("damping")
+    at = int(np.flatnonzero(data["amplitude over slip limit"] == 1.0)[0])
+    landmarks = {
+        "energy ratio A": 0.2,
+        "sliding ratio D": 0.2599,
+        "B": 0.7695,
+        "loss factor": 0.2546,
+    }
+    for name, value in landmarks.items():
+        assert data[name][at] == pytest.approx(value, abs=5e-5)
+    assert data["B"][0] == pytest.approx(2.0 / 3.0, abs=5e-3)
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+
+def test_files(tmp_path: Path) -> None:
+    progress: list[float] = []
+    summary = write(select(["19.13", "19.9"]), tmp_path, progress.append)
+    assert progress == [0.5, 1.0]
+    assert summary == json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(summary["files"])
+    assert (summary["kind"], summary["version"]) == (KIND, ms.__version__)
+    assert [figure["number"] for figure in summary["figures"]] == ["19.9", "19.13"]
+    assert [len(figure["files"]) for figure in summary["figures"]] == [2, 3]
+    assert summary["left_out"]["19.5"] == "a photograph of the sample"
+    stem = tmp_path / NUMBERS["19.13"].stem
+    root = ET.parse(f"{stem}.svg").getroot()
+    assert root.tag.endswith("svg")
+    assert Path(f"{stem}.png").read_bytes().startswith(b"\x89PNG")
+    with Path(f"{stem}.csv").open(encoding="utf-8", newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head == list(columns("19.13"))
+    back = np.array(rows, dtype=float).T
+    np.testing.assert_array_equal(back, list(columns("19.13").values()))
+
+
+def test_the_same_files_each_time(tmp_path: Path) -> None:
+    folders = [tmp_path / name for name in ("first", "second")]
+    for folder in folders:
+        folder.mkdir()
+        write(select(["19.12"]), folder)
+    for path in folders[0].iterdir():
+        assert path.read_bytes() == (folders[1] / path.name).read_bytes(), path.name
+
+
+def test_select() -> None:
+    assert select() == PLATES
+    assert [plate.number for plate in select(["19.14, 19.2", "19.2"])] == ["19.2", "19.14"]
+    for number, message in (
+        ("19.5", "figure 19.5 is left out: a photograph of the sample"),
+        ("19.99", f'no figure "19.99" (figures: {", ".join(NUMBERS)})'),
+        ("", f'no figure "" (figures: {", ".join(NUMBERS)})'),
+    ):
+        with pytest.raises(ms.InputError) as caught:
+            select([number])
+        assert str(caught.value) == message
+
+
+def test_the_page_is_in_step() -> None:
+    """docs/figures.md shows what the figures say of themselves now, and each picture is there."""
+    place = Path(__file__).parents[2] / "docs"
+    spec = importlib.util.spec_from_file_location("make_figures", place / "make_figures.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    text = (place / "figures.md").read_text(encoding="utf-8")
+    assert text == module.page(), "python docs/make_figures.py makes it again"
+    pictures = {path.name for path in (place / "images" / "chapter").iterdir()}
+    assert pictures == {f"{plate.stem}.svg" for plate in PLATES}
+
+
+# -- the command -----------------------------------------------------------------------------------
+
+
+def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    outcome = run("--only", "19.12")
+    assert outcome.exit_code == 0, outcome.output
+    assert outcome.output == (
+        "19.12  loading path of constant amplitude\n\n4 files in microslip-figures\n"
+    )
+    assert len(list(Path("microslip-figures").iterdir())) == 4
+    outcome = run("--only", "19.12")
+    assert outcome.exit_code == 2
+    assert outcome.output == (
+        "error: microslip-figures: exists; replace it with --overwrite or name another with -o\n"
+    )
+    outcome = run("--only", "19.9", "--overwrite")
+    assert outcome.exit_code == 0, outcome.output
+    names = sorted(path.name for path in Path("microslip-figures").iterdir())
+    assert names == ["19.9-single-asperity.png", "19.9-single-asperity.svg", "summary.json"]
+
+
+def test_command_refuses(tmp_path: Path) -> None:
+    outcome = run("--only", "19.99", "-o", str(tmp_path / "new"))
+    assert outcome.exit_code == 2
+    assert outcome.output.startswith('error: no figure "19.99" (figures: 19.1, ')
+    assert not (tmp_path / "new").exists()
+
+
+def test_figures_replace_no_result(tmp_path: Path) -> None:
+    folder = tmp_path / "result"
+    with staged(folder) as stage:
+        text = json.dumps({"kind": "microslip-result", "files": ["summary.json"]})
+        (stage / "summary.json").write_text(text, encoding="utf-8")
+    outcome = run("--only", "19.12", "-o", str(folder), "--overwrite")
+    assert outcome.exit_code == 2
+    assert outcome.output == (
+        f"error: {folder}: not replaced: it is no set of figures of microslip "
+        "(no summary.json of one)\n"
+    )
+    assert [path.name for path in folder.iterdir()] == ["summary.json"]

@@ -1,0 +1,170 @@
+"""The commands materials, schema and completion."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from command import STUDY, fails, run
+
+from microslip.cli import main
+from microslip.cli.shell import SHELLS
+from microslip.materials import metals
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("joint.toml").write_text(STUDY, encoding="utf-8")
+
+
+# -- lists -----------------------------------------------------------------------------------------
+
+
+def test_materials() -> None:
+    outcome = run("materials")
+    assert (outcome.exit_code, outcome.stderr) == (0, "")
+    for name, metal in metals().items():
+        stiffness = f"{metal.young_modulus / 1e9:g} GPa"
+        row = rf"\n{name} +{re.escape(stiffness)} +{metal.poisson_ratio:g} .*  (.*)\n"
+        found = re.search(row, outcome.stdout)
+        assert found, name
+        assert found[1] == metal.description
+        for source in metal.sources.values():
+            assert any(
+                source.startswith(line[5:]) for line in outcome.stdout.splitlines() if line[5:]
+            )
+    years = re.findall(r"\n  \d  .*\b((?:19|20)\d\d)(?=\n)", outcome.stdout)
+    assert len(years) >= 5, "every document with its year"
+
+
+def test_one_material() -> None:
+    outcome = run("materials", "AL2017")
+    assert outcome.exit_code == 0
+    metal = metals()["al2017"]
+    assert outcome.stdout.startswith(f"al2017: {metal.description}\n")
+    for key, shown in (
+        ("young_modulus", "69 GPa"),
+        ("poisson_ratio", "0.33"),
+        ("hardness", "1.03 GPa"),
+    ):
+        assert re.search(rf"\n  {key} +{shown}  {re.escape(metal.sources[key])}\n", outcome.stdout)
+    assert re.search(r"\n  hardness +–  not in the documents", run("materials", "steel").stdout)
+    assert (
+        fails("materials", "al2071") == "error: no metal is named 'al2071'; did you mean 'al2017'?"
+    )
+
+
+def test_materials_in_json() -> None:
+    every = json.loads(run("materials", "--json").stdout)
+    assert list(every) == list(metals())
+    for name, metal in metals().items():
+        entry = every[name]
+        for key in ("description", "young_modulus", "poisson_ratio", "hardness"):
+            assert entry[key] == getattr(metal, key)
+        assert entry["sources"] == dict(metal.sources)
+    assert json.loads(run("materials", "steel", "--json").stdout) == {"steel": every["steel"]}
+
+
+def test_schema() -> None:
+    from microslip.study.json_schema import json_schema
+
+    assert json.loads(run("schema").stdout) == json_schema()
+
+
+def test_figures_in_json() -> None:
+    outcome = run("figures", "--only", "19.1", "--json", "-o", "out")
+    assert outcome.exit_code == 0
+    assert json.loads(outcome.stdout) == json.loads(Path("out/summary.json").read_text("utf-8"))
+    assert fails("figures", "--only", "20.1").startswith('error: no figure "20.1" (figures: 19.1')
+
+
+# -- completion ------------------------------------------------------------------------------------
+
+
+def completed(*words: str) -> list[str]:
+    env = {"_MICROSLIP_COMPLETE": "bash_complete", "COMP_WORDS": shlex.join(words)}
+    env["COMP_CWORD"] = str(len(words) - 1)
+    outcome = CliRunner().invoke(main, [], prog_name="microslip", env=env)
+    assert outcome.exit_code == 0, outcome.output
+    return [line for line in outcome.stdout.splitlines() if line]
+
+
+def test_completion_of_words() -> None:
+    assert completed("microslip", "pr") == ["plain,predict"]
+    assert completed("microslip", "predict", "j", "") == []
+    assert "plain,--overwrite" in completed("microslip", "predict", "--o")
+    assert completed("microslip", "materials", "al20") == ["plain,al2017", "plain,al2024"]
+    assert completed("microslip", "new", "x.toml", "--law", "s") == ["plain,sphere"]
+    assert completed("microslip", "completion", "") == ["plain,bash", "plain,zsh", "plain,fish"]
+
+
+def test_completion_of_studies() -> None:
+    Path("sub").mkdir()
+    Path("sub/other.toml").touch()
+    Path("joint.csv").touch()
+    assert completed("microslip", "predict", "jo") == ["plain,joint.toml"]
+    assert completed("microslip", "check", "sub/") == ["plain,sub/other.toml"]
+    assert completed("microslip", "check", "su") == ["file,su"], "the shell completes folders"
+    assert completed("microslip", "check", "no/where") == ["file,no/where"]
+
+
+def test_completion_of_keys() -> None:
+    predict = ("microslip", "predict", "joint.toml", "--set")
+    assert completed(*predict, "joint.n") == ["plain,joint.normal_load="]
+    assert "plain,surface.heights.std=" in completed(*predict, "")
+    assert "plain,title=" in completed(*predict, "")
+    assert completed("microslip", "demo", "--set", "joint.f") == [
+        "plain,joint.friction_coefficient="
+    ]
+    assert completed(*predict, "joint.normal_load=") == []
+    assert completed("microslip", "check", "--set", "joint.n") == []
+    Path("joint.toml").write_text("= nonsense", encoding="utf-8")
+    assert completed(*predict, "joint.n") == []
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_completion_says_where_it_goes(shell: str) -> None:
+    outcome = run("completion", shell)
+    assert (outcome.exit_code, outcome.stderr) == (0, "")
+    assert f"{shell}_complete" in outcome.stdout
+    line, file = SHELLS[shell]
+    assert outcome.stdout.endswith(
+        f"\n# For completion in every shell, put into {file}:\n#   {line}\n"
+    )
+    if shell == "zsh":
+        assert outcome.stdout.startswith("#compdef microslip\n")
+    found = shutil.which(shell)
+    if found:
+        subprocess.run([found, "-n"], input=outcome.stdout, text=True, check=True)
+
+
+def test_completion_in_bash(tmp_path: Path) -> None:
+    bash = shutil.which("bash")
+    if bash is None or os.name == "nt":
+        pytest.skip("there is no bash")
+    command = tmp_path / "bin" / "microslip"
+    command.parent.mkdir()
+    command.write_text(
+        f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m microslip.cli "$@"\n', encoding="utf-8"
+    )
+    command.chmod(0o755)
+    script = """
+    eval "$(microslip completion bash)"
+    complete -p microslip
+    COMP_WORDS=(microslip predict jo) COMP_CWORD=2
+    _microslip_completion microslip
+    echo "${COMPREPLY[@]}"
+    """
+    env = {**os.environ, "PATH": f"{command.parent}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run([bash, "-c", script], capture_output=True, text=True, env=env, check=True)
+    assert done.stdout.splitlines()[-1] == "joint.toml"
+    assert "_microslip_completion microslip" in done.stdout

@@ -1,0 +1,233 @@
+"""The JSON Schema of studies: in step with the models, true to studies, shipped."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft7Validator
+from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, SURFACE, SURFACES, edited
+
+import microslip as ms
+from microslip.materials import metals
+from microslip.study.json_schema import json_schema
+
+ROOT = Path(__file__).parents[2]
+LINE = f"amplitudes = {AMPLITUDES}"
+SCHEMA = json_schema()
+VALIDATOR = Draft7Validator(SCHEMA)
+
+
+def shown_studies() -> Iterator[Any]:
+    """Studies of the examples and of the documentation; parts replace tables of the first."""
+    for path in sorted((ROOT / "examples").glob("*.toml")):
+        yield pytest.param(tomllib.loads(path.read_text(encoding="utf-8")), id=path.name)
+    for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+        text = page.read_text(encoding="utf-8")
+        first: dict[str, Any] = {}
+        for count, block in enumerate(re.findall(r"(?ms)^```toml\n(.*?)^```", text)):
+            data = tomllib.loads(block)
+            first = first or data
+            yield pytest.param({**first, **data}, id=f"{page.name}-{count}")
+
+
+def test_it_is_a_schema() -> None:
+    Draft7Validator.check_schema(SCHEMA)
+    assert SCHEMA["$schema"].startswith("http://json-schema.org/draft-07/")
+
+
+def test_the_shipped_file_is_in_step() -> None:
+    shipped = files("microslip.study").joinpath("study.schema.json").read_text(encoding="utf-8")
+    assert json.loads(shipped) == SCHEMA, (
+        "run python -m microslip.study.json_schema > src/microslip/study/study.schema.json"
+    )
+    command = [sys.executable, "-m", "microslip.study.json_schema"]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert printed == shipped
+
+
+@pytest.mark.parametrize("study", list(shown_studies()))
+def test_every_study_that_is_shown_is_valid(study: dict[str, Any]) -> None:
+    VALIDATOR.validate(study)
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_every_law_and_kind_is_valid(name: str) -> None:
+    VALIDATOR.validate(tomllib.loads(edited((SURFACE, SURFACES[name]))))
+
+
+OSCILLATOR = '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N/m"\n'
+VALID = [
+    (LOADS, '"2 kN"'),
+    (LOADS, '"2kN"'),
+    (LOADS, '".5 kN"'),
+    (LOADS, '"1_000 N"'),
+    (LOADS, '"+1e3 N"'),
+    ('"1 mm"', '"1 µm"'),
+    ('"1 mm"', '"1 in"'),
+    ('"2 cm^2"', '"2 cm²"'),
+    ('"100 1/mm^2"', '"100 mm⁻²"'),
+    ('"100 1/mm^2"', '"100 /mm^2"'),
+    ('"100 1/mm^2"', '"100/mm^2"'),
+    ('"69 GPa"', '"69000 N/mm^2"'),
+    (MATERIAL, MATERIAL + "[material.anvil]\nrigid = true\n"),
+    (MATERIAL, MATERIAL + "[material.steel]\n"),
+    (MATERIAL, MATERIAL + "[material.steel]\nrigid = true\n"),
+    (MATERIAL, MATERIAL + '[material.steel]\nyoung_modulus = "205 GPa"\n'),
+    (GAUSSIAN, '{ kind = "gaussian", std = "1 um", mean = "-1 um" }'),
+    (GAUSSIAN, '{ kind = "gaussian", std = "1 um", mean = "\N{MINUS SIGN}1 um" }'),
+    (GAUSSIAN, '{ kind = "scipy", distribution = "norm", location = "-1 um", scale = "1 um" }'),
+    (LINE, 'force_amplitudes = ["50 N"]'),
+    ("[output]", f"{OSCILLATOR}[output]"),
+    ("[output]", f"{OSCILLATOR}viscous_damping_ratio = 0\n[output]"),
+    ('["csv"]', '["netcdf", "png"]\nreport = false'),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), VALID)
+def test_what_is_read_is_valid(old: str, new: str) -> None:
+    text = edited((old, new))
+    ms.Study.from_toml(text)
+    VALIDATOR.validate(tomllib.loads(text))
+
+
+COLUMNS = [
+    (LINE, 'history = { file = "x.csv", column = "x", unit = "um", quantity = "displacement" }'),
+    (GAUSSIAN, '{ kind = "values", file = "x.csv", column = "x" }'),
+    (
+        SURFACE,
+        'law = "population"\nheights = { kind = "values", values = ["1 um", "2 um", "3 um"] }\n'
+        'radius = { file = "x.csv", column = "r" }\n',
+    ),
+    (
+        SURFACE,
+        'law = "table"\nseparation = { file = "x.csv", column = "d" }\n'
+        'load = { file = "x.csv", column = "N" }\n',
+    ),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), COLUMNS)
+def test_columns_are_valid(old: str, new: str, tmp_path: Path) -> None:
+    text = edited((old, new))
+    (tmp_path / "x.csv").write_text("x [um],r [mm],d [um],N [kN]\n0,1,0,4\n1,1,1,1\n2,1,2,0\n")
+    ms.Study.from_toml(text, folder=tmp_path)
+    VALIDATOR.validate(tomllib.loads(text))
+
+
+GROSS = [
+    ("schema = 1\n", ""),
+    ("schema = 1", "schema = 2"),
+    ("schema = 1", 'schema = "1"'),
+    ('title = "A joint"', "title = 3"),
+    ('title = "A joint"', 'titel = "A joint"'),
+    ("[joint]", "[joints]"),
+    ("[joint]", "[[joint]]"),
+    ("0.33", "0.7"),
+    ("0.33", '"0.33"'),
+    ("0.55", "0"),
+    ("0.55", "-0.55"),
+    ('"69 GPa"', "69e9"),
+    ('"69 GPa"', '"69"'),
+    ('"69 GPa"', '"GPa"'),
+    ('"69 GPa"', '"-69 GPa"'),
+    ('"69 GPa"', '"69,5 GPa"'),
+    ('"69 GPa"', '"69 000 MPa"'),
+    ('young_modulus = "69 GPa"\n', ""),
+    ("young_modulus", "youngs_modulus"),
+    (MATERIAL, MATERIAL + '[material.anvil]\nrigid = true\nhardness = "1 GPa"\n'),
+    (MATERIAL, MATERIAL + '[material.steel]\nstiffness = "1 GPa"\n'),
+    ('["al", "al"]', '["al"]'),
+    ('["al", "al"]', '"al"'),
+    ('"greenwood-williamson"', '"greenwood"'),
+    ('"greenwood-williamson"', '"sphere"'),
+    ("radius =", "raduis ="),
+    ('radius = "1 mm"\n', ""),
+    ('"gaussian"', '"gauss"'),
+    ("std =", "scale ="),
+    (GAUSSIAN, '"0.5 um"'),
+    (GAUSSIAN, '{ kind = "values" }'),
+    (GAUSSIAN, '{ kind = "values", values = [] }'),
+    (GAUSSIAN, '{ kind = "values", values = [1e-6] }'),
+    (GAUSSIAN, '{ kind = "values", file = "x.csv" }'),
+    (GAUSSIAN, '{ kind = "values", values = ["1 um"], file = "x.csv", column = "x" }'),
+    (GAUSSIAN, '{ kind = "scipy", scale = "1 um" }'),
+    (GAUSSIAN, '{ kind = "scipy", distribution = "expon", parameters = { c = "2" } }'),
+    (LOADS, "[]"),
+    (LOADS, "2000"),
+    (LOADS, '["2 kN", 500]'),
+    (AMPLITUDES, '"1 um"'),
+    (LINE, LINE + '\nforce_amplitudes = ["50 N"]'),
+    (LINE, 'history = "x.csv"'),
+    (LINE, 'history = { file = "x.csv" }'),
+    (LINE, 'history = { file = "x.csv", column = "x", quantity = "velocity" }'),
+    ("points = 20", "points = 1"),
+    ("points = 20", "points = 20.5"),
+    ('from = "1 nm", ', ""),
+    ('["csv"]', '["pdf"]'),
+    ('["csv"]', '"csv"'),
+    ('["csv"]', '["csv"]\nreport = "yes"'),
+    ("[output]", '[oscillator]\nmass = "2 kg"\n[output]'),
+    ("[output]", f"{OSCILLATOR}viscous_damping_ratio = 1\n[output]"),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), GROSS)
+def test_gross_mistakes_are_not_valid(old: str, new: str) -> None:
+    text = edited((old, new))
+    assert not VALIDATOR.is_valid(tomllib.loads(text))
+    with pytest.raises(ms.StudyError):
+        ms.Study.from_toml(text)
+
+
+def keys(schema: dict[str, Any], path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+    """Every key of every table, with its schema."""
+    for name, inner in schema.get("properties", {}).items():
+        yield f"{path}.{name}", inner
+        yield from keys(inner, f"{path}.{name}")
+    for word in ("oneOf", "anyOf"):
+        for choice in schema.get(word, ()):
+            yield from keys(choice, path)
+    if isinstance(schema.get("additionalProperties"), dict):
+        yield from keys(schema["additionalProperties"], f"{path}.NAME")
+
+
+def test_every_key_is_explained_to_an_editor() -> None:
+    found = dict(keys(SCHEMA))
+    assert len(found) > 40
+    for path, schema in found.items():
+        assert schema["title"], path
+        assert schema["description"].endswith("."), path
+        if schema.get("type") == "string":
+            assert schema.keys() & {"examples", "enum"} or path == ".title", path
+        for example in schema.get("examples", ()):
+            Draft7Validator(schema).validate(example)
+        if "default" in schema:
+            Draft7Validator(schema).validate(schema["default"])
+
+
+def test_metals_of_the_table_are_offered() -> None:
+    offered = SCHEMA["properties"]["material"]["properties"]
+    assert list(offered) == list(metals())
+    assert all(metals()[name].description in offered[name]["description"] for name in offered)
+
+
+def test_laws_and_kinds_are_named() -> None:
+    surfaces = SCHEMA["properties"]["surface"]["oneOf"]
+    assert [surface["title"] for surface in surfaces] == [
+        *("greenwood-williamson", "population", "sphere", "table")
+    ]
+    heights = surfaces[0]["properties"]["heights"]["oneOf"]
+    assert [kind["title"] for kind in heights] == ["gaussian", "exponential", "values", "scipy"]
+
+
+def test_it_holds_no_references() -> None:
+    assert "$ref" not in json.dumps(SCHEMA)

@@ -1,0 +1,228 @@
+"""A run that is killed, at any line of its work or at any moment: old result, new one, or none."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from studies import STUDY
+
+import microslip as ms
+from microslip.study.filesystem import _rename
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="there is no such kill here")
+
+# Runs in a process of its own: writes a result once for each line of the two modules, and is killed
+# at that line. Prints what is there then, and after a next run.
+AT_EVERY_LINE = r"""
+import json, os, signal, sys
+from pathlib import Path
+
+from microslip.errors import StudyError
+from microslip.study import filesystem, folder
+
+scene = sys.argv[1]
+home = Path(sys.argv[2])
+if "renames" in scene:
+    filesystem._rename = lambda: None
+target = home / ("a/b/result" if "deep" in scene else "result")
+WATCHED = {filesystem.__file__, folder.__file__}
+
+
+def save(text, overwrite=True):
+    with folder.staged(target, overwrite) as stage:
+        names = ["summary.json", "one.csv", "two.csv"]
+        for name in names:
+            summary = {"kind": folder.KIND, "files": names, "text": text}
+            (stage / name).write_text(json.dumps(summary))
+
+
+def state():
+    if not target.exists():
+        return None
+    files = sorted(target.iterdir())
+    texts = {json.loads(file.read_text())["text"] for file in files}
+    return [len(files), *sorted(texts)]
+
+
+def hidden():
+    return sorted(path.suffix for path in target.parent.glob(".result.*")) + sorted(
+        path.suffix for path in home.glob(".result.*") if home != target.parent
+    )
+
+
+def killed_at(line):
+    child = os.fork()
+    if child == 0:
+        seen = 0
+
+        def trace(frame, event, argument):
+            nonlocal seen
+            if frame.f_code.co_filename in WATCHED and event == "line":
+                seen += 1
+                if seen == line:
+                    os.kill(os.getpid(), signal.SIGKILL)
+            return trace
+
+        sys.settrace(trace)
+        save("new")
+        os._exit(0)
+    return os.WIFSIGNALED(os.waitpid(child, 0)[1])
+
+
+def clear():
+    for path in sorted(home.rglob("*"), reverse=True):
+        path.rmdir() if path.is_dir() else path.unlink()
+
+
+line, lived = 0, False
+while not lived:
+    line += 1
+    clear()
+    if "old" in scene:
+        save("old")
+    lived = not killed_at(line)
+    there, left, refused = state(), hidden(), False
+    try:
+        save("late", overwrite=False)
+    except StudyError:
+        refused = True
+    looked = state()
+    save("last")
+    found = [there, left, refused, looked, state(), hidden()]
+    print(json.dumps(found))
+"""
+OLD, NEW, LATE, LAST = ([3, word] for word in ("old", "new", "late", "last"))
+SWAPS = _rename() is not None
+
+
+def killed_at_every_line(scene: str, home: Path) -> list[list[Any]]:
+    home.mkdir()
+    done = subprocess.run(
+        [sys.executable, "-c", AT_EVERY_LINE, scene, str(home)],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+@pytest.mark.parametrize("scene", ["swap old", "swap", "swap deep", "renames old", "renames"])
+def test_killed_at_any_line_of_writing(scene: str, tmp_path: Path) -> None:
+    found = killed_at_every_line(scene, tmp_path / "home")
+    assert len(found) > 100
+    states = [there for there, *_ in found]
+    whole = [OLD, NEW] if "old" in scene else [None, NEW]
+    gap = [None] if scene == "renames old" else []
+    for there, left, refused, looked, last, kept in found:
+        assert there in whole + gap
+        # The next run refuses what is there, and brings back what was between two renames.
+        assert refused == (there is not None or bool(gap))
+        assert looked == (LATE if not refused else there or OLD)
+        assert last == LAST
+        # It removes what was left but for what the user may still want.
+        wanted = [".old"] if left == [".old"] and there == NEW else []
+        if kept != wanted:
+            # It no longer looks further up, once the folders above are made.
+            assert scene == "swap deep"
+            assert kept == left == [".tmp"]
+            assert there is None
+    first = states.index(NEW)
+    assert all(there == NEW for there in states[first:])
+    assert all(there != NEW for there in states[:first])
+    if scene == "renames old":
+        assert None in states
+    if scene == "swap deep":
+        assert sum(kept != [] for *_, kept in found) < 0.1 * len(found)
+    # The kills did hit the moments in which something is left.
+    assert any(left for _, left, *_ in found)
+
+
+# -- the command ----------------------------------------------------------------------------------
+
+
+def snapshot(folder: Path) -> dict[str, bytes] | None:
+    if not folder.exists():
+        return None
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+class Command:
+    """Two studies that take turns in one place, and the whole result of each."""
+
+    def __init__(self, home: Path, output: str) -> None:
+        self.home, self.target = home, home / "joint-result"
+        self.whole = {}
+        for title in ("A joint", "Another"):
+            text = STUDY.replace("A joint", title).replace('formats = ["csv"]\n', output)
+            (home / f"{title}.toml").write_text(text, encoding="utf-8")
+            ms.Study.load(home / f"{title}.toml").run().save(home / "whole")
+            self.whole[title] = snapshot(home / "whole")
+            for path in (home / "whole").iterdir():
+                path.unlink()
+            (home / "whole").rmdir()
+
+    def start(self, title: str) -> subprocess.Popen[bytes]:
+        program = [sys.executable, "-m", "microslip.cli", "predict", f"{title}.toml"]
+        return subprocess.Popen(
+            [*program, "-o", self.target.name, "--overwrite"],
+            cwd=self.home,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+        )
+
+    def finish(self, title: str) -> float:
+        """Run to the end; how long it took [s]."""
+        begin = time.monotonic()
+        process = self.start(title)
+        error = process.communicate(timeout=300)[1]
+        assert process.returncode == 0, error.decode()
+        assert snapshot(self.target) == self.whole[title]
+        return time.monotonic() - begin
+
+    def kill(self, count: int, seed: int) -> int:
+        """Kill so many runs somewhere; how many were killed before they were done."""
+        moments = random.Random(seed)
+        titles = list(self.whole)
+        last = max(self.finish(title) for title in titles)
+        old, killed = titles[1], 0
+        for _ in range(count):
+            new = titles[1 - titles.index(old)]
+            process = self.start(new)
+            # Half of them late, where files are written and folders change places.
+            time.sleep(last * max(moments.uniform(0.1, 1.0), moments.uniform(0.1, 1.0)))
+            process.send_signal(signal.SIGKILL)
+            process.communicate(timeout=60)
+            killed += process.returncode == -signal.SIGKILL
+            found = snapshot(self.target)
+            if found is None and not SWAPS:
+                self.finish(old)
+                continue
+            assert found in list(self.whole.values())
+            old = next(title for title in titles if self.whole[title] == found)
+        self.finish(old)
+        assert sorted(path.name for path in self.home.iterdir()) == sorted(
+            [*(f"{title}.toml" for title in titles), self.target.name]
+        )
+        return killed
+
+
+def test_killed_at_random_moments(tmp_path: Path) -> None:
+    command = Command(tmp_path, 'formats = ["csv", "netcdf"]\nreport = false\n')
+    # How many runs are done before the kill is a matter of the machine; what is left is not.
+    assert command.kill(12, seed=1) >= 1
+
+
+@pytest.mark.slow
+def test_killed_at_many_random_moments_with_all_files(tmp_path: Path) -> None:
+    command = Command(tmp_path, "report = true\n")
+    assert command.kill(40, seed=2) >= 4

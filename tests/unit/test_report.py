@@ -1,0 +1,510 @@
+"""The report: a page that is whole, safe, small, and says what the result says."""
+
+from __future__ import annotations
+
+import base64
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, SURFACE, SURFACES, edited
+
+import microslip as ms
+from microslip.study import figures, report, schema, surfaces
+from microslip.study import report_tables as tables
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "al2017.toml"
+OSCILLATOR = '[oscillator]\nmass = "2 kg"\nstiffness = "100 MN/m"\nviscous_damping_ratio = 0.001\n'
+VOID = {"meta", "img", "br", "hr", "input", "link"}
+ATTACK = """<script>alert(1)</script> & "x" ' </title><img src=x onerror=alert(2)> --> {{ 7*7 }}"""
+
+
+class Page(HTMLParser):
+    """What is on a page; raises where a tag is not closed where it was opened."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.words: dict[str, str] = {}
+        self.cells: list[list[list[str]]] = []
+        self.feed(text)
+        self.close()
+        assert not self.open, f"left open: {self.open}"
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        names = [name for name, _ in attrs]
+        assert len(set(names)) == len(names), f"an attribute twice in {tag}"
+        self.tags.append((tag, dict(attrs)))
+        if tag == "table":
+            self.cells.append([])
+        elif tag == "tr":
+            self.cells[-1].append([])
+        elif tag in ("td", "th"):
+            self.cells[-1][-1].append("")
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open and self.open[-1] == tag, f"</{tag}> in {self.open}"  # noqa: PT018
+        self.open.pop()
+
+    def handle_data(self, data: str) -> None:
+        for tag in set(self.open):
+            self.words[tag] = self.words.get(tag, "") + data
+        if self.open and {"td", "th"} & set(self.open):
+            self.cells[-1][-1][-1] += data
+
+    def table(self, head: str) -> list[list[str]]:
+        """The table whose second column has this head."""
+        return next(rows for rows in self.cells if len(rows[0]) > 1 and rows[0][1] == head)
+
+
+@pytest.fixture
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Empty pictures, where a test does not look at them: drawing is what takes the time."""
+    monkeypatch.setattr(figures, "picture", lambda *_: b"<svg></svg>")
+
+
+def study(*edits: tuple[str, str], folder: Path = Path()) -> ms.Study:
+    return ms.Study.from_toml(edited(*edits), folder=folder)
+
+
+def page(*edits: tuple[str, str], folder: Path = Path()) -> Page:
+    return Page(report.page(study(*edits, folder=folder).run()))
+
+
+# -- the page -----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def demo() -> ms.Result:
+    return ms.Study.load(EXAMPLE).run()
+
+
+@pytest.fixture(scope="module")
+def text(demo: ms.Result, tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    shares: list[float] = []
+    report.write(demo, path, shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    return path.read_text("utf-8")
+
+
+def test_the_page_is_whole_and_mails_well(text: str) -> None:
+    found = Page(text)
+    assert text.startswith("<!DOCTYPE html>")
+    assert text.count("<!DOCTYPE") == 1
+    assert len(text) < 1_000_000
+    tags = [tag for tag, _ in found.tags]
+    assert tags.count("html") == tags.count("head") == tags.count("body") == tags.count("main") == 1
+    assert tags.count("title") == tags.count("h1") == 1
+    assert ("meta", {"charset": "utf-8"}) in found.tags
+    assert any(attrs.get("name") == "viewport" for tag, attrs in found.tags if tag == "meta")
+    assert "@media print" in text
+
+
+def test_the_page_fetches_nothing_and_runs_nothing(text: str) -> None:
+    found = Page(text)
+    forbidden = {"script", "link", "iframe", "object", "embed", "form", "base"}
+    assert not forbidden & {tag for tag, _ in found.tags}
+    for tag, attrs in found.tags:
+        assert not any(name.startswith("on") for name in attrs), tag
+        for name in ("src", "href", "srcset", "action", "data"):
+            target = attrs.get(name) or ""
+            allowed = ("data:image/", "#") if tag != "a" else ("#", "https://doi.org/10.")
+            assert not target or target.startswith(allowed), target
+    assert "url(" not in text
+    assert "@import" not in text
+
+
+def test_names_on_the_page_are_unique_and_links_lead_somewhere(text: str) -> None:
+    found = Page(text)
+    names = [attrs["id"] for _, attrs in found.tags if "id" in attrs]
+    assert len(set(names)) == len(names)
+    links = [(attrs.get("href") or "")[1:] for tag, attrs in found.tags if tag == "a"]
+    assert {link for link in links if "/" not in link} <= set(names)
+
+
+def test_every_figure_is_on_the_page(text: str, demo: ms.Result) -> None:
+    images = [attrs for tag, attrs in Page(text).tags if tag == "img"]
+    assert len(images) == len(figures.names(demo)) == text.count("<figcaption>")
+    for attrs in images:
+        kind, data = (attrs["src"] or "").split(",")
+        assert kind == "data:image/svg+xml;base64"
+        root = ET.fromstring(base64.b64decode(data, validate=True))
+        paths = list(root.iter("{http://www.w3.org/2000/svg}path"))
+        assert len(paths) > 50
+        assert len(attrs["alt"] or "") > 20
+    assert set(report._CAPTIONS) == set(figures.DRAW)
+
+
+def test_a_figure_on_the_page_is_the_file_but_for_what_is_not_seen(demo: ms.Result) -> None:
+    svg = figures.picture(demo, "backbone", "svg")
+    packed = report._packed(svg)
+    assert len(packed) < 0.9 * len(svg)
+    tag = "{http://www.w3.org/2000/svg}"
+    for name in ("path", "use", "clipPath", "rect"):
+        before, after = (
+            [dict(node.attrib) for node in ET.fromstring(data).iter(tag + name)]
+            for data in (svg, packed)
+        )
+        assert before == after
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_large_figure_is_a_picture(demo: ms.Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    large = b"<svg>" + b"x" * report.LARGEST_SVG + b"</svg>"
+    for png, kind in ((b"small", "image/png"), (2 * large, "image/svg+xml")):
+        data = {"svg": large, "png": png}
+        monkeypatch.setattr(figures, "picture", lambda *args, data=data: data[args[2]])
+        assert report._source(demo, "loops").startswith(f"data:{kind};base64,")
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_same_result_gives_the_same_page(demo: ms.Result) -> None:
+    assert report.page(demo) == report.page(ms.Study.load(EXAMPLE).run())
+
+
+def test_a_page_that_cannot_be_written_is_an_oserror(
+    demo: ms.Result, tmp_path: Path, plain: None
+) -> None:
+    with pytest.raises(FileNotFoundError):
+        report.write(demo, tmp_path / "nowhere" / "report.html")
+
+
+def test_the_template_engine_loads_with_the_first_page() -> None:
+    code = "import sys, microslip.study.report; print('jinja2' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout.strip() == "False", done.stderr
+
+
+# -- what others wrote --------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("plain")
+def test_what_is_written_in_a_study_is_text_and_nothing_else() -> None:
+    import json
+
+    name = '<b onclick="x()">&amp;'
+    found = page(
+        ('"A joint"', json.dumps(ATTACK)),
+        ('["al", "al"]', json.dumps([name, "al"])),
+        ("[surface]", f"[material.{json.dumps(name)}]\nrigid = true\n# </pre><script>\n[surface]"),
+    )
+    assert found.words["h1"] == ATTACK
+    assert found.words["title"] == f"{ATTACK} – microslip"
+    assert f"Material {name}" in found.words["table"]
+    assert f"{name} on al" in found.words["table"]
+    assert "# </pre><script>" in found.words["pre"]
+    tags = [tag for tag, _ in found.tags]
+    assert "script" not in tags
+    assert "b" not in tags
+    assert tags.count("img") == tags.count("figure")
+
+
+@pytest.mark.usefixtures("plain")
+def test_any_script_is_shown() -> None:
+    title = "Füge µ – 漢字 ∑ ☃ 𝔘 عربى"
+    found = page(('"A joint"', f'"{title}"'))
+    assert found.words["h1"] == title
+    assert "the figures have no letters for 漢字" in found.words["li"]
+
+
+# -- numbers ------------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_tables_say_what_the_joint_says(demo: ms.Result) -> None:
+    found = Page(report.page(demo))
+    head, *rows = found.table("Contacts")
+    assert head == ["Load", "Contacts", "Real area", "kₙ", "kₜ", "μN", "Slip scale", "h"]
+    # The project's worked numbers, computed independently with 30 digits.
+    assert rows[1] == [
+        *("2 kN", "5700", "2.79 %", "7.10 GN/m", "5.70 GN/m", "1.10 kN", "343 nm", "0.568")
+    ]
+    assert rows[2][-1] == "−0.005"
+    head, *rows = found.table("Amplitude")
+    assert len(rows) == 12
+    joint = demo.joints[1]
+    assert rows[5] == [
+        *("2 kN", "300 nm", f"{joint.backbone(3e-7):.1f} N"),
+        f"{joint.backbone(3e-7) / joint.force_limit:.3f}",
+        f"{1e6 * joint.dissipated_energy(3e-7):.0f} µJ",
+        f"{joint.loss_factor(3e-7):.3f}",
+        f"{joint.damping_ratio(3e-7):.3f}",
+        f"{joint.secant_stiffness(3e-7) / 1e9:.2f} GN/m",
+        f"{joint.dissipation_exponent(3e-7):.2f}",
+        f"{100.0 * joint.stick_area(3e-7) / joint.contact_area:.1f} %",
+    ]
+    assert rows[7][3] == "1.000"
+    assert rows[7][-1] == "<0.01 %"
+
+
+@pytest.mark.usefixtures("plain")
+def test_what_is_not_known_has_no_column() -> None:
+    found = page((SURFACE, SURFACES["table"]), (LOADS, '"50 N"'))
+    assert found.table("kₙ")[0] == ["Load", "kₙ", "kₜ", "μN", "Slip scale"]
+    assert "Sticking share" not in found.table("Amplitude")[0]
+    assert "sticking share" not in found.words["p"]
+
+
+@pytest.mark.usefixtures("plain")
+def test_force_amplitudes_come_first_where_they_were_chosen() -> None:
+    found = page((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N", "100 N"]'))
+    head, *rows = found.table("Force amplitude")
+    assert head[:3] == ["Load", "Force amplitude", "Amplitude"]
+    assert [row[1] for row in rows] == ["50 N", "100 N"] * 2
+    assert "cycled at 2 force amplitudes, 50 N to 100 N." in found.words["p"]
+
+
+@pytest.mark.usefixtures("plain")
+def test_history_and_oscillator_have_their_tables(tmp_path: Path) -> None:
+    (tmp_path / "record.csv").write_text("x [um]\n0\n1\n-1\n0.5\n")
+    history = 'history = { file = "record.csv", column = "x" }'
+    edits = (
+        ("[excitation]", f"[excitation]\n{history}"),
+        ("[output]", f"{OSCILLATOR}\n[output]"),
+    )
+    result = study(*edits, folder=tmp_path).run()
+    found = Page(report.page(result))
+    row = found.table("Largest displacement")[1]
+    assert row[:2] == ["500 N", "1.00 µm"]
+    energy = result.histories[0].dissipated_energy[-1]
+    assert row[3] == f"{1e6 * energy:.0f} µJ"
+    rows = next(rows for rows in found.cells if "ζ of the mode" in rows[0])[1:]
+    joint = result.joints[0]
+    mode = ms.Oscillator(2.0, 1e8, joint, viscous_damping_ratio=0.001)
+    assert rows[0][2] == f"{mode.frequency(1e-7) / 1e3:.4f} kHz"
+    shift = mode.frequency(1e-7) / mode.frequency(0.0) - 1.0
+    assert rows[0][3] == f"−{-100.0 * shift:.1f} %"
+    assert rows[0][4:] == [f"{mode.damping_ratio(1e-7):.4f}", f"{joint.damping_ratio(1e-7):.4f}"]
+    assert "along a history of 4 samples, and in an oscillator." in found.words["p"]
+    assert '4 displacements, column "x" of record.csv' in found.words["td"]
+    assert 'excitation.history: 4 values from record.csv, column "x [um]"' in found.words["li"]
+    assert "of all else, at the amplitude" in found.words["p"]
+
+
+@pytest.mark.usefixtures("plain")
+def test_long_tables_say_what_they_leave_out() -> None:
+    loads = str([f"{i} N" for i in range(1, 101)]).replace("'", '"')
+    amplitudes = str([f"{i} um" for i in range(1, 20)]).replace("'", '"')
+    found = page((LOADS, loads), (AMPLITUDES, amplitudes))
+    joints, cycles = found.table("Contacts")[1:], found.table("Amplitude")[1:]
+    assert len(joints) == tables.MOST_JOINTS
+    assert (joints[0][0], joints[-1][0]) == ("1 N", "100 N")
+    assert len(cycles) <= tables.MOST_CYCLES
+    assert (cycles[0][:2], cycles[-1][:2]) == (["1 N", "1 µm"], ["100 N", "19 µm"])
+    left = 100 - len(joints), 1900 - len(cycles)
+    for count in left:
+        assert f"{count} more rows: all are in summary.json." in found.words["p"]
+    assert "100 values, 1 N to 100 N" in found.words["td"]
+
+
+# -- validity -----------------------------------------------------------------------------------
+
+
+def test_the_verdict_comes_first(text: str) -> None:
+    found = Page(text)
+    verdict = text[text.index('<div class="verdict') : text.index("</div>")]
+    assert verdict.startswith('<div class="verdict watch">')
+    assert "Read with care:" in verdict
+    assert "plasticity index 0.721 (ok up to 0.6): watch" in verdict
+    assert text.index("verdict watch") < text.index("<h2>")
+    rows = found.table("What is judged")[1:]
+    assert [row[1:4] for row in rows] == [
+        ["plasticity index", "0.721", "up to 0.6"],
+        ["density × radius × std", "0.0500", "up to 0.1"],
+        ["real over apparent area", "0.780 % to 6.31 %", "up to 10 %"],
+        ["contact radius over summit spacing", "0.154 to 0.200", "up to 0.25"],
+        ["contacts", "2081 to 10041", "from 30"],
+    ]
+    assert rows[0][0] == "! watch"
+    assert {row[0] for row in rows[1:]} == {"✓ ok"}
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_worst_verdict_counts_and_its_loads_are_named() -> None:
+    found = page((LOADS, '["1 mN", "500 N", "50 kN", "200 kN"]'))
+    assert "✗ Outside the model’s range:" in found.words["strong"]
+    for words in (
+        "real over apparent area 6.90e-07 % to 105 % (ok up to 10 %) at 50 kN and 200 kN: outside",
+        "contact radius over summit spacing",
+        "at 200 kN: outside",
+        "(ok from 30) at 1 mN: outside",
+    ):
+        assert re.sub(r"[\d.]+e-\d+", "#", words) in re.sub(r"[\d.]+e-\d+", "#", found.words["li"])
+
+
+@pytest.mark.usefixtures("plain")
+def test_no_doubts_and_no_limits_are_said_as_well() -> None:
+    assert "✓ All assumptions of the model hold." in page().words["strong"]
+    unknown = page((SURFACE, SURFACES["sphere"]), (LOADS, '"50 N"'))
+    assert "? No limits are known for this law" in unknown.words["strong"]
+    assert "No limits are known for this law." in unknown.words["p"]
+
+
+def test_many_loads_are_counted() -> None:
+    loads = [f"{i} N" for i in range(1, 6)]
+    assert tables._listed(loads[:1]) == "at 1 N"
+    assert tables._listed(loads[:3]) == "at 1 N, 2 N and 3 N"
+    assert tables._listed(loads) == "at 5 loads, 1 N to 5 N"
+
+
+# -- study --------------------------------------------------------------------------------------
+
+
+def parts(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    yield model
+    for field in model.model_fields.values():
+        for found in models(field.annotation):
+            yield from parts(found)
+
+
+def models(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for inner in getattr(annotation, "__args__", ()):
+        yield from models(inner)
+
+
+@pytest.mark.parametrize(
+    "model",
+    {
+        *(p for name in ("surface", "joint", "excitation", "oscillator", "material")
+          for m in models(schema.Study.model_fields[name].annotation) for p in parts(m)),
+    },
+    ids=lambda model: model.__name__,
+)  # fmt: skip
+def test_every_key_of_a_study_has_its_words(model: type[BaseModel]) -> None:
+    for key in model.model_fields:
+        assert key in tables._KEYS or key in (*tables._ELSEWHERE, "curve", "history", "quantity")
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("name", SURFACES)
+def test_every_surface_has_a_page_with_its_law(name: str) -> None:
+    found = page((SURFACE, SURFACES[name]), (LOADS, '"50 N"'))
+    law = re.search(r'law = "([\w-]+)"', SURFACES[name])
+    assert law
+    assert tables._LAWS[law[1]] in found.words["td"]
+    equations = found.words["span"]
+    numbers = {
+        "greenwood-williamson": "(19.8)",
+        "population": "(19.3), (19.27)",
+        "sphere": "(19.3)",
+        "table": "",
+    }
+    assert f"(19.12){numbers[law[1]]}(19.15)" in equations
+    assert ("is the table of the study" in found.words["p"]) == (law[1] == "table")
+    assert ("(19.7), (19.9)" in equations) == (law[1] != "table")
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_study_is_there_in_words_and_as_a_file(demo: ms.Result) -> None:
+    found = Page(report.page(demo))
+    rows = {row[0]: row[1] for rows in found.cells for row in rows if len(row) == 2}
+    assert rows["Young’s modulus"] == "69 GPa"
+    assert rows["Summits per apparent area"] == "100 per mm²"
+    assert rows["Apparent area"] == "2 cm²"
+    assert rows["Normal load"] == "500 N, 2 kN, 5 kN"
+    assert rows["Amplitudes of the curves"] == "1 nm to 100 µm, 200 points"
+    assert rows["Friction coefficient μ"] == "0.55"
+    assert found.words["pre"] == demo.study.text
+
+
+@pytest.mark.usefixtures("plain")
+def test_where_values_are_from_is_noted() -> None:
+    found = page((MATERIAL, ""), ('["al", "al"]', '["steel", "steel"]'))
+    result = study((MATERIAL, ""), ('["al", "al"]', '["steel", "steel"]'))
+    assert result.notes
+    for note in result.notes:
+        assert note in found.words["li"]
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_long_study_is_cut() -> None:
+    values = ", ".join(f'"{i} nm"' for i in np.random.default_rng(0).integers(1, 999, 5000))
+    found = page((GAUSSIAN, f'{{ kind = "values", values = [{values}] }}'))
+    assert len(found.words["pre"]) == report.MOST_TEXT + 1
+    assert found.words["pre"].endswith("…")
+    assert "The rest is in study.toml." in found.words["p"]
+    assert "5000 values, 1 nm to 998 nm" in found.words["td"]
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (5e-7, "m", "500 nm"), (2e-4, "m²", "2 cm²"), (1e-15, "m²", "0.001 µm²"),
+        (3e-6, "m²", "3 mm²"), (1e8, "1/m²", "100 per mm²"), (20.0, "1/m²", "20 per m²"),
+        (0.33, "", "0.33"), ("exponential", "", "exponential"),
+        ({"c": 2.0, "a": 1.5}, "", "c = 2, a = 1.5"), ({}, "", "none"),
+        ((1.0, 2.0), "N", "1 N, 2 N"), (tuple(range(1, 12)), "N", "11 values, 1 N to 11 N"),
+    ],
+)  # fmt: skip
+def test_quantities_are_written_for_readers(value: Any, unit: str, text: str) -> None:
+    assert tables.quantity(value, unit) == text
+
+
+# -- equations, provenance ----------------------------------------------------------------------
+
+
+def test_equations_are_well_formed_mathml(text: str) -> None:
+    formulas = re.findall(r"<math.*?</math>", text, flags=re.DOTALL)
+    assert len(formulas) > 20
+    arity = {"mfrac": 2, "msub": 2, "msup": 2, "msubsup": 3, "munder": 2}
+    core = {"math", "mrow", "mi", "mn", "mo", "mtext", "mspace", "msqrt", *arity}
+    for formula in formulas:
+        for node in ET.fromstring(formula).iter():
+            assert node.tag in core
+            assert len(node) == arity.get(node.tag, len(node)), formula
+            if node.tag in ("mi", "mn", "mo", "mtext"):
+                assert not len(node)
+                assert (node.text or "").strip()
+
+
+def test_the_ratios_are_told_apart(text: str) -> None:
+    found = Page(text)
+    words = " ".join(found.words["p"].split())
+    assert "Loss factor, which (19.30) calls the damping ratio ξ" in words
+    assert "A mode of a structure is not damped by ζ" in words
+    assert "Loss factor and damping ratio are the interface’s own, not a mode’s" in words
+
+
+def test_provenance_and_files(text: str, demo: ms.Result) -> None:
+    found = Page(text)
+    kernel = demo.summary["generator"]["kernel"]
+    assert f"Made by microslip {ms.__version__} ({kernel} kernel)." in found.words["p"]
+    listed = found.words["li"]
+    for name in demo.summary["files"]:
+        stem, _, kind = name.partition(".")
+        if name != "report.html":
+            assert (stem if kind in ("svg", "png") else name) in listed
+
+
+def test_files_are_grouped_by_what_they_hold() -> None:
+    names = ["summary.json", "study.toml", "result.nc", "a.csv", "b.csv", "x.svg", "x.png", "y.svg"]
+    assert tables.file_groups(names) == [
+        ("All of it", "result.nc"),
+        ("Summary", "summary.json"),
+        ("Tables", "a.csv, b.csv"),
+        ("Figures as .svg and .png", "x, y"),
+        ("Study", "study.toml"),
+    ]
+
+
+def test_no_law_is_without_its_words() -> None:
+    laws = {
+        model.model_fields["law"].annotation.__args__[0]  # type: ignore[union-attr]
+        for model in models(surfaces.AnySurface)
+    }
+    assert laws == set(report._LAWS) == set(tables._LAWS)

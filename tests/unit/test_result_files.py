@@ -1,0 +1,407 @@
+"""The files of a result: each number as the API gives it, in every reader, the same bytes again."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5netcdf
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+import xarray
+from studies import AMPLITUDES, CURVE, LOADS, STUDY, SURFACE, SURFACES, edited
+
+import microslip as ms
+from microslip.study.netcdf import WORDS, contents
+from microslip.study.output import write
+from microslip.study.quantities import QUANTITIES, UNITS
+
+FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv"]\nreport = false')
+HISTORY = 'history = { file = "record.csv", column = "x" }'
+OSCILLATOR = '\n[oscillator]\nmass = "2 kg"\nstiffness = "1 N/um"\nviscous_damping_ratio = 0.002\n'
+FULL = (
+    edited(
+        ('title = "A joint"', 'title = "Füge, µ = 0.55"'),
+        ("poisson_ratio = 0.33", 'poisson_ratio = 0.33\nhardness = "1.2 GPa"'),
+        (LOADS, '["2 kN", "500 N", "1 kN"]'),  # in no order
+        (CURVE, f"{CURVE}\n{HISTORY}"),
+        FORMATS,
+    )
+    + OSCILLATOR
+)
+BY_FORCE = edited((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["200 N", "50 N"]'), FORMATS)
+TABLE = edited((SURFACE, SURFACES["table"]), FORMATS)
+CASES = {"full": FULL, "by force": BY_FORCE, "table": TABLE}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    home = tmp_path_factory.mktemp("case")
+    record = np.cumsum(np.random.default_rng(7).standard_normal(3000)) * 0.05
+    (home / "record.csv").write_text("x [um]\n" + "\n".join(map(repr, record.tolist())))
+    result = ms.Study.from_toml(CASES[request.param], folder=home).run()
+    result.save(home / "result")
+    return result, home / "result"
+
+
+@pytest.fixture
+def result(case: tuple[ms.Result, Path]) -> ms.Result:
+    return case[0]
+
+
+@pytest.fixture
+def folder(case: tuple[ms.Result, Path]) -> Path:
+    return case[1]
+
+
+def driven(result: ms.Result) -> str:
+    by_force = result.study.excitation.force_amplitudes is not None
+    return "force_amplitude" if by_force else "amplitude"
+
+
+def same(got: Any, wanted: Any) -> None:
+    """Bit for bit, and of the same type."""
+    got, wanted = np.asarray(got), np.asarray(wanted)
+    assert got.dtype == wanted.dtype
+    assert got.shape == wanted.shape
+    assert got.tobytes() == wanted.tobytes()
+
+
+def expected(result: ms.Result) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """What the file must hold, from the result itself."""
+    by = driven(result)
+    wanted: dict[str, tuple[tuple[str, ...], Any]] = {
+        "load": (("load",), [joint.normal_load for joint in result.joints]),
+        by: ((by,), getattr(result.rows[0], by)),
+        "sample": (("sample",), np.arange(512, dtype=np.int32)),
+        "point": (("point",), np.arange(20, dtype=np.int32)),
+        "curve_amplitude": (("point",), result.curves[0].amplitude),
+    }
+    for name in ("displacement", "force"):
+        arrays = [[getattr(loop, name) for loop in loops] for loops in result.loops]
+        wanted[name] = (("load", by, "sample"), arrays)
+    entries = result.summary["joints"]
+    for name, value in entries[0].items():
+        if isinstance(value, float) and name != "normal_load":
+            wanted[name] = (("load",), [entry[name] for entry in entries])
+    for name in entries[0]["limits"]:
+        values = [entry["limits"][name] for entry in entries]
+        if any(value is not None for value in values):
+            numbers = [np.nan if value is None else value for value in values]
+            wanted[name] = (("load",), numbers)
+    for tables, prefix, dim in (
+        (result.rows, "", by),
+        (result.curves, "curve_", "point"),
+        (result.histories, "history_", "history_sample"),
+        (result.oscillators, "oscillator_", "point"),
+    ):
+        for name in tables[0].columns() if tables else ():
+            if prefix + name not in (by, "curve_amplitude", "oscillator_amplitude"):
+                arrays = [table.columns()[name] for table in tables]
+                wanted[prefix + name] = (("load", dim), arrays)
+    if result.histories:
+        count = np.arange(len(result.histories[0].force), dtype=np.int32)
+        wanted["history_sample"] = (("history_sample",), count)
+    for place, verdict in enumerate(result.joints[0].validity):
+        name = "validity_" + verdict.name.replace(" * ", "_").replace(" ", "_")
+        found = [joint.validity[place] for joint in result.joints]
+        wanted[name] = (("load",), [v.value for v in found])
+        words = np.array([WORDS.index(v.word) for v in found], dtype=np.int8)
+        wanted[f"{name}_word"] = (("load",), words)
+    return {name: (dims, np.asarray(values)) for name, (dims, values) in wanted.items()}
+
+
+# -- netCDF: what is in it, in every reader ------------------------------------------------------
+
+
+def by_xarray(engine: str) -> Any:
+    def read(path: Path) -> Iterator[tuple[str, tuple[str, ...], np.ndarray, dict[str, Any]]]:
+        with xarray.open_dataset(path, engine=engine) as file:
+            for name, v in file.variables.items():
+                yield str(name), tuple(map(str, v.dims)), v.values, v.attrs
+
+    return read
+
+
+def by_netcdf4(path: Path) -> Iterator[tuple[str, tuple[str, ...], np.ndarray, dict[str, Any]]]:
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_mask(False)
+        for name, v in file.variables.items():
+            yield name, v.dimensions, v[:], {key: v.getncattr(key) for key in v.ncattrs()}
+
+
+def by_h5py(path: Path) -> Iterator[tuple[str, tuple[str, ...], np.ndarray, dict[str, Any]]]:
+    with h5py.File(path) as file:
+        for name, v in file.items():
+            dims = tuple(d[0].name.strip("/") if len(d) else name for d in v.dims)
+            text = {k: x.decode() for k, x in v.attrs.items() if isinstance(x, np.bytes_)}
+            yield name, dims, v[()], text
+
+
+READERS = {
+    "xarray h5netcdf": by_xarray("h5netcdf"),
+    "xarray netcdf4": by_xarray("netcdf4"),
+    "netCDF4": by_netcdf4,
+    "h5py": by_h5py,
+}
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_every_reader_sees_the_numbers_of_the_api(
+    result: ms.Result, folder: Path, reader: str
+) -> None:
+    wanted = expected(result)
+    found = {name: rest for name, *rest in READERS[reader](folder / "result.nc")}
+    assert set(found) == set(wanted)
+    for name, (dims, values, about) in found.items():
+        assert dims == wanted[name][0], name
+        same(values, wanted[name][1])
+        plain = name.removeprefix("curve_").removeprefix("history_").removeprefix("oscillator_")
+        unit = UNITS.get({"load": "normal_load"}.get(plain, plain), "-")
+        assert about["units"] == ("1" if unit == "-" else unit), name
+        assert about["long_name"], name
+
+
+def test_the_numbers_of_a_label(result: ms.Result, folder: Path) -> None:
+    by = driven(result)
+    with xarray.open_dataset(folder / "result.nc") as file:
+        for i, joint in enumerate(result.joints):
+            for j, amplitude in enumerate(getattr(result.rows[0], by)):
+                here = file.sel({"load": joint.normal_load, by: amplitude})
+                same(here["force"].values, result.loops[i][j].force)
+                same(here["loss_factor"].values, joint.loss_factor(**{by: float(amplitude)}))
+        curve = file["curve_dissipated_energy"]
+        assert "curve_amplitude" in curve.coords
+        same(curve[0].values, result.joints[0].dissipated_energy(curve["curve_amplitude"].values))
+
+
+def test_the_verdicts_are_words_by_their_number(result: ms.Result, folder: Path) -> None:
+    with xarray.open_dataset(folder / "result.nc") as file:
+        words = [name for name in file.variables if str(name).endswith("_word")]
+        assert len(words) == len(result.joints[0].validity)
+        for place, name in enumerate(words):
+            variable = file[name]
+            assert (
+                variable.attrs["flag_meanings"].split() == list(WORDS) == ["ok", "watch", "outside"]
+            )
+            assert variable.attrs["flag_values"].tolist() == [0, 1, 2]
+            for i, joint in enumerate(result.joints):
+                verdict = joint.validity[place]
+                assert WORDS[int(variable[i])] == verdict.word
+                about = file[str(name).removesuffix("_word")].attrs
+                assert about["limit"] == verdict.limit
+                assert about["comment"] == verdict.meaning
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_the_provenance_is_in_the_file(result: ms.Result, folder: Path, engine: str) -> None:
+    with xarray.open_dataset(folder / "result.nc", engine=engine) as file:
+        about = file.attrs
+    assert about == {
+        "title": result.study.title,
+        "kind": "microslip-result",
+        "source": f"microslip {ms.__version__}",
+        "kernel": result.summary["generator"]["kernel"],
+        "study": (folder / "study.toml").read_text("utf-8"),
+        "notes": "\n".join(result.summary["notes"]),
+        "schema": 1,
+    }
+    history = result.study.excitation.history
+    folder_of_record = None if history is None else folder.parent
+    again = ms.Study.from_toml(about["study"], folder=folder_of_record).run()
+    assert again.summary == result.summary
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_xarray_makes_the_same_of_the_file_and_of_the_result(
+    result: ms.Result, folder: Path, engine: str
+) -> None:
+    with xarray.open_dataset(folder / "result.nc", engine=engine) as file:
+        xarray.testing.assert_identical(file.load(), result.to_xarray())
+
+
+def test_the_file_is_plain_netcdf4(folder: Path) -> None:
+    """Nothing in it is of HDF5 alone: types, labels of dimensions, filters, text as characters."""
+    with h5py.File(folder / "result.nc") as file:
+        properties = file.attrs["_NCProperties"].decode()
+        assert properties.startswith("version=2,")  # h5netcdf leaves it out of other files
+        assert not file.attrs.get("_nc3_strict", False)
+        for owner in (file, *file.values()):
+            for name in owner.attrs:
+                kind = owner.attrs.get_id(name).get_type()
+                # Characters, not strings of any length: MATLAB and Fortran read these.
+                if isinstance(kind, h5py.h5t.TypeStringID):
+                    assert not kind.is_variable_str()
+        for name, data in file.items():
+            assert isinstance(data, h5py.Dataset)
+            assert data.dtype in (np.float64, np.int32, np.int8)
+            assert data.is_scale == (name in ("load", "sample", "point", "history_sample")) or (
+                data.is_scale and name in ("amplitude", "force_amplitude")
+            )
+            if not data.is_scale:
+                assert all(len(dim) == 1 for dim in data.dims), name
+            assert data.maxshape == data.shape
+            assert data.compression in (None, "gzip")
+    with h5netcdf.File(folder / "result.nc", "r", invalid_netcdf=False) as file:
+        assert all(file.variables.values())
+
+
+def test_long_arrays_are_packed(result: ms.Result, folder: Path) -> None:
+    with h5py.File(folder / "result.nc") as file:
+        for name, data in file.items():
+            assert (data.compression == "gzip") == (data.nbytes > 4096), name
+        if result.histories:
+            packed = file["history_displacement"]
+            # The same for each load, which shows.
+            assert packed.id.get_storage_size() < 0.9 * packed.nbytes
+
+
+def test_two_results_are_the_same_bytes(result: ms.Result, folder: Path, tmp_path: Path) -> None:
+    """In another process, folder and second, with another order of sets."""
+    program = (
+        "import sys; import microslip as ms; from pathlib import Path; "
+        "study, home, out = map(Path, sys.argv[1:]); "
+        "ms.Study.from_toml(study.read_text('utf-8'), folder=home).run().save(out)"
+    )
+    out = tmp_path / "elsewhere" / "again"
+    subprocess.run(
+        [sys.executable, "-c", program, folder / "study.toml", folder.parent, out],
+        env=os.environ | {"PYTHONHASHSEED": "4711", "TZ": "Asia/Kathmandu"},
+        check=True,
+        timeout=120,
+    )
+    first, again = ({p.name: p.read_bytes() for p in f.iterdir()} for f in (folder, out))
+    assert set(first) == set(result.summary["files"])
+    assert again == first
+
+
+def test_no_scipy_is_needed_to_read_it(folder: Path) -> None:
+    program = (
+        "import sys; sys.modules['scipy'] = None; import h5py, xarray; "
+        "one = h5py.File(sys.argv[1])['load'][:].tolist(); "
+        "two = xarray.open_dataset(sys.argv[1], engine='h5netcdf')['load'].values.tolist(); "
+        "print(one == two and len(one))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, folder / "result.nc"],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    assert int(done.stdout) == len(json.loads((folder / "summary.json").read_text())["joints"])
+
+
+def test_a_long_study_fits_into_the_file(tmp_path: Path) -> None:
+    heights = ", ".join(f'"{0.0001 * i:.4f} um"' for i in range(9000))
+    text = edited(
+        ('{ kind = "gaussian", std = "0.5 um" }', f'{{ kind = "values", values = [{heights}] }}'),
+        FORMATS,
+    )
+    assert len(text) > 100_000
+    ms.Study.from_toml(text).run().save(tmp_path / "result")
+    with netCDF4.Dataset(tmp_path / "result" / "result.nc") as file:
+        assert file.study == text
+
+
+def test_a_study_without_a_title_has_none_in_the_file(tmp_path: Path) -> None:
+    text = edited(('title = "A joint"\n', ""), FORMATS)
+    result = ms.Study.from_toml(text).run()
+    result.save(tmp_path / "result")
+    with netCDF4.Dataset(tmp_path / "result" / "result.nc") as file:
+        assert "title" not in file.ncattrs()
+    assert "title" not in result.to_xarray().attrs
+
+
+def test_without_xarray_a_line_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = ms.Study.from_toml(STUDY).run()
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(ms.StudyError) as caught:
+        result.to_xarray()
+    assert str(caught.value) == (
+        'to_xarray needs xarray, which is not installed: pip install "microslip[xarray]"; '
+        "save(...) and its result.nc need nothing more"
+    )
+
+
+# -- tables ---------------------------------------------------------------------------------------
+
+
+def read(path: Path) -> dict[str, np.ndarray]:
+    with path.open(newline="", encoding="utf-8") as file:
+        head, *rows = csv.reader(file)
+    columns = np.array([[float(cell) for cell in row] for row in rows]).T
+    named = {}
+    for text, column in zip(head, columns, strict=True):
+        name, _, unit = text.partition(" ")
+        assert unit == f"[{UNITS[name]}]"
+        named[name] = column
+    return named
+
+
+def long_form(result: ms.Result, tables: Any) -> dict[str, np.ndarray]:
+    """Loads one below the other."""
+    loads = [
+        np.full(len(next(iter(table.columns().values()))), joint.normal_load)
+        for joint, table in zip(result.joints, tables, strict=True)
+    ]
+    columns = {"normal_load": np.concatenate(loads)}
+    for name in tables[0].columns():
+        columns[name] = np.concatenate([table.columns()[name] for table in tables])
+    return columns
+
+
+def test_the_tables_hold_the_numbers_of_the_result(result: ms.Result, folder: Path) -> None:
+    tables = {"curves": result.curves}
+    tables |= {"history": result.histories} if result.histories else {}
+    tables |= {"oscillator": result.oscillators} if result.oscillators else {}
+    for name, wanted in tables.items():
+        found, columns = read(folder / f"{name}.csv"), long_form(result, wanted)
+        assert list(found) == list(columns)
+        for column, values in columns.items():
+            same(found[column], values)
+    assert {p.stem for p in folder.glob("*.csv")} == {*tables, "loops"}
+
+
+def test_the_loops_are_found_by_what_was_given(result: ms.Result, folder: Path) -> None:
+    found, by = read(folder / "loops.csv"), driven(result)
+    given = [] if by == "amplitude" else [by]
+    assert list(found) == ["normal_load", "amplitude", *given, "displacement", "force"]
+    for joint, loops, row in zip(result.joints, result.loops, result.rows, strict=True):
+        for loop, amplitude in zip(loops, getattr(row, by), strict=True):
+            mine = (found["normal_load"] == joint.normal_load) & (found[by] == amplitude)
+            same(found["displacement"][mine], loop.displacement)
+            same(found["force"][mine], loop.force)
+
+
+def test_all_columns_and_keys_have_a_unit(result: ms.Result) -> None:
+    assert result.summary["units"] == UNITS
+    for tables in (result.rows, result.histories, result.oscillators):
+        for table in tables:
+            assert set(table.columns()) <= set(QUANTITIES)
+
+
+# -- progress -------------------------------------------------------------------------------------
+
+
+def test_progress_rises_to_one_while_files_are_written(result: ms.Result, tmp_path: Path) -> None:
+    shares: list[float] = []
+    write(result, tmp_path, shares.append)
+    assert shares == sorted(shares)
+    assert shares[0] < 0.5
+    assert shares[-1] == 1.0
+    assert len(shares) > 2 * len(result.summary["files"])
+
+
+def test_arrays_of_one_load_are_not_copied() -> None:
+    result = ms.Study.from_toml(edited((LOADS, '"2 kN"'))).run()
+    labelled = contents(result).variables["curve_loss_factor"].values
+    assert np.shares_memory(labelled, result.curves[0].loss_factor)

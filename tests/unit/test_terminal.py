@@ -1,0 +1,139 @@
+"""The command on a terminal: colours, widths, progress, signals."""
+
+from __future__ import annotations
+
+import os
+import re
+import selectors
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command import STUDY, names, process, run
+
+from microslip.cli.work import stoppable
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("joint.toml").write_text(STUDY, encoding="utf-8")
+
+
+def on_a_terminal(*arguments: str, columns: int = 80, **environment: str) -> tuple[str, str]:
+    """What a terminal of that width gets on standard output, and what on standard error."""
+    pty = pytest.importorskip("pty")
+    masters, slaves = zip(*(pty.openpty() for _ in range(2)), strict=True)
+    env = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "FORCE_COLOR", "COLUMNS")}
+    env |= {"TERM": "xterm-256color", "PYTHONIOENCODING": "utf-8", **environment}
+    for slave in slaves:
+        import fcntl
+        import struct
+        import termios
+
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    child = subprocess.Popen(
+        [sys.executable, "-m", "microslip.cli", *arguments],
+        stdin=slaves[0], stdout=slaves[0], stderr=slaves[1], env=env,
+    )  # fmt: skip
+    for slave in slaves:
+        os.close(slave)
+    texts = [b"", b""]
+    with selectors.DefaultSelector() as selector:
+        for index, master in enumerate(masters):
+            selector.register(master, selectors.EVENT_READ, index)
+        while selector.get_map():
+            for key, _ in selector.select():
+                try:
+                    piece = os.read(key.fd, 65536)
+                except OSError:  # the end, to Linux
+                    piece = b""
+                if piece:
+                    texts[key.data] += piece
+                else:
+                    selector.unregister(key.fd)
+                    os.close(key.fd)
+    assert child.wait() == 0, texts
+    out, err = (text.decode("utf-8").replace("\r\n", "\n") for text in texts)
+    return out, err
+
+
+def plain(text: str) -> str:
+    return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text)
+
+
+def test_a_terminal_gets_colours_unless_it_wants_none() -> None:
+    assert "\x1b[36m" in on_a_terminal("check", "joint.toml")[0]
+    for wish in ({"NO_COLOR": "1"}, {"TERM": "dumb"}):
+        assert "\x1b" not in on_a_terminal("check", "joint.toml", **wish)[0]
+    assert "\x1b[36m" in process("check", "joint.toml", FORCE_COLOR="1").stdout.decode()
+    both = process("check", "joint.toml", FORCE_COLOR="1", NO_COLOR="1")
+    assert b"\x1b" not in both.stdout
+
+
+@pytest.mark.parametrize("columns", [40, 60, 80])
+@pytest.mark.parametrize("command", ["predict", "check"])
+def test_nothing_is_cut_on_a_narrow_terminal(command: str, columns: int) -> None:
+    text = plain(on_a_terminal(command, "joint.toml", columns=columns, NO_COLOR="1")[0])
+    for line in text.splitlines():
+        assert len(line) <= columns or " predict " in line or line.startswith("  ok"), line
+    for number in ("5700", "2.79 %", "5.70 GN/m", "1.10 kN", "343 nm", "0.568"):
+        assert re.search(rf"(?m)^2 kN\b.* {re.escape(number)}(  |$)", text), number
+    if command == "predict":
+        for number in ("0.421", "13.6 µJ", "0.0934", "0.0467"):
+            assert re.search(rf"(?m)^2 kN +100 nm\b.* {re.escape(number)}(  |$)", text), number
+    assert "…" not in text
+
+
+def test_words_are_folded_into_their_column() -> None:
+    text = plain(on_a_terminal("materials", columns=60)[0])
+    assert re.search(r"\nsteel-4340 +Low-alloy .*\n {19}quenched", text)
+    text = plain(on_a_terminal("materials", columns=110)[0])
+    assert re.search(r"\nsteel-4340 +199\.9 GPa .* Low-alloy ", text)
+    loads = "joint.normal_load=" + str([f"{n} kN" for n in range(1, 30)])
+    assert "1 kN, 2 kN … 29 kN (29)" in run("check", "joint.toml", "--set", loads).stdout
+
+
+def test_progress_is_shown_on_a_terminal_after_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    slow = "--set", 'output.formats=["png"]'
+    _, shown = on_a_terminal("predict", "joint.toml", *slow)
+    assert "Drawing and writing" in shown
+    assert "100%" in shown
+    assert shown.endswith("\x1b[2K"), "it leaves no trace"
+    _, shown = on_a_terminal("predict", "joint.toml", *slow, "--overwrite", TERM="dumb")
+    assert shown == ""
+    _, shown = on_a_terminal("check", "joint.toml", NO_COLOR="1")
+    assert "\x1b[3" not in shown
+
+
+@pytest.mark.skipif(os.name == "nt", reason="other signals there")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+def test_signals_leave_no_trace(number: signal.Signals) -> None:
+    child = subprocess.Popen(
+        [sys.executable, "-m", "microslip.cli", "predict", "joint.toml", "-o", "out",
+         "--set", "output.report=true"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert child.stdout is not None
+    child.stdout.readline()  # from now on files are written
+    assert any(name.startswith(".out.") for name in names())
+    child.send_signal(number)
+    _, said = child.communicate()
+    assert child.returncode == 128 + number
+    assert said.strip() == ("error: interrupted" if number == signal.SIGINT else "")
+    assert names() == ["joint.toml"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there is no nohup")
+def test_what_is_to_be_ignored_stays_ignored() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with stoppable():
+            os.kill(os.getpid(), signal.SIGHUP)
+            assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    finally:
+        signal.signal(signal.SIGHUP, before)

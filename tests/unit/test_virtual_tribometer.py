@@ -1,0 +1,210 @@
+"""The virtual rig: its record is the model's, its imperfections are those asked for."""
+
+from __future__ import annotations
+
+from dataclasses import FrozenInstanceError
+from typing import Any
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.friction import LAWS
+from microslip.tribometer.virtual import InSeries
+
+JOINT = ms.Interface.examples()[0]  # milled Al 2017 at 2 kN
+RIG = 1e8
+
+
+def test_clean_record_is_the_law() -> None:
+    record = ms.VirtualTribometer(JOINT, sample_rate=5120).record(
+        amplitude=5e-6, frequency=10, cycles=3
+    )
+    assert len(record) == 3.25 * 512 + 1
+    assert record.sample_rate == 5120.0
+    assert record.frequency == 10.0
+    np.testing.assert_array_equal(record.displacement, record.commanded)
+    np.testing.assert_array_equal(record.force, JOINT.force(record.displacement))
+    np.testing.assert_array_equal(record.normal_load, 2000.0)
+    assert record.displacement.max() == pytest.approx(5e-6, rel=1e-12)
+    assert record.displacement[-1] == pytest.approx(5e-6, rel=1e-12)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+@pytest.mark.parametrize("stiffness", [1e6, 1e8, 1e12])
+def test_rig_is_in_series(law: Any, stiffness: float) -> None:
+    """k (x - delta) = T(delta), on the first loading and along any record."""
+    for joint in law.examples()[:3]:
+        series = InSeries(joint, stiffness)
+        reach = joint.force_limit * (1.0 / stiffness + 1.0 / joint.tangential_stiffness)
+        reach = reach or joint.force_limit / stiffness
+        x = reach * np.array([0.1, 0.5, 0.9, 1.3, -0.7, 0.4, 2.5, -3.0, 1.0, 0.2])
+        force = series.force(x)
+        if np.isfinite(joint.tangential_stiffness):
+            np.testing.assert_allclose(
+                joint.force(x - force / stiffness), force, rtol=0, atol=1e-8 * joint.force_limit
+            )
+        else:
+            np.testing.assert_allclose(
+                ms.Jenkins(stiffness, joint.force_limit).force(x), force, rtol=1e-12
+            )
+        step = 1e-6 * reach
+        middle = 0.4 * reach
+        slope = (series.backbone(middle + step) - series.backbone(middle - step)) / (2 * step)
+        assert series.backbone_stiffness(middle) == pytest.approx(slope, rel=1e-4)
+
+
+def test_energy_is_the_joints_own() -> None:
+    """A spring in series dissipates nothing."""
+    series = ms.VirtualTribometer(JOINT, rig_stiffness=RIG).series
+    force = 0.9 * JOINT.force_limit
+    assert series.dissipated_energy(force_amplitude=force) == pytest.approx(
+        JOINT.dissipated_energy(force_amplitude=force), rel=1e-9
+    )
+
+
+def test_stiff_rig_is_no_rig() -> None:
+    given: dict[str, Any] = {"amplitude": 2e-6, "cycles": 2}
+    for ripple in (0.0, 0.02):
+        ideal = ms.VirtualTribometer(JOINT, load_ripple=ripple).record(**given)
+        stiff = ms.VirtualTribometer(JOINT, load_ripple=ripple, rig_stiffness=1e16).record(**given)
+        np.testing.assert_allclose(stiff.force, ideal.force, rtol=0, atol=1e-3)
+
+
+def test_small_ripple_is_none() -> None:
+    given: dict[str, Any] = {"amplitude": 15e-6, "cycles": 1}
+    without = ms.VirtualTribometer(JOINT, rig_stiffness=RIG).record(**given)
+    small = ms.VirtualTribometer(JOINT, rig_stiffness=RIG, load_ripple=1e-9).record(**given)
+    np.testing.assert_allclose(small.force, without.force, rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize("stiffness", [None, RIG])
+def test_ripple(stiffness: float | None) -> None:
+    rig = ms.VirtualTribometer(JOINT, rig_stiffness=stiffness, load_ripple=0.02)
+    record = rig.record(amplitude=20e-6, cycles=2)
+    load = np.asarray(record.normal_load)
+    assert load[0] == 2000.0
+    assert np.abs(load - 2000.0).max() == pytest.approx(40.0)
+    # In phase with the tangential force, so at the peaks of the gross slip T = mu N.
+    assert record.force.max() == pytest.approx(1.02 * 1100.0, rel=1e-9)
+    assert record.force.min() == pytest.approx(-0.98 * 1100.0, rel=1e-9)
+    if stiffness is not None:
+        contact = record.displacement - record.force / stiffness
+        again = JOINT.coupled_force(contact, normal_load=load)
+        np.testing.assert_allclose(again, record.force, rtol=0, atol=1e-6)
+    turned = ms.VirtualTribometer(
+        JOINT, rig_stiffness=stiffness, load_ripple=0.02, ripple_phase=np.pi
+    ).record(amplitude=20e-6, cycles=2)
+    assert turned.force.max() == pytest.approx(0.98 * 1100.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05, 1.0 / 9.0, 0.3, 0.9])
+def test_third_harmonic(share: float) -> None:
+    rig = ms.VirtualTribometer(JOINT, third_harmonic=share, sample_rate=1024)
+    record = rig.record(amplitude=5e-6, frequency=1, cycles=1)
+    assert record.displacement.max() == pytest.approx(5e-6, rel=1e-4)
+    spectrum = np.abs(np.fft.rfft(record.displacement[:1024]))
+    assert spectrum[3] / spectrum[1] == pytest.approx(share, abs=1e-12)
+
+
+def test_noise_and_seed() -> None:
+    given: dict[str, Any] = {"amplitude": 5e-6, "cycles": 40}
+    rigs = [ms.VirtualTribometer(JOINT, noise=0.01, seed=seed) for seed in (1, 1, 2)]
+    first, same, other = (rig.record(**given) for rig in rigs)
+    for channel in ("displacement", "force", "normal_load"):
+        np.testing.assert_array_equal(getattr(first, channel), getattr(same, channel))
+        assert not np.array_equal(getattr(first, channel), getattr(other, channel))
+    clean = ms.VirtualTribometer(JOINT).record(**given)
+    assert np.std(first.displacement - clean.displacement) == pytest.approx(5e-8, rel=0.03)
+    assert np.std(first.force - clean.force) == pytest.approx(0.01 * 1100.0, rel=0.03)
+    assert np.std(first.normal_load) == pytest.approx(20.0, rel=0.03)
+    one = ms.VirtualTribometer(JOINT, noise={"force": 3.0}, seed=1).record(**given)
+    np.testing.assert_array_equal(one.displacement, clean.displacement)
+    np.testing.assert_array_equal(one.normal_load, clean.normal_load)
+    assert np.std(one.force - clean.force) == pytest.approx(3.0, rel=0.03)
+
+
+def test_a_law_without_a_surface() -> None:
+    record = ms.VirtualTribometer(ms.Jenkins(1e8, 500.0)).record(amplitude=2e-5, cycles=1)
+    assert record.normal_load is None
+    assert record.force.max() == 500.0
+
+
+def test_frozen() -> None:
+    rig = ms.VirtualTribometer(JOINT)
+    with pytest.raises(FrozenInstanceError):
+        rig.seed = 2  # type: ignore[misc]
+
+
+OWN = {"limits": {"normal_load": (1.0, 1e5), "force": (-1e5, 1e5), "frequency": (0.0, 1e3)}}
+
+
+def test_own_limits() -> None:
+    rig = ms.VirtualTribometer(JOINT.at(normal_load=20e3), **OWN)  # type: ignore[arg-type]
+    rig.record(amplitude=5e-6, frequency=500.0, cycles=1)
+    wide = ms.VirtualTribometer(JOINT, limits={"amplitude": (1e-9, 1.0)})
+    wide.record(amplitude=1e-7, cycles=1)
+
+
+WRONG = {
+    "joint must be a backbone law, such as an Interface, got 3": {"joint": 3},
+    "rig_stiffness must be above zero [N/m], got -1": {"rig_stiffness": -1},
+    "sample_rate must be above zero [Hz], got 0": {"sample_rate": 0},
+    "load_ripple must be a share from 0 to below 1, got 2": {"load_ripple": 2.0},
+    "third_harmonic must be a share from 0 to below 1, got -0.05": {"third_harmonic": -0.05},
+    "ripple_phase must be a finite number in rad, got inf": {"ripple_phase": np.inf},
+    "load_ripple has no meaning for Jenkins: it has no surface": {
+        "joint": ms.Jenkins(1e8, 500.0), "load_ripple": 0.02,
+    },
+    "seed must be an integer of at least 0, got 1.5": {"seed": 1.5},
+    "seed must be an integer of at least 0, got -1": {"seed": -1},
+    "noise must not be negative, got -0.1": {"noise": -0.1},
+    'noise["force"] must not be negative, got -2': {"noise": {"force": -2}},
+    "noise has the channels displacement, force, normal_load, got 'time'; "
+    'write noise={"force": 2.0}': {"noise": {"time": 1.0}},
+    'limits must be a mapping, got 3; write limits={"amplitude": (1e-7, 1e-3)}': {"limits": 3},
+    "limits has the keys normal_load, force, amplitude, frequency, got 'speed'; "
+    'write limits={"amplitude": (1e-7, 1e-3)}': {"limits": {"speed": (0, 1)}},
+    'limits["force"] must be a pair (lowest, highest), got 5; '
+    'write limits={"amplitude": (1e-7, 1e-3)}': {"limits": {"force": 5}},
+    "normal load of the joint, ripple included, must be within the limits of the rig, 100 to 5000 "
+    "N, got 99 N; limits={'normal_load': (lowest, highest)} sets own ones": {
+        "joint": JOINT.at(normal_load=100.0), "load_ripple": 0.01,
+    },
+    "normal load of the joint, ripple included, must be within the limits of the rig, 100 to 5000 "
+    "N, got 6000 N; limits={'normal_load': (lowest, highest)} sets own ones": {
+        "joint": JOINT.at(normal_load=6000.0),
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_wrong_rigs(message: str) -> None:
+    given: dict[str, Any] = {"joint": JOINT, **WRONG[message]}
+    with pytest.raises(ms.InputError) as caught:
+        ms.VirtualTribometer(**given)
+    assert str(caught.value) == message
+
+
+WRONG_RECORDS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "amplitude must be within the limits of the rig, 1e-06 to 0.0001 m, got 0.001 m; "
+    "limits={'amplitude': (lowest, highest)} sets own ones": ({}, {"amplitude": 1e-3}),
+    "frequency must be within the limits of the rig, 0 to 200 Hz, got 300 Hz; "
+    "limits={'frequency': (lowest, highest)} sets own ones": ({}, {"frequency": 300.0}),
+    "force must be within the limits of the rig, -5000 to 5000 N, got -6000 N; "
+    "limits={'force': (lowest, highest)} sets own ones": ({"joint": ms.Coulomb(6e3)}, {}),
+    "cycles must be an integer of at least 1, got 0": ({}, {"cycles": 0}),
+    "sample_rate must give at least 16 samples a cycle, 160 Hz at 10 Hz, got 100 Hz": (
+        {"sample_rate": 100}, {"frequency": 10.0},
+    ),
+    "a record must have at most 100000000 samples, got 5.12e+08: "
+    "take fewer cycles or a lower sample_rate": ({}, {"cycles": 1_000_000}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("message", WRONG_RECORDS)
+def test_wrong_records(message: str) -> None:
+    rig, how = WRONG_RECORDS[message]
+    with pytest.raises(ms.InputError) as caught:
+        ms.VirtualTribometer(**{"joint": JOINT, **rig}).record(**{"amplitude": 5e-6, **how})
+    assert str(caught.value) == message

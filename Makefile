@@ -25,11 +25,13 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 space := $(subst ,, )
 DEPS := $(VENV)/.deps-$(subst $(space),_,$(subst /,_,$(PYTHON)))
 READY := $(VENV)/.ready$(subst $(space),_,$(INSTALL))
+DOCS := $(VENV)/.docs
 KERNEL := $(wildcard src/microslip/kernels/*.[ch])
 # An editable install sees edits of the Python sources by itself, a built one does not.
 SOURCES := $(if $(INSTALL),,$(shell find src/microslip -type f ! -name '*.so' ! -name '*.pyc'))
 
-.PHONY: help install demo test slow lint format format-check types check bench reference coverage dist lock clean distclean
+.PHONY: help install demo test slow lint format format-check types check bench reference coverage docs dist lock clean \
+    distclean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1|/p' Makefile | awk -F'|' '{ printf "  %-14s %s\n", $$1, $$2 }'
@@ -64,6 +66,16 @@ else
 	@"$(PY)" -m pip install --quiet --quiet --no-build-isolation --no-deps --force-reinstall $(INSTALL) .
 endif
 	@"$(PY)" -c 'import microslip.kernels as k; print("Its kernel is the", k.NAME, "one.")' 2>/dev/null || true
+	@touch "$@"
+
+# The packages of the documentation come on top of the others; most work needs none of them.
+$(DOCS): $(DEPS) requirements-docs.lock
+	@echo "Adding the packages of the documentation"
+ifneq ($(UV),)
+	@"$(UV)" pip install --quiet --python "$(PY)" --compile-bytecode --require-hashes -r requirements-docs.lock
+else
+	@"$(PY)" -m pip install --quiet --quiet --require-hashes -r requirements-docs.lock
+endif
 	@touch "$@"
 
 install: $(READY)  ## make the environment and install the package into it
@@ -103,6 +115,10 @@ coverage: $(READY)  ## run the tests with branch coverage
 	@"$(PY)" -m coverage run -m pytest $(TESTS)
 	@"$(PY)" -m coverage report
 
+docs: $(READY) $(DOCS)  ## build the documentation into docs/_build/html/; a warning is an error
+	@"$(PY)" -m sphinx -W -E --keep-going -q -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
 dist: $(READY)  ## build the sdist, and from it the wheel, into dist/
 	@rm -rf dist
 	@"$(PY)" -m build --no-isolation
@@ -119,9 +135,10 @@ lock:  ## write requirements.lock and requirements-docs.lock again
 	    --constraints requirements.lock --output-file requirements-docs.lock
 
 clean:  ## remove builds, caches and the demo
-	@rm -rf build demo dist src/*.egg-info src/microslip/kernels/_compiled*.so .venv*/.ready*
+	@rm -rf build demo dist docs/_build docs/api docs/gallery
+	@rm -rf src/*.egg-info src/microslip/kernels/_compiled*.so .venv*/.ready*
 	@rm -rf .coverage .coverage.* .hypothesis .mypy_cache .pytest_cache .ruff_cache htmlcov
-	@find benchmarks docs src tests tools -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+	@find benchmarks docs examples src tests tools -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 distclean: clean  ## and the environments
 	@for folder in .venv*; do [ ! -e "$$folder/pyvenv.cfg" ] || rm -rf "$$folder"; done

@@ -1,0 +1,119 @@
+"""Floor 8: the figures of the chapter, each drawn from this library."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from microslip._version import __version__
+from microslip.chapter import contact, joint, rig, sketches, surface, varying_load
+from microslip.chapter.plate import Drawn, Plate
+from microslip.errors import InputError
+
+__all__ = ["KIND", "LEFT_OUT", "PLATES", "Drawn", "Plate", "select", "write"]
+
+KIND = "microslip-figures"
+"""What summary.json says of a folder of figures."""
+
+
+def _place(plate: Plate) -> float:
+    number = plate.number.partition(".")[2]
+    return int(number) if number else math.inf
+
+
+_ALL = (
+    *sketches.PLATES,
+    *contact.PLATES,
+    *surface.PLATES,
+    *joint.PLATES,
+    *rig.PLATES,
+    *varying_load.PLATES,
+)
+PLATES: tuple[Plate, ...] = tuple(sorted(_ALL, key=_place))
+"""Every figure, in the order of the chapter; last what it has not."""
+
+LEFT_OUT = MappingProxyType({"19.5": "a photograph of the sample"})
+"""The other figures of the chapter, and why they are not here."""
+
+
+def select(only: Iterable[str] = ()) -> tuple[Plate, ...]:
+    """Figures by their numbers.
+
+    Parameters
+    ----------
+    only : iterable of str
+        Numbers such as "19.13", also several in one text, with commas; all figures if empty.
+
+    Returns
+    -------
+    tuple of Plate
+        In the order of the chapter, each once.
+
+    Raises
+    ------
+    InputError
+        A number that is not there.
+    """
+    wanted = [number.strip() for text in only for number in text.split(",")]
+    known = {plate.number: plate for plate in PLATES}
+    for number in wanted:
+        if number in LEFT_OUT:
+            raise InputError(f"figure {number} is left out: {LEFT_OUT[number]}")
+        if number not in known:
+            raise InputError(f'no figure "{number}" (figures: {", ".join(known)})')
+    return tuple(plate for plate in PLATES if not wanted or plate.number in wanted)
+
+
+def write(
+    plates: Sequence[Plate], folder: Path, progress: Callable[[float], None] | None = None
+) -> dict[str, Any]:
+    """Draw figures and write them: SVG, PNG, the data as CSV, and a summary of all.
+
+    Parameters
+    ----------
+    plates : sequence of Plate
+        Which.
+    folder : pathlib.Path
+        An existing folder.
+    progress : callable, optional
+        Called after each figure with the share that is done, 0 … 1.
+
+    Returns
+    -------
+    dict
+        What summary.json holds: of each figure its number, title, caption, parameters, the command
+        that makes it and its files.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    figures = []
+    for index, plate in enumerate(plates):
+        figures.append(
+            {
+                "number": plate.number,
+                "title": plate.title,
+                "caption": plate.caption,
+                "parameters": plate.parameters,
+                "command": plate.command,
+                "files": plate.write(folder),
+            }
+        )
+        if progress is not None:
+            progress((index + 1) / len(plates))
+    summary = {
+        "kind": KIND,
+        "version": __version__,
+        "figures": figures,
+        "left_out": dict(LEFT_OUT),
+        "files": [*(name for figure in figures for name in figure["files"]), "summary.json"],
+    }
+    text = json.dumps(summary, indent=1, ensure_ascii=False)
+    (folder / "summary.json").write_text(text + "\n", encoding="utf-8", newline="\n")
+    return summary

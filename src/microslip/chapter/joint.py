@@ -1,0 +1,329 @@
+"""Floor 8: the figures of the whole interface, 19.19, 19.20, 19.23, 19.24, and its damping."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.chapter.contact import assumed as one_summit
+from microslip.chapter.contact import path, summit
+from microslip.chapter.plate import (
+    BLUE,
+    DOTS,
+    GOLD,
+    GREEN,
+    GREY,
+    INK,
+    LIGHT,
+    PINK,
+    RED,
+    Drawn,
+    Plate,
+    cross,
+    words,
+)
+from microslip.chapter.surface import SPREAD, worked_example
+from microslip.friction import Interface, Iwan
+from microslip.normal import GreenwoodWilliamson
+from microslip.study.drawing import DASHES, log_scale
+from microslip.study.units import engineering
+
+Floats = NDArray[np.float64]
+
+MICRO, KILO = 1e-6, 1e3
+LINES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)), (0, (3, 1)))
+COLORS = (INK, BLUE, RED, GREEN, PINK)
+
+
+def assumed(more: str = "") -> str:
+    """What the figures of the interface assume, in a sentence."""
+    joint = worked_example()
+    length = joint.slip_per_indentation * SPREAD
+    return (
+        "The worked example: Al 2017 on itself, E = 69 GPa, ν = 0.33, μ = 0.55, Gaussian heights "
+        f"of σ = {engineering(SPREAD, 'm', trim=True)}, ρ = 1 mm, 1e8 summits a m² on 2 cm², "
+        f"N = {engineering(joint.normal_load, 'N')}: μN = {engineering(joint.force_limit, 'N')}, "
+        f"κσ = {engineering(length, 'm')}. {more}"
+    ).strip()
+
+
+def loops(plate: Plate) -> Drawn:
+    """Fig. 19.19."""
+    joint = worked_example()
+    amplitudes = (0.15e-6, 0.4e-6, 1e-6, 2e-6)
+    figure, body = plate.page(4.3)
+    axes = body.subplots()
+    columns: dict[str, Floats] = {}
+    for top, color, line in zip(amplitudes, COLORS, LINES, strict=False):
+        name = f"±{engineering(top, 'm', trim=True)}"
+        record = path(0.0, top, -top, top, samples=200)
+        force = joint.force(record)
+        columns[f"displacement to {top:g} m [m]"] = record
+        columns[f"force to {top:g} m [N]"] = force
+        axes.plot(record / MICRO, force / KILO, color=color, linestyle=line, label=name)
+    cross(axes)
+    for sign, text in ((1.0, "μN"), (-1.0, "−μN")):
+        axes.axhline(sign * joint.force_limit / KILO, color=LIGHT, linestyle=DASHES, linewidth=0.9)
+        words(axes, text, -2.33, sign * joint.force_limit / KILO, color=GREY)
+    axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [kN]")
+    axes.set_xlim(-2.55, 2.55)
+    body.legend(loc="outside lower center", ncols=4)
+    return Drawn(figure, columns)
+
+
+def _more_summits(joint: Interface, factor: float) -> Interface:
+    """The same joint with so many times as many summits."""
+    surface = joint.surface
+    if not isinstance(surface, GreenwoodWilliamson):
+        raise TypeError(type(surface).__name__)
+    many = GreenwoodWilliamson(
+        surface.pair, surface.heights, surface.radius, factor * surface.density, surface.area
+    )
+    return Interface(many, joint.friction_coefficient, joint.normal_load)
+
+
+def many_summits(plate: Plate) -> Drawn:
+    """Fig. 19.20."""
+    joint = worked_example()
+    top = 1e-6
+    figure, body = plate.page(4.6)
+    axes = body.subplots()
+    record = path(top, -top, top, samples=200)
+    columns = {"displacement [m]": record}
+    for factor, color, line in zip((1.0, 1e2, 1e4, 1e6), COLORS, LINES, strict=False):
+        law = _more_summits(joint, factor)
+        force = law.force(record)
+        contacts = f"{(law.contact_count or 0.0) / KILO:.1f} thousand"
+        columns[f"force with {factor:g} times as many summits [N]"] = force
+        more = f"× {factor:,.0f}".replace(",", " ") if factor > 1.0 else "as it is"
+        axes.plot(
+            record / MICRO,
+            force / KILO,
+            color=color,
+            linestyle=line,
+            label=f"{more}, {contacts} touch",
+        )
+    box = joint.force_limit / KILO
+    axes.plot(
+        [-1.0, 1.0, 1.0, -1.0, -1.0], [box, box, -box, -box, box],
+        color=GOLD, linewidth=1.1, label="Coulomb", zorder=1.9,
+    )  # fmt: skip
+    cross(axes)
+    axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [kN]")
+    body.legend(loc="outside lower center", ncols=3, title="Summits")
+    return Drawn(figure, columns)
+
+
+def _even_cells(joint: Interface, count: int) -> Iwan:
+    """As many cells with yield displacements evenly spread, of the same stiffness and limit."""
+    share = joint.tangential_stiffness / count
+    yields = (np.arange(count) + 0.5) / count * 2.0 * joint.force_limit / joint.tangential_stiffness
+    return Iwan(np.full(count, share), share * yields)
+
+
+def likeness(plate: Plate) -> Drawn:
+    """Fig. 19.21."""
+    joint = summit()
+    top = 1.6 * joint.slip_limit
+    figure, body = plate.page(4.6)
+    axes = body.subplots()
+    record = path(top, -top, top, samples=300)
+    columns = {"displacement [m]": record}
+    box = np.array([-1.0, 1.0, 1.0, -1.0, -1.0]), np.array([1.0, 1.0, -1.0, -1.0, 1.0])
+    axes.plot(
+        box[0] * top / MICRO, box[1] * joint.force_limit, color=GOLD, linewidth=1.1, label="Coulomb"
+    )
+    for cells, color, line in ((1, GREEN, LINES[3]), (3, RED, LINES[2]), (12, BLUE, LINES[1])):
+        force = joint.to_iwan(cells).force(record)
+        columns[f"force of {cells} cells [N]"] = force
+        label = f"Iwan, {cells} cells" if cells > 1 else "Jenkins: one cell"
+        # The one that the asperity all but hides shows on both sides of it.
+        width = 2.8 if cells == 12 else 1.4
+        axes.plot(record / MICRO, force, color=color, linestyle=line, linewidth=width, label=label)
+    columns["force of 1000 even cells [N]"] = _even_cells(joint, 1000).force(record)
+    axes.plot(
+        record / MICRO, columns["force of 1000 even cells [N]"], color=PINK, linestyle=LINES[4],
+        label="Iwan, 1000 cells, evenly spread",
+    )  # fmt: skip
+    columns["force of one asperity [N]"] = joint.force(record)
+    axes.plot(
+        record / MICRO, columns["force of one asperity [N]"], color=INK, linewidth=1.0,
+        label="one asperity",
+    )  # fmt: skip
+    cross(axes)
+    axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [N]")
+    axes.set_ylim(-1.15 * joint.force_limit, 1.15 * joint.force_limit)
+    body.legend(loc="outside lower center", ncols=3)
+    return Drawn(figure, columns)
+
+
+def energy(plate: Plate) -> Drawn:
+    """Fig. 19.23."""
+    joint = worked_example()
+    a: Floats = np.geomspace(1e-9, 1e-4, 400)
+    lost, exponent = joint.dissipated_energy(a), joint.dissipation_exponent(a)
+    cubic = 2.0 / 3.0 * joint.sliders().density(0.0) * a**3
+    linear = 4.0 * joint.force_limit * a
+    figure, body = plate.page(5.4)
+    above, below = body.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
+    above.plot(a / MICRO, lost, color=BLUE, linewidth=2.0, label="the model")
+    near = cubic < 30.0 * lost
+    above.plot(
+        a[near] / MICRO, cubic[near], color=INK, linestyle=DASHES, linewidth=1.0,
+        label="cubic, small amplitudes",
+    )  # fmt: skip
+    near = linear < 300.0 * lost
+    above.plot(
+        a[near] / MICRO, linear[near], color=RED, linestyle=DOTS,
+        label=r"4$\,$μN$\,δ_m$, full sliding",
+    )  # fmt: skip
+    log_scale(above, "x")
+    log_scale(above, "y")
+    above.set(ylabel="Energy per cycle [J]")
+    below.plot(a / MICRO, exponent, color=BLUE, linewidth=2.0)
+    below.axhline(2.0, color=LIGHT, linestyle=DASHES, linewidth=0.9)
+    words(below, "a parabola", 2e-3, 2.0, color=GREY)
+    below.set(xlabel=r"Displacement amplitude $δ_m$ [µm]", ylabel="Local exponent [–]")
+    below.set_ylim(0.8, 3.2)
+    body.align_ylabels([above, below])
+    body.legend(loc="outside lower center", ncols=3)
+    columns = {"amplitude [m]": a, "dissipated energy [J]": lost, "local exponent": exponent}
+    return Drawn(figure, columns)
+
+
+def _half(y: Any) -> Any:
+    return 0.5 * y
+
+
+def _twice(y: Any) -> Any:
+    return 2.0 * y
+
+
+def damping(plate: Plate) -> Drawn:
+    """Fig. 19.24."""
+    a = np.geomspace(1e-9, 1e-4, 400)
+    figure, body = plate.page(4.2)
+    axes = body.subplots()
+    columns = {"amplitude [m]": a}
+    for load, color, line in zip((500.0, 2000.0, 5000.0), COLORS, LINES, strict=False):
+        columns[f"loss factor at {load:g} N"] = worked_example(load).loss_factor(a)
+        axes.plot(
+            a / MICRO, columns[f"loss factor at {load:g} N"], color=color, linestyle=line,
+            label=engineering(load, "N", trim=True),
+        )  # fmt: skip
+    top = 4.0 / math.pi
+    axes.axhline(top, color=LIGHT, linestyle=DASHES, linewidth=0.9)
+    words(axes, "rigid–plastic: 4/π", 3e-3, top, color=GREY)
+    log_scale(axes, "x")
+    axes.set(xlabel=r"Displacement amplitude $δ_m$ [µm]", ylabel="ξ of (19.30): loss factor η [–]")
+    axes.set_ylim(0.0, 1.4)
+    right = axes.secondary_yaxis("right", functions=(_half, _twice))
+    right.set_ylabel("Damping ratio ζ = η/2 [–]")
+    body.legend(loc="outside lower center", ncols=3, title="Normal load")
+    return Drawn(figure, columns)
+
+
+def measures(plate: Plate) -> Drawn:
+    """Measures of damping, for one asperity."""
+    joint = summit()
+    x = np.union1d(np.geomspace(0.03, 30.0, 300), [1.0])
+    a = x * joint.slip_limit
+    force, lost = joint.backbone(a), joint.dissipated_energy(a)
+    # At T = 0 the branch from the peak has fallen by the peak force, twice half of it.
+    width: Floats = a - 2.0 * joint.backbone_displacement(0.5 * force)
+    columns: dict[str, Floats] = {
+        "amplitude over slip limit": x,
+        "energy ratio A": joint.energy_ratio(a),
+        "sliding ratio D": width / a,
+        "B": lost / (4.0 * force * width),
+        "loss factor": joint.loss_factor(a),
+        "damping ratio": joint.damping_ratio(a),
+    }
+    labels = (
+        "energy ratio A = $E_d/4δ_mT_m$",
+        "sliding ratio D = $δ_g/δ_m$",
+        "B = $E_d/4T_mδ_g$",
+        "loss factor η = (4/π) A, the chapter's ξ",
+        "damping ratio ζ = η/2",
+    )
+    figure, body = plate.page(4.6)
+    axes = body.subplots()
+    at = int(np.searchsorted(x, 1.0))
+    for (values, label), color, line in zip(
+        zip(list(columns.values())[1:], labels, strict=True), COLORS, LINES, strict=True
+    ):
+        axes.plot(x, values, color=color, linestyle=line, label=label)
+        axes.plot([1.0], [values[at]], "o", color=color, markersize=4.0, zorder=4)
+    marks = zip("ADBηζ", list(columns.values())[1:], strict=True)
+    listed = "\n".join(f"{name} = {values[at]:.4f}" for name, values in marks)
+    words(axes, f"at the slip limit\n{listed}", 0.055, 1.0, ha="left")
+    axes.axvline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
+    log_scale(axes, "x")
+    axes.set(xlabel=r"Amplitude over slip limit $δ_m/δ_L$ [–]", ylabel="Measure of damping [–]")
+    axes.set_ylim(0.0, 1.4)
+    body.legend(loc="outside lower center", ncols=2)
+    return Drawn(figure, columns)
+
+
+PLATES = (
+    Plate(
+        "19.19",
+        "interface-loops",
+        "force against displacement of the whole interface",
+        "The corners of single summits are gone: some slide while others stick, and the loop turns "
+        "over smoothly into sliding.",
+        assumed(),
+        loops,
+    ),
+    Plate(
+        "19.20",
+        "number-of-asperities",
+        "more asperities at the same load",
+        "More summits lift the plane: a smaller share of them touches, each is pressed in less, "
+        "and the loop comes nearer to Coulomb's box, but slowly. A million times as many do not "
+        "reach it.",
+        assumed("Amplitude 1 µm. So many summits would overlap: the formula alone goes on."),
+        many_summits,
+    ),
+    Plate(
+        "19.21",
+        "iwan-and-coulomb",
+        "Coulomb's law, Iwan's cells and one asperity",
+        "How the cells are spread decides, not how many there are. Cells that share out the "
+        "asperity's own sliders come the nearer to it the more there are; evenly spread ones, of "
+        "the same stiffness and limit, become a parabola, 7 % of μN away. Each EGM is an Iwan "
+        "model of its own, and one asperity is not special.",
+        one_summit("Amplitude 1.6 δL; 1, 3 and 12 cells as Asperity.to_iwan gives them."),
+        likeness,
+    ),
+    Plate(
+        "19.23",
+        "dissipated-energy",
+        "dissipated energy against amplitude",
+        "Cubic for small amplitudes, linear in full sliding. It is a parabola, as the chapter has "
+        "it, only in passing: the local exponent runs from 3 to 1.",
+        assumed(),
+        energy,
+    ),
+    Plate(
+        "19.24",
+        "damping-ratio",
+        "the chapter's damping ratio, which is the loss factor",
+        "It grows with the amplitude and ends at 4/π, where Coulomb friction is throughout. It is "
+        "the loss factor; the ratio to critical damping is half of it (scale on the right).",
+        assumed("Other loads: the same surface."),
+        damping,
+    ),
+    Plate(
+        "damping",
+        "measures",
+        "Measures of damping compared, for one asperity",
+        "All say the same in other words. Those of energy and loss vanish in microslip; B tends to "
+        "2/3 there, since the loop's width vanishes, too.",
+        one_summit(),
+        measures,
+    ),
+)

@@ -1,0 +1,201 @@
+"""Floor 8: one figure of the chapter, drawn and written: pictures, data, what was assumed."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from numpy.typing import NDArray
+
+from microslip.study.drawing import STYLE, new_figure, settle
+
+Columns = dict[str, NDArray[np.float64]]
+
+GREY, LIGHT = "#555555", "#999999"
+INK, BLUE, RED, GREEN, PINK, GOLD = (
+    "#000000",
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#E69F00",
+)
+"""The colours of the style by name: Okabe and Ito's."""
+STICK, STUCK, SLIP, BACK = "#dcebf5", "#f6f6f6", "#f6d9c6", "#d4d4d4"
+"""Fills of what sticks, what sticks again, what slips and what slips back."""
+HATCH = "#b98a6d"
+DOTS = (0, (1, 1.5))
+
+
+LOOK: list[Any] = ["default", STYLE, {"hatch.linewidth": 0.5}]
+"""From matplotlib's own defaults, whatever the user's matplotlibrc says."""
+
+
+class Drawn(NamedTuple):
+    """A picture and the numbers in it."""
+
+    figure: Figure
+    """The figure, with a canvas."""
+    columns: Columns
+    """Columns of equal length by their headings, units included; none for a sketch."""
+
+
+@dataclass(frozen=True)
+class Plate:
+    """One figure of the chapter as this library draws it.
+
+    Parameters
+    ----------
+    number : str
+        Its number in the chapter, such as "19.13", or a word for what the chapter has not.
+    name : str
+        A few words for files, joined by hyphens.
+    title : str
+        Its heading.
+    caption : str
+        What to see in it, a sentence or two.
+    parameters : str
+        What was assumed: the chapter's axes carry no numbers.
+    drawing : callable
+        Draws it, given heading and assumptions.
+    """
+
+    number: str
+    name: str
+    title: str
+    caption: str
+    parameters: str
+    drawing: Callable[[Plate], Drawn]
+
+    @property
+    def stem(self) -> str:
+        """Name of its files without suffix."""
+        return f"{self.number}-{self.name}"
+
+    @property
+    def command(self) -> str:
+        """The command that makes it."""
+        return f"microslip figures --only {self.number}"
+
+    def page(self, height: float) -> tuple[Figure, SubFigure]:
+        """A page of this height [in], and the part of it above its assumptions, to draw on."""
+        figure = new_figure(height, "")
+        # Numbers stay with their names and units.
+        text = re.sub(
+            r" (=) |(?<=\d) (?=\S)", lambda m: "\xa0=\xa0" if m[1] else "\xa0", self.parameters
+        )
+        text = textwrap.fill(text, 108)
+        foot = 0.06 + 0.14 * len(text.splitlines())
+        parts = figure.subfigures(2, 1, height_ratios=[height - foot, foot])
+        body, below = np.ravel(np.asarray(parts))
+        number = f"Fig. {self.number}: " if self.number[0].isdigit() else ""
+        body.suptitle(number + self.title, fontsize=10)
+        below.text(0.5, 0.5, subscripts(text), fontsize=7.5, color=GREY, ha="center", va="center")
+        return figure, body
+
+    def draw(self) -> Drawn:
+        """Draw it.
+
+        Returns
+        -------
+        Drawn
+            The figure and the data behind it.
+        """
+        with style.context(LOOK):
+            return self.drawing(self)
+
+    def write(self, folder: Path) -> list[str]:
+        """Draw it and write it as SVG and PNG, and its data as CSV.
+
+        Parameters
+        ----------
+        folder : pathlib.Path
+            An existing folder.
+
+        Returns
+        -------
+        list of str
+            The names of the files.
+
+        Raises
+        ------
+        OSError
+            If a file cannot be written.
+        """
+        names = [f"{self.stem}.svg", f"{self.stem}.png"]
+        with style.context(LOOK), warnings.catch_warnings():
+            warnings.filterwarnings("error", "constrained_layout not applied", UserWarning)
+            figure, columns = self.drawing(self)
+            settle(figure)
+            figure.savefig(folder / names[0], metadata={"Date": None, "Creator": None})
+            figure.savefig(folder / names[1], metadata={"Software": None})
+        if columns:
+            names.append(f"{self.stem}.csv")
+            rows = zip(*(map(repr, column.tolist()) for column in columns.values()), strict=True)
+            lines = [",".join(columns), *map(",".join, rows)]
+            (folder / names[2]).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+        return names
+
+
+def subscripts(text: str) -> str:
+    """Text in which the slip limit and the separation have their index below the line."""
+    for letter in "Ln":
+        text = text.replace(f"δ{letter}", rf"$\mathregular{{δ_{letter}}}$")
+    return text
+
+
+def mark(axes: Axes, text: str, x: float, y: float, dx: float, dy: float) -> None:
+    """A point with its letter, set off by so many points."""
+    axes.plot([x], [y], "o", color=INK, markersize=4.5, zorder=5, clip_on=False)
+    axes.annotate(
+        text,
+        (x, y),
+        (dx, dy),
+        textcoords="offset points",
+        ha="center",
+        va="center",
+        fontsize=10,
+        fontweight="bold",
+        zorder=6,
+    )
+
+
+def cross(axes: Axes) -> None:
+    """Lines through zero."""
+    axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
+    axes.axvline(0.0, color=GREY, linewidth=0.6, zorder=1)
+
+
+def words(axes: Axes, text: str, x: float, y: float, **look: Any) -> None:
+    """Words in the picture, on a ground that lines do not run through."""
+    ground = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"}
+    given: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8.5, "bbox": ground}
+    axes.text(x, y, text, **(given | look))
+
+
+def arrow(
+    axes: Axes,
+    start: tuple[float, float],
+    end: tuple[float, float],
+    both: bool = False,
+    linewidth: float = 1.1,
+) -> None:
+    """An arrow from one place to another, with two heads if it is a dimension."""
+    look = {
+        "arrowstyle": "<|-|>" if both else "-|>",
+        "color": INK,
+        "linewidth": linewidth,
+        "mutation_scale": 9.0,
+        "shrinkA": 0.0,
+        "shrinkB": 0.0,
+    }
+    axes.annotate("", end, start, arrowprops=look, annotation_clip=False)

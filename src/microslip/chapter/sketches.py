@@ -1,0 +1,297 @@
+"""Floor 8: the sketches of the chapter, 19.1, 19.4, 19.8 and 19.9; no scale, no data."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle, Polygon, Rectangle
+from numpy.typing import NDArray
+
+from microslip.chapter.plate import (
+    BLUE,
+    GREY,
+    INK,
+    LIGHT,
+    RED,
+    Drawn,
+    Plate,
+    arrow,
+    words,
+)
+from microslip.study.drawing import DASHES
+
+Floats = NDArray[np.float64]
+
+METAL, DARK, PALE = "#e3e3e3", "#bdbdbd", "#f4f4f4"
+EDGE = {"edgecolor": INK, "linewidth": 0.9}
+
+
+def _blank(axes: Axes, width: float, height: float, title: str = "", bottom: float = 0.0) -> None:
+    """A sheet without axes."""
+    axes.set(xlim=(0.0, width), ylim=(bottom, height), title=title)
+    axes.set_aspect("equal")
+    axes.axis("off")
+
+
+def _box(
+    axes: Axes, x: float, y: float, width: float, height: float, color: str = METAL, **look: object
+) -> None:
+    given = {"facecolor": color, **EDGE, **look}
+    axes.add_patch(Rectangle((x, y), width, height, **given))  # type: ignore[arg-type]
+
+
+def _ground(axes: Axes, x: float, y: float, width: float, below: bool = True) -> None:
+    """A fixed support: a line with hatching on its far side."""
+    depth = 0.18
+    _box(axes, x, y - depth if below else y, width, depth, "none", linewidth=0.0, hatch="////")
+    axes.plot([x, x + width], [y, y], color=INK, linewidth=1.2)
+
+
+def _interface(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
+    """Where two bodies meet and slip."""
+    axes.plot(
+        *zip(start, end, strict=True), color=RED, linewidth=2.6, solid_capstyle="butt", zorder=3
+    )
+
+
+def joints(plate: Plate) -> Drawn:
+    """Fig. 19.1."""
+    figure, body = plate.page(2.45)
+    first, second, third = body.subplots(1, 3)
+
+    _blank(first, 6.0, 4.95, "(a) bolted lap joint", 1.05)
+    _box(first, 0.9, 2.5, 2.9, 0.6)
+    _box(first, 2.2, 1.9, 2.9, 0.6)
+    _interface(first, (2.2, 2.5), (3.8, 2.5))
+    for x in (2.65, 3.35):
+        _box(first, x - 0.1, 1.72, 0.2, 1.56, DARK)
+        _box(first, x - 0.22, 3.1, 0.44, 0.22, DARK)
+        _box(first, x - 0.22, 1.68, 0.44, 0.22, DARK)
+    arrow(first, (0.9, 2.8), (0.1, 2.8))
+    arrow(first, (5.1, 2.2), (5.9, 2.2))
+    words(first, "F", 0.5, 3.1)
+    words(first, "F", 5.5, 2.5)
+
+    _blank(second, 6.0, 4.95, "(b) press fit", 1.05)
+    _box(second, 2.55, 1.3, 0.9, 2.7)
+    for x, sign in ((1.35, 1.0), (3.45, -1.0)):
+        _box(second, x, 1.5, 1.2, 1.7)
+        edge = x + (1.2 if sign > 0 else 0.0)
+        _interface(second, (edge, 1.5), (edge, 3.2))
+        outer = x if sign > 0 else x + 1.2
+        for y in (1.8, 2.35, 2.9):
+            arrow(second, (outer - 0.75 * sign, y), (outer, y))
+        words(second, "p", outer - 0.45 * sign, 3.25)
+        _ground(second, x, 1.5, 1.2)
+    arrow(second, (3.0, 4.85), (3.0, 4.0))
+    words(second, "F", 3.35, 4.5)
+
+    _blank(third, 6.0, 4.95, "(c) lap shear joint", 1.05)
+    _box(third, 0.9, 2.5, 3.1, 0.6)
+    _box(third, 2.0, 1.9, 3.1, 0.6)
+    _interface(third, (2.0, 2.5), (4.0, 2.5))
+    for x in np.linspace(2.15, 3.85, 5):
+        arrow(third, (x, 3.85), (x, 3.1))
+        arrow(third, (x, 1.15), (x, 1.9))
+    words(third, "p", 4.2, 3.55)
+    words(third, "p", 1.8, 1.45)
+    arrow(third, (0.9, 2.8), (0.1, 2.8))
+    arrow(third, (5.1, 2.2), (5.9, 2.2))
+    words(third, "F", 0.5, 3.1)
+    words(third, "F", 5.5, 2.5)
+    return Drawn(figure, {})
+
+
+def tribometer(plate: Plate) -> Drawn:
+    """Fig. 19.4."""
+    figure, body = plate.page(3.7)
+    axes = body.subplots()
+    _blank(axes, 12.0, 5.6)
+    _ground(axes, 0.3, 0.55, 11.4)
+    # The jack with its own transducer, the force cell and the moving sample, in one line.
+    _box(axes, 0.5, 1.35, 2.7, 1.3, METAL)
+    _box(axes, 0.9, 0.55, 0.5, 0.8, DARK)
+    _box(axes, 2.3, 0.55, 0.5, 0.8, DARK)
+    _box(axes, 1.75, 1.35, 0.25, 1.3, DARK)
+    _box(axes, 2.0, 1.86, 2.2, 0.28, DARK)
+    _box(axes, 0.15, 1.9, 1.6, 0.2, PALE, linestyle="--")
+    _box(axes, 4.2, 1.55, 0.9, 0.9, "#cfe3f1")
+    _box(axes, 5.1, 1.86, 0.6, 0.28, DARK)
+    _box(axes, 5.7, 1.5, 3.1, 0.95, METAL)
+    for x in (6.0, 6.75, 7.5, 8.25):
+        axes.add_patch(Circle((x + 0.12, 1.36), 0.14, facecolor="white", **EDGE))
+    _box(axes, 5.5, 0.55, 3.5, 0.67, DARK)
+    # Above it the sample that does not move, under a constant load.
+    _box(axes, 6.75, 2.45, 1.0, 0.3, PALE)
+    _box(axes, 6.75, 2.75, 1.0, 0.3, PALE)
+    _interface(axes, (6.75, 2.75), (7.75, 2.75))
+    _box(axes, 6.3, 3.05, 1.9, 0.7, METAL)
+    _box(axes, 8.2, 3.2, 1.9, 0.35, DARK)
+    _box(axes, 10.1, 0.55, 0.6, 3.6, DARK)
+    arrow(axes, (7.25, 4.85), (7.25, 3.75), linewidth=1.8)
+    arrow(axes, (4.2, 2.95), (5.1, 2.95), both=True, linewidth=1.6)
+    words(axes, "static normal load $F_n$", 7.25, 5.15)
+    words(axes, "tangential load $F_t$", 4.3, 3.3)
+    words(axes, "hydraulic jack", 2.1, 3.05)
+    words(axes, "LVDT", 0.75, 2.35, fontsize=8)
+    words(axes, "force cell", 4.65, 1.2, fontsize=8)
+    words(axes, "guide", 5.0, 0.85, fontsize=8)
+    words(axes, "frame, stiff along the motion", 10.35, 4.45, fontsize=8)
+    axes.annotate(
+        "contact of the samples, 2 cm²", (6.75, 2.75), (5.9, 4.3), fontsize=8, ha="right",
+        arrowprops={"arrowstyle": "-", "color": RED, "linewidth": 0.9},
+        bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"},
+    )  # fmt: skip
+    return Drawn(figure, {})
+
+
+def _cap(center: float, top: float, radius: float, floor: float) -> tuple[Floats, Floats]:
+    """A summit as a parabola from the floor to the floor."""
+    reach = math.sqrt(2.0 * radius * (top - floor))
+    x = np.linspace(-reach, reach, 121)
+    return center + x, top - x**2 / (2.0 * radius)
+
+
+def rough_surface(plate: Plate) -> Drawn:
+    """Fig. 19.8."""
+    figure, body = plate.page(3.1)
+    axes = body.subplots()
+    _blank(axes, 12.0, 4.3)
+    plane, mean, floor, radius = 2.9, 1.75, 0.7, 0.55
+    tops = (1.35, 2.2, 3.2, 1.9, 2.55, 3.35, 1.6, 2.45, 3.1, 1.95)
+    centers = np.linspace(1.25, 10.75, len(tops)) + 0.1 * np.array(
+        [0, 2, -1, 1, -2, 1, 2, -1, 0, -1]
+    )
+    grid = np.linspace(0.3, 11.7, 4000)
+    surface = np.full_like(grid, floor)
+    for center, top in zip(centers, tops, strict=True):
+        surface = np.maximum(surface, top - (grid - center) ** 2 / (2.0 * radius))
+    # What the plane has pressed in shows as a dashed outline above it.
+    for center, top in zip(centers, tops, strict=True):
+        if top > plane:
+            x, y = _cap(center, top, radius, plane)
+            axes.plot(x, y, color=GREY, linestyle=DASHES, linewidth=1.0, zorder=5)
+            half = math.sqrt(2.0 * radius * (top - plane))
+            _interface(axes, (center - half, plane), (center + half, plane))
+    pressed = np.minimum(surface, plane)
+    outline = np.column_stack((np.r_[grid[0], grid, grid[-1]], np.r_[0.15, pressed, 0.15]))
+    axes.add_patch(Polygon(outline, closed=True, facecolor=METAL, edgecolor="none"))
+    axes.plot(grid, pressed, color=INK, linewidth=1.1)
+    _box(
+        axes,
+        0.3,
+        plane,
+        11.4,
+        0.85,
+        "none",
+        linewidth=0.0,
+        hatch="///",
+        edgecolor=LIGHT,
+        zorder=0.5,
+    )
+    axes.plot([0.3, 11.7], [plane, plane], color=INK, linewidth=1.3, zorder=2.5)
+    axes.plot([0.3, 11.7], [mean, mean], color=BLUE, linestyle=DASHES, linewidth=1.1)
+    words(axes, "rigid plane", 1.5, plane + 0.5)
+    words(axes, "zero of the heights", 9.3, mean - 0.25, color=BLUE, fontsize=8)
+    arrow(axes, (0.62, mean), (0.62, plane), both=True, linewidth=0.9)
+    words(axes, "$δ_n$", 0.62, 0.5 * (mean + plane))
+    middle = float(centers[5])
+    arrow(axes, (middle, mean), (middle, tops[5]), both=True, linewidth=0.9)
+    words(axes, "$y_i$", middle, 0.5 * (mean + plane))
+    arrow(axes, (middle + 0.85, tops[5] + 0.35), (middle + 0.85, tops[5]), linewidth=0.9)
+    arrow(axes, (middle + 0.85, plane - 0.35), (middle + 0.85, plane), linewidth=0.9)
+    axes.plot([middle, middle + 1.0], [tops[5]] * 2, color=INK, linewidth=0.6, zorder=4)
+    words(axes, "$δ_{ni}$", middle + 1.2, 0.5 * (tops[5] + plane))
+    low = float(centers[7])
+    arrow(axes, (low, tops[7] - radius), (low + 0.3, tops[7] - 0.075), linewidth=0.9)
+    words(axes, "ρ", low - 0.08, tops[7] - 0.35)
+    return Drawn(figure, {})
+
+
+def single_asperity(plate: Plate) -> Drawn:
+    """Fig. 19.9."""
+    figure, body = plate.page(3.9)
+    axes = body.subplots()
+    _blank(axes, 10.0, 5.6)
+    radius, plane, depth, center = 2.6, 3.3, 0.42, 4.6
+    angle = np.linspace(math.radians(205.0), math.radians(-25.0), 400)
+    x = center + radius * np.cos(angle)
+    y = plane + depth - radius + radius * np.sin(angle)
+    outline = np.column_stack((x, np.minimum(y, plane)))
+    axes.add_patch(Polygon(outline, closed=True, facecolor=METAL, edgecolor="none"))
+    axes.plot(x, np.minimum(y, plane), color=INK, linewidth=1.2)
+    above = y > plane
+    axes.plot(x[above], y[above], color=GREY, linestyle=DASHES, linewidth=1.0, zorder=5)
+    # Hertz: the contact is narrower than the cut through the undeformed sphere by the root of two.
+    half = math.sqrt(radius * depth)
+    _box(
+        axes, 0.6, plane, 8.4, 0.75, "none", linewidth=0.0, hatch="///", edgecolor=LIGHT, zorder=0.5
+    )
+    axes.plot([0.6, 9.0], [plane, plane], color=INK, linewidth=1.3)
+    _interface(axes, (center - half, plane), (center + half, plane))
+    bottom = plane + depth - radius
+    arrow(axes, (center, bottom), (center - 2.17, bottom + 1.43), linewidth=0.9)
+    axes.plot([center], [bottom], "+", color=INK, markersize=7)
+    words(axes, "ρ", center - 1.2, bottom + 0.8)
+    for sign in (-1.0, 1.0):
+        axes.plot([center + sign * half] * 2, [plane - 0.1, plane - 0.75], color=INK, linewidth=0.6)
+    axes.plot([center] * 2, [plane - 0.1, plane - 0.75], color=INK, linewidth=0.6)
+    arrow(axes, (center, plane - 0.6), (center + half, plane - 0.6), both=True, linewidth=0.9)
+    words(axes, "$a_i$", center + 0.5 * half, plane - 0.6)
+    axes.plot([center, center + 3.1], [plane + depth] * 2, color=INK, linewidth=0.6)
+    arrow(axes, (center + 2.9, plane + depth + 0.5), (center + 2.9, plane + depth), linewidth=0.9)
+    arrow(axes, (center + 2.9, plane - 0.5), (center + 2.9, plane), linewidth=0.9)
+    words(axes, "$δ_{ni}$", center + 3.35, plane + 0.5 * depth)
+    arrow(axes, (center, 5.4), (center, plane + depth + 0.25), linewidth=1.8)
+    words(axes, "$N_i$", center + 0.4, 5.0)
+    arrow(axes, (1.0, 4.45), (2.5, 4.45), linewidth=1.8)
+    words(axes, "$T_i, δ_{ti}$", 1.7, 4.8)
+    words(axes, "rigid plane", 1.7, 3.68)
+    arrow(axes, (0.9, 0.7), (1.9, 0.7), linewidth=0.9)
+    arrow(axes, (0.9, 0.7), (0.9, 1.7), linewidth=0.9)
+    words(axes, "x", 2.1, 0.7)
+    words(axes, "y", 0.9, 1.95)
+    return Drawn(figure, {})
+
+
+PLATES = (
+    Plate(
+        "19.1",
+        "joints",
+        "joints that damp",
+        "Wherever two clamped surfaces (red) are sheared, they slip at their edges long before "
+        "they slide.",
+        "A sketch.",
+        joints,
+    ),
+    Plate(
+        "19.4",
+        "tribometer",
+        "the tribometer",
+        "The jack moves the lower sample under the fixed upper one. Between the places of "
+        "measurement lies more than the contact: its compliance is in every record.",
+        "A sketch of the principle after the chapter's section 2.1, not of the machine; the place "
+        "of the force cell is assumed.",
+        tribometer,
+    ),
+    Plate(
+        "19.8",
+        "rough-surface",
+        "a rough surface against a rigid plane",
+        "Only summits higher than the separation touch; each is pressed in by what it stands too "
+        "high.",
+        "A sketch: heights are exaggerated against widths.",
+        rough_surface,
+    ),
+    Plate(
+        "19.9",
+        "single-asperity",
+        "the contact of one asperity",
+        "The sphere is pressed in by δ_ni over a circle of radius a_i, which is narrower than "
+        "where the plane would cut it.",
+        "A sketch.",
+        single_asperity,
+    ),
+)

@@ -1,0 +1,183 @@
+"""Floor 8: the figures of the surface: its roughness, 19.6, and its summits' heights, 19.18."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.chapter.plate import BLUE, GREY, HATCH, INK, SLIP, STICK, Drawn, Plate, words
+from microslip.friction import Interface
+from microslip.heights import Gaussian
+from microslip.materials import Material, MaterialPair
+from microslip.normal import GreenwoodWilliamson
+from microslip.study.drawing import DASHES
+from microslip.study.units import engineering
+
+Floats = NDArray[np.float64]
+
+MICRO, MILLI = 1e-6, 1e-3
+SPREAD = 5e-7
+ROUGHNESS = 4.5e-7
+CORRELATION = 4.3e-5
+STEP, LENGTH = 1e-6, 8e-3
+
+
+def worked_example(normal_load: float = 2000.0) -> Interface:
+    """The chapter's milled Al 2017 joint; what it leaves out is this project's worked example."""
+    aluminium = Material(young_modulus=69e9, poisson_ratio=0.33)
+    surface = GreenwoodWilliamson(
+        MaterialPair(aluminium, aluminium), Gaussian(SPREAD), radius=1e-3, density=1e8, area=2e-4
+    )
+    return Interface(surface, friction_coefficient=0.55, normal_load=normal_load)
+
+
+def assumed() -> str:
+    """What the figure assumes, in a sentence."""
+    joint = worked_example()
+    return (
+        f"Gaussian summit heights, σ = {engineering(SPREAD, 'm')}, mean 0; at "
+        f"N = {engineering(joint.normal_load, 'N')} the separation of the worked example (Al 2017, "
+        f"ρ = 1 mm, 1e8 summits a m² on 2 cm²) is δn = {engineering(joint.separation, 'm')}."
+    )
+
+
+def heights(plate: Plate) -> Drawn:
+    """Fig. 19.18."""
+    joint, law = worked_example(), Gaussian(SPREAD)
+    d = joint.separation
+    share = float(law.probability_above(d))
+    y = np.union1d(np.linspace(-3.5, 3.5, 701) * SPREAD, [d])
+    density, below = law.pdf(y), law.cdf(y)
+    figure, body = plate.page(3.7)
+    left, right = body.subplots(1, 2)
+    left.plot(y / MICRO, density * MICRO, color=BLUE, linewidth=1.8)
+    touching = y >= d
+    left.fill_between(
+        y[touching] / MICRO,
+        density[touching] * MICRO,
+        linewidth=0.0,
+        facecolor=SLIP,
+        edgecolor=HATCH,
+        hatch="///",
+    )
+    left.axvline(d / MICRO, color=GREY, linestyle=DASHES, linewidth=1.0)
+    words(left, f"{share:.1%} of the\nsummits touch", 1.12, 0.42)
+    left.set(ylabel="Probability density φ [1/µm]", title="(a)")
+    left.set_ylim(0.0, 0.95)
+    right.plot(y / MICRO, below, color=BLUE, linewidth=1.8)
+    right.axvline(d / MICRO, color=GREY, linestyle=DASHES, linewidth=1.0)
+    right.plot([y[0] / MICRO, d / MICRO], [1.0 - share] * 2, color=GREY, linewidth=0.9)
+    words(right, f"{1.0 - share:.1%}", -1.2, 1.0 - share + 0.06)
+    right.set(ylabel="Distribution function Φ [–]", title="(b)")
+    right.set_ylim(0.0, 1.05)
+    for axes in (left, right):
+        axes.set(xlabel="Height of a summit y [µm]")
+        axes.set_xlim(y[0] / MICRO, y[-1] / MICRO)
+        axes.annotate(
+            r"$\delta_n$", (d / MICRO, 1.0), (5, -4), xycoords=axes.get_xaxis_transform(),
+            textcoords="offset points", ha="left", va="top", color=GREY,
+        )  # fmt: skip
+    columns = {"height [m]": y, "density [1/m]": density, "distribution function": below}
+    return Drawn(figure, columns)
+
+
+def profile(seed: int = 19) -> tuple[Floats, Floats]:
+    """A rough profile: places and heights [m] above its mean line.
+
+    White noise under a moving Gaussian window: heights are normal, with the root mean square
+    ROUGHNESS and the autocorrelation exp(-x^2/CORRELATION^2).
+    """
+    reach = round(3.0 * CORRELATION / STEP)
+    window = np.exp(-2.0 * (STEP * np.arange(-reach, reach + 1) / CORRELATION) ** 2)
+    window *= ROUGHNESS / math.sqrt(float(np.sum(window**2)))
+    count = round(LENGTH / STEP) + 1
+    noise = np.random.default_rng(seed).standard_normal(count + 2 * reach)
+    z: Floats = np.convolve(noise, window, mode="valid")
+    return STEP * np.arange(count), z - z.mean()
+
+
+def summits() -> tuple[float, float, float]:
+    """Density [1/m^2], radius [m] and spread of heights [m] of the summits of such a surface.
+
+    If it is like that in all directions: Nayak (1971), McCool (1986), from the spectral moments
+    m0, m2 and m4 of the autocorrelation.
+    """
+    m0 = ROUGHNESS**2
+    m2, m4 = 2.0 * m0 / CORRELATION**2, 12.0 * m0 / CORRELATION**4
+    return (
+        m4 / (6.0 * math.pi * math.sqrt(3.0) * m2),
+        0.375 * math.sqrt(math.pi / m4),
+        math.sqrt((1.0 - 0.8968 * m2**2 / (m0 * m4)) * m0),
+    )
+
+
+def roughness(plate: Plate) -> Drawn:
+    """Fig. 19.6."""
+    x, z = profile()
+    edges = np.linspace(-16.5, 16.5, 34) * 1e-7
+    shares, _ = np.histogram(z, edges)
+    density = shares / z.size / np.diff(edges)
+    law = Gaussian(ROUGHNESS)
+    percent = 100.0 * MICRO  # of a density [1/m] to per cent a micrometre
+    figure, body = plate.page(3.7)
+    left, right = body.subplots(1, 2, sharey=True, width_ratios=[2.2, 1.0])
+    left.plot(x / MILLI, z / MICRO, color=BLUE, linewidth=0.9)
+    left.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
+    average = float(np.mean(np.abs(z)))
+    words(left, f"this trace: Ra = {average / MICRO:.2f} µm", 4.0, 1.5)
+    left.set(xlabel="Position along the surface [mm]", ylabel="Height [µm]", title="(a)")
+    left.set_xlim(0.0, LENGTH / MILLI)
+    left.set_ylim(-1.7, 1.7)
+    right.stairs(
+        density * percent, edges / MICRO, orientation="horizontal", fill=True, facecolor=STICK,
+        edgecolor=BLUE, linewidth=0.8, label="this trace",
+    )  # fmt: skip
+    y = np.linspace(edges[0], edges[-1], 401)
+    right.plot(law.pdf(y) * percent, y / MICRO, color=INK, linewidth=1.4, label="Gaussian of Rq")
+    right.set(xlabel="Probability density [%/µm]", title="(b)")
+    right.set_xlim(left=0.0)
+    body.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    columns = {
+        "position [m]": x,
+        "height [m]": z,
+        "density of its class [1/m]": density[np.digitize(z, edges) - 1],
+        "Gaussian density [1/m]": law.pdf(z),
+    }
+    return Drawn(figure, columns)
+
+
+def _roughness() -> str:
+    """What the figure of the roughness assumes."""
+    density, radius, spread = summits()
+    return (
+        f"Synthetic, no measurement: Gaussian heights, Rq = {engineering(ROUGHNESS, 'm')}, so "
+        f"Ra = {engineering(ROUGHNESS * math.sqrt(2.0 / math.pi), 'm')}; autocorrelation "
+        f"exp(−x²/β²), β = {engineering(CORRELATION, 'm')}; 8 mm in steps of 1 µm. A "
+        f"surface like that in all directions has {density:.2g} summits a m², of radius "
+        f"{engineering(radius, 'm')} and σ = {engineering(spread, 'm')} (Nayak 1971, McCool 1986)."
+    ).replace("e+07", "e7")
+
+
+PLATES = (
+    Plate(
+        "19.6",
+        "roughness",
+        "(a) roughness of the surface, (b) probability of its heights (synthetic)",
+        "A profile as rough as the chapter's milled sample, whose Ra is below 0.4 µm. Its summits "
+        "would be as many as those of the worked example, somewhat sharper and a quarter less "
+        "spread in height.",
+        _roughness(),
+        roughness,
+    ),
+    Plate(
+        "19.18",
+        "gaussian-heights",
+        "(a) normal distribution of summit heights, (b) its distribution function",
+        "The summits above the separation δn are in contact: the hatched area in (a), what is "
+        "missing to one in (b).",
+        assumed(),
+        heights,
+    ),
+)

@@ -86,11 +86,13 @@ def test_what_it_refuses(given: dict[str, Any], message: str) -> None:
 
 
 def test_at_refuses() -> None:
-    assert refusal(BALL.at, separation=-1e-6, indentation=1e-6) == (
-        "separation or indentation must be given [m], one of them, got both"
+    one = "normal_load [N], separation [m] or indentation [m] must be given, one of them, got "
+    assert (
+        refusal(BALL.at, separation=-1e-6, indentation=1e-6) == one + "separation and indentation"
     )
-    assert refusal(BALL.at) == (
-        "normal_load [N] or indentation [m] must be given, one of them, got neither"
+    assert refusal(BALL.at) == one + "none"
+    assert refusal(BALL.at, separation=1e-6) == (
+        "separation must be below zero [m], where the sphere touches, got 1e-06"
     )
 
 

@@ -361,11 +361,15 @@ def test_files(tmp_path: Path) -> None:
 
 def test_the_same_files_each_time(tmp_path: Path) -> None:
     folders = [tmp_path / name for name in ("first", "second")]
-    for folder in folders:
+    # Alone, and after another one.
+    for folder, numbers in zip(
+        folders, (["19.12", "19.23"], ["19.9", "19.12", "19.23"]), strict=True
+    ):
         folder.mkdir()
-        write(select(["19.12"]), folder)
-    for path in folders[0].iterdir():
-        assert path.read_bytes() == (folders[1] / path.name).read_bytes(), path.name
+        write(select(numbers), folder)
+    stems = [NUMBERS[number].stem for number in ("19.12", "19.23")]
+    for name in (f"{stem}.{kind}" for stem in stems for kind in ("svg", "png", "csv")):
+        assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes(), name
 
 
 def test_select() -> None:

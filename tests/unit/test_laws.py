@@ -327,9 +327,9 @@ def test_segalman_without_a_last_slider() -> None:
 # -- as cells, and as four parameters --------------------------------------------------------------
 
 
-@pytest.mark.parametrize("cells", [0, -1, 2.0, "5", None, True, [5]])
+@pytest.mark.parametrize("cells", [0, -1, 2.0, "5", None, True, [5], 10**9])
 def test_cells(cells: object) -> None:
-    message = f"cells must be an integer of at least 1, got {cells!r}"
+    message = f"cells must be an integer from 1 to 10000000, got {cells!r}"
     assert refusal(SEGALMAN.to_iwan, cells) == message
 
 

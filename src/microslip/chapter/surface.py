@@ -95,7 +95,9 @@ def profile(seed: int = 19) -> tuple[Floats, Floats]:
     count = round(LENGTH / STEP) + 1
     noise = np.random.default_rng(seed).standard_normal(count + 2 * reach)
     z: Floats = np.convolve(noise, window, mode="valid")
-    return STEP * np.arange(count), z - z.mean()
+    z -= z.mean()
+    x: Floats = STEP * np.arange(float(count))
+    return x, z
 
 
 def summits() -> tuple[float, float, float]:

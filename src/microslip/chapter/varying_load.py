@@ -13,8 +13,7 @@ from microslip.chapter.joint import COLORS, LINES
 from microslip.chapter.joint import assumed as worked_out
 from microslip.chapter.plate import LIGHT, Drawn, Plate, cross
 from microslip.chapter.surface import worked_example
-from microslip.friction import Interface
-from microslip.friction.coupled import CoupledResponse
+from microslip.friction import CoupledResponse, Interface
 from microslip.study.drawing import DASHES
 
 Floats = NDArray[np.float64]

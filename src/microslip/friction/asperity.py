@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, exact, floats, plain, positive, record
+from microslip._checks import Floats, exact, floats, number, plain, positive, record
 from microslip._frozen import lock
 from microslip.errors import InputError
 from microslip.friction.fields import AsperityFields, Body, bodies, distances
@@ -91,13 +91,28 @@ class Asperity(Interface):
         InputError
             Not one of load, separation (the indentation with a minus sign) and indentation.
         """
-        given = {
-            "normal_load": normal_load,
-            "indentation": indentation if separation is None else -separation,
-        }
-        if separation is not None and indentation is not None:
-            raise InputError("separation or indentation must be given [m], one of them, got both")
-        return Asperity(self.pair, self.radius, self.friction_coefficient, **given)
+        given = {"normal_load": normal_load, "separation": separation, "indentation": indentation}
+        named = [name for name, value in given.items() if value is not None]
+        if len(named) != 1:
+            came = " and ".join(named) or "none"
+            raise InputError(
+                "normal_load [N], separation [m] or indentation [m] must be given, one of them, "
+                f"got {came}"
+            )
+        if separation is not None:
+            d = number("separation", separation, "m")
+            if d >= 0.0:
+                raise InputError(
+                    f"separation must be below zero [m], where the sphere touches, got {d:g}"
+                )
+            indentation = -d
+        return Asperity(
+            self.pair,
+            self.radius,
+            self.friction_coefficient,
+            normal_load=normal_load,
+            indentation=indentation,
+        )
 
     @property
     def pair(self) -> MaterialPair:

@@ -15,7 +15,7 @@ from microslip import kernels
 from microslip._checks import Floats, exact, floats, plain, positive, record, show
 from microslip._frozen import lock
 from microslip.errors import InputError
-from microslip.friction.numerics import invert, lobatto
+from microslip.friction.numerics import adaptive, invert
 from microslip.friction.views import PeriodicResponse, Sliders
 from microslip.kernels.table import Table
 from microslip.loops import Loop, unit_cycle
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from microslip.friction.segalman import SegalmanFit
 
 Self = TypeVar("Self", bound="BackboneLaw")
+
+MOST_CELLS = 10_000_000
 
 
 class BackboneLaw(ABC):
@@ -97,30 +99,13 @@ class BackboneLaw(ABC):
 
         The default integrates dE_d/da = 4 (T0 - a T0'), adaptively, since a law may have kinks.
         """
-        edges = np.append(0.0, 0.25 ** np.arange(12.0, -1.0, -1.0))
-        low, high = (np.outer(amplitude, side).ravel() for side in (edges[:-1], edges[1:]))
-        owner = np.repeat(np.arange(amplitude.size), edges.size - 1)
-        total = np.zeros_like(amplitude)
-        coarse = lobatto(self._energy_slope, low, high)
-        scale = np.bincount(owner, np.abs(coarse), minlength=amplitude.size)
-        for depth in range(60):
-            middle = 0.5 * (low + high)
-            left = lobatto(self._energy_slope, low, middle)
-            right = lobatto(self._energy_slope, middle, high)
-            # Finer than the rounding of T0 - a T0' nothing is found out: small amplitudes would
-            # be halved for ever.
-            noise = 4e-15 * self._backbone(high) * (high - low)
-            rough = np.abs(left + right - coarse) > 1e-14 * scale[owner] + noise
-            if depth == 59:
-                rough[:] = False
-            total += np.bincount(owner[~rough], (left + right)[~rough], minlength=amplitude.size)
-            if not rough.any():
-                break
-            low, middle, high = low[rough], middle[rough], high[rough]
-            low, high = np.concatenate((low, middle)), np.concatenate((middle, high))
-            coarse = np.concatenate((left[rough], right[rough]))
-            owner = np.concatenate((owner[rough], owner[rough]))
-        return total
+
+        # Finer than the rounding of T0 - a T0' nothing is found out: small amplitudes would be
+        # halved for ever.
+        def noise(low: Floats, high: Floats) -> Floats:
+            return 4e-15 * self._backbone(high) * (high - low)
+
+        return adaptive(lambda a, _: self._energy_slope(a), amplitude, 1e-14, 60, noise)
 
     def _energy_slope(self, amplitude: Floats) -> Floats:
         """Derivative of :meth:`_energy` [N]."""
@@ -450,7 +435,7 @@ class BackboneLaw(ABC):
         Parameters
         ----------
         cells : int
-            Number of cells [-], at least 1; fewer come back where the law has fewer sliders.
+            Number of cells [-], 1 to 10 million; fewer come back where the law has fewer sliders.
 
         Returns
         -------
@@ -467,8 +452,9 @@ class BackboneLaw(ABC):
         """
         from microslip.friction.cells import discretise
 
-        if isinstance(cells, bool) or not isinstance(cells, (int, np.integer)) or cells < 1:
-            raise InputError(f"cells must be an integer of at least 1, got {show(cells)}")
+        whole = isinstance(cells, (int, np.integer)) and not isinstance(cells, bool)
+        if not whole or not 1 <= cells <= MOST_CELLS:
+            raise InputError(f"cells must be an integer from 1 to {MOST_CELLS}, got {show(cells)}")
         self._check_not_rigid("Iwan's cells")
         return discretise(self, int(cells))
 

@@ -1,0 +1,24 @@
+"""Floor 6: records of rigs and the loops in them."""
+
+from microslip.tribometer.condition import (
+    condition,
+    delay_of,
+    rate_dependence,
+    rig_stiffness_of,
+)
+from microslip.tribometer.measure import Estimate, Measurement, Thresholds, measure
+from microslip.tribometer.record import Record
+from microslip.tribometer.virtual import VirtualTribometer
+
+__all__ = [
+    "Estimate",
+    "Measurement",
+    "Record",
+    "Thresholds",
+    "VirtualTribometer",
+    "condition",
+    "delay_of",
+    "measure",
+    "rate_dependence",
+    "rig_stiffness_of",
+]

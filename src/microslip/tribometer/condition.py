@@ -1,0 +1,356 @@
+"""Floor 6: what a record goes through before it is measured, and what that is known from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from microslip._checks import Floats, exact, number, positive, show
+from microslip.errors import InputError
+from microslip.tribometer.cycles import Cycles, split
+from microslip.tribometer.measure import Estimate, Measurement, mean_of, quantile, trend
+from microslip.tribometer.record import Record
+
+LEAST_CUTOFF = 10.0
+"""Lowest cutoff of the low-pass, over the frequency of the cycles."""
+EVEN = 1e-6
+"""Steps of the time that differ by less, of their mean, are even."""
+
+
+def condition(
+    record: Record,
+    *,
+    delay: float = 0.0,
+    drift: bool = False,
+    cutoff: float | None = None,
+    rig_stiffness: float | None = None,
+) -> Record:
+    """A record as the contact saw it; what was done is in its notes, the given one is not changed.
+
+    Parameters
+    ----------
+    record : Record
+        What was recorded.
+    delay : float, optional
+        Time [s] by which the force lags behind the displacement, such as :func:`delay_of` found.
+    drift : bool
+        Whether the straight trend of the middles of the cycles is taken off both channels.
+    cutoff : float, optional
+        Frequency [Hz] of a low-pass of displacement, force and load alike: a Butterworth filter of
+        the fourth order, forth and back, so of no phase. At least 10 times the frequency of the
+        cycles, where it changes the area of their loops by less than 1e-6.
+    rig_stiffness : float, optional
+        Stiffness of the rig in series [N/m], above zero: its deflection is taken off.
+
+    Returns
+    -------
+    Record
+        With steps of even time, one-dimensional, in SI units.
+
+    Raises
+    ------
+    InputError
+        Not a record, a value out of its range, a record without time where one is needed, or
+        without a full cycle.
+
+    Notes
+    -----
+    Uneven time is evened by straight lines first. The area of a loop is that of the harmonics which
+    displacement and force share (19.29), so a filter without phase keeps it.
+    """
+    _check(record)
+    x, force, load = record.displacement, record.force, record.normal_load
+    notes, rate = list(record.notes), record.sample_rate
+    commanded = record.commanded
+    delay = number("delay", delay, "s", 1e-4)
+    if record.time is not None:
+        steps = np.diff(record.time)
+        jitter = float(steps.std() / steps.mean())
+        rate = 1.0 / float(steps.mean())
+        if jitter > EVEN:
+            even = np.linspace(record.time[0], record.time[-1], len(record))
+            x, force = (np.interp(even, record.time, values) for values in (x, force))
+            if isinstance(load, np.ndarray):
+                load = np.interp(even, record.time, load)
+            if commanded is not None:
+                commanded = np.interp(even, record.time, commanded)
+            notes.append(f"uneven steps of time, {jitter:.2g} of their mean, were evened")
+    if delay != 0.0:
+        shift = delay * _rate(rate, "delay")
+        if abs(shift) > 0.25 * (force.size - 1):
+            raise InputError(f"delay must be less than a quarter of the record, got {delay:g} s")
+        place = np.arange(force.size)
+        force = np.interp(place + shift, place, force)
+        # What has no force of its own any more goes.
+        lost = math.ceil(abs(shift))
+        kept = slice(0, force.size - lost) if shift > 0.0 else slice(lost, None)
+        x, force = x[kept], force[kept]
+        load = load[kept] if isinstance(load, np.ndarray) else load
+        commanded = None if commanded is None else commanded[kept]
+        notes.append(f"the force was moved forward by {delay:.6g} s")
+    if drift:
+        cycles = split(x, force)
+        middles = [_without_trend(values, cycles) for values in (x, force)]
+        x, force = (values for values, _ in middles)
+        slopes = [slope for _, slope in middles]
+        notes.append(f"drift of {slopes[0]:.3g} m and {slopes[1]:.3g} N a cycle was taken off")
+    if cutoff is not None:
+        cutoff = positive("cutoff", cutoff, "Hz", 100.0)
+        sampled = _rate(rate, "cutoff")
+        low = LEAST_CUTOFF * sampled / split(x, force).period
+        if not low <= cutoff < 0.5 * sampled:
+            raise InputError(
+                f"cutoff must be from {LEAST_CUTOFF:g} times the frequency of the cycles, "
+                f"{low:.6g} Hz, to below half the sample rate, {0.5 * sampled:.6g} Hz, "
+                f"got {exact(cutoff)} Hz"
+            )
+        x, force = (_low_pass(values, cutoff / sampled) for values in (x, force))
+        if isinstance(load, np.ndarray):
+            load = _low_pass(load, cutoff / sampled)
+        notes.append(f"low-pass at {cutoff:g} Hz, forth and back")
+    if rig_stiffness is not None:
+        rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
+        x = x - force / rig_stiffness
+        notes.append(f"deflection of a rig of {rig_stiffness:g} N/m was taken off")
+    return Record(
+        x,
+        force,
+        load,
+        sample_rate=rate,
+        frequency=record.frequency,
+        commanded=commanded,
+        name=record.name,
+        notes=tuple(notes),
+    )
+
+
+def _check(record: Any) -> None:
+    if not isinstance(record, Record):
+        raise InputError(f"record must be a Record, got {show(record)}")
+
+
+def _rate(rate: float | None, name: str) -> float:
+    if rate is None:
+        raise InputError(f"{name} needs a record with time or sample_rate")
+    return rate
+
+
+def _without_trend(values: Floats, cycles: Cycles) -> tuple[Floats, float]:
+    """Values without the trend of the means of their cycles, and that trend a cycle."""
+    first, last = cycles.cuts[:-1], cycles.cuts[1:]
+    if first.size < 2:
+        raise InputError("drift needs at least two cycles, got 1")
+    means = np.add.reduceat(values[: cycles.cuts[-1]], first) / (last - first)
+    middle: Floats = 0.5 * (first + last - 1).astype(np.float64)
+    slope = trend(middle, means, 0.95).value
+    return values - slope * (np.arange(values.size) - middle.mean()), slope * cycles.period
+
+
+def _low_pass(values: Floats, cutoff: float) -> Floats:
+    from scipy.signal import butter, sosfiltfilt
+
+    sections = butter(4, cutoff, fs=1.0, output="sos")
+    length = min(values.size - 1, math.ceil(6.0 / cutoff))
+    return np.asarray(sosfiltfilt(sections, values, padlen=length), dtype=float)
+
+
+def delay_of(record: Record, *, confidence: float = 0.95) -> Estimate:
+    """How far the force lags behind the displacement, from the kinks at the reversals.
+
+    Parameters
+    ----------
+    record : Record
+        With time or sample rate and at least two cycles.
+    confidence : float, optional
+        Level of the interval [-].
+
+    Returns
+    -------
+    Estimate
+        Time [s], positive where the force is late, for ``condition(record, delay=...)``.
+
+    Raises
+    ------
+    InputError
+        Not a record, no time, fewer than two cycles, too few samples after a reversal.
+
+    Notes
+    -----
+    Near a reversal the force depends on the way of the displacement, on a line before it and on a
+    parabola after it (19.20). The shift with which that fits best is the delay;
+    groups of cycles give the interval.
+    """
+    _check(record)
+    rate = record.sample_rate
+    if record.time is not None:
+        rate = (len(record) - 1) / float(record.time[-1] - record.time[0])
+    rate = _rate(rate, "delay_of")
+    cycles = split(record.displacement, record.force)
+    count = cycles.peaks.size
+    if count < 2:
+        raise InputError("delay_of needs at least two cycles, got 1")
+    force = record.force
+    reach = int(cycles.period / 5.0)
+    steps = np.arange(-reach, reach + 1)
+
+    def rows(values: Floats) -> Floats:
+        """Values around the peaks and, turned around, the troughs, in the mean of each cycle."""
+        tops, bottoms = (values[p[inside][:, None] + steps] for p in (cycles.peaks, cycles.troughs))
+        return np.asarray(0.5 * (tops - bottoms) * (-1.0 if cycles.flipped else 1.0))
+
+    inside = (cycles.peaks >= reach) & (cycles.troughs < force.size - reach)
+    both = rows(force)
+    if both.shape[0] < 2:
+        raise InputError("delay_of needs at least two cycles away from the ends of the record")
+    profile = both.mean(axis=0)
+    # Only as far as the line holds: till a quarter of the force is gone.
+    fallen = np.flatnonzero(profile[reach:] < profile.max() - 0.25 * float(np.ptp(force)))
+    half = min(int(fallen[0]) if fallen.size else reach, (2 * reach) // 3)
+    if half < 4:
+        raise InputError(
+            f"delay_of needs at least 4 samples in the first quarter of the force after a "
+            f"reversal, got {half}; sample faster"
+        )
+    groups = np.array_split(both, min(10, both.shape[0]))
+    window = slice(reach - half, reach + half + 1)
+    means = np.array([group.mean(axis=0)[window] for group in groups])
+    way = rows(record.displacement).mean(axis=0)
+    # Its height at the reversal from a parabola: the highest of noisy samples is too high.
+    near = max(2, half // 2)
+    t = np.arange(-near, near + 1.0)
+    top = float(np.polyfit(t, way[reach - near : reach + near + 1], 4 if near > 3 else 2)[-1])
+    late = _kinks(means, np.arange(-half, half + 1.0), top - way, reach) / rate
+    return mean_of(late, confidence)
+
+
+def _kinks(rows: Floats, t: Floats, way: Floats, reach: int) -> Floats:
+    """Shifts with which the way, on both sides with a factor of its own, fits each row best."""
+    places = np.linspace(-0.5 * t[-1], 0.5 * t[-1], 201)
+    misfit = np.empty((rows.shape[0], places.size))
+    for i, place in enumerate(places):
+        away = t - place
+        moved = np.interp(away, np.arange(-reach, reach + 1.0), way)
+        before = np.where(away < 0.0, moved, 0.0)
+        after = moved - before
+        design = np.stack((np.ones_like(t), before, after, after**2 / way.max()), axis=1)
+        basis = np.linalg.qr(design)[0]
+        rest = rows - (rows @ basis) @ basis.T
+        misfit[:, i] = np.sum(rest**2, axis=1)
+    best = np.clip(misfit.argmin(axis=1), 1, places.size - 2)
+    row = np.arange(rows.shape[0])
+    low, middle, high = (misfit[row, best + side] for side in (-1, 0, 1))
+    curvature = low - 2.0 * middle + high
+    share = np.where(curvature > 0.0, 0.5 * (low - high) / np.where(curvature > 0, curvature, 1), 0)
+    return np.asarray(places[best] + np.clip(share, -1.0, 1.0) * (places[1] - places[0]))
+
+
+def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float = 0.95) -> Estimate:
+    """Stiffness of the rig in series, from the stiffness after reversals at several loads.
+
+    Parameters
+    ----------
+    measurements : sequence of Measurement
+        Of one contact, nothing taken off, at three normal loads or more.
+    confidence : float, optional
+        Level of the interval [-].
+
+    Returns
+    -------
+    Estimate
+        Stiffness [N/m]; the upper end is infinite where the data allow a rigid rig.
+
+    Raises
+    ------
+    InputError
+        Fewer than three loads, a record without load, or with a rig taken off; data without a
+        compliance left for the rig.
+
+    Notes
+    -----
+    Compliances add up, 1/k = 1/k_rig + c/N, with a contact as stiff as it is loaded: exact for
+    exponential heights, nearly so for others. The straight line over 1/N ends at 1/k_rig; a single
+    load cannot tell rig and contact apart.
+    """
+    rows = list(measurements)
+    for measured in rows:
+        if not isinstance(measured, Measurement):
+            raise InputError(f"measurements must hold Measurements, got {show(measured)}")
+        if "normal_load" not in measured.mean:
+            raise InputError(f"{measured.name}: has no normal load")
+        if measured.rig_stiffness is not None:
+            raise InputError(f"{measured.name}: a rig was taken off already; measure without")
+    loads = np.array([measured.mean["normal_load"].value for measured in rows])
+    if loads.size < 3 or np.ptp(loads) < 0.05 * loads.mean():
+        raise InputError(
+            f"rig_stiffness_of needs three different normal loads or more, got {loads.size} "
+            "records that span "
+            f"{float(np.ptp(loads)) if loads.size else 0.0:.3g} N"
+        )
+    softness = np.array([1.0 / measured.mean["reversal_stiffness"].value for measured in rows])
+    away = 1.0 / loads - (1.0 / loads).mean()
+    square = float(np.dot(away, away))
+    slope = float(np.dot(away, softness)) / square
+    rest = softness - softness.mean() - slope * away
+    at_end = (1.0 / loads).mean()
+    value = float(softness.mean() - slope * at_end)
+    variance = float(np.dot(rest, rest)) / (loads.size - 2)
+    error = math.sqrt(variance * (1.0 / loads.size + at_end**2 / square))
+    if value <= 0.0:
+        raise InputError(
+            f"no compliance is left for the rig: the line ends at {value:.3g} m/N; "
+            "contact and rig cannot be told apart here"
+        )
+    half = quantile(confidence, loads.size - 2) * error
+    high = 1.0 / (value - half) if value > half else math.inf
+    return Estimate(1.0 / value, 1.0 / (value + half), high, error / value**2, int(loads.size))
+
+
+def rate_dependence(
+    measurements: Sequence[Measurement],
+    column: str = "dissipated_energy",
+    *,
+    confidence: float = 0.95,
+) -> Estimate:
+    """Relative change of a column with each decade of frequency.
+
+    Parameters
+    ----------
+    measurements : sequence of Measurement
+        Of one contact at one amplitude and load, at three frequencies or more.
+    column : str
+        What to look at.
+    confidence : float, optional
+        Level of the interval [-].
+
+    Returns
+    -------
+    Estimate
+        d ln(column) / d lg(frequency) [-]: rate independent, as friction is taken to be, where the
+        interval holds 0.
+
+    Raises
+    ------
+    InputError
+        Fewer than three records, one without a frequency or without the column, equal frequencies.
+    """
+    rows = list(measurements)
+    values, rates = [], []
+    for measured in rows:
+        if not isinstance(measured, Measurement):
+            raise InputError(f"measurements must hold Measurements, got {show(measured)}")
+        if measured.frequency is None:
+            raise InputError(f"{measured.name}: has no frequency; give time or sample_rate")
+        if column not in measured.mean:
+            raise InputError(
+                f"column must be one of {', '.join(measured.mean)}, got {show(column)}"
+            )
+        values.append(measured.mean[column].value)
+        rates.append(math.log10(measured.frequency))
+    if len(rows) < 3 or max(rates) - min(rates) < 0.01:
+        raise InputError(
+            f"rate_dependence needs three records or more at different frequencies, got {len(rows)}"
+        )
+    return trend(np.array(rates), np.log(np.array(values)), confidence)

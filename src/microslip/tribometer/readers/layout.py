@@ -1,0 +1,258 @@
+"""How a text file of numbers is laid out: separator, decimal sign, names, units, first row."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from typing import NamedTuple
+
+MISSING = frozenset(
+    {"", "nan", "-nan", "na", "n/a", "#n/a", "#na", "null", "none", "-", "--", "---", "?"}
+)
+"""What stands for a number that is not there, in small letters."""
+
+_POINT = re.compile(
+    r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.ASCII | re.I
+)
+_COMMA = re.compile(
+    r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.ASCII | re.I
+)
+NUMBER = {".": _POINT, ",": _COMMA}
+
+SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", None: "spaces"}
+_ENOUGH = 200  # rows that show how a file is laid out
+_MARKS = "#%!/*\"' \t"  # what may stand before the names of a comment
+
+
+class Line(NamedTuple):
+    """A line that is not empty, and how many are above it."""
+
+    above: int
+    text: str
+
+
+class Layout(NamedTuple):
+    """How the rows of a file are to be read."""
+
+    separator: str | None
+    """None: any number of spaces."""
+
+    decimal: str | None
+    """None: the rows that were looked at hold whole numbers only."""
+
+    first: int
+    """Index of the line of the first row."""
+
+    width: int
+    """Cells of a row."""
+
+    names: tuple[str, ...]
+    """Names of the columns, "" where there is none; fewer than cells if rows end in separators."""
+
+    units: tuple[str | None, ...]
+    """Units of a row of units; of the names' own brackets nothing is read here."""
+
+    names_line: int | None
+    units_line: int | None
+
+
+def split(text: str, separator: str | None) -> list[str]:
+    """Cells of a line, without spaces and quotation marks around them."""
+    if separator is None:
+        return text.replace('"', "").split()
+    if '"' in text:
+        with suppress(csv.Error):  # no CSV: then the marks are letters like others
+            (cells,) = csv.reader([text.strip("\r\n")], delimiter=separator, strict=True)
+            return [cell.strip() for cell in cells]
+    return [cell.strip() for cell in text.strip("\r\n").split(separator)]
+
+
+def is_comment(text: str) -> bool:
+    """Whether a line holds no row."""
+    return text.startswith("#") and not text.upper().startswith(("#N/A", "#NA"))
+
+
+def find_layout(lines: Sequence[Line]) -> Layout | None:
+    """The layout in which most numbers stand in rows of one kind, or None if there are no rows.
+
+    Parameters
+    ----------
+    lines : sequence of Line
+        The beginning of the file.
+
+    Returns
+    -------
+    Layout or None
+        Columns that are numbers count for it and texts against it, which tells separators from
+        decimal signs: "1,5;2,5" is two numbers or, separated by commas, one with a text.
+    """
+    best: tuple[float, Layout] | None = None
+    for separator in SEPARATORS:
+        cells = [split(line.text, separator) for line in lines]
+        for decimal in (".", ","):
+            run = _best_run(lines, cells, decimal)
+            if run is None:
+                continue
+            start, end, mask = run
+            score = _weight(start, end, mask)
+            if best is not None and score <= best[0]:
+                same = best[1].separator == separator and score == best[0]
+                if same and decimal == ",":  # no decimal sign at all so far
+                    best = (score, best[1]._replace(decimal=None))
+                continue
+            names, units, lines_of = _names(lines, start, separator, len(mask), mask)
+            if not names:
+                names = ("",) * _filled(mask)
+            first, width = lines[start].above, len(cells[start])
+            best = (score, Layout(separator, decimal, first, width, names, units, *lines_of))
+    return best[1] if best else None
+
+
+def _best_run(
+    lines: Sequence[Line], cells: Sequence[list[str]], decimal: str
+) -> tuple[int, int, list[bool | None]] | None:
+    """Start, end and kinds of cells (number, text, empty) of rows of one kind that follow."""
+    number = NUMBER[decimal].fullmatch
+    best: tuple[int, int, list[bool | None]] | None = None
+    start, mask, empty = 0, list[bool | None](), 0
+    for i, row in enumerate(cells):
+        kinds = [] if is_comment(lines[i].text) else _kinds(row, number)
+        fits = len(kinds) == len(mask) and not any(
+            a is not b for a, b in zip(kinds, mask, strict=True) if a is not None and b is not None
+        )
+        if fits and kinds:
+            mask = [a if b is None else b for a, b in zip(kinds, mask, strict=True)]
+        else:
+            # Rows that hold nothing are of the kind of those below them.
+            start, mask = i, kinds
+            while empty and len(cells[start - 1]) == len(row):
+                start, empty = start - 1, empty - 1
+        empty = empty + 1 if kinds and not any(kind is not None for kind in kinds) else 0
+        run = (start, i + 1, mask)
+        if True in mask and (best is None or best[0] == start or _weight(*run) > _weight(*best)):
+            best = run
+        if True in mask and i + 1 - start >= _ENOUGH:
+            break
+    if best is None:
+        return None
+    start, end, mask = best
+    # Strokes below the names are no row.
+    while all(cell.strip("-") == "" for cell in cells[start]):
+        start += 1
+    return _first_row(lines, cells, start, mask, number), end, mask
+
+
+def _first_row(
+    lines: Sequence[Line],
+    cells: Sequence[list[str]],
+    start: int,
+    mask: Sequence[bool | None],
+    number: Callable[[str], object],
+) -> int:
+    """Where the rows begin, if one among the first is wrong: that is to be said, not skipped."""
+    lead = mask.index(True)
+    first = start
+    for i in reversed(range(start)):
+        kinds = _kinds(cells[i], number)
+        if is_comment(lines[i].text) or not any(kind is not None for kind in kinds):
+            continue
+        if True not in kinds:
+            break  # the names
+        whole = len(kinds) == len(mask)
+        sound = whole and not any(m and k is False for m, k in zip(mask, kinds, strict=True))
+        # Settings begin with a text, rows with a number.
+        if sound or (whole and kinds[lead] and first == i + 1):
+            first = i
+    return first
+
+
+def _kinds(row: Sequence[str], number: Callable[[str], object]) -> list[bool | None]:
+    return [None if cell.lower() in MISSING else number(_plain(cell)) is not None for cell in row]
+
+
+def _weight(start: int, end: int, mask: Sequence[bool | None]) -> float:
+    """How much rows look like those of a record: lines of settings may be of one kind, too."""
+    numbers, texts = mask.count(True), mask.count(False)
+    # One column is no record: "1,5" is that only where it can be nothing else.
+    columns = numbers if numbers > 1 else 0.1
+    return columns * numbers / (numbers + texts) * min(end - start, 50)
+
+
+def _plain(cell: str) -> str:
+    return cell.replace("\N{MINUS SIGN}", "-")
+
+
+def _filled(mask: Sequence[bool | None]) -> int:
+    """Cells up to the last that is not always empty."""
+    return max(i for i, kind in enumerate(mask) if kind is not None) + 1
+
+
+def _names(
+    lines: Sequence[Line],
+    start: int,
+    separator: str | None,
+    width: int,
+    mask: Sequence[bool | None],
+) -> tuple[tuple[str, ...], tuple[str | None, ...], tuple[int | None, int | None]]:
+    """Names and units above the rows, and their lines."""
+    above = (line for line in reversed(lines[:start]) if re.search(r"[^\W_]|%|°", line.text))
+    first = _head(next(above, None), separator, width, mask)
+    if first is None:
+        return (), (), (None, None)
+    line, cells = first
+    units = [bare(cell) for cell in cells]
+    second = _head(next(above, None), separator, width, mask)
+    if second and all(map(_is_unit_or_empty, cells)):
+        shown = tuple(unit if unit not in ("", "-", "–") else None for unit in units)
+        # Of "[s]" and "s" the unit is the same; a row that is shorter says nothing of the others.
+        return tuple(second[1]), shown, (second[0].above, line.above)
+    return tuple(cells), (), (line.above, None)
+
+
+def _head(
+    line: Line | None, separator: str | None, width: int, mask: Sequence[bool | None]
+) -> tuple[Line, list[str]] | None:
+    """Cells of a line that has one for each column."""
+    if line is None:
+        return None
+    text = line.text.strip().lstrip(_MARKS) if line.text[:1] in "#%!/*" else line.text
+    least = _filled(mask)
+    for cells in _ways(text, separator):
+        while cells and not cells[-1]:
+            cells.pop()
+        if len(cells) == width + 1 and cells[-1].casefold() == "comment":
+            cells.pop()  # LabVIEW has a column for comments and seldom one of them
+        numbers = any(_POINT.fullmatch(cell) or _COMMA.fullmatch(cell) for cell in cells)
+        if least <= len(cells) <= width and any(cells) and not numbers:
+            return line, cells
+    return None
+
+
+def _ways(text: str, separator: str | None) -> Iterator[list[str]]:
+    """Cells of a line of names, which may hold spaces where spaces separate the numbers."""
+    yield split(text, separator)
+    if separator is None:
+        for other in ("\t", ";", ","):
+            if other in text:
+                yield split(text, other)
+        yield re.split(r"\s{2,}", text.strip())
+        yield re.split(r"\s+(?![^\[(]*[\])])(?![\[(])", text.strip())
+
+
+def bare(cell: str) -> str:
+    """A unit without the brackets around it."""
+    cell = cell.strip()
+    for pair in ("[]", "()", "<>"):
+        if len(cell) > 1 and cell[0] == pair[0] and cell[-1] == pair[1]:
+            return cell[1:-1].strip()
+    return cell
+
+
+def _is_unit_or_empty(cell: str) -> bool:
+    from microslip.study.units import is_unit
+
+    text = bare(cell)
+    # What is in square brackets is meant as one, even if nobody knows it.
+    return cell.startswith("[") or text in ("", "-", "–") or is_unit(text)

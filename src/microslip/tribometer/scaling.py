@@ -1,0 +1,195 @@
+"""From the numbers of a column to SI floats: unit, calibration, zero and sign."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from decimal import Decimal, DecimalException
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._checks import Floats
+from microslip.study.units import Kind, QuantityError, engineering, factor_of, to_si
+from microslip.study.wording import quoted, shorten, show
+from microslip.tribometer.roles import KINDS, Named, fits, is_raw
+
+ZEROS = ("mean", "middle", "first")
+"""What may be taken for zero, besides a value."""
+
+_FACTOR = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*")
+
+
+class Scale(NamedTuple):
+    """What turns the numbers of a file into SI."""
+
+    factor: Decimal
+    words: str
+    """Where it is from, for the notes."""
+
+
+def scale_of(column: Named, role: str, unit: object, calibration: object) -> Scale:
+    """SI value of one in a column.
+
+    Parameters
+    ----------
+    column : Named
+        The column.
+    role : str
+        What it is.
+    unit : object
+        Unit that the user states, or None.
+    calibration : object
+        Factor that the user states, "12.5 N/V" or a number in SI units, or None.
+
+    Returns
+    -------
+    Scale
+        The factor and where it is from.
+
+    Raises
+    ------
+    ValueError
+        If there is no unit, an unknown one, one of another dimension, or no such factor.
+    """
+    kind = KINDS[role]
+    name = f'{role}: column "{shorten(column.whole, 40)}": '
+    if unit is not None and (not isinstance(unit, str) or not unit.strip()):
+        raise ValueError(f'{role}: wanted a unit such as "{kind.usual[1]}", got {show(unit)}')
+    shown, where = (str(unit).strip(), "as stated") if unit else (column.unit, column.where)
+    if calibration is not None:
+        return _calibrated(column, role, shown, calibration)
+    if shown is None:
+        usual = "s" if role == "time" else kind.usual[1]
+        no_time = ", or time=False" if role == "time" else ""
+        raise ValueError(f'{name}no unit; write units={{"{role}": "{usual}"}}{no_time}')
+    try:
+        factor = factor_of(
+            shown, kind, f'{name}wanted a unit such as "{kind.usual[1]}", got "{shown}"'
+        )
+    except QuantityError as error:
+        volts = f'; of a sensor write calibration={{"{role}": "10 {kind.usual[1]}/V"}}'
+        raise ValueError(f"{error}{volts if is_raw(shown) else ''}") from None
+    words = f"{shown} {where}"
+    if unit and column.unit and column.unit != shown:
+        words += f' (against "{shorten(column.unit, 24)}" {column.where})'
+    return Scale(factor, words)
+
+
+def _calibrated(column: Named, role: str, unit: str | None, calibration: object) -> Scale:
+    kind = KINDS[role]
+    example = f'"10 {kind.usual[1]}/V"'
+    if isinstance(calibration, (int, float)) and not isinstance(calibration, bool):
+        if fits(unit, kind):
+            raise ValueError(
+                f'{role}: column "{shorten(column.whole, 40)}" is in {unit} already; '
+                f'to correct it write "{calibration:g} {unit}/{unit}"'
+            )
+        factor, given = Decimal(repr(float(calibration))), f"{calibration:g} {kind.unit}"
+    else:
+        match = _FACTOR.fullmatch(calibration) if isinstance(calibration, str) else None
+        if match is None:
+            raise ValueError(
+                f"{role}: wanted a calibration such as {example}, got {show(calibration)}"
+            )
+        given = f"{match[1]} {match[2]}"
+        if unit is None:
+            # What the factor is per is what the column counts in.
+            unit = match[2].rpartition("/")[2].strip() if "/" in match[2] else None
+        try:
+            per = Decimal(1) if unit is None else _own_factor(unit)
+            wanted = kind.unit if unit is None else f"{kind.unit}/({unit})"
+            message = f"{role}: wanted a calibration such as {example}, got {show(calibration)}"
+            if unit is not None:
+                message += f" for a column in {unit}"
+            factor = Decimal(match[1]) * per
+            factor *= factor_of(match[2], Kind("calibration", wanted, (example,)), message)
+        except DecimalException:
+            raise ValueError(
+                f"{role}: wanted a calibration such as {example}, got {given}"
+            ) from None
+    if not factor or not factor.is_finite():
+        raise ValueError(f"{role}: wanted a calibration that is not zero, got {show(calibration)}")
+    counts = f", column in {unit}" if unit else ""
+    return Scale(factor, f"by the calibration {given}{counts}")
+
+
+def _own_factor(unit: str) -> Decimal:
+    """SI value of one of a unit, whatever its dimension."""
+    return factor_of(
+        unit, Kind("number", unit, (unit,)), f'wanted a unit, got "{shorten(unit, 24)}"'
+    )
+
+
+def apply(values: Floats, factor: Decimal) -> None:
+    """Multiply in place, with one rounding wherever the factor is a power of ten."""
+    if factor == 1:
+        return
+    _, digits, exponent = factor.normalize().as_tuple()
+    # 1000 is a double and 0.001 is none.
+    if digits == (1,) and isinstance(exponent, int) and -22 <= exponent < 0:
+        values /= 10.0**-exponent
+    else:
+        values *= float(factor)
+
+
+def zero_of(given: object, role: str, values: Floats) -> tuple[float, str]:
+    """The value that is zero, in SI units, and what the notes say of it.
+
+    Raises
+    ------
+    ValueError
+        If it is no number, no quantity and none of `ZEROS`.
+    """
+    kind = KINDS[role]
+    if given is None:
+        return 0.0, ""
+    if given == "mean":
+        value = float(values.mean())
+    elif given == "middle":
+        value = 0.5 * (float(values.min()) + float(values.max()))
+    elif given == "first":
+        value = float(values[0])
+    elif isinstance(given, (int, float)) and not isinstance(given, bool) and np.isfinite(given):
+        value = float(given)
+    else:
+        wanted = f"{role}: wanted a zero such as {quoted([*ZEROS, f'1 {kind.usual[1]}'])}"
+        if not isinstance(given, str):
+            raise ValueError(f"{wanted}, got {show(given)}")
+        try:
+            value = to_si(given, kind, f"1 {kind.usual[1]}", "any")
+        except QuantityError:
+            raise ValueError(f"{wanted}, got {show(given)}") from None
+    how = f"its {given} value, " if given in ZEROS else ""
+    return value, f"zero at {how}{engineering(value, kind.unit)}"
+
+
+def sign_of(given: object, role: str) -> int:
+    """1 or -1.
+
+    Raises
+    ------
+    ValueError
+        If it is neither.
+    """
+    if given in (1, -1) and not isinstance(given, bool):
+        return int(given)
+    raise ValueError(f"{role}: wanted a sign 1 or -1, got {show(given)}")
+
+
+def by_role(name: str, given: object, example: str) -> Mapping[str, Any]:
+    """A mapping whose keys are parts of a record.
+
+    Raises
+    ------
+    ValueError
+        If it is no mapping or has other keys.
+    """
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        raise ValueError(f"wanted {name}={example}, got {show(given)}")
+    for key in given:
+        if key not in KINDS:
+            raise ValueError(f"{name}: wanted one of {quoted(KINDS)}, got {show(key)}")
+    return given

@@ -1,0 +1,373 @@
+"""Measuring: what is refused, what is noticed, what is written."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import FrozenInstanceError
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command import run
+
+import microslip as ms
+from microslip.tribometer import (
+    condition,
+    delay_of,
+    rate_dependence,
+    rig_stiffness_of,
+)
+from microslip.tribometer.cycles import split
+from microslip.tribometer.measure import UNITS, thresholds
+
+JOINT = ms.Interface.examples()[0]
+
+
+def virtual(amplitude: float = 5e-6, load: float = 2000.0, cycles: int = 8, **how: Any) -> Any:
+    frequency = how.pop("frequency", 10.0)
+    rig = ms.VirtualTribometer(JOINT.at(normal_load=load), **{"sample_rate": 5120.0, **how})
+    return rig.record(amplitude=amplitude, frequency=frequency, cycles=cycles)
+
+
+RECORD = virtual()
+TWO = virtual(cycles=2)
+MEASURED = ms.measure(RECORD, model=JOINT)
+
+# -- cycles ----------------------------------------------------------------------------------------
+
+SHAPES = {
+    "sine": np.sin,
+    "cosine": np.cos,
+    "triangle": lambda p: np.arcsin(np.sin(p)),
+    "plateaus": lambda p: np.clip(1.5 * np.sin(p), -1, 1),
+    "long plateaus": lambda p: np.clip(4.0 * np.cos(p), -1, 1),
+    "lopsided": lambda p: np.sin(p) + 0.2 * np.sin(2 * p),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("samples", [40, 1000])
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_number_of_cycles(shape: str, samples: int, noise: float) -> None:
+    for seed in range(1 + 20 * (noise > 0)):
+        for count, offset in ((2, 0.0), (15, 3.0)):
+            angle = 2 * np.pi * np.arange(count * samples + 1) / samples
+            x = offset + SHAPES[shape](angle)
+            x += noise * np.random.default_rng(seed).normal(size=x.size)
+            cycles = split(x, x)
+            assert cycles.cuts.size - 1 == count
+            np.testing.assert_allclose(np.diff(cycles.cuts), samples, atol=0.1 * samples)
+
+
+def test_a_slow_begin_is_no_cycle() -> None:
+    angle = 2 * np.pi * np.arange(501) / 100
+    x = np.concatenate((np.zeros(300), np.sin(angle), np.zeros(300)))
+    assert split(x, x).cuts.size - 1 == 5
+
+
+WRONG = {
+    "displacement must move, got 1 m nearly throughout": np.ones(100),
+    "no full cycle: the displacement crosses its middle 0.5 m 1 times; a cycle needs at least two "
+    "crossings": np.repeat([0.0, 1.0], 50),
+    "a cycle must have at least 8 samples, got 4: this is noise, or sampled too coarsely": np.tile(
+        [0.0, 0.0, 1.0, 1.0], 50
+    ),
+    "no full cycle: the displacement crosses its middle 0 m 2 times, and no cycle is whole from "
+    "one turning point or crossing to the next like it": np.concatenate(
+        (-np.ones(50), np.ones(20), -np.ones(2))
+    ),
+}
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_no_cycles(message: str) -> None:
+    with pytest.raises(ms.InputError) as caught:
+        ms.measure(ms.Record(WRONG[message], WRONG[message]))
+    assert str(caught.value) == message
+
+
+# -- measuring -------------------------------------------------------------------------------------
+
+
+def test_measurement() -> None:
+    assert len(MEASURED) == 8
+    assert tuple(MEASURED.cycles) == tuple(UNITS)
+    assert MEASURED.regimes == ("gross slip",) * 8
+    for values in MEASURED.cycles.values():
+        assert values.shape == (8,)
+        assert not values.flags.writeable
+    with pytest.raises(TypeError):
+        MEASURED.mean["amplitude"] = 1.0  # type: ignore[index]
+    with pytest.raises(FrozenInstanceError):
+        MEASURED.name = "a"  # type: ignore[misc]
+    assert MEASURED.frequency == pytest.approx(10.0, rel=1e-9)
+    assert MEASURED.load_ripple == 0.0
+    assert MEASURED.third_harmonic == pytest.approx(0.0, abs=1e-9)
+    table = MEASURED.table().splitlines()
+    assert table[0] == "virtual tribometer: 8 cycles, gross slip"
+    assert table[1].split()[0] == "period"
+    assert repr(MEASURED) == "Measurement('virtual tribometer', 8 cycles, gross slip)"
+
+
+def test_what_the_rig_did() -> None:
+    found = ms.measure(virtual(noise=0.01, load_ripple=0.02, third_harmonic=0.05, cycles=30))
+    assert found.third_harmonic == pytest.approx(0.05, abs=2e-3)
+    assert found.load_ripple == pytest.approx(0.02, abs=3e-3)
+
+
+def test_one_cycle_has_no_interval() -> None:
+    mean = ms.measure(virtual(cycles=1)).mean["amplitude"]
+    assert mean.number == 1
+    assert np.isnan(mean.low)
+    assert np.isnan(mean.high)
+
+
+def test_student() -> None:
+    """Two values: the interval of the mean is 12.706 times half their distance at 95 %."""
+    found = ms.measure(virtual(cycles=2, noise=0.01))
+    a, b = found.cycles["amplitude"]
+    mean = found.mean["amplitude"]
+    assert mean.high - mean.value == pytest.approx(12.7062 * abs(a - b) / 2, rel=1e-5)
+    wide = ms.measure(virtual(cycles=2, noise=0.01), confidence=0.99).mean["amplitude"]
+    assert wide.high > mean.high
+
+
+def test_drift() -> None:
+    cycle = np.arange(len(RECORD)) / 512.0
+    moved = ms.Record(RECORD.displacement + 1e-8 * cycle, RECORD.force, 2000.0, sample_rate=5120.0)
+    assert ms.measure(moved).drift("displacement_offset").value == pytest.approx(1e-8, rel=1e-3)
+    straight = condition(moved, drift=True)
+    assert abs(ms.measure(straight).drift("displacement_offset").value) < 1e-11
+    with pytest.raises(ms.InputError, match=r"column must be one of start, period, .*, got 'T'"):
+        MEASURED.drift("T")
+
+
+def test_turned_around() -> None:
+    turned = ms.measure(ms.Record(-RECORD.displacement, -RECORD.force, 2000.0))
+    for name in ("dissipated_energy", "amplitude", "reversal_stiffness", "sliding_ratio"):
+        assert turned.mean[name].value == pytest.approx(MEASURED.mean[name].value, rel=1e-9)
+    wrong = ms.measure(ms.Record(RECORD.displacement, -RECORD.force, 2000.0))
+    assert "the force has the opposite sign" in wrong.notes[0]
+    swapped = ms.measure(ms.Record(RECORD.force, RECORD.displacement, 2000.0))
+    assert "or the two columns are swapped" in swapped.notes[0]
+
+
+def test_clipped() -> None:
+    clipped = ms.Record(RECORD.displacement, np.clip(RECORD.force, -2000, 800.0), 2000.0)
+    assert any(
+        "of the force is exactly 800: a clipped" in note for note in ms.measure(clipped).notes
+    )
+
+
+def test_cycles_that_do_not_close_are_left_out_of_the_means() -> None:
+    force = RECORD.force.copy()
+    force[:400] += np.linspace(3000.0, 0.0, 400)
+    found = ms.measure(ms.Record(RECORD.displacement, force, 2000.0))
+    assert len(found) == 8
+    assert found.mean["dissipated_energy"].number == 7
+    assert found.notes[0].startswith("left out of the means: 1 cycles whose ends differ")
+    assert found.mean["dissipated_energy"].value == pytest.approx(
+        MEASURED.mean["dissipated_energy"].value, rel=1e-6
+    )
+    climbing = RECORD.force + 3.0 * np.arange(len(RECORD))
+    assert "no cycle closes" in ms.measure(ms.Record(RECORD.displacement, climbing)).notes[0]
+
+
+def test_without_a_load() -> None:
+    found = ms.measure(ms.Record(RECORD.displacement, RECORD.force))
+    assert "friction_peak" not in found.mean
+    assert found.load_ripple is None
+    assert found.frequency is None
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: ms.measure(3), "record must be a Record, got 3; "  # type: ignore[arg-type]
+         "write Record(displacement, force) or Record.read(path)"),
+        (lambda: ms.measure(RECORD, confidence=1.0), "confidence must be between 0 and 1, got 1"),
+        (lambda: ms.measure(RECORD, rig_stiffness=-1.0),
+         "rig_stiffness must be above zero [N/m], got -1"),
+        (lambda: thresholds(3), "model must be a backbone law, "  # type: ignore[arg-type]
+         "such as an Interface, got 3"),
+        (lambda: ms.measure(RECORD, model=ms.Coulomb(1.0)),
+         "model must have a finite stiffness at rest, and Coulomb is rigid there"),
+        (lambda: condition(3), "record must be a Record, got 3"),  # type: ignore[arg-type]
+        (lambda: condition(RECORD, cutoff=50.0), "cutoff must be from 10 times the frequency of "
+         "the cycles, 100 Hz, to below half the sample rate, 2560 Hz, got 50 Hz"),
+        (lambda: condition(RECORD, delay=1.0),
+         "delay must be less than a quarter of the record, got 1 s"),
+        (lambda: condition(ms.Record(RECORD.displacement, RECORD.force), delay=1e-3),
+         "delay needs a record with time or sample_rate"),
+        (lambda: condition(virtual(cycles=1), drift=True),
+         "drift needs at least two cycles, got 1"),
+        (lambda: delay_of(virtual(cycles=1)), "delay_of needs at least two cycles, got 1"),
+        (lambda: delay_of(ms.Record(*(v[128:] for v in (TWO.displacement, TWO.force)),
+                                    sample_rate=5120.0)),
+         "delay_of needs at least two cycles away from the ends of the record"),
+        (lambda: delay_of(virtual(amplitude=5e-5, sample_rate=300.0)), "delay_of needs at least 4 "
+         "samples in the first quarter of the force after a reversal, got 1; sample faster"),
+        (lambda: rig_stiffness_of([MEASURED]), "rig_stiffness_of needs three different normal "
+         "loads or more, got 1 records that span 0 N"),
+        (lambda: rig_stiffness_of([3]), "measurements must hold Measurements, got 3"),  # type: ignore[list-item]
+        (lambda: rig_stiffness_of([ms.measure(ms.Record(RECORD.displacement, RECORD.force))]),
+         "record: has no normal load"),
+        (lambda: rig_stiffness_of([ms.measure(RECORD, rig_stiffness=1e10)]),
+         "virtual tribometer: a rig was taken off already; measure without"),
+        (lambda: rate_dependence([3]), "measurements must hold Measurements, got 3"),  # type: ignore[list-item]
+        (lambda: rate_dependence([MEASURED]),
+         "rate_dependence needs three records or more at different frequencies, got 1"),
+        (lambda: rate_dependence([MEASURED], "T"), f"column must be one of "
+         f"{', '.join(MEASURED.mean)}, got 'T'"),
+        (lambda: rate_dependence([ms.measure(ms.Record(RECORD.displacement, RECORD.force))]),
+         "record: has no frequency; give time or sample_rate"),
+    ],
+)  # fmt: skip
+def test_errors(call: Any, message: str) -> None:
+    with pytest.raises(ms.InputError) as caught:
+        call()
+    assert str(caught.value) == message
+
+
+# -- conditioning ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("samples", [-7.0, 0.0, 3.0])
+@pytest.mark.parametrize(("amplitude", "rig"), [(1e-6, None), (2e-5, 1e8)])
+def test_delay(samples: float, amplitude: float, rig: float | None) -> None:
+    record = virtual(amplitude=amplitude, rig_stiffness=rig, cycles=30, noise=0.01)
+    place = np.arange(len(record))
+    late = ms.Record(
+        record.displacement,
+        np.interp(place - samples, place, record.force),
+        record.normal_load,
+        sample_rate=5120.0,
+    )
+    found = delay_of(late)
+    assert found.value * 5120.0 == pytest.approx(samples, abs=0.6)
+    assert found.low < found.value < found.high
+    back = ms.measure(condition(late, delay=samples / 5120.0))
+    expected = ms.measure(record).mean["dissipated_energy"].value
+    assert back.mean["dissipated_energy"].value == pytest.approx(expected, rel=2e-3)
+
+
+def test_low_pass_keeps_the_area() -> None:
+    filtered = ms.measure(condition(RECORD, cutoff=400.0))
+    for name, tolerance in (("dissipated_energy", 1e-5), ("amplitude", 1e-6)):
+        assert filtered.mean[name].value == pytest.approx(MEASURED.mean[name].value, rel=tolerance)
+    noisy = virtual(noise=0.01)
+    calm = condition(noisy, cutoff=400.0)
+    assert np.std(np.diff(calm.displacement, 3)) < 0.05 * np.std(np.diff(noisy.displacement, 3))
+    assert calm.notes == ("low-pass at 400 Hz, forth and back",)
+
+
+def test_uneven_time() -> None:
+    time = np.arange(len(RECORD)) / 5120.0
+    uneven = time + 2e-5 * np.random.default_rng(0).uniform(-1, 1, time.size)
+    x, force = (np.interp(uneven, time, v) for v in (RECORD.displacement, RECORD.force))
+    even = condition(ms.Record(x, force, 2000.0, time=uneven))
+    assert even.sample_rate == pytest.approx(5120.0, rel=1e-3)
+    assert even.notes[0].endswith("of their mean, were evened")
+    np.testing.assert_allclose(even.displacement, RECORD.displacement, rtol=0, atol=2e-8)
+
+
+def test_rig_taken_off() -> None:
+    record = virtual(amplitude=15e-6, rig_stiffness=1e8)
+    off = ms.measure(condition(record, rig_stiffness=1e8))
+    same = ms.measure(record, rig_stiffness=1e8)
+    assert off.mean["amplitude"].value == pytest.approx(same.mean["amplitude"].value, rel=1e-3)
+    assert off.mean["dissipated_energy"].value == pytest.approx(
+        same.mean["dissipated_energy"].value, rel=1e-3
+    )
+
+
+def test_rig_stiffness_from_several_loads() -> None:
+    found = rig_stiffness_of(
+        [
+            ms.measure(virtual(2e-5, load, rig_stiffness=3e8, sample_rate=20480.0))
+            for load in (500.0, 1000.0, 2000.0, 4000.0)
+        ]
+    )
+    # The contact is not quite as stiff as it is loaded: a per cent.
+    assert found.value == pytest.approx(3e8, rel=0.02)
+    # Stiffer than in proportion to the load.
+    x = RECORD.displacement
+    too_stiff = [
+        ms.measure(ms.Record(x, ms.Jenkins(100.0 * n**2, 0.3 * n).force(x), n))
+        for n in (500.0, 1000.0, 2000.0)
+    ]
+    with pytest.raises(ms.InputError, match="no compliance is left for the rig"):
+        rig_stiffness_of(too_stiff)
+
+
+def test_rate_independence() -> None:
+    records = [
+        ms.measure(virtual(frequency=f, sample_rate=None, noise=0.005, seed=int(f)))
+        for f in (1.0, 10.0, 100.0)
+    ]
+    found = rate_dependence(records)
+    assert found.low < 0.0 < found.high
+    assert abs(found.value) < 1e-3
+
+
+# -- the command -----------------------------------------------------------------------------------
+
+
+@pytest.fixture(name="folder")
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    RECORD.to_csv("run.csv")
+    virtual(load=500.0).to_csv("light.csv")
+    return tmp_path
+
+
+def test_command(folder: Path) -> None:
+    outcome = run("measure", "run.csv", "light.csv", "-o", "out")
+    assert outcome.exit_code == 0, outcome.output
+    assert "run: 8 gross slip cycles" in outcome.stdout
+    assert "light: 8 gross slip cycles" in outcome.stdout
+    assert outcome.stdout.endswith("4 files in out\n")
+    names = sorted(path.name for path in (folder / "out").iterdir())
+    assert names == ["cycles.csv", "loops.png", "loops.svg", "summary.json"]
+    rows = list(csv.DictReader((folder / "out/cycles.csv").read_text("utf-8").splitlines()))
+    assert len(rows) == 16
+    assert rows[0]["record"] == "run"
+    assert rows[8]["record"] == "light"
+    assert float(rows[0]["dissipated_energy [J]"]) == MEASURED.cycles["dissipated_energy"][0]
+    summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
+    assert summary["files"] == ["cycles.csv", "loops.svg", "loops.png", "summary.json"]
+    assert "out: exists; replace it" in run("measure", "run.csv", "-o", "out").stderr
+    assert run("measure", "run.csv", "-o", "out", "--overwrite").exit_code == 0
+
+
+def test_command_without_a_folder(folder: Path) -> None:
+    before = sorted(folder.iterdir())
+    outcome = run("measure", "run.csv", "--json", "--rig-stiffness", "1e10", "--confidence", "0.9")
+    summary = json.loads(outcome.stdout)
+    assert summary["records"][0]["rig_stiffness"] == 1e10
+    assert summary["records"][0]["confidence"] == 0.9
+    assert sorted(folder.iterdir()) == before
+
+
+def test_command_turns_signs_and_takes_units(folder: Path) -> None:
+    turned = json.loads(run("measure", "run.csv", "--turn", "--json").stdout)
+    assert turned["records"][0]["mean"]["dissipated_energy"]["value"] < 0.0
+    small = json.loads(run("measure", "run.csv", "--unit", "force=mN", "--json").stdout)
+    energy = MEASURED.mean["dissipated_energy"].value
+    assert small["records"][0]["mean"]["dissipated_energy"]["value"] == pytest.approx(energy / 1e3)
+
+
+def test_command_errors(folder: Path) -> None:
+    outcome = run("measure", "run.csv", "--unit", "mN", "-o", "out")
+    assert outcome.exit_code == 2
+    assert '--unit wants WHAT=..., such as force=..., got "mN"' in outcome.stderr
+    np.savetxt("flat.csv", np.ones((50, 2)), header="displacement [m],force [N]", comments="",
+               delimiter=",")  # fmt: skip
+    outcome = run("measure", "flat.csv", "-o", "out")
+    assert outcome.exit_code == 2
+    assert outcome.stderr == (
+        "error: flat.csv: displacement must move, got 1 m nearly throughout\n"
+    )
+    assert not (folder / "out").exists()

@@ -1,0 +1,1266 @@
+"""Records: what a rig wrote comes in as it is, and what cannot come in says why."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from nptdms import ChannelObject, TdmsWriter
+from scipy.io import savemat
+
+import microslip as ms
+from microslip.tribometer import scaling
+from microslip.tribometer.readers import READERS
+from microslip.tribometer.readers import arrays as tree
+from microslip.tribometer.readers import text as text_reader
+
+REAL = Path(__file__).parents[3] / "shared/data/reciprocating/test_data_2.txt"
+X = np.array([1e-6, 2.5e-6, -1e-6, 0.0])
+T = np.array([10.0, 12.5, -10.0, 0.5])
+
+
+@pytest.fixture(name="put")
+def _put(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str | bytes], Path]:
+    """Write a file into the empty folder where the test is."""
+    monkeypatch.chdir(tmp_path)
+
+    def put(name: str, content: str | bytes) -> Path:
+        data = content if isinstance(content, bytes) else content.encode()
+        Path(name).write_bytes(data)
+        return Path(name)
+
+    return put
+
+
+def equal(a: Any, b: Any) -> None:
+    np.testing.assert_array_equal(np.asarray(a), np.asarray(b), strict=True)
+
+
+# -- in Python -------------------------------------------------------------------------------------
+
+
+def test_a_record_holds_what_it_is_given() -> None:
+    record = ms.Record(X, T, normal_load=500, sample_rate=200, frequency=2, name="run 1")
+    equal(record.displacement, X)
+    equal(record.force, T)
+    assert (record.normal_load, record.sample_rate, record.frequency) == (500.0, 200.0, 2.0)
+    assert record.time is None
+    assert record.commanded is None
+    assert record.notes == ()
+    assert len(record) == 4
+    assert repr(record) == "Record('run 1', 4 samples, sample_rate=200)"
+    timed = ms.Record(
+        displacement=[1, 2], force=[3, 4], normal_load=[5, 6], time=[0, 1], commanded=[7, 8]
+    )
+    for key, values in zip(
+        ("displacement", "force", "normal_load", "commanded"), range(1, 9, 2), strict=True
+    ):
+        equal(getattr(timed, key), np.array([values, values + 1.0]))
+
+
+def test_arrays_are_its_own_and_locked() -> None:
+    given = X.copy()
+    record = ms.Record(given, T)
+    given[0] = 7.0
+    assert record.displacement[0] == 1e-6
+    assert given.flags.writeable
+    with pytest.raises(ValueError, match="read-only"):
+        record.force[0] = 1.0
+    with pytest.raises(AttributeError):
+        record.name = "other"  # type: ignore[misc]
+    for other in (pickle.loads(pickle.dumps(record)), copy.deepcopy(record)):
+        equal(other.force, T)
+        assert not other.force.flags.writeable
+    # A locked array that nobody else can open is not copied again.
+    again = ms.Record(record.displacement.copy(), record.force)
+    assert np.shares_memory(ms.Record(again.displacement, again.force).force, again.force)
+
+
+WRONG_IN_PYTHON: dict[str, tuple[dict[str, Any], str]] = {
+    "one sample": (
+        {"displacement": [1.0], "force": [1.0]},
+        "displacement must hold at least two samples, got 1",
+    ),
+    "lengths": (
+        {"force": [1.0, 2.0]},
+        "force must hold a value for each of the 4 displacements, got 2",
+    ),
+    "load length": (
+        {"normal_load": [1.0, 2.0]},
+        "normal_load must hold a value for each of the 4 displacements, got 2",
+    ),
+    "shape": (
+        {"displacement": [[1.0, 2.0]]},
+        "displacement must be one-dimensional, got shape (1, 2)",
+    ),
+    "nan": (
+        {"force": [1.0, np.nan, np.nan, 0.0]},
+        "force must be finite: 2 of 4 values are not, the first is nan at index 1",
+    ),
+    "text": ({"force": "F"}, "force must be a number or an array of numbers, got 'F'"),
+    "none": (
+        {"force": None},
+        "force must be a number or an array of numbers, got None",
+    ),
+    "load": ({"normal_load": -5.0}, "normal_load must be above zero [N], got -5"),
+    "loads": (
+        {"normal_load": [-5.0, -5.0, -5.0, 1.0]},
+        "normal_load must be positive in compression [N], got -3.5 N on average; turn its sign",
+    ),
+    "rate": ({"sample_rate": 0.0}, "sample_rate must be above zero [Hz], got 0"),
+    "frequency": (
+        {"frequency": "2 Hz"},
+        "frequency must be a finite number in Hz, got '2 Hz', for example frequency=1000",
+    ),
+    "both": (
+        {"time": [0.0, 1.0, 2.0, 3.0], "sample_rate": 1.0},
+        "time and sample_rate say the same; give one of them, got both",
+    ),
+    "backwards": (
+        {"time": [0.0, 1.0, 0.5, 2.0]},
+        "time must increase, got 0.5 s after 1 s at sample 2",
+    ),
+    "rounded": (
+        {"time": [0.0, 0.1, 0.1, 0.2]},
+        "time must increase, got 0.1 s after 0.1 s at sample 2; "
+        "if it is rounded, give sample_rate instead",
+    ),
+    "name": ({"name": 3}, "name must be text, got 3"),
+    "notes": ({"notes": "a"}, "notes must be a tuple of texts, got 'a'"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_IN_PYTHON)
+def test_wrong_in_python(case: str) -> None:
+    given, message = WRONG_IN_PYTHON[case]
+    with pytest.raises(ms.InputError) as caught:
+        ms.Record(**({"displacement": X, "force": T} | given))
+    assert str(caught.value) == message
+
+
+# -- text ------------------------------------------------------------------------------------------
+
+PLAIN = "Time [s],Position [um],Friction [N]\n0,1,10\n1,2.5,12.5\n2,-1,-10\n3,0,0.5\n"
+COMMAS = PLAIN.replace(",", ";").replace(".", ",")
+SHAPES: dict[str, str | bytes] = {
+    "plain": PLAIN,
+    "commas": COMMAS,
+    "tabs": PLAIN.replace(",", "\t"),
+    "bars": PLAIN.replace(",", " | "),
+    "spaces": PLAIN.replace(",", "   "),
+    "one space": PLAIN.replace(",", " "),
+    "semicolons and points": PLAIN.replace(",", ";"),
+    "spaces and commas": PLAIN.replace(",", " ").replace(".", ","),
+    "round brackets": PLAIN.replace("[", "(").replace("]", ")"),
+    "slashes": COMMAS.replace(" [", " / ").replace("]", ""),
+    "commas before units": COMMAS.replace(" [", ", ").replace("]", ""),
+    "underscores": PLAIN.replace("Time [s]", "t [s]").replace("Position [um]", "Position_um"),
+    "units row": COMMAS.replace("Time [s];Position [um];Friction [N]", "t;Weg;Reibkraft\ns;µm;N"),
+    "units row in brackets": PLAIN.replace(
+        "Time [s],Position [um],Friction [N]", "Time,Position,Friction\n[s],[um],[N]"
+    ),
+    "units row with an unknown one": PLAIN.replace(
+        "Time [s],Position [um],Friction [N]\n", "Time,Position,Friction,Glow\n[s],[um],[N],[lx?]\n"
+    )
+    .replace("10\n", "10,1\n")
+    .replace(".5\n", ".5,1\n"),
+    "strokes": PLAIN.replace("[N]\n", "[N]\n----,----,----\n").replace(",", "\t"),
+    "blank lines": PLAIN.replace("[N]\n", "[N]\n\n").replace("\n1,", "\n\n1,") + "\n\n",
+    "trailing separators": PLAIN.replace("\n", ",\n"),
+    "trailing separators below only": COMMAS.replace("\n", ";\n").replace("[N];", "[N]"),
+    "mark of byte order": b"\xef\xbb\xbf" + PLAIN.encode(),
+    "UTF-16": PLAIN.replace("um", "µm").encode("utf-16"),
+    "Latin-1": COMMAS.replace("[um]", "[µm]").encode("latin-1"),
+    "Windows": PLAIN.replace("\n", "\r\n"),
+    "old Mac": PLAIN.replace("\n", "\r"),
+    "no newline": PLAIN.rstrip(),
+    "missing at the end": PLAIN + "4,,\n5,NaN,NaN\n,,\n",
+    "NaN at the end": PLAIN + "NaN,NaN,NaN\n" * 3,
+    "quoted": '"Time [s]","Position [um]","Friction [N]"\n'
+    '"0","1","10"\n"1","2,5","12,5"\n"2","-1","-10"\n"3","0","0,5"\n',
+    "minus signs": PLAIN.replace("-", "\N{MINUS SIGN}"),
+    "savetxt": "# t [s] x [um] F [N]\n" + PLAIN.partition("\n")[2].replace(",", " "),
+    "comments between": PLAIN.replace("\n2,", "\n# pause\n2,"),
+    "settings": "Rig;A\nOperator;Müller\nLoad;500\nDate;31.01.2024\nRate;200\n\n" + COMMAS,
+    "more settings": "".join(f"Setting {i},{i}.5\n" for i in range(5)) + PLAIN,
+    "states": "\n".join(
+        line + (",State" if i == 0 else f",ok {i}") for i, line in enumerate(PLAIN.splitlines())
+    ),
+    "stamps": "\n".join(
+        ("Stamp;" if i == 0 else f"31.01.2024 12:00:0{i};") + line
+        for i, line in enumerate(COMMAS.splitlines())
+    ),
+    "LabVIEW": "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\n"
+    "***End_of_Header***\t\n\t\t\nChannels\t2\t\t\nSamples\t4\t4\t\nX_Dimension\tTime\tTime\t\n"
+    "***End_of_Header***\t\t\t\n" + PLAIN.replace(",", "\t").replace("[N]\n", "[N]\tComment\n"),
+    "exponents": PLAIN.replace("2.5", "2.5E+00").replace("-10", "-1.0e1"),
+    "other columns": "\n".join(
+        line + (",Friction coefficient,Cycle" if i == 0 else f",0.{i},{i}")
+        for i, line in enumerate(PLAIN.splitlines())
+    ),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_shapes_that_laboratories_write(shape: str, put: Any) -> None:
+    path = put("record.csv", SHAPES[shape])
+    before = path.read_bytes()
+    record = ms.Record.read(path)
+    equal(record.time, np.array([0.0, 1.0, 2.0, 3.0]))
+    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
+    equal(record.force, T)
+    assert record.normal_load is None
+    assert record.name == "record"
+    assert path.read_bytes() == before
+    # What was found is told.
+    assert record.notes[0].startswith("record.csv: text (")
+    assert [note.partition(":")[0] for note in record.notes if '" by its' in note] == [
+        "displacement",
+        "force",
+        "time",
+    ]
+
+
+def test_notes_tell_what_was_found(put: Any) -> None:
+    path = put(
+        "run.csv",
+        "Rig A\nt;Weg;Reibkraft;cof\ns;µm;mN;-\n0;1,5;2500;1\n1;-1,5;-1500;1\n;;;\n",
+    )
+    record = ms.Record.read(path, sign=-1, zero={"force": "middle"}, normal_load="2 kN")
+    assert record.notes == (
+        "run.csv: text (UTF-8), columns separated by semicolons, decimal commas, names in line 2, "
+        "units in line 3, rows from line 4 on.",
+        "left out: 1 row without numbers at the end.",
+        'displacement: column "Weg" by its name, µm by the file, sign and zero as in the file: '
+        "from -1.50 µm to 1.50 µm.",
+        'force: column "Reibkraft" by its name, mN by the file, zero at its middle value, 500 mN, '
+        "sign turned: from -2.00 N to 2.00 N.",
+        'time: column "t" by its name, s by the file, sign and zero as in the file: '
+        "from 0 s to 1.00 s.",
+        "normal_load: 2.00 kN throughout, as stated.",
+        'not read: "cof".',
+    )
+    assert record.normal_load == 2000.0
+
+
+def test_no_names(put: Any) -> None:
+    path = put("bare.dat", "0 1 10\n1 2.5 12.5\n2 -1 -10\n")
+    record = ms.Record.read(
+        path,
+        displacement="#2",
+        force="#3",
+        time="#1",
+        units={"displacement": "um", "force": "mN", "time": "ms"},
+    )
+    np.testing.assert_allclose(record.displacement, X[:3], rtol=4e-16)
+    np.testing.assert_allclose(record.force, T[:3] / 1e3, rtol=4e-16)
+    equal(record.time, np.array([0.0, 0.001, 0.002]))
+
+
+def test_calibration(put: Any) -> None:
+    path = put("volts.csv", "LVDT (mV),Force (V),Load (V)\n100,1,2\n200,-2,2\n")
+    record = ms.Record.read(
+        path,
+        calibration={"displacement": "10 um/V", "force": "12.5 N/V", "normal_load": 100},
+        zero={"force": "-25 N", "displacement": 1e-6},
+        sign={"displacement": -1},
+    )
+    np.testing.assert_allclose(record.displacement, [-0.0, -1e-6], rtol=1e-14, atol=1e-21)
+    equal(record.force, np.array([37.5, 0.0]))
+    equal(record.normal_load, np.array([200.0, 200.0]))
+    assert (
+        'column "Force (V)" by its name, by the calibration 12.5 N/V, column in V, zero at'
+        in (record.notes[2])
+    )
+    # Counts, and a factor that says itself what it is per.
+    path = put("counts.csv", "pos,force\n100,1\n200,-2\n")
+    record = ms.Record.read(path, calibration={"displacement": "2 nm", "force": "3 N/V"})
+    np.testing.assert_allclose(record.displacement, [2e-7, 4e-7], rtol=1e-15)
+    equal(record.force, np.array([3.0, -6.0]))
+    # A correction of what is calibrated already.
+    path = put("new.csv", "pos [um],force [mN]\n100,1\n200,-2\n")
+    record = ms.Record.read(path, calibration={"force": "1.5 mN/mN"})
+    np.testing.assert_allclose(record.force, [1.5e-3, -3e-3], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("zero", "wanted"),
+    [("mean", 2.0), ("middle", 3.0), ("first", 1.0), (0.5, 0.5), ("500 mN", 0.5), (None, 0.0)],
+)
+def test_zeros(zero: Any, wanted: float, put: Any) -> None:
+    path = put("z.csv", "x [m],F [N]\n0,1\n1,1\n2,1\n3,5\n")
+    record = ms.Record.read(path, zero={"force": zero}, sign={"force": -1})
+    equal(record.force, -(np.array([1.0, 1.0, 1.0, 5.0]) - wanted))
+
+
+def test_stated_units_go_before_those_of_the_file(put: Any) -> None:
+    path = put("lies.csv", "x [mm],F [N]\n1,2\n3,4\n")
+    record = ms.Record.read(path, units={"displacement": "um"})
+    equal(record.displacement, np.array([1.0, 3.0]) / 1e6)
+    assert 'um as stated (against "mm" by its header)' in record.notes[1]
+
+
+def test_time_may_be_left_out(put: Any) -> None:
+    path = put("t.csv", PLAIN)
+    record = ms.Record.read(path, sample_rate=50.0, frequency=2.0)
+    assert (record.time, record.sample_rate, record.frequency) == (None, 50.0, 2.0)
+    assert 'not read: "Time [s]".' in record.notes
+    record = ms.Record.read(path, time=False)
+    assert (record.time, record.sample_rate) == (None, None)
+    assert "time: none; the record says nothing of frequencies." in record.notes
+
+
+def test_rows(put: Any) -> None:
+    path = put("r.csv", "x [m],F [N]\nNaN,1\n1,2\n2,3\n3,4\nNaN,1\n4,5\n5,6\n")
+    record = ms.Record.read(path, rows=slice(1, 4))
+    equal(record.displacement, np.array([1.0, 2.0, 3.0]))
+    assert "rows 1 to 4 (without) of 7." in record.notes
+
+
+NAMES: dict[str, tuple[str, dict[str, str | None]]] = {
+    "fretting": (
+        "x [um],Q [N],P [N],N",
+        {"displacement": "x", "force": "Q", "normal_load": "P", "time": None},
+    ),
+    "axes": (
+        "Time (s),Fx (N),Fz (N),Stroke (mm),COF",
+        {"displacement": "Stroke", "force": "Fx", "normal_load": "Fz", "time": "Time"},
+    ),
+    "camels": (
+        "ElapsedTime [s],FrictionForce [N],NormalForce [N],LinearPosition [mm]",
+        {
+            "displacement": "LinearPosition",
+            "force": "FrictionForce",
+            "normal_load": "NormalForce",
+            "time": "ElapsedTime",
+        },
+    ),
+    "German": (
+        "Zeit [s],Normalkraft [N],Reibkraft [N],Verfahrweg [mm],Reibwert",
+        {
+            "displacement": "Verfahrweg",
+            "force": "Reibkraft",
+            "normal_load": "Normalkraft",
+            "time": "Zeit",
+        },
+    ),
+    "French": (
+        "temps [s],effort normal [N],effort tangentiel [N],déplacement [mm]",
+        {
+            "displacement": "déplacement",
+            "force": "effort tangentiel",
+            "normal_load": "effort normal",
+            "time": "temps",
+        },
+    ),
+    "across": (
+        "Normal displacement [um],Tangential displacement [um],Tangential load [N],Load [N]",
+        {
+            "displacement": "Tangential displacement",
+            "force": "Tangential load",
+            "normal_load": "Load",
+            "time": None,
+        },
+    ),
+    "commanded": (
+        "Commanded position [mm],Position [mm],Lateral force [N]",
+        {"displacement": "Position", "force": "Lateral force", "commanded": "Commanded position"},
+    ),
+    "units only": (
+        "A [ms],B [mm],C [N],D [°C]",
+        {"displacement": "B", "force": "C", "normal_load": None, "time": "A"},
+    ),
+    "a unit against the name": (
+        "Position [s],x [mm],Friction [°C],F [N]",
+        {"displacement": "x", "force": "F", "time": None},
+    ),
+    "T is a force": ("t [s],T [N],x [m]", {"displacement": "x", "force": "T", "time": "t"}),
+}
+
+
+@pytest.mark.parametrize("case", NAMES)
+def test_names_that_leave_no_doubt(case: str, put: Any) -> None:
+    header, wanted = NAMES[case]
+    names = [cell.partition(" [")[0].partition(" (")[0] for cell in header.split(",")]
+    columns = np.arange(1.0, 4.0)[:, None] + 10.0 * np.arange(1, len(names) + 1)
+    rows = "\n".join(",".join(map(repr, row)) for row in columns.tolist())
+    record = ms.Record.read(put("names.csv", f"{header}\n{rows}\n"))
+    for role, name in wanted.items():
+        values = getattr(record, role)
+        if name is None:
+            assert values is None, role
+        else:
+            place = names.index(name) + 1
+            assert np.allclose(values / values[0], columns[:, place - 1] / columns[0, place - 1])
+            assert any(note.startswith(f'{role}: column "{name}') for note in record.notes), (
+                record.notes
+            )
+
+
+# -- wrong files -----------------------------------------------------------------------------------
+
+WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
+    "empty": ("", {}, "wanted a record, got an empty file"),
+    "no rows": ("x [mm],F [N]\n", {}, "wanted rows of numbers, got none"),
+    "prose": ("Dear all,\nnothing here.\n", {}, "wanted rows of numbers, got none"),
+    "one row": ("x [mm],F [N]\n1,2\n", {}, "wanted at least two rows of numbers, got 1"),
+    "workbook": (
+        b"PK\x03\x04rest",
+        {},
+        "wanted text, MAT, TDMS or HDF5, got an Excel workbook or another archive; "
+        "save the record as CSV",
+    ),
+    "old workbook": (
+        b"\xd0\xcf\x11\xe0\x00rest",
+        {},
+        "wanted text, MAT, TDMS or HDF5, got an old Excel workbook or another Office file; "
+        "save the record as CSV",
+    ),
+    "binary": (
+        bytes(range(64)),
+        {},
+        "wanted text, MAT, TDMS or HDF5, got another binary file; save the record as CSV",
+    ),
+    "no names": (
+        "1,2\n3,4\n",
+        {},
+        'displacement: no column tells; the columns have no names; they are "#1" and "#2"; '
+        'write displacement="NAME", or "#2" for the second',
+    ),
+    "no force": (
+        "x [mm],Load [N]\n1,2\n3,4\n",
+        {},
+        'force: no column tells; the columns are "x [mm]" and "Load [N]"; '
+        'write force="NAME", or "#2" for the second',
+    ),
+    "two forces": (
+        "x [mm],Force 1 [N],Force 2 [N]\n1,2,3\n3,4,5\n",
+        {},
+        'force: 2 columns could be it, "Force 1 [N]" and "Force 2 [N]"; write force="Force 1 [N]"',
+    ),
+    "two loads": (
+        "x [mm],Q [N],Normal load [N],Load [N]\n1,2,3,4\n3,4,5,6\n",
+        {},
+        'normal_load: 2 columns could be it, "Normal load [N]" and "Load [N]"; '
+        'write normal_load="Normal load [N]", or normal_load=False',
+    ),
+    "two by unit": (
+        "A [mm],B [mm],F [N]\n1,2,3\n3,4,5\n",
+        {},
+        'displacement: 2 columns could be it, "A [mm]" and "B [mm]"; write displacement="A [mm]"',
+    ),
+    "twice": (
+        "x [mm],F [N],F [N]\n1,2,3\n3,4,5\n",
+        {"force": "F"},
+        'force: 2 columns are called "F", "F [N]" and "F [N]"; write force="#2"',
+    ),
+    "unknown name": (
+        "Position [mm],Friction [N]\n1,2\n3,4\n",
+        {"force": "Fricton"},
+        'force: no column "Fricton"; did you mean "Friction"?',
+    ),
+    "far name": (
+        "x [mm],F [N]\n1,2\n3,4\n",
+        {"force": "torque"},
+        'force: no column "torque"; the columns are "x [mm]" and "F [N]"',
+    ),
+    "number of a column": (
+        "x [mm],F [N]\n1,2\n3,4\n",
+        {"force": 2},
+        'force: wanted the name of a column, or "#2" for the second, got 2',
+    ),
+    "far number": (
+        "x [mm],F [N]\n1,2\n3,4\n",
+        {"force": "#3"},
+        'force: no column "#3"; the columns are "x [mm]" and "F [N]"',
+    ),
+    "one for two": (
+        "x [mm],F [N]\n1,2\n3,4\n",
+        {"displacement": "x", "force": "x"},
+        'force: column "x [mm]" is the displacement already',
+    ),
+    "no unit": (
+        "x,F [N]\n1,2\n3,4\n",
+        {},
+        'displacement: column "x": no unit; write units={"displacement": "um"}',
+    ),
+    "no unit of time": (
+        "t,x [mm],F [N]\n1,2,3\n3,4,5\n",
+        {},
+        'time: column "t": no unit; write units={"time": "s"}, or time=False',
+    ),
+    "arbitrary unit": (
+        "x [mm],F [a.u.]\n1,2\n3,4\n",
+        {},
+        'force: column "F [a.u.]": no unit; write units={"force": "N"}',
+    ),
+    "unknown unit": (
+        "x [mm],F [Nn]\n1,2\n3,4\n",
+        {"force": "F"},
+        'force: column "F [Nn]": wanted a unit such as "N", got "Nn" (unknown unit "Nn")',
+    ),
+    "swapped": (
+        "x [mm],F [N]\n1,2\n3,4\n",
+        {"displacement": "F", "force": "x"},
+        'displacement: column "F [N]": wanted a unit such as "um", got "N" (a force)',
+    ),
+    "volts": (
+        "x [mm],Force [V]\n1,2\n3,4\n",
+        {},
+        'force: column "Force [V]": wanted a unit such as "N", got "V" (a voltage); '
+        'of a sensor write calibration={"force": "10 N/V"}',
+    ),
+    "wrong stated unit": (
+        PLAIN,
+        {"units": {"force": "mm"}},
+        'force: column "Friction [N]": wanted a unit such as "N", got "mm" (a length)',
+    ),
+    "unit that is no text": (
+        PLAIN,
+        {"units": {"force": 3}},
+        'force: wanted a unit such as "N", got 3',
+    ),
+    "units of nothing": (
+        PLAIN,
+        {"units": {"normal_load": "N"}},
+        "units: no column is read as normal_load; write normal_load=",
+    ),
+    "units of what": (
+        PLAIN,
+        {"units": {"friction": "N"}},
+        'units: wanted one of "displacement", "force", "normal_load", "time" or "commanded", '
+        'got "friction"',
+    ),
+    "units as text": (PLAIN, {"units": "mm"}, 'wanted units={"force": "mN"}, got "mm"'),
+    "calibration of what is": (
+        PLAIN,
+        {"calibration": {"force": 1.02}},
+        'force: column "Friction [N]" is in N already; to correct it write "1.02 N/N"',
+    ),
+    "calibration without factor": (
+        "x [mm],F [V]\n1,2\n3,4\n",
+        {"calibration": {"force": "N/V"}},
+        'force: wanted a calibration such as "10 N/V", got "N/V"',
+    ),
+    "calibration of another kind": (
+        "x [mm],Force [V]\n1,2\n3,4\n",
+        {"calibration": {"force": "10 um/V"}},
+        'force: wanted a calibration such as "10 N/V", got "10 um/V" for a column in V '
+        "(of dimension current^1 length^-1 mass^-1 time^3)",
+    ),
+    "calibration by nothing": (
+        "x [mm],Force [V]\n1,2\n3,4\n",
+        {"calibration": {"force": 0}},
+        "force: wanted a calibration that is not zero, got 0",
+    ),
+    "sign": (PLAIN, {"sign": {"force": "-"}}, 'force: wanted a sign 1 or -1, got "-"'),
+    "sign of what": (PLAIN, {"sign": 2}, "force: wanted a sign 1 or -1, got 2"),
+    "zero": (
+        PLAIN,
+        {"zero": {"force": "median"}},
+        'force: wanted a zero such as "mean", "middle", "first" or "1 N", got "median"',
+    ),
+    "zero that is not": (
+        PLAIN,
+        {"zero": {"force": float("nan")}},
+        'force: wanted a zero such as "mean", "middle", "first" or "1 N", got nan',
+    ),
+    "load": (
+        PLAIN,
+        {"normal_load": "500 um"},
+        'normal_load: wanted a force such as "500 N", got "500 um" (a length)',
+    ),
+    "no load": (PLAIN, {"normal_load": 0.0}, "normal_load must be above zero [N], got 0"),
+    "load that pulls": (
+        "x [mm],Q [N],P [N]\n1,2,-3\n3,4,-5\n",
+        {},
+        "normal_load must be positive in compression [N], got -4 N on average; turn its sign",
+    ),
+    "format": (
+        PLAIN,
+        {"format": "csv"},
+        'wanted format "hdf5", "mat", "tdms" or "text", got "csv"',
+    ),
+    "rows": (PLAIN, {"rows": 5}, "wanted rows=slice(first, end), got 5"),
+    "no such rows": (
+        PLAIN,
+        {"rows": slice(10, 20)},
+        "wanted at least two rows of numbers, got 0",
+    ),
+    "time twice": (
+        PLAIN,
+        {"time": "Time", "sample_rate": 1.0},
+        "time and sample_rate say the same; write one of them",
+    ),
+    "NaN within": (
+        "x [mm],F [N]\n1,2\n\n2,NaN\nNaN,3\n3,4\n4,4\n5,\n",
+        {},
+        'line 4, column "F [N]": wanted a number, got nan (2 rows like this before the end); '
+        "the longest stretch of numbers is rows=slice(3, 5)",
+    ),
+    "NaN first": (
+        "x [mm],F [N]\nNaN,NaN\n,\n3,4\n4,4\n",
+        {},
+        'line 2, column "x [mm]": wanted a number, got nan (2 rows like this before the end); '
+        "the longest stretch of numbers is rows=slice(2, 4)",
+    ),
+    "only a length across": (
+        "Normal displacement [um],Q [N]\n1,2\n3,4\n",
+        {},
+        'displacement: no column tells; the columns are "Normal displacement [um]" and "Q [N]"; '
+        'write displacement="NAME", or "#2" for the second',
+    ),
+    "NaN throughout": (
+        "x [mm],F [N],P [N]\n1,2,\n3,4,\n",
+        {},
+        "wanted at least two rows of numbers, got 0",
+    ),
+    "no number": (
+        "x [mm],F [N]\n1,2\n2,ERR\n3,4\n5,6\n",
+        {},
+        'line 3, column "F [N]": wanted a number, got "ERR"',
+    ),
+    "other decimal sign": (
+        "x [mm];F [N]\n1,5;2\n1.5;1\n2,5;1\n3,5;1\n",
+        {},
+        'line 3, column "x [mm]": wanted a number, got "1.5" '
+        '(the decimal sign of the lines above is ",")',
+    ),
+    "thousands": (
+        "x [mm];F [N]\n1,5;2\n1,5;1.234,5\n1,5;2\n1,5;2\n",
+        {},
+        'line 3, column "F [N]": wanted a number, got "1.234,5" '
+        "(write numbers without signs between thousands)",
+    ),
+    "time of day": (
+        "Time [s];x [mm];F [N]\n12:00:01;1;2\n12:00:02;1;2\n",
+        {},
+        'line 2, column "Time [s]": wanted a number, got "12:00:01"; '
+        "for times of day write time=False and sample_rate=",
+    ),
+    "short row": (
+        "x [mm];F [N];t [s]\n1;2;1\n1\n1;3;4\n1;2;5\n",
+        {},
+        'line 3: wanted 3 cells as in line 2, got 1, "1"',
+    ),
+    "long row": (
+        "x [mm];F [N];t [s]\n1;2;1\n1;2;3;4\n1;3;4\n1;2;5\n",
+        {},
+        "line 3: wanted 3 cells as in line 2, got 4",
+    ),
+    "short and long row": (
+        "x [mm],F [N],a,b\n1,2,3,4\n1,2,3,4\n1,2,3\n1,2,3,4,5\n1,2,3,4\n1,2,3,4\n",
+        {},
+        "line 4: wanted 4 cells as in line 2, got 3",
+    ),
+    "footer": (
+        PLAIN + "End of test\n",
+        {},
+        'line 6: wanted 3 cells as in line 2, got 1, "End of test"',
+    ),
+    "time backwards": (
+        "t [s],x [mm],F [N]\n1,2,1\n\n0.5,2,3\n3,4,5\n",
+        {},
+        "line 4: time goes backwards; if it is no time, write time=False and sample_rate=, "
+        "got 0.5 s after 1 s",
+    ),
+    "time stands": (
+        "t [s],x [mm],F [N]\n0.1,2,1\n0.1,2,3\n0.2,4,5\n",
+        {},
+        "line 3: time repeats; if it is rounded, write time=False and sample_rate=, "
+        "got 0.1 s after 0.1 s",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_files(case: str, put: Any) -> None:
+    content, keywords, message = WRONG[case]
+    path = put("wrong.csv", content)
+    with pytest.raises(ms.InputError) as caught:
+        ms.Record.read(path, **keywords)
+    assert str(caught.value) == f"wrong.csv: {message}"
+    data = content if isinstance(content, bytes) else content.encode()
+    assert path.read_bytes() == data
+
+
+def test_wrong_paths(put: Any) -> None:
+    put("record.csv", PLAIN)
+    Path("folder").mkdir()
+    for path, message in (
+        ("recrod.csv", 'recrod.csv: no such file; did you mean "record.csv"?'),
+        ("folder", "folder: wanted a record, got a folder"),
+        ("a\nb.csv", "a b.csv: no such file"),
+        ("nowhere/b.csv", "nowhere/b.csv: no such file"),
+        (3, "path must be the name of a file, got 3"),
+    ):
+        with pytest.raises(ms.InputError) as caught:
+            ms.Record.read(path)  # type: ignore[arg-type]
+        assert str(caught.value) == message
+
+
+def test_a_format_that_it_is_not(put: Any) -> None:
+    put("record.csv", PLAIN)
+    for wanted in ("mat", "hdf5", "tdms"):
+        with pytest.raises(ms.InputError, match=r"^record\.csv: not a usable [^\n]+$"):
+            ms.Record.read("record.csv", format=wanted)
+
+
+def test_a_wrong_row_among_the_first_is_not_skipped(put: Any) -> None:
+    """Stated by number, columns would be found even if rows began below it."""
+    rows = ["1,2", "2,3", "3,4", "4,5"]
+    keywords: dict[str, Any] = {"displacement": "#1", "force": "#2", "units": UNITS}
+    for wrong, message in (
+        ("2,ERR", 'column "{}": wanted a number, got "ERR"'),
+        ("2", 'wanted 2 cells as in line {}, got 1, "2"'),
+    ):
+        for i in range(4):
+            for head in ([], ["x,y"], ["Rig A", "Rate,200"]):
+                lines = [*head, *rows[:i], wrong, *rows[i:]]
+                path = put("wrong.csv", "\n".join(lines))
+                if wrong == "2" and i == 0:
+                    continue  # that may be a line of anything
+                with pytest.raises(ms.InputError) as caught:
+                    ms.Record.read(path, **keywords)
+                column = "y" if head == ["x,y"] else "#2"
+                assert str(caught.value) == (
+                    f"wrong.csv: line {len(head) + i + 1}"
+                    + (", " if "column" in message else ": ")
+                    + message.format(column if "column" in message else len(head) + 1)
+                )
+
+
+def test_too_large(put: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = put("big.csv", PLAIN)
+    monkeypatch.setattr(text_reader, "MAX_BYTES", 20)
+    with pytest.raises(
+        ms.InputError, match=r"big\.csv: wanted text of at most 0 MB, got 0 MB; save"
+    ):
+        ms.Record.read(path)
+    with h5py.File("big.h5", "w") as file:
+        # Nobody has that much memory, and the file has nothing of it yet.
+        for name, unit in (("displacement", "um"), ("force", "N")):
+            file.create_dataset(name, (10**12,), "f8", chunks=(10**6,)).attrs["units"] = unit
+    with pytest.raises(ms.InputError) as caught:
+        ms.Record.read("big.h5")
+    assert str(caught.value) == (
+        'big.h5: "displacement": wanted at most 500000000 samples, got 1000000000000'
+    )
+    monkeypatch.setattr(tree, "MAX_SAMPLES", 10**13)
+    with pytest.raises(ms.InputError) as caught:
+        ms.Record.read("big.h5")
+    assert str(caught.value) == "big.h5: too large for the memory; cut the record"
+
+
+# -- MATLAB, HDF5, TDMS ----------------------------------------------------------------------------
+
+UNITS = {"displacement": "m", "force": "N"}
+
+
+def test_readers_have_names() -> None:
+    assert [reader.name for reader in READERS] == ["tdms", "mat", "hdf5", "mat", "text"]
+
+
+@pytest.mark.parametrize("form", ["5", "4"])
+def test_mat(form: str, put: Any) -> None:
+    savemat("a.mat", {"x": X, "force": T[:, None], "fs": 200.0, "note": "none"}, format=form)
+    record = ms.Record.read("a.mat", units=UNITS)
+    equal(record.displacement, X)
+    equal(record.force, T)
+    assert record.sample_rate == 200.0
+    assert 'sample_rate: 200 Hz by "fs" of the file.' in record.notes
+    assert record.notes[0] == "a.mat: MAT-file."
+
+
+def test_mat_structs(put: Any) -> None:
+    savemat(
+        "s.mat",
+        {
+            "run": {
+                "pos": {"values": X * 1e6, "unit": "um"},
+                "friction": {"values": T, "unit": "N"},
+                "dt": 0.01,
+            },
+            "others": np.column_stack([X, T]),
+        },
+    )
+    record = ms.Record.read("s.mat", displacement="run.pos.values", force="run.friction.values")
+    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
+    equal(record.force, T)
+    assert record.sample_rate == 100.0
+    record = ms.Record.read("s.mat", displacement="others#1", force="others#2", units=UNITS)
+    equal(record.displacement, X)
+    equal(record.force, T)
+    # An array of channels that carry their names.
+    channels = np.empty(2, dtype=object)
+    channels[0] = {"name": "Position", "unit": "m", "data": X}
+    channels[1] = {"name": "Friction", "unit": "N", "data": T}
+    savemat("c.mat", {"channels": channels})
+    record = ms.Record.read("c.mat")
+    equal(record.displacement, X)
+    equal(record.force, T)
+    assert (
+        'displacement: column "channels(1).Position" by its name, m by the file'
+        in (record.notes[1])
+    )
+
+
+def write_mat73(path: str, fill: Callable[[h5py.File], None]) -> None:
+    with h5py.File(path, "w", userblock_size=512) as file:
+        fill(file)
+    with Path(path).open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+
+
+def text73(group: h5py.Group, name: str, text: str) -> None:
+    data = group.create_dataset(name, data=np.array([[ord(c)] for c in text], dtype="u2"))
+    data.attrs["MATLAB_class"] = np.bytes_("char")
+
+
+def test_mat73(put: Any) -> None:
+    def fill(file: h5py.File) -> None:
+        run = file.create_group("run")
+        run["time"] = np.arange(4.0)[None]
+        run["force"] = T[None]
+        text73(run, "comment", "in N")
+        file["table"] = np.vstack([X, T])  # n x 2 in MATLAB
+        file["rate"] = np.array([[7.0]])
+        file["none"] = np.array([0, 0], dtype="u8")
+        file["none"].attrs["MATLAB_empty"] = 1
+        refs = file.create_group("#refs#")
+        for i, (name, values) in enumerate((("Position", X), ("Friction", T))):
+            refs[f"v{i}"] = values[None]
+            text73(refs, f"n{i}", name)
+        channels = file.create_group("channels")
+        for field, letter in (("data", "v"), ("name", "n")):
+            places = [[refs[f"{letter}{i}"].ref] for i in range(2)]
+            channels.create_dataset(field, data=places, dtype=h5py.ref_dtype)
+
+    write_mat73("b.mat", fill)
+    record = ms.Record.read(
+        "b.mat", displacement="table#1", force="run.force", units={**UNITS, "time": "s"}
+    )
+    equal(record.displacement, X)
+    equal(record.force, T)
+    equal(record.time, np.arange(4.0))
+    assert record.notes[0] == "b.mat: MAT-file of version 7.3."
+    record = ms.Record.read("b.mat", force="channels(2).Friction", units=UNITS, time=False)
+    equal(record.displacement, X)
+    equal(record.force, T)
+
+
+def test_mat_without_arrays(put: Any) -> None:
+    savemat("t.mat", {"note": "a table"})
+    with pytest.raises(ms.InputError) as caught:
+        ms.Record.read("t.mat")
+    assert str(caught.value) == (
+        "t.mat: wanted arrays of numbers, got none in this MAT-file; save vectors, or of a table T "
+        'the struct S = table2struct(T, "ToScalar", true)'
+    )
+
+
+def test_hdf5(put: Any) -> None:
+    with h5py.File("a.h5", "w") as file:
+        file["run1/displacement"], file["run1/force"] = X * 1e3, T.astype("f4")
+        file["run1/displacement"].attrs["units"] = "mm"
+        file["run1/force"].attrs["unit"] = np.bytes_("N")
+        file["run1/normal load"] = np.full((4, 1), 5)
+        file["run1/normal load"].attrs["units"] = "kN"
+        file["run1"].attrs["sample_rate"] = 100
+        file["run1/itself"] = file["run1"]
+        file["run1/nowhere"] = h5py.SoftLink("/gone")
+        file["picture"] = np.zeros((100, 100))
+    record = ms.Record.read("a.h5")
+    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
+    equal(record.force, T)
+    equal(record.normal_load, np.full(4, 5000.0))
+    assert record.sample_rate == 100.0
+    assert record.notes[0] == "a.h5: HDF5 file."
+    assert record.notes[1].startswith('displacement: column "run1/displacement" by its name, mm by')
+
+
+def test_hdf5_tables(put: Any) -> None:
+    table = np.zeros(4, dtype=[("position [mm]", "f8"), ("force [N]", "f8"), ("state", "S2")])
+    table["position [mm]"], table["force [N]"] = X * 1e3, T
+    with h5py.File("t.h5", "w") as file:
+        file["log"] = table
+    record = ms.Record.read("t.h5")
+    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
+    equal(record.force, T)
+
+
+def test_hdf5_rates_that_differ(put: Any) -> None:
+    with h5py.File("r.h5", "w") as file:
+        file["a/x"], file["b/F"] = X, T
+        file["a/dt"], file["b/fs"] = 0.5, 3.0
+    record = ms.Record.read("r.h5", units=UNITS)
+    assert record.sample_rate is None
+    assert record.notes[0] == (
+        'r.h5: HDF5 file; two sample rates, 2 Hz by "a/dt" and 3 Hz by "b/fs", so neither is taken.'
+    )
+    with h5py.File("s.h5", "w") as file:
+        file["x"], file["F"] = X, T
+        file["x"].attrs["fs"], file["F"].attrs["fs"] = 2.0, 3.0
+    with pytest.raises(ms.InputError) as caught:
+        ms.Record.read("s.h5", units=UNITS)
+    assert (
+        str(caught.value) == "s.h5: displacement and force differ in sample rate, got 2 Hz and 3 Hz"
+    )
+
+
+def test_hdf5_wrong(put: Any) -> None:
+    with h5py.File("two.h5", "w") as file:
+        for run in ("run1", "run2"):
+            file[f"{run}/x"], file[f"{run}/force"] = X, T
+        file["run2/short"] = T[:3]
+    with h5py.File("none.h5", "w") as file:
+        file["a"] = 3.0
+    whole = Path("two.h5").read_bytes()
+    put("cut.h5", whole[: len(whole) // 2])
+    for name, keywords, message in (
+        (
+            "two.h5",
+            {},
+            'displacement: 2 columns could be it, "run1/x" and "run2/x"; '
+            'write displacement="run1/x"',
+        ),
+        (
+            "two.h5",
+            {"displacement": "run1/x", "force": "force"},
+            'force: 2 columns are called "force", "run1/force" and "run2/force"; '
+            'write force="run1/force"',
+        ),
+        (
+            "two.h5",
+            {"displacement": "run1/x", "force": "short", "units": UNITS},
+            'columns must be of one length, got "run1/x" 4, "run2/short" 3 samples',
+        ),
+        ("none.h5", {}, "wanted arrays of numbers, got none in this HDF5 file"),
+    ):
+        with pytest.raises(ms.InputError) as caught:
+            ms.Record.read(name, **keywords)  # type: ignore[arg-type]
+        assert str(caught.value) == f"{name}: {message}"
+    with pytest.raises(ms.InputError, match=r"^cut\.h5: not a usable HDF5 file: [^\n]*truncated"):
+        ms.Record.read("cut.h5")
+
+
+def test_nan_in_binary_files_names_the_sample(put: Any) -> None:
+    with h5py.File("n.h5", "w") as file:
+        file["x"], file["F"] = X, np.array([1.0, np.nan, 2.0, 3.0])
+    with pytest.raises(
+        ms.InputError, match=r'^n\.h5: sample 1, column "F": wanted a number, got nan'
+    ):
+        ms.Record.read("n.h5", units=UNITS)
+
+
+def write_tdms(path: str, **rates: float) -> None:
+    with TdmsWriter(path) as writer:
+        for name, unit, values in (("Position", "mm", X * 1e3), ("Friction", "N", T)):
+            step = rates.get(name, rates.get("step", 0.01))
+            properties = {"unit_string": unit, "wf_increment": step}
+            writer.write_segment([ChannelObject("Log", name, values, properties)])
+        writer.write_segment([ChannelObject("Log", "Remarks", ["a", "b"])])
+
+
+def test_tdms(put: Any) -> None:
+    write_tdms("a.tdms")
+    record = ms.Record.read("a.tdms", normal_load=20.0)
+    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
+    equal(record.force, T)
+    assert record.sample_rate == 100.0
+    assert record.notes[0] == "a.tdms: TDMS file."
+    assert record.notes[1].startswith('displacement: column "Log/Position" by its name, mm by the')
+    assert 'sample_rate: 100 Hz by "their channels" of the file.' in record.notes
+
+
+def test_tdms_wrong(put: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_tdms("b.tdms", Friction=0.02)
+    with pytest.raises(ms.InputError) as caught:
+        ms.Record.read("b.tdms")
+    assert str(caught.value) == (
+        "b.tdms: displacement and force differ in sample rate, got 100 Hz and 50 Hz"
+    )
+    put("cut.tdms", b"TDSm" + b"\x0e\0\0\0")
+    with pytest.raises(
+        ms.InputError, match=r"^cut\.tdms: (not a usable TDMS file|wanted channels)"
+    ):
+        ms.Record.read("cut.tdms")
+    monkeypatch.setitem(sys.modules, "nptdms", None)
+    with pytest.raises(ms.InputError) as caught:
+        ms.Record.read("b.tdms")
+    assert str(caught.value) == (
+        "b.tdms: TDMS files are read by npTDMS, which is not installed: "
+        'pip install "microslip[tdms]"'
+    )
+
+
+# -- out and in again ------------------------------------------------------------------------------
+
+finite = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e30, max_value=1e30)
+
+
+@st.composite
+def records(draw: st.DrawFn) -> ms.Record:
+    size = draw(st.integers(2, 6))
+    series = st.lists(finite, min_size=size, max_size=size)
+    keywords: dict[str, Any] = {}
+    kind = draw(st.sampled_from(["time", "rate", "none"]))
+    if kind == "time":
+        times = st.lists(finite, min_size=size, max_size=size, unique=True)
+        keywords["time"] = sorted(draw(times))
+    elif kind == "rate":
+        keywords["sample_rate"] = draw(st.floats(1e-3, 1e9))
+    load = draw(st.sampled_from(["column", "number", "none"]))
+    if load == "column":
+        keywords["normal_load"] = np.abs(draw(series))
+    elif load == "number":
+        keywords["normal_load"] = draw(st.floats(1e-3, 1e6))
+    if draw(st.booleans()):
+        keywords["commanded"] = draw(series)
+    if draw(st.booleans()):
+        keywords["frequency"] = draw(st.floats(1e-3, 1e6))
+    notes = tuple(draw(st.lists(st.text(max_size=30), max_size=2)))
+    return ms.Record(draw(series), draw(series), notes=notes, **keywords)
+
+
+def same(a: ms.Record, b: ms.Record) -> None:
+    for key in ("displacement", "force", "normal_load", "time", "commanded"):
+        first, second = getattr(a, key), getattr(b, key)
+        assert (first is None) == (second is None), key
+        if first is not None:
+            assert np.asarray(first).tobytes() == np.asarray(second).tobytes(), key
+    assert (a.sample_rate, a.frequency) == (b.sample_rate, b.frequency)
+
+
+unhurried = settings(
+    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+
+
+@unhurried
+@given(record=records())
+def test_csv_reads_back_bit_for_bit(record: ms.Record, put: Any) -> None:
+    record.to_csv("out.csv", overwrite=True)
+    same(ms.Record.read("out.csv"), record)
+
+
+@st.composite
+def dialects(draw: st.DrawFn) -> dict[str, Any]:
+    separator = draw(st.sampled_from([",", ";", "\t", "|", " ", "  ", "; ", ", "]))
+    marks = [","] if separator.strip() != "," else []
+    return {
+        "separator": separator,
+        "decimal": draw(st.sampled_from([".", *marks])),
+        "units": draw(st.sampled_from([" [%s]", " (%s)", "row", "[row]", "none"])),
+        "trailing": draw(st.booleans()) and bool(separator.strip()),
+        "newline": draw(st.sampled_from(["\n", "\r\n", "\r"])),
+        "encoding": draw(st.sampled_from(["utf-8", "utf-8-sig", "latin-1", "utf-16"])),
+        "settings": draw(st.integers(0, 4)),
+        "empty": draw(st.integers(0, 3)),
+        "missing": draw(st.sampled_from(["", "NaN", "n/a"])),
+        "text": draw(st.booleans()) and bool(separator.strip()),
+        "quoted": draw(st.booleans()) and separator in (",", ";", "\t"),
+        "plus": draw(st.booleans()),
+        "names": draw(st.booleans()),
+    }
+
+
+def written(columns: dict[str, tuple[str, list[str]]], way: dict[str, Any]) -> str:
+    """Numbers in a dialect, below settings, above rows that hold nothing."""
+    separator, end = way["separator"], way["newline"]
+    quote = '"{}"' if way["quoted"] else "{}"
+    tail = separator if way["trailing"] else ""
+    lines = [f"Opérateur{i}: Müller, Rig {i}" for i in range(way["settings"])]
+    names, units = list(columns), [unit for unit, _ in columns.values()]
+    if way["names"]:
+        if "%s" in way["units"]:
+            names = [name + way["units"] % unit for name, unit in zip(names, units, strict=True)]
+        extra = ["State"] if way["text"] else []
+        lines.append(separator.join(quote.format(cell) for cell in [*names, *extra]) + tail)
+        if "row" in way["units"]:
+            shape = "[{}]" if "[" in way["units"] else "{}"
+            cells = [shape.format(unit) for unit in units] + (["-"] if way["text"] else [])
+            lines.append(separator.join(quote.format(cell) for cell in cells) + tail)
+    for row in zip(*(numbers for _, numbers in columns.values()), strict=True):
+        cells = [
+            ("+" if way["plus"] and number[0] != "-" else "") + number.replace(".", way["decimal"])
+            for number in row
+        ]
+        cells += ["running"] if way["text"] else []
+        lines.append(separator.join(quote.format(cell) for cell in cells) + tail)
+    missing = way["missing"] if separator.strip() else way["missing"] or "NaN"
+    width = len(columns) + way["text"]
+    lines += [separator.join([missing] * width) + tail] * way["empty"]
+    return end.join(lines) + end
+
+
+@settings(unhurried, max_examples=300)
+@given(
+    way=dialects(),
+    numbers=st.lists(st.tuples(finite, finite, finite), min_size=3, max_size=8),
+    unit=st.sampled_from(["m", "mm", "um", "µm", "nm"]),
+)
+def test_any_dialect_is_read_exactly(
+    way: dict[str, Any], numbers: list[Any], unit: str, put: Any
+) -> None:
+    x, f, p = (list(column) for column in zip(*numbers, strict=True))
+    # In units of a power of ten the decimal point moves, and nothing is rounded before it is read.
+    power = {"m": 0, "mm": 3, "um": 6, "µm": 6, "nm": 9}[unit]
+    moved = [str(Decimal(repr(value)).scaleb(power)) for value in x]
+    columns = {
+        "Position": (unit, moved),
+        "Friction": ("N", [repr(value) for value in f]),
+        "Normal": ("N", [repr(abs(value)) for value in p]),
+    }
+    Path("any.txt").write_bytes(written(columns, way).encode(way["encoding"], "replace"))
+    keywords: dict[str, Any] = {}
+    named = way["names"]
+    if not named:
+        keywords = {"displacement": "#1", "force": "#2", "normal_load": "#3"}
+    if not named or way["units"] == "none":
+        keywords["units"] = {"displacement": unit, "force": "N", "normal_load": "N"}
+    record = ms.Record.read("any.txt", **keywords)
+    assert record.force.tobytes() == np.array(f).tobytes()
+    assert np.asarray(record.normal_load).tobytes() == np.abs(p).tobytes()
+    if power == 0:
+        assert record.displacement.tobytes() == np.array(x).tobytes()
+    else:  # the number in the file is rounded, and once more in metres
+        np.testing.assert_array_equal(
+            record.displacement, np.array([float(cell) for cell in moved]) / 10.0**power
+        )
+        np.testing.assert_allclose(record.displacement, x, rtol=4e-16, atol=1e-320)
+
+
+def test_csv_is_not_overwritten(put: Any) -> None:
+    record = ms.Record(X, T, 500.0, sample_rate=10.0, notes=("from a\nrig\0",))
+    record.to_csv("a.csv")
+    assert Path("a.csv").read_text(encoding="utf-8") == (
+        "# sample_rate = 10.0 Hz\n# normal_load = 500.0 N\n# note: from a rig?\n"
+        "displacement [m],force [N]\n1e-06,10.0\n2.5e-06,12.5\n-1e-06,-10.0\n0.0,0.5\n"
+    )
+    with pytest.raises(ms.InputError) as caught:
+        ms.Record(T, X).to_csv("a.csv")
+    assert str(caught.value) == "a.csv: exists already; write overwrite=True to replace it"
+    same(ms.Record.read("a.csv"), record)
+    ms.Record(T, X).to_csv("a.csv", overwrite=True)
+    equal(ms.Record.read("a.csv").force, X)
+    with pytest.raises(ms.InputError) as caught:
+        record.to_csv("nowhere/a.csv")
+    assert str(caught.value) == "nowhere/a.csv: cannot be written: no such file or directory"
+    Path("folder").mkdir()
+    with pytest.raises(ms.InputError, match=r"^folder: cannot be written: is a directory$"):
+        record.to_csv("folder", overwrite=True)
+    assert sorted(path.name for path in Path().iterdir()) == ["a.csv", "folder"]
+
+
+def test_what_was_stated_goes_before_what_the_file_states(put: Any) -> None:
+    ms.Record(X, T, 500.0, sample_rate=10.0).to_csv("a.csv")
+    record = ms.Record.read("a.csv", sample_rate=20.0, normal_load=600.0)
+    assert (record.sample_rate, record.normal_load) == (20.0, 600.0)
+    assert ms.Record.read("a.csv", normal_load=False).normal_load is None
+    assert 'normal_load: 500 N by "line 2" of the file.' in ms.Record.read("a.csv").notes
+
+
+# -- scale, speed, the real one --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("factor", ["1e-3", "1e-6", "1e-9", "1e3", "2.5", "1e-30"])
+def test_powers_of_ten_are_rounded_once(factor: str) -> None:
+    values = np.random.default_rng(0).uniform(-1e6, 1e6, 2000).round(3)
+    scaled = values.copy()
+    scaling.apply(scaled, Decimal(factor))
+    # The nearest double to the double in the file times the factor, found without doubles.
+    exact = np.array([float(Decimal(value) * Decimal(factor)) for value in values.tolist()])
+    if factor in ("2.5", "1e-30"):
+        np.testing.assert_allclose(scaled, exact, rtol=3e-16)
+    else:
+        np.testing.assert_array_equal(scaled, exact)
+
+
+def test_quick_and_careful_reading_agree(put: Any) -> None:
+    rng = np.random.default_rng(1)
+    table = rng.normal(size=(500, 3)) * 10.0 ** rng.integers(-12, 12, (500, 3))
+    rows = [";".join(map(repr, row)) for row in table.tolist()]
+    head = "t [m];x [m];F [N]"
+    path = put("quick.csv", "\n".join([head, *rows]))
+    careful = put("careful.csv", "\n".join([head, *rows, "# the end"]))
+    keywords = {"displacement": "x", "force": "F", "time": False}
+    same(ms.Record.read(path, **keywords), ms.Record.read(careful, **keywords))  # type: ignore[arg-type]
+    equal(ms.Record.read(path, **keywords).force, table[:, 2].copy())  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_a_decimal_sign_that_comes_late(decimal: str, put: Any) -> None:
+    rows = ["0;1"] * 300 + [f"2{decimal}5;3{decimal}5"]
+    record = ms.Record.read(put("late.csv", "\n".join(["x [m];F [N]", *rows])))
+    assert (record.displacement[-1], record.force[-1]) == (2.5, 3.5)
+    assert ("decimal commas" in record.notes[0]) == (decimal == ",")
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_a_million_rows_come_in_quickly(decimal: str, put: Any) -> None:
+    size = 1_000_000
+    phase = np.arange(size) * (2 * np.pi / 2000)
+    columns = (np.arange(size) / 1e4, 50 * np.sin(phase), 20 * np.sign(np.cos(phase)))
+    one = "".join(
+        "{:.4f};{:.3f};{:.2f}\n".format(*row)
+        for row in zip(*(c[:2000] for c in columns), strict=True)
+    )
+    text = ("Weg [µm];Reibkraft [N];Temperatur\n" + one * (size // 2000)).replace(".", decimal)
+    path = put("long.csv", text)
+    start = time.process_time()
+    record = ms.Record.read(path, sample_rate=1e4)
+    took = time.process_time() - start
+    assert len(record) == size
+    # About 1 s; only what is many times slower than that is told from a busy machine.
+    assert took < 6.0
+
+
+def test_nothing_heavy_is_imported() -> None:
+    code = (
+        "import sys, microslip as ms; ms.Record([0, 1], [0, 1]); "
+        "print([m for m in ('pint', 'h5py', 'scipy', 'nptdms', 'pydantic') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.skipif(not REAL.exists(), reason="the record in ../shared/data is not here")
+def test_the_real_record() -> None:
+    """Reciprocating rig of FrictionModels.jl: see ../shared/data/README.md for its figures."""
+    before = REAL.stat()
+    record = ms.Record.read(
+        REAL,
+        displacement="Position",
+        force="Friction",
+        normal_load="Normal",
+        time="Time",
+        sign=-1,
+        zero={"displacement": "middle"},
+    )
+    assert len(record) == 42_579
+    assert record.time is not None
+    np.testing.assert_allclose(np.diff(record.time).mean(), 1 / 200, rtol=0.01)
+    np.testing.assert_allclose(np.abs(record.displacement).max(), 120e-6, rtol=0.05)
+    loads = np.asarray(record.normal_load)
+    np.testing.assert_allclose(np.median(loads), 5.0, rtol=1e-3)
+    np.testing.assert_allclose(np.abs(record.force).max() / 5.0, 0.5, rtol=0.1)
+    # By hand 506-535 uJ a cycle in the steady part; about 50 cycles.
+    work = np.dot(record.force[1:] + record.force[:-1], np.diff(record.displacement)) / 2
+    assert 45 * 500e-6 < work < 55 * 540e-6
+    assert 'force: column "Friction [uN]" as stated, uN by its header' in record.notes[2]
+    same(ms.Record.read(REAL, sign=-1, zero={"displacement": "middle"}), record)
+    after = REAL.stat()
+    assert (before.st_size, before.st_mtime_ns) == (after.st_size, after.st_mtime_ns)

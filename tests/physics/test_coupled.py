@@ -289,7 +289,9 @@ def test_pieces_and_trials_give_the_whole(joint, moves, cut):
             got.append(force)
     if cut < x.size:
         got += list(state.advance(x[cut:], normal_load=load[cut:]))
-    atol = 1e-13 * joint.friction_coefficient * max(load.max(), joint.normal_load)
+    # With what the last place of a separation costs where the load is light.
+    share = 1e-13 + 8 * EPS * abs(joint.separation) * joint.normal_stiffness / joint.normal_load
+    atol = share * joint.friction_coefficient * max(load.max(), joint.normal_load)
     np.testing.assert_allclose(got, whole, rtol=0, atol=atol)
 
 

@@ -35,7 +35,9 @@ from .study import Result as Result
 from .study import Study as Study
 from .sweeps import Sweep as Sweep
 from .sweeps import sweep as sweep
+from .tribometer import Measurement as Measurement
 from .tribometer import Record as Record
 from .tribometer import VirtualTribometer as VirtualTribometer
+from .tribometer import measure as measure
 
 __version__: str

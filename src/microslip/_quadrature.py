@@ -22,18 +22,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
 
 from microslip._checks import Floats
+from microslip._frozen import lock
 
 Function = Callable[[Floats, Floats, Floats | float], Floats]
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
-_NODES = 0.5 * (1.0 + _NODES)  # on [0, 1]
-_WEIGHTS = 0.5 * _WEIGHTS
+
+@lru_cache
+def gauss_legendre(count: int) -> tuple[Floats, Floats]:
+    """Nodes and weights on [0, 1], exact for polynomials of degree 2 count - 1."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return lock(0.5 * (1.0 + nodes)), lock(0.5 * weights)
+
+
+_NODES, _WEIGHTS = gauss_legendre(20)
 _BLOCK = 1 << 14  # rows of nodes at a time, as many as a cache holds
 
 

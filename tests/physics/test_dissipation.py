@@ -12,7 +12,7 @@ from cases import is_elastic, law_params, reach_of, records
 from hypothesis import given
 
 import microslip as ms
-from microslip.study.dissipation import dissipated_so_far
+from microslip.friction.energies import dissipated_along
 
 YIELDS = [Fraction(k, 8) for k in (1, 2, 3, 5, 8, 13, 21)]
 STIFFNESSES = [Fraction(7 - k, 4) for k in range(7)]
@@ -41,7 +41,7 @@ def one_by_one(record: list[Fraction]) -> list[Fraction]:
 def test_it_is_what_the_sliders_dissipate(record: Any) -> None:
     """In exact numbers: eighths are doubles, so nothing is rounded on the way in."""
     wanted = [float(e) for e in one_by_one([Fraction(x) for x in record.tolist()])]
-    got = dissipated_so_far(polygon(), record, record)
+    got = dissipated_along(polygon(), record, record)
     np.testing.assert_allclose(got, wanted, rtol=0.0, atol=1e-14 * max(wanted) + 1e-300)
 
 
@@ -51,7 +51,7 @@ def test_closed_cycles_dissipate_their_energy(law: ms.BackboneLaw) -> None:
     a = 1.7 * reach_of(law)
     record = a * np.array([1.0, -1.0, 1.0, -1.0, 1.0])
     cycle = law.dissipated_energy(a)
-    got = dissipated_so_far(law, record, record)
+    got = dissipated_along(law, record, record)
     np.testing.assert_allclose(got, cycle * np.array([0.25, 0.75, 1.25, 1.75, 2.25]), rtol=1e-13)
 
 
@@ -59,9 +59,9 @@ def test_closed_cycles_dissipate_their_energy(law: ms.BackboneLaw) -> None:
 def test_it_never_falls_and_has_no_sign(law: ms.BackboneLaw) -> None:
     moves = np.random.default_rng(5).standard_normal(2000)
     record = 0.3 * reach_of(law) * np.cumsum(moves - 0.02 * np.cumsum(moves) / 10.0)
-    got = dissipated_so_far(law, record, record)
+    got = dissipated_along(law, record, record)
     assert np.diff(got, prepend=0.0).min() >= -1e-13 * got[-1]
-    np.testing.assert_array_equal(dissipated_so_far(law, -record, -record), got)
+    np.testing.assert_array_equal(dissipated_along(law, -record, -record), got)
 
 
 @pytest.mark.parametrize("law", law_params(which=is_elastic))
@@ -70,9 +70,9 @@ def test_samples_on_the_way_change_nothing(law: ms.BackboneLaw) -> None:
     record = reach_of(law) * np.array([0.7, -0.4, 0.2, -0.1, 0.9, -1.3, 2.0, 0.5, 0.6])
     fine = np.interp(np.linspace(0.0, 8.0, 801), np.arange(9.0), record)
     fine[::100] = record
-    got = dissipated_so_far(law, record, record)
+    got = dissipated_along(law, record, record)
     np.testing.assert_allclose(
-        dissipated_so_far(law, fine, fine)[::100], got, rtol=0.0, atol=1e-12 * got[-1]
+        dissipated_along(law, fine, fine)[::100], got, rtol=0.0, atol=1e-12 * got[-1]
     )
 
 
@@ -87,7 +87,7 @@ def test_the_work_of_a_loop_is_what_it_dissipates(law: ms.BackboneLaw) -> None:
     record = np.concatenate([a + (b - a) * shape for a, b in pairwise(turns)] + [turns[-1:]])
     force = law.force(record)
     work = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(record)))
-    energy = dissipated_so_far(law, record, record)
+    energy = dissipated_along(law, record, record)
     assert energy[-1] - energy[0] == pytest.approx(work, rel=1e-6, abs=1e-9 * scale * force[0])
 
 
@@ -96,7 +96,7 @@ def test_a_force_record_says_where_loops_close() -> None:
     joint = ms.Interface.examples()[0]
     forces = joint.force_limit * np.array([0.9, 0.2, 0.7, 0.2, 0.7, 0.2, 0.9, -0.9, 0.95])
     displacement = joint.displacement(forces)
-    got = dissipated_so_far(joint, displacement, forces)
+    got = dissipated_along(joint, displacement, forces)
     inner = joint.dissipated_energy(0.5 * (displacement[2] - displacement[1]))
     np.testing.assert_allclose(np.diff(got)[2:4].sum(), inner, rtol=1e-9)
     np.testing.assert_allclose(np.diff(got)[3:5].sum(), inner, rtol=1e-9)

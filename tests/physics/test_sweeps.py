@@ -13,7 +13,7 @@ from scipy import stats
 
 import microslip as ms
 from microslip.normal import NORMAL_LAWS, grids
-from microslip.sweeps import _ABOUT
+from microslip.sweeps.run import DIMENSIONS
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
@@ -105,7 +105,7 @@ def one_by_one(
 def known_to(surface: ms.NormalLaw) -> list[str]:
     contacts = {"contact_count", "contact_area", "stick_area"}
     without = contacts if isinstance(surface, (ms.TabulatedNormalLaw, OwnLaw)) else set()
-    return [name for name in _ABOUT if name not in without and name != "amplitude"]
+    return [name for name in DIMENSIONS if name not in without and name != "amplitude"]
 
 
 @pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)

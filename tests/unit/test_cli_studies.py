@@ -119,6 +119,27 @@ def test_check_in_json() -> None:
     }
 
 
+def test_the_joint_has_no_column_of_which_nothing_is_known() -> None:
+    heads = {}
+    for law in ("greenwood-williamson", "sphere", "table"):
+        run("new", f"{law}.toml", "--law", law)
+        text = run("check", f"{law}.toml").stdout
+        heads[law] = re.split(r"\s{2,}", text.split("\nJoint\n")[1].splitlines()[0].strip())
+    assert heads["greenwood-williamson"] == [
+        *("load", "contacts", "real area", "kₜ", "μN", "slip scale", "h")
+    ]
+    assert heads["sphere"] == ["load", "contacts", "real area", "kₜ", "μN", "slip scale"]
+    assert heads["table"] == ["load", "kₜ", "μN", "slip scale"]
+
+
+def test_a_name_without_its_end_is_completed() -> None:
+    line = 'error: joint: no such file; did you mean "joint.toml"?'
+    assert fails("check", "joint") == line
+    assert fails("predict", "joint") == line
+    Path("joint.csv").touch()  # now it is not clear which
+    assert fails("check", "joint") == "error: joint: no such file"
+
+
 def test_check_finds_what_predict_would_find() -> None:
     Path("joint.toml").write_text(STUDY.replace("1 mm", "1 mn"), encoding="utf-8")
     assert fails("check", "joint.toml") == fails("predict", "joint.toml")

@@ -378,6 +378,18 @@ def test_lines_that_would_hide_each_other_show_side_by_side() -> None:
     assert len(set(energies)) == 1
 
 
+def test_the_panels_of_loops_have_one_kind_of_axis() -> None:
+    """Displacements that are far apart at one force are drawn over their own amplitude at all."""
+    by_force = (f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["100 N", "274.9 N"]')
+    result = study((LOADS, '["500 N", "5 kN"]'), by_force).run()
+    soft, stiff = (row.amplitude for row in result.rows)
+    assert list(soft / stiff > 20.0) == [False, True]
+    panels = draw(result, "loops").axes
+    assert [axes.get_xlabel() for axes in panels] == [
+        r"Displacement / amplitude, $\delta/\delta_m$"
+    ] * 2
+
+
 def test_forces_far_apart_are_in_newtons() -> None:
     figure = draw(study((LOADS, '["1 mN", "100 kN"]')).run(), "backbone")
     assert by_label(figure, "Force").get_ylabel() == "Force of first loading [N]"

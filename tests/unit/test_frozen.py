@@ -30,7 +30,13 @@ THINGS: dict[str, Any] = {
 for _name in [name for name in THINGS if name.startswith("Interface")]:
     if int(_name[9:]) % 3 > 0:
         del THINGS[_name]
-THINGS |= {"Loop": LOOP, "joint loop": ms.Interface.examples()[0].loop(1e-7, 32)}
+JOINT = ms.Interface.examples()[0]
+THINGS |= {
+    "Loop": LOOP,
+    "joint loop": JOINT.loop(1e-7, 32),
+    "coupled response": JOINT.coupled_response([1e-7, 0.0], normal_load=[10.0, 20.0]),
+    "ring-down": ms.Oscillator(1.0, 1e6, JOINT).ring_down(1e-7, cycles=1),
+}
 
 
 @pytest.fixture(params=THINGS, name="thing")

@@ -18,6 +18,7 @@ import microslip as ms
 from microslip.friction import LAWS
 from microslip.heights import HEIGHTS
 from microslip.normal import NORMAL_LAWS
+from microslip.tribometer.virtual import InSeries
 
 PACKAGE = Path(ms.__file__).parent
 LISTS = (
@@ -177,7 +178,8 @@ def concrete(base: type) -> set[type]:
 def test_every_class_is_in_its_list(base: type, listed: tuple[type, ...]) -> None:
     modules()
     assert len(set(listed)) == len(listed)
-    assert concrete(base) == set(listed)
+    # A rig in series wraps a law; it is none to choose.
+    assert concrete(base) - {InSeries} == set(listed)
     for law in listed:
         assert getattr(ms, law.__name__) is law
 
@@ -205,13 +207,16 @@ def test_nothing_imports_upwards() -> None:
     """Data flows one way, floor by floor."""
     floors = {
         "_checks": 0, "errors": 0, "_version": 0, "_kernel_choice": 0, "_quadrature": 0,
-        "kernels": 0, "materials": 1, "heights": 1, "normal": 2, "memory": 3, "loops": 4,
-        "friction": 5, "structures": 7, "study": 8, "sweeps": 8, "cli": 9, "_netcdf": 0,
+        "_frozen": 0, "_files": 0, "_netcdf": 0, "kernels": 0, "materials": 1, "heights": 1,
+        "normal": 2, "memory": 3, "loops": 4, "friction": 5, "structures": 7, "study": 8,
+        "sweeps": 8, "chapter": 8, "cli": 9,
+        "tribometer": 8,  # 6, once units and the wording of errors have left the study
     }  # fmt: skip
     for file in PACKAGE.rglob("*.py"):
         part = file.relative_to(PACKAGE).with_suffix("").parts
-        if part[0] not in floors:
+        if part == ("__init__",):
             continue
+        assert part[0] in floors, f"{file} is on no floor"
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             names: list[str] = []
             if isinstance(node, ast.ImportFrom) and node.module:
@@ -225,5 +230,5 @@ def test_nothing_imports_upwards() -> None:
                 pieces = name.split(".")
                 if pieces[0] != "microslip" or len(pieces) == 1 or pieces[1] not in floors:
                     continue
-                if pieces[1] != part[0] and part[0] not in ("study", "cli"):
+                if pieces[1] != part[0]:
                     assert floors[pieces[1]] <= floors[part[0]], f"{file} imports {name}"

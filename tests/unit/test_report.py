@@ -224,6 +224,16 @@ def test_any_script_is_shown() -> None:
 
 
 @pytest.mark.usefixtures("plain")
+def test_the_slip_scale_is_said_in_words() -> None:
+    heights = (
+        '{ kind = "scipy", distribution = "weibull_max", parameters = { c = 2.5 }, scale = "1 um" }'
+    )
+    found = report.page(study((GAUSSIAN, heights)).run())
+    assert "The slip scale is κ times the spread of the heights (the standard deviation," in found
+    assert "slip_per_indentation *" not in found
+
+
+@pytest.mark.usefixtures("plain")
 def test_the_tables_say_what_the_joint_says(demo: ms.Result) -> None:
     found = Page(report.page(demo))
     head, *rows = found.table("Contacts")

@@ -58,7 +58,7 @@ def test_labels() -> None:
     assert SWEPT["friction_coefficient"] == 0.55
     assert type(SWEPT["friction_coefficient"]) is float
     assert SWEPT.variables["dissipated_energy"].attributes == {
-        "units": "J", "long_name": "energy dissipated in a closed cycle",
+        "units": "J", "long_name": "energy dissipated in a cycle",
     }  # fmt: skip
     assert SWEPT.attributes["source"] == f"microslip {ms.__version__}"
     assert SWEPT.attributes["joint"] == repr(JOINT)
@@ -289,7 +289,7 @@ def test_a_file_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Mo
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("microslip.sweeps.write_netcdf", full)
+    monkeypatch.setattr("microslip.sweeps.arrays.write_netcdf", full)
     path = tmp_path / "sweep.nc"
     assert refusal(SWEPT.to_netcdf, path) == f"{path}: cannot be written: no space left on device"
     assert list(tmp_path.iterdir()) == []

@@ -9,6 +9,7 @@ from microslip._version import __version__
 from microslip.cli.chapter import figures
 from microslip.cli.frame import Group
 from microslip.cli.lists import materials, schema
+from microslip.cli.measure import measure
 from microslip.cli.shell import completion
 from microslip.cli.studies import check, demo, new, predict
 
@@ -47,5 +48,5 @@ def main(context: click.Context) -> None:
 
 
 # Help lists them in this order.
-for _command in (demo, new, check, predict, materials, schema, figures, completion):
+for _command in (demo, new, check, predict, measure, materials, schema, figures, completion):
     main.add_command(_command)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import tomllib
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +72,9 @@ def complete_key(
     named = [word for word in words if word.endswith(".toml")]
     try:
         if context.info_name == "demo":
-            text = files("microslip").joinpath("study", "demo.toml").read_text(encoding="utf-8")
+            from microslip.study.new import demo_text
+
+            text = demo_text()
         else:
             text = Path(named[0]).read_text(encoding="utf-8")
         keys = _keys(tomllib.loads(text))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, exact, number, positive, record
+from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
 from microslip.friction.base import checked_cycle
 from microslip.friction.numerics import invert
@@ -17,8 +18,7 @@ from microslip.loops import Loop
 
 _MOST = 100.0  # the largest exponent
 _FULL = 45.0  # exp(-45) is nothing beside 1
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-_NODES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
+_NODES, _WEIGHTS = gauss_legendre(16)
 _BLOCK = 1 << 14  # values a pass, so that temporaries stay small
 
 

@@ -12,18 +12,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, exact, record
-from microslip._frozen import lock
+from microslip._frozen import Locked, lock
+from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
 from microslip.memory import Diagram, Slips, along, loads_along
 
 if TYPE_CHECKING:
     from microslip.friction.interface import Interface
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+_NODES, _WEIGHTS = gauss_legendre(24)
 # Towards both ends of a run the nodes lie as of a cosine: what has a root there is smooth then.
-_ANGLES = 0.25 * math.pi * (1.0 + _NODES)
+_ANGLES = 0.5 * math.pi * _NODES
 _PLACES = np.sin(_ANGLES) ** 2
-_SHARES = 0.25 * math.pi * _WEIGHTS * np.sin(2.0 * _ANGLES)
+_SHARES = 0.5 * math.pi * _WEIGHTS * np.sin(2.0 * _ANGLES)
 _BLOCK = 1 << 14  # pieces at a time
 
 
@@ -112,7 +113,7 @@ class Coupling:
 
 
 @dataclass(frozen=True, eq=False)
-class CoupledResponse:
+class CoupledResponse(Locked):
     """A history of an interface under displacement and normal load, one entry a sample.
 
     Made by :meth:`microslip.Interface.coupled_response`, after Jaeger (1998),

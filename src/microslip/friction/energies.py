@@ -1,4 +1,12 @@
-"""Where the work of a record goes: what the joint stores, and what it dissipates."""
+"""Where the work of a record goes: what the joint stores, and what it dissipates.
+
+With E(a) for the energy of a closed cycle of amplitude a, first loading to u dissipates E(u)/4 and
+stores u T0(u)/2 - E(u)/8. A branch whose end is 2h away from its reversal dissipates E(h)/2: each
+slider (Iwan 1966, DOI 10.1115/1.3625199) that yields at y slips 4 (a - y) in a cycle, u - y at
+first and 2 (h - y) on a branch. What the branch stores changes by the work of the force it began
+with plus 2h T0(h). Both add up down the tree of the record. A loop closes where a sample hangs from
+another reversal than the one before it did; it leaves E of half its width behind.
+"""
 
 from __future__ import annotations
 
@@ -7,40 +15,76 @@ import numpy as np
 from microslip import kernels
 from microslip._checks import Floats
 from microslip.friction.base import BackboneLaw
+from microslip.kernels import Integers
 from microslip.memory import Memory
 
 
-def energies_along(joint: BackboneLaw, x: Floats, force: Floats) -> tuple[Floats, Floats]:
-    """Energy that a joint has stored, and that it has dissipated, along a record from rest [J].
+def energies_along(
+    joint: BackboneLaw, displacement: Floats, force: Floats
+) -> tuple[Floats, Floats]:
+    """Energy that a joint has stored, and that it has dissipated, along a record from rest.
 
-    ``x`` and ``force`` are displacements and the joint's forces there, one-dimensional. The sum of
-    both answers is the work done on the joint, exactly, however far apart the samples lie.
+    Parameters
+    ----------
+    joint : BackboneLaw
+        Any law that obeys Masing's rules.
+    displacement, force : ndarray
+        Displacements [m] in the order of time and the joint's forces there [N], one-dimensional.
 
-    First loading to u dissipates E_d(u)/4 and stores u T0(u)/2 - E_d(u)/8; a branch of the length
-    2h dissipates E_d(h)/2, and what it stores changes by the work of the force it began with plus
-    2 h T0(h). Both follow each branch from its reversal; a loop that closes leaves E_d behind.
+    Returns
+    -------
+    tuple of ndarray
+        Stored and dissipated energies [J] at each sample. Their sum is the work done on the joint,
+        exactly, however far apart the samples lie.
     """
-    half, sign, parent = Memory().tree(x)
-    virgin = parent < 0
+    half, sign, parent = Memory().tree(displacement)
     energy, backbone = joint._energy(half), joint._backbone(half)
     above = np.maximum(parent, 0)
     stored = np.where(
-        virgin,
+        parent < 0,
         0.5 * half * backbone - 0.125 * energy,
-        force[above] * (x - x[above]) + 2.0 * half * backbone,
+        force[above] * (displacement - displacement[above]) + 2.0 * half * backbone,
     )
-    lost = np.where(virgin, 0.25, 0.5) * energy
-    for rise in (stored, lost):
-        kernels.active.accumulate(parent, rise, np.zeros(1))
-    # Where a sample neither goes on along a branch nor begins one at a reversal, loops have closed.
-    tips = np.where(np.diff(x) * sign[:-1] < 0.0, np.arange(x.size - 1), parent[:-1])
-    closed = np.zeros(x.size)
-    for i in np.flatnonzero(tips != parent[1:]).tolist():
-        tip = int(tips[i])
-        while tip >= 0 and tip != parent[i + 1]:
-            if parent[tip] < 0:  # from one end of the first loading to the other
-                closed[i + 1] += 0.5 * energy[tip]
-                break
-            closed[i + 1] += energy[tip]
-            tip = int(parent[parent[tip]])
-    return stored, lost + np.cumsum(closed)
+    kernels.active.accumulate(parent, stored, np.zeros(1))
+    return stored, _dissipated(energy, sign, parent)
+
+
+def dissipated_along(joint: BackboneLaw, displacement: Floats, record: Floats) -> Floats:
+    """Energy that a joint has dissipated along a record from rest.
+
+    Parameters
+    ----------
+    joint : BackboneLaw
+        Any law that obeys Masing's rules.
+    displacement : ndarray
+        Displacements [m] in the order of time, one-dimensional.
+    record : ndarray
+        What was prescribed, displacements [m] or forces [N]: it says where loops close, which
+        displacements that were found from forces do only up to rounding.
+
+    Returns
+    -------
+    ndarray
+        Energies [J] at each sample, never falling but for rounding.
+    """
+    _, sign, parent = Memory().tree(record)
+    first = parent < 0
+    half = 0.5 * np.abs(displacement - displacement[np.maximum(parent, 0)])
+    half[first] = np.abs(displacement[first])
+    return _dissipated(joint._energy(half), sign, parent)
+
+
+def _dissipated(energy: Floats, sign: Floats, parent: Integers) -> Floats:
+    """Energy dissipated up to each sample, from that of a cycle with the size of its branch."""
+    first = parent < 0
+    branch = np.where(first, 0.25, 0.5) * energy
+    # Two branches make a loop, so that it takes every other one of a chain of reversals.
+    loops, above = 2.0 * branch, np.where(first, -1, parent[np.maximum(parent, 0)])
+    kernels.active.accumulate(above, loops, np.zeros(1))
+    turned = np.append(False, (sign[1:] > 0.0) != (sign[:-1] > 0.0))
+    before = np.append(-1, parent[:-1])
+    before = np.where(turned, np.arange(parent.size) - 1, before)
+    loops = np.append(loops, 0.0)  # at index -1, the origin
+    closed = loops[before] - loops[parent]
+    kernels.active.accumulate(parent, branch, np.zeros(1))
+    return np.asarray(branch + np.cumsum(closed))

@@ -25,11 +25,10 @@ import math
 import numpy as np
 
 from microslip._checks import Floats
+from microslip._quadrature import gauss_legendre
 
 # g is a polynomial of sines: on any part of a quarter turn this is exact to rounding.
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-_NODES = 0.5 * (1.0 + _NODES)
-_WEIGHTS = 0.5 * _WEIGHTS
+_NODES, _WEIGHTS = gauss_legendre(16)
 
 
 def potentials(k: float, outer: float, removed: float, r: Floats) -> tuple[Floats, Floats]:

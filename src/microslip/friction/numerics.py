@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from microslip._checks import Floats
+from microslip.kernels import Integers
 
 # Gauss-Lobatto: with the ends among its nodes a rule sees a kink close to one of them.
 _BASIS = np.polynomial.legendre.Legendre.basis(11)
@@ -20,6 +21,45 @@ def lobatto(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> 
     width = high - low
     places = low[:, None] + width[:, None] * _NODES
     return np.asarray(width * (function(places.ravel()).reshape(places.shape) @ _WEIGHTS))
+
+
+def adaptive(
+    function: Callable[[Floats, Integers], Floats],
+    span: Floats,
+    tolerance: float,
+    halvings: int,
+    noise: Callable[[Floats, Floats], Floats] = lambda low, high: np.zeros_like(low),
+) -> Floats:
+    """Integrals of many functions from 0, of function i to ``span[i]``, which may have kinks.
+
+    ``function`` takes places and the index i of each; most is expected close to 0. Intervals are
+    halved until that changes less than ``tolerance`` of the integral and the ``noise`` between
+    their ends, or so many times.
+    """
+    edges = np.append(0.0, 0.25 ** np.arange(12.0, -1.0, -1.0))
+    low, high = (np.outer(span, side).ravel() for side in (edges[:-1], edges[1:]))
+    owner = np.repeat(np.arange(span.size), edges.size - 1)
+
+    def integral(low: Floats, high: Floats) -> Floats:
+        return lobatto(lambda x: function(x, np.repeat(owner, _NODES.size)), low, high)
+
+    total = np.zeros_like(span)
+    coarse = integral(low, high)
+    scale = np.bincount(owner, np.abs(coarse), minlength=span.size)
+    for depth in range(halvings):
+        middle = 0.5 * (low + high)
+        left, right = integral(low, middle), integral(middle, high)
+        rough = np.abs(left + right - coarse) > tolerance * scale[owner] + noise(low, high)
+        if depth == halvings - 1:
+            rough[:] = False
+        total += np.bincount(owner[~rough], (left + right)[~rough], minlength=span.size)
+        if not rough.any():
+            break
+        low, middle, high = low[rough], middle[rough], high[rough]
+        low, high = np.concatenate((low, middle)), np.concatenate((middle, high))
+        coarse = np.concatenate((left[rough], right[rough]))
+        owner = np.concatenate((owner[rough], owner[rough]))
+    return total
 
 
 def invert(

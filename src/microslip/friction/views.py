@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._checks import Floats, floats, plain
+from microslip._frozen import Locked
 from microslip.errors import InputError
 
 
@@ -32,7 +33,7 @@ class PeriodicResponse(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Sliders:
+class Sliders(Locked):
     """A backbone seen as a parallel Iwan model: elastic sliders by their yield displacement.
 
     After Iwan (1966), DOI 10.1115/1.3625199.

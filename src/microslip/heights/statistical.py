@@ -14,6 +14,7 @@ from numpy.polynomial import chebyshev as cheb
 from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, show
+from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
 
@@ -30,8 +31,7 @@ _ANGLES = math.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
 _POINTS = np.cos(_ANGLES)
 _TRANSFORM = 2.0 / (_DEGREE + 1) * np.cos(np.outer(np.arange(_DEGREE + 1), _ANGLES))
 _TRANSFORM[0] *= 0.5
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
-_NODES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
+_NODES, _WEIGHTS = gauss_legendre(20)
 # From so many widths away a panel is so many charges, see `_charges`.
 _LEVELS = ((60.0, 6), (4.0, 11), (0.125, 20))
 

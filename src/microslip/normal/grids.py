@@ -8,29 +8,22 @@ separation, many steps) or columns (one step, many separations) become tables, i
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
 from microslip._checks import Floats
-from microslip.kernels import Integers
 from microslip.kernels.table import Table
 from microslip.normal.base import NormalLaw
-from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres, blocks
 from microslip.normal.table import TabulatedNormalLaw, _decayed
 
 Kind = Literal["drop", "fall", "excess", "excess_slope"]
 Progress = Callable[[float], None]
 
-_KINDS = {"drop": DROP, "fall": FALL, "excess": EXCESS, "excess_slope": EXCESS_SLOPE}
 _POWERS = {"drop": 1, "excess": 3, "excess_slope": 2}
 _BLOCK = 1 << 16  # points a pass
 _MANY = 10_000  # loads that a table is made for
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
-_NODES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
 
 # What things cost [s], to choose the quickest way; a factor of two either way does not matter.
 _POINT = 2e-6
@@ -80,7 +73,7 @@ def separations(law: NormalLaw, loads: Floats) -> Floats:
     Of very many on a smooth law the logarithm of the load is tabulated, and one step of Newton's
     method takes the table's rounding away.
     """
-    rough = law._spheres is not None or law._breaks.size or pairs_of(law) is not _smooth_pairs
+    rough = law._spheres is not None or law._breaks.size or pairs_of(law) is not _own_pairs
     if loads.size < _MANY or rough:
         return np.asarray(law.separation(loads))
     ends = np.array([loads.min(), loads.max()])
@@ -172,26 +165,28 @@ def _costs(law: NormalLaw, rows: int, columns: int, own: bool) -> dict[str, floa
 
 def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floats] | None:
     """The function that sums over pairs of separations and steps; None for a law of its own."""
-    if law._spheres is not None:
-        return _spheres_pairs
     if isinstance(law, TabulatedNormalLaw):
         return _table_pairs
     general = all(
         getattr(type(law), name) is getattr(NormalLaw, name)
         for name in ("_drop", "_fall", "_excess", "_excess_slope")
     )
-    return _smooth_pairs if general else None
+    return _own_pairs if general or law._spheres is not None else None
 
 
-def _row(law: NormalLaw, kind: Kind, d: float, u: Floats) -> Floats:
-    """One separation, as an interface there has it."""
+def _sum_of(law: NormalLaw, kind: Kind) -> Callable[[Floats | float, Floats], Floats]:
     sums = {
         "drop": law._drop,
         "fall": law._fall,
         "excess": law._excess,
         "excess_slope": law._excess_slope,
     }
-    exact = sums[kind]
+    return sums[kind]
+
+
+def _row(law: NormalLaw, kind: Kind, d: float, u: Floats) -> Floats:
+    """One separation, as an interface there has it."""
+    exact = _sum_of(law, kind)
     reach = law._table_reach(d) if kind != "fall" and u.size * _POINT > _ROW else None
     if reach is None:
         return exact(d, u)
@@ -252,26 +247,9 @@ _FLAT = {"drop": 0, "fall": 0, "excess": 1, "excess_slope": 0}
 # -- sums over pairs -------------------------------------------------------------------------------
 
 
-def _spheres_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
-    spheres = law._spheres
-    assert isinstance(spheres, Spheres)
-    sort = _KINDS[kind]
-    result = np.empty(d.size)
-    for part in blocks(d.size, spheres.count(float(d.min()))):
-        count = spheres.count(float(d[part].min()))
-        s = np.maximum(spheres.heights[:count] - d[part, None], 0.0)
-        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-            x = u[part, None] / s
-            x[~(s > 0.0)] = np.inf
-            q = np.sqrt(np.maximum(1.0 - x, 0.0))
-            p = np.minimum(x, 1.0) / (1.0 + q)
-            weight = np.sqrt(s)
-            for _ in range(int(sort.power)):
-                weight *= s
-            terms = weight * sort.share(x, q, p)
-        terms[~(s > 0.0)] = 0.0
-        result[part] = terms @ spheres.constants[:count]
-    return result
+def _own_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
+    """As the law has it, with a separation for each step."""
+    return _sum_of(law, kind)(d, u)
 
 
 def _table_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
@@ -315,73 +293,4 @@ def _table_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
             total[past] += 0.5 * load * (v * _decayed(x, 0, 1) + length * _decayed(x, 1, 1))
         else:
             total[past] += 0.5 * load * (v / length * _decayed(x, 0, 0) + _decayed(x, 1, 0))
-    return total
-
-
-def _smooth_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
-    """As in ``_quadrature``, with a separation for each step."""
-    if kind == "fall":
-        return -law._derivative(d + u, 1)
-    here = law._derivative(d, 0)
-    length = here / -law._derivative(d, 1)
-    if kind == "drop":
-        result = here - law._derivative(d + u, 0)
-        small = u < 0.5 * length
-    elif kind == "excess":
-        result = 0.5 * u * (here + law._derivative(d + u, 0))
-        result -= law._derivative(d, -1) - law._derivative(d + u, -1)
-        small = u < length
-    else:
-        result = 0.5 * (here - law._derivative(d + u, 0) + u * law._derivative(d + u, 1))
-        small = u < length
-    which = np.flatnonzero(small)
-    for start in range(0, which.size, 8192):
-        at = which[start : start + 8192]
-        result[at] = _integral(law, kind, d[at], u[at])
-    return result
-
-
-def _integral(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
-    """The positive integral that a small step is."""
-
-    def panel(low: Floats, width: Floats, root: Floats | None, at: Integers) -> Floats:
-        """Over [low, low + width]; towards a root (its distance is ``root``^2) in its measure."""
-        if root is None:
-            v = low[:, None] + width[:, None] * _NODES
-            measure = width[:, None]
-        else:
-            step = width[:, None] * _NODES
-            v = step * (2.0 * root[:, None] - step)
-            measure = 2.0 * (root[:, None] - step) * width[:, None]
-        place, end = d[at][:, None] + v, u[at][:, None]
-        if kind == "drop":
-            g = -law._derivative(place, 1)
-        elif kind == "excess":
-            g = 0.5 * v * (end - v) * law._derivative(place, 2)
-        else:
-            g = 0.5 * v * law._derivative(place, 2)
-        return np.asarray((measure * g) @ _WEIGHTS)
-
-    total = np.zeros_like(u)
-    breaks = law._breaks
-    if breaks.size:
-        marks = np.concatenate(([-np.inf], breaks, [np.inf]))
-        for left, right in pairwise(marks):
-            low, high = np.maximum(left - d, 0.0), np.minimum(right - d, u)
-            at = np.flatnonzero(high > low)
-            if at.size:
-                total[at] += panel(low[at], (high - low)[at], None, at)
-        return total
-    edge = law._edge
-    below = np.maximum(edge - d, 0.0) if math.isfinite(edge) else np.zeros_like(d)
-    left_part = np.minimum(u, below)
-    right_part = u - left_part
-    at = np.flatnonzero(below > 0.0)
-    if at.size:
-        near = np.sqrt(below[at])
-        reach = left_part[at] / (near + np.sqrt(below[at] - left_part[at]))
-        total[at] += panel(left_part[at], reach, near, at)
-    at = np.flatnonzero(right_part > 0.0)
-    if at.size:
-        total[at] += panel(left_part[at], right_part[at], None, at)
     return total

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, exact, record, show
 from microslip._frozen import Locked, lock
+from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
 from microslip.kernels import Integers
 from microslip.materials import MaterialPair
@@ -41,8 +42,7 @@ class _Run(NamedTuple):
     excesses: Floats  # integral of the rates up to there
 
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
-_NODES, _WEIGHTS = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
+_NODES, _WEIGHTS = gauss_legendre(20)
 
 
 @dataclass(frozen=True, eq=False)

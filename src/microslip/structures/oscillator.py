@@ -14,7 +14,8 @@ from microslip._checks import LARGEST, Floats, exact, number, plain, positive, s
 from microslip._frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction import LAWS, BackboneLaw
-from microslip.friction.numerics import lobatto
+from microslip.friction.numerics import adaptive
+from microslip.kernels import Integers
 from microslip.structures.ring_down import RingDown, ring_down
 from microslip.structures.slow_flow import MOST_CYCLES, slow_flow
 
@@ -214,7 +215,7 @@ class Oscillator:
         secant = np.asarray(self.joint.secant_stiffness(flat))
         with np.errstate(invalid="ignore", divide="ignore"):
             share = np.where(np.isinf(stiffness), 1.0, secant / (self.stiffness + stiffness))
-        ratio = self._interface(flat) * np.where(flat > 0.0, share, 0.0)
+        ratio = np.asarray(self.joint.damping_ratio(flat)) * np.where(flat > 0.0, share, 0.0)
         viscous: Any = self.viscous_damping_ratio
         if method == "harmonic-balance" and viscous > 0.0:
             viscous *= self._stuck / np.sqrt((self.stiffness + stiffness) / self.mass)
@@ -239,9 +240,6 @@ class Oscillator:
             Negative, not finite or empty.
         """
         return self.joint.damping_ratio(amplitude)
-
-    def _interface(self, a: Floats) -> Floats:
-        return np.asarray(self.joint.damping_ratio(a))
 
     def _joint_stiffness(self, a: Floats, method: str) -> Floats:
         """The joint's stiffness in the mode [N/m]."""
@@ -371,35 +369,13 @@ def balanced_stiffness(joint: BackboneLaw, a: Floats) -> Floats:
         return result
     amplitude = a[moved]
     peak = joint._backbone(amplitude)
+
     # In gross slip all happens soon after the turning point.
-    edges = np.append(0.0, np.pi * 0.25 ** np.arange(12.0, -1.0, -1.0))
-    low, high = np.tile(edges[:-1], amplitude.size), np.tile(edges[1:], amplitude.size)
-    owner = np.repeat(np.arange(amplitude.size), edges.size - 1)
+    def integrand(phi: Floats, which: Integers) -> Floats:
+        below = peak[which] - joint._backbone(amplitude[which] * np.sin(0.5 * phi) ** 2)
+        return np.asarray(below * np.cos(phi))
 
-    def integral(low: Floats, high: Floats, owner: NDArray[np.intp]) -> Floats:
-        def integrand(phi: Floats) -> Floats:
-            which = np.repeat(owner, phi.size // owner.size)
-            below = peak[which] - joint._backbone(amplitude[which] * np.sin(0.5 * phi) ** 2)
-            return np.asarray(below * np.cos(phi))
-
-        return lobatto(integrand, low, high)
-
-    total = np.zeros_like(amplitude)
-    coarse = integral(low, high, owner)
-    scale = np.bincount(owner, np.abs(coarse), minlength=amplitude.size)
-    for depth in range(50):
-        middle = 0.5 * (low + high)
-        left, right = integral(low, middle, owner), integral(middle, high, owner)
-        rough = np.abs(left + right - coarse) > 1e-13 * scale[owner]
-        if depth == 49:
-            rough[:] = False
-        total += np.bincount(owner[~rough], (left + right)[~rough], minlength=amplitude.size)
-        if not rough.any():
-            break
-        low, middle, high = low[rough], middle[rough], high[rough]
-        low, high = np.concatenate((low, middle)), np.concatenate((middle, high))
-        coarse = np.concatenate((left[rough], right[rough]))
-        owner = np.concatenate((owner[rough], owner[rough]))
+    total = adaptive(integrand, np.full(moved.size, math.pi), 1e-13, 50)
     result[moved] = 4.0 / math.pi * total / amplitude
     return result
 

@@ -54,6 +54,9 @@ def settle(figure: Figure) -> None:
     if engine is not None:
         engine.execute(figure)
         figure.set_layout_engine("none")
+    # The layout's last digits depend on what was drawn before, and with them names in the SVG.
+    for axes in figure.axes:
+        axes.set_position(np.round(axes.get_position(original=True).bounds, 6).tolist())
 
 
 def missing_glyphs(text: str) -> str:

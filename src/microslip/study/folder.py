@@ -24,6 +24,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from microslip._files import reason
 from microslip.errors import StudyError
 from microslip.study.filesystem import held, move, swap
 from microslip.study.summary import KIND
@@ -86,7 +87,7 @@ def staged(
             _finish(stage, kind)
             _put(stage, place, ancestor)
     except OSError as error:
-        raise StudyError(f"{name}: cannot be written: {_reason(error)}") from error
+        raise StudyError(f"{name}: cannot be written: {reason(error)}") from error
 
 
 @contextmanager
@@ -125,10 +126,6 @@ def _prefix(target: Path) -> str:
     if len(name) > _LONGEST:
         return f".{sha256(name).hexdigest()[:32]}."
     return f".{target.name}."
-
-
-def _reason(error: Exception) -> str:
-    return (getattr(error, "strerror", None) or str(error) or type(error).__name__).lower()
 
 
 def _finish(stage: Path, kind: str) -> None:
@@ -267,7 +264,7 @@ def _check(place: _Place) -> None:
     except FileNotFoundError:
         return
     except (OSError, ValueError) as error:
-        raise StudyError(f"{name}: cannot be written: {_reason(error)}") from None
+        raise StudyError(f"{name}: cannot be written: {reason(error)}") from None
     if not target.is_dir():
         raise StudyError(f"{name}: is a file; name a folder with -o")
     if not place.overwrite:
@@ -285,7 +282,7 @@ def _check_contents(folder: Path, place: _Place) -> None:
         found = {entry.name for entry in folder.iterdir()}
         odd = _odd(folder)
     except OSError as error:
-        raise StudyError(f"{name}: not replaced: {_reason(error)}") from None
+        raise StudyError(f"{name}: not replaced: {reason(error)}") from None
     if not found:
         return
     known = _files(folder, place.kind)

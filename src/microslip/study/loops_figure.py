@@ -45,8 +45,13 @@ def loops(result: Result) -> Figure:
     panels = figure.subplots(lines, columns, squeeze=False).ravel()
     largest_x = max(float(row.amplitude[shown].max()) for row in result.rows)
     largest_y = max(float(row.force_amplitude[shown].max()) for row in result.rows)
+    # Loops far apart share no axis: then each is drawn over its own amplitude, in all panels alike.
+    loads = drawn_loads(result, "linestyle")
+    over_amplitude = any(
+        far_apart([float(result.rows[i].amplitude[index]) for i, _ in loads]) for index in shown
+    )
     for panel, index in zip(panels, shown, strict=False):
-        _loops_at(panel, result, index, largest_x, largest_y)
+        _loops_at(panel, result, index, (largest_x, largest_y), over_amplitude)
     for panel in panels[len(shown) :]:
         panel.set_visible(False)
     figure.align_ylabels(panels[: len(shown)])
@@ -60,18 +65,19 @@ def _prefix(value: float, largest: float, least: float = 0.0) -> tuple[float, st
     return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, least))
 
 
-def _loops_at(axes: Axes, result: Result, index: int, largest_x: float, largest_y: float) -> None:
+def _loops_at(
+    axes: Axes, result: Result, index: int, largest: tuple[float, float], over_amplitude: bool
+) -> None:
     # No markers: they would pass for measured points.
     loads = drawn_loads(result, "linestyle")
     amplitudes = [float(result.rows[i].amplitude[index]) for i, _ in loads]
     limits = [result.joints[i].force_limit for i, _ in loads]
     forces = [float(result.rows[i].force_amplitude[index]) for i, _ in loads]
     by_force = result.study.excitation.force_amplitudes is not None
-    # Loops far apart share no axis: then each is drawn over its own force limit or amplitude.
+    # As the amplitudes, force limits far apart share no axis.
     over_limit = far_apart(limits) and not by_force
-    over_amplitude = far_apart(amplitudes)
-    x_unit, x_letter = _prefix(max(amplitudes), largest_x, min(1e-9, largest_x))
-    y_unit, y_letter = _prefix(max(forces), largest_y)
+    x_unit, x_letter = _prefix(max(amplitudes), largest[0], min(1e-9, largest[0]))
+    y_unit, y_letter = _prefix(max(forces), largest[1])
     for (i, look), amplitude, limit in zip(loads, amplitudes, limits, strict=True):
         loop = result.loops[i][index]
         axes.plot(

@@ -140,9 +140,8 @@ def contents(result: Result) -> Contents:
 
 
 def _variable(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:
-    quantity = QUANTITIES[name]
-    unit = "1" if quantity.unit == "-" else quantity.unit
-    return Variable(dims, values, {"units": unit, "long_name": meaning or quantity.meaning})
+    about = QUANTITIES[name].attributes
+    return Variable(dims, values, {**about, "long_name": meaning} if meaning else about)
 
 
 def _index(dim: str, size: int, meaning: str) -> Variable:

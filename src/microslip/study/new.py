@@ -9,6 +9,7 @@ from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 
+from microslip._files import reason
 from microslip.errors import StudyError
 from microslip.study.wording import did_you_mean, quoted, shorten, show
 
@@ -180,14 +181,14 @@ def write(path: Path, law: str = "greenwood-williamson") -> None:
     except FileExistsError:
         raise StudyError(f"{name}: exists, and is not replaced; name another file") from None
     except (OSError, ValueError) as error:
-        raise StudyError(f"{name}: cannot be written: {_reason(error)}") from None
+        raise StudyError(f"{name}: cannot be written: {reason(error)}") from None
     try:
         with file:
             file.write(text)
     except OSError as error:
         with suppress(OSError):
             path.unlink()
-        raise StudyError(f"{name}: cannot be written: {_reason(error)}") from None
+        raise StudyError(f"{name}: cannot be written: {reason(error)}") from None
 
 
 def demo_text() -> str:
@@ -215,7 +216,3 @@ def command_line(*words: str | Path) -> str:
         One line; words are quoted where a shell wants it, and printable in any case.
     """
     return shorten(" ".join(shlex.quote(str(word)) for word in words), 1000)
-
-
-def _reason(error: Exception) -> str:
-    return (getattr(error, "strerror", None) or str(error)).lower()

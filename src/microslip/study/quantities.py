@@ -6,10 +6,16 @@ from typing import NamedTuple
 
 
 class Quantity(NamedTuple):
-    """Unit ("-" for none) and meaning of a number in the tables, in the summary and in netCDF."""
+    """Unit ("-" for none) and meaning of a number in tables, in the summary and in netCDF."""
 
     unit: str
     meaning: str
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """The same as the CF conventions want it, where "1" is the unit of a plain number."""
+        unit = "1" if self.unit == "-" else self.unit
+        return {"units": unit, "long_name": self.meaning}
 
 
 QUANTITIES: dict[str, Quantity] = {

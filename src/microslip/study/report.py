@@ -35,6 +35,9 @@ _HEADLINES = {
 _SCALES = {
     "slip_per_indentation * heights.std": "κ times the standard deviation of the heights",
     "slip_per_indentation * heights.scale": "κ times the mean height",
+    "slip_per_indentation * spread of the heights": (
+        "κ times the spread of the heights (the standard deviation, where that is finite)"
+    ),
     "force_limit / tangential_stiffness": "the force limit over the stiffness at rest",
 }
 

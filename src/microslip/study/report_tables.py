@@ -6,6 +6,16 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
+from microslip.study.cells import (
+    contact_count,
+    force_ratio,
+    is_by_force,
+    pictures,
+    ratio,
+    standardised,
+    verdict_limit,
+    verdict_value,
+)
 from microslip.study.result import some
 from microslip.study.units import engineering, significant
 
@@ -186,13 +196,13 @@ def joint_table(summary: dict[str, Any]) -> Table:
     rows = [
         [
             _load(joint),
-            _count(joint["contact_count"], summary["study"]["surface"]["law"]),
+            contact_count(joint["contact_count"], summary["study"]["surface"]["law"]),
             _area(joint),
             engineering(joint["normal_stiffness"], "N/m"),
             engineering(joint["tangential_stiffness"], "N/m"),
             engineering(joint["force_limit"], "N"),
             engineering(joint["slip_scale"], "m"),
-            _height(joint["standardised_separation"]),
+            _signed(standardised(joint["standardised_separation"])),
         ]
         for joint in (joints[i] for i in shown)
     ]
@@ -207,7 +217,7 @@ def cycle_table(summary: dict[str, Any]) -> Table:
     shown = some(len(joints), max(MOST_CYCLES // len(kept), 1))
     # What was chosen comes first.
     chosen = [("Amplitude", "amplitude", "m"), ("Force amplitude", "force_amplitude", "N")]
-    if summary["study"]["excitation"].get("force_amplitudes") is not None:
+    if is_by_force(summary):
         chosen.reverse()
     head = [
         *("Load", *(name for name, _, _ in chosen), "T/μN", "Energy per cycle", "Loss factor η"),
@@ -217,7 +227,7 @@ def cycle_table(summary: dict[str, Any]) -> Table:
         [
             _load(joint),
             *(engineering(row[key], unit, 4, trim=True) for _, key, unit in chosen),
-            _share(row["force_ratio"]),
+            force_ratio(row["force_ratio"]),
             engineering(row["dissipated_energy"], "J"),
             ratio(row["loss_factor"]),
             ratio(row["damping_ratio"]),
@@ -286,23 +296,11 @@ def _load(joint: dict[str, Any]) -> str:
     return engineering(joint["normal_load"], "N", 4, trim=True)
 
 
-def _count(count: float | None, law: str) -> str:
-    """Contacts: whole where they are counted, else digits of their expected number."""
-    if count is None:
-        return "–"
-    whole = law in ("population", "sphere") or count >= 100.0
-    return f"{count:.0f}" if whole else significant(count)
-
-
 def _area(joint: dict[str, Any]) -> str:
     area, share = joint["contact_area"], joint["contact_area_fraction"]
     if area is None:
         return "–"
     return quantity(float(f"{area:.2e}"), "m²") if share is None else _percent(share)
-
-
-def _height(h: float | None) -> str:
-    return "–" if h is None else _signed(f"{h:.3f}" if abs(h) < 1000.0 else f"{h:.3g}")
 
 
 def _percent(share: float | None) -> str:
@@ -318,20 +316,9 @@ def _signed(number: str) -> str:
     return number.replace("-", "−", 1) if number.startswith("-") else number
 
 
-def ratio(value: float | None) -> str:
-    """Write a ratio; decimals below each other where they all show something."""
-    return f"{value:.3f}" if value is not None and value >= 0.0995 else significant(value)
-
-
-def _share(value: float) -> str:
-    """A ratio that tends to one, where all slides, and says so only once it is there."""
-    return ">0.999" if 0.9995 <= value < 1.0 - 1e-12 else ratio(value)
-
-
 # -- validity ------------------------------------------------------------------------------------
 
 _WORDS = ("ok", "watch", "outside")
-_IN_PERCENT = "real over apparent area"
 
 
 def judgements(summary: dict[str, Any]) -> list[Judgement]:
@@ -365,16 +352,10 @@ def _judged(name: str, pairs: list[tuple[dict[str, Any], dict[str, Any]]]) -> Ju
     rising = any(v["word"] != "ok" and v["value"] < limit for _, v in pairs) or (
         worst == "ok" and min(values) >= limit
     )
-    texts = list(dict.fromkeys(_number(name, end) for end in (min(values), max(values))))
-    bound = f"{'from' if rising else 'up to'} {_number(name, limit, trim=True)}"
+    texts = list(dict.fromkeys(verdict_value(name, end) for end in (min(values), max(values))))
+    bound = f"{'from' if rising else 'up to'} {verdict_limit(name, limit)}"
     shown = name.replace(" * ", " × ")
     return Judgement(worst, shown, " to ".join(texts), bound, where, pairs[0][1]["meaning"])
-
-
-def _number(name: str, value: float, trim: bool = False) -> str:
-    percent = name == _IN_PERCENT
-    shown = 100.0 * value if percent else value
-    return (f"{shown:.3g}" if trim else significant(shown)) + (" %" if percent else "")
 
 
 def _listed(loads: list[str]) -> str:
@@ -388,13 +369,12 @@ def _listed(loads: list[str]) -> str:
 
 def file_groups(names: list[str]) -> list[tuple[str, str]]:
     """Files of a result by what they hold; a figure once, whatever its formats."""
-    pictures = [name.rpartition(".") for name in names if name.endswith((".svg", ".png"))]
-    kinds = " and ".join(dict.fromkeys(f".{kind}" for _, _, kind in pictures))
+    drawn, kinds = pictures(names)
     groups = {
         "All of it": [name for name in names if name.endswith(".nc")],
         "Summary": [name for name in names if name.endswith(".json")],
         "Tables": [name for name in names if name.endswith(".csv")],
-        f"Figures as {kinds}": list(dict.fromkeys(stem for stem, _, _ in pictures)),
+        f"Figures as {' and '.join(kinds)}": drawn,
         "Study": [name for name in names if name.endswith(".toml")],
     }
     return [(what, ", ".join(found)) for what, found in groups.items() if found]

@@ -215,13 +215,13 @@ class HistoryResponse(Columns):
         InputError
             If a force is not below the force limit.
         """
-        from microslip.study.dissipation import dissipated_so_far
+        from microslip.friction.energies import dissipated_along
 
         if quantity == "displacement":
             displacement, force = values.copy(), np.asarray(joint.force(values))
         else:
             displacement, force = np.asarray(joint.displacement(values)), values.copy()
-        return cls(displacement, force, dissipated_so_far(joint, displacement, values))
+        return cls(displacement, force, dissipated_along(joint, displacement, values))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

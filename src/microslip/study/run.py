@@ -38,7 +38,7 @@ DEFAULT_POINTS = 200
 def run(study: Study, progress: Progress | None = None) -> Result:
     """Compute a study; see :meth:`microslip.study.schema.Study.run`."""
     joints = build_joints(study)
-    defaults = _defaults(study, joints)
+    defaults = defaults_of(study, joints)
     amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
     history = study.excitation.history
     record = None if history is None else history.values
@@ -234,7 +234,7 @@ def _blame(study: Study, key: str, names: Iterable[str] = ()) -> Iterator[None]:
         raise StudyError(f"{study.name}: {key}: {message}") from error
 
 
-def _defaults(study: Study, joints: list[ms.Interface]) -> Defaults:
+def defaults_of(study: Study, joints: list[ms.Interface]) -> Defaults:
     """Scale of the amplitudes that are not given: the largest slip scale, to two digits."""
     scales = [slip_scale(study, joint) for joint in joints]
     largest = max(scales)

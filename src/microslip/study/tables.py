@@ -7,6 +7,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
+from microslip.study.cells import (
+    contact_count,
+    force_ratio,
+    is_by_force,
+    pictures,
+    ratio,
+    standardised,
+    verdict_limit,
+    verdict_value,
+)
 from microslip.study.printer import Printer
 from microslip.study.result import some
 from microslip.study.summary import REMINDER
@@ -27,8 +37,6 @@ _VERDICTS = (
     ("watch", "Fine, but see the verdicts."),
     ("ok", "Fine."),
 )
-_COUNTING_LAWS = ("population", "sphere")
-_AREA_VERDICT = "real over apparent area"
 
 
 def show(summary: dict[str, Any], stream: TextIO | None) -> None:
@@ -94,10 +102,9 @@ def show_files(summary: dict[str, Any], folder: Path, stream: TextIO | None) -> 
     """
     out = Printer(stream)
     names = summary["files"]
-    pictures = [name.rpartition(".") for name in names if name.endswith((".svg", ".png"))]
-    figures = list(dict.fromkeys(stem for stem, _, _ in pictures))
+    figures, kinds = pictures(names)
     if figures:
-        figures.append(f"({', '.join(dict.fromkeys('.' + kind for _, _, kind in pictures))})")
+        figures.append(f"({', '.join(kinds)})")
     out.line()
     out.path(f"Written to {shorten(str(folder), 1000)}:")
     for head, group in (
@@ -175,13 +182,17 @@ def _list(value: Any, write: Callable[[Any], str]) -> str:
 
 
 def _joints(out: Printer, summary: dict[str, Any]) -> None:
-    counted = summary["study"]["surface"]["law"] in _COUNTING_LAWS
+    law = summary["study"]["surface"]["law"]
     joints = summary["joints"]
     shown = [joints[i] for i in some(len(joints), MOST_JOINTS)]
+    head = ["load", "contacts", "real area", "kₜ", "μN", "slip scale", "h"]
+    rows = [_joint_row(joint, law) for joint in shown]
+    # Columns of which nothing is known are left out, as in the report.
+    known = [i for i in range(len(head)) if any(row[i] != "–" for row in rows)]
     out.table(
         "Joint" + _left_out(len(shown), len(joints), "loads"),
-        ["load", "contacts", "real area", "kₜ", "μN", "slip scale", "h"],
-        [_joint_row(joint, counted) for joint in shown],
+        [head[i] for i in known],
+        [[row[i] for i in known] for row in rows],
     )
 
 
@@ -189,7 +200,7 @@ def _cycles(out: Printer, summary: dict[str, Any], places: Places, left_out: str
     """Cyclic quantities; what was chosen comes first, displacements or forces."""
     head = ["load", "amplitude", "T/μN", "energy/cycle", "η", "ζ"]
     rows = [_cycle_row(joint, joint["amplitudes"][i]) for joint, i in places]
-    if _is_by_force(summary):
+    if is_by_force(summary):
         head.insert(1, "force")
         for (joint, i), cells in zip(places, rows, strict=True):
             force = joint["amplitudes"][i]["force_amplitude"]
@@ -201,7 +212,7 @@ def _oscillator(out: Printer, summary: dict[str, Any], places: Places, left_out:
     """What the joint does to the oscillator, if there is one."""
     if "oscillator" not in places[0][0]:
         return
-    by_force = _is_by_force(summary)
+    by_force = is_by_force(summary)
     key, unit = ("force_amplitude", "N") if by_force else ("amplitude", "m")
     rows = []
     for joint, i in places:
@@ -213,7 +224,7 @@ def _oscillator(out: Printer, summary: dict[str, Any], places: Places, left_out:
                 engineering(joint["amplitudes"][i][key], unit, trim=True),
                 engineering(mode["frequency"], "Hz", 5),
                 _shift(mode["frequency"] / at_rest - 1.0),
-                _ratio(mode["damping_ratio"]),
+                ratio(mode["damping_ratio"]),
             ]
         )
     head = ["load", "force" if by_force else "amplitude", "frequency", "shift", "ζ_mode"]
@@ -243,25 +254,17 @@ def _left_out(shown: int, count: int, what: str) -> str:
     return "" if shown == count else f" ({shown} of {count} {what}; all are in summary.json)"
 
 
-def _joint_row(joint: dict[str, Any], counted: bool) -> list[str]:
-    count, share = joint["contact_count"], joint["contact_area_fraction"]
-    h = joint["standardised_separation"]
+def _joint_row(joint: dict[str, Any], law: str) -> list[str]:
+    share = joint["contact_area_fraction"]
     return [
         engineering(joint["normal_load"], "N", trim=True),
-        _count(count, counted),
+        contact_count(joint["contact_count"], law),
         _area(joint["contact_area"]) if share is None else f"{significant(100.0 * share)} %",
         engineering(joint["tangential_stiffness"], "N/m"),
         engineering(joint["force_limit"], "N"),
         engineering(joint["slip_scale"], "m"),
-        "–" if h is None else f"{h:.3f}" if abs(h) < 1000.0 else f"{h:.3g}",
+        standardised(joint["standardised_separation"]),
     ]
-
-
-def _count(count: float | None, counted: bool) -> str:
-    """Contacts: whole where they are counted, else digits of their expected number."""
-    if count is None:
-        return "–"
-    return f"{count:.0f}" if counted or count >= 100.0 else significant(count)
 
 
 def _area(area: float | None) -> str:
@@ -272,15 +275,11 @@ def _cycle_row(joint: dict[str, Any], row: dict[str, Any]) -> list[str]:
     return [
         engineering(joint["normal_load"], "N", trim=True),
         engineering(row["amplitude"], "m", trim=True),
-        _share(row["force_ratio"]),
+        force_ratio(row["force_ratio"]),
         engineering(row["dissipated_energy"], "J"),
-        _ratio(row["loss_factor"]),
-        _ratio(row["damping_ratio"]),
+        ratio(row["loss_factor"]),
+        ratio(row["damping_ratio"]),
     ]
-
-
-def _is_by_force(summary: dict[str, Any]) -> bool:
-    return summary["study"]["excitation"].get("force_amplitudes") is not None
 
 
 def si(value: float) -> str:
@@ -303,29 +302,16 @@ def si(value: float) -> str:
     return re.sub(r"e([+-])0*", lambda found: f"e{found[1].strip('+')}", text)
 
 
-def _ratio(value: float) -> str:
-    """Decimals below each other where they all show something."""
-    return f"{value:.3f}" if value >= 0.0995 else significant(value)
-
-
 def _shift(value: float) -> str:
     """A relative change in percent."""
     return "0 %" if value == 0.0 else f"{significant(100.0 * value)} %"
 
 
-def _share(value: float) -> str:
-    """A ratio that tends to one, where all slides, and says so only once it is there."""
-    return ">0.999" if 0.9995 <= value < 1.0 - 1e-12 else _ratio(value)
-
-
 def _judged(verdict: dict[str, Any]) -> str:
     """Value of a verdict that is not ok, and where ok would be."""
-    value, limit = verdict["value"], verdict["limit"]
-    if verdict["name"] == _AREA_VERDICT:  # in percent, as in the table
-        shown, bound = f"{significant(100.0 * value)} %", f"{100.0 * limit:.3g} %"
-    else:
-        shown, bound = significant(value), f"{limit:.3g}"
-    return f"{shown} (ok {'from' if value < limit else 'up to'} {bound})"
+    name, value, limit = verdict["name"], verdict["value"], verdict["limit"]
+    side = "from" if value < limit else "up to"
+    return f"{verdict_value(name, value)} (ok {side} {verdict_limit(name, limit)})"
 
 
 def _validity(out: Printer, joints: list[dict[str, Any]]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from microslip._files import reason
 from microslip.study.wording import did_you_mean, shorten
 
 
@@ -42,8 +43,7 @@ def read_text(path: Path, wanted: str, most: int, missing: str = "no such file")
     except (OSError, ValueError) as error:
         if os.path.isdir(path):  # noqa: PTH112 - Windows says "permission denied"; never raises
             raise ValueError(f"wanted {wanted} file, got a folder") from None
-        reason = getattr(error, "strerror", None) or str(error)
-        raise ValueError(f"cannot be read: {reason.lower()}") from None
+        raise ValueError(f"cannot be read: {reason(error)}") from None
     if len(content) > most:
         raise ValueError(f"wanted {wanted} of at most {most // 1_000_000} MB")
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -60,7 +60,11 @@ def read_text(path: Path, wanted: str, most: int, missing: str = "no such file")
 
 def _near(path: Path) -> str:
     try:
-        names = [entry.name for entry in path.parent.iterdir() if entry.suffix == path.suffix]
+        entries = list(path.parent.iterdir())
     except (OSError, ValueError):
         return ""
+    ended = [entry.name for entry in entries if entry.stem == path.name]
+    if len(ended) == 1:  # only the end of the name was left out
+        return f'; did you mean "{shorten(ended[0], 200)}"?'
+    names = [entry.name for entry in entries if entry.suffix == path.suffix]
     return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)

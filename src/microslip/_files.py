@@ -1,0 +1,74 @@
+"""Files that are there whole or not at all, and why they cannot be."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from microslip.errors import InputError
+
+
+def reason(error: Exception) -> str:
+    """What the system says went wrong, to follow a colon."""
+    return (getattr(error, "strerror", None) or str(error) or type(error).__name__).lower()
+
+
+@contextmanager
+def whole_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
+    """A name beside the file to be, which takes its place when all has gone well.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        The file to be.
+    overwrite : bool
+        Whether a file in its place may be replaced.
+
+    Yields
+    ------
+    pathlib.Path
+        A file to make; it is removed whenever something fails.
+
+    Raises
+    ------
+    InputError
+        The file is there already, or it cannot be written.
+    """
+    target = Path(path)
+    try:
+        if target.is_dir() or (target.exists() and not overwrite):
+            what = "is a folder" if target.is_dir() else "exists; replace it with overwrite=True"
+            raise InputError(f"{target}: {what}")
+        handle, name = tempfile.mkstemp(prefix=f".{target.name[:100]}.", dir=target.parent)
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{target}: cannot be written: {reason(error)}") from None
+    os.close(handle)
+    stage = Path(name)
+    try:
+        stage.unlink()  # the writer makes it anew, with the permissions of a new file
+        yield stage
+        if overwrite:
+            stage.replace(target)
+        else:
+            _claim(stage, target)
+    except OSError as error:
+        raise InputError(f"{target}: cannot be written: {reason(error)}") from error
+    finally:
+        stage.unlink(missing_ok=True)
+
+
+def _claim(stage: Path, target: Path) -> None:
+    """Give the file its name, unless somebody was quicker."""
+    try:
+        os.link(stage, target)
+    except FileExistsError:
+        raise InputError(f"{target}: exists; replace it with overwrite=True") from None
+    except OSError:  # a file system without links
+        if target.exists():
+            raise InputError(f"{target}: exists; replace it with overwrite=True") from None
+        stage.rename(target)

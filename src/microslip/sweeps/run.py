@@ -1,0 +1,239 @@
+"""The sweep: what is asked for, what is computed, and its labels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._checks import LARGEST, SMALLEST, Floats, exact, floats, show
+from microslip._netcdf import Variable
+from microslip._version import __version__
+from microslip.errors import InputError
+from microslip.friction import BackboneLaw, Interface
+from microslip.study.quantities import QUANTITIES, Quantity
+from microslip.sweeps.arrays import Sweep
+from microslip.sweeps.grid import Grid, Progress
+
+_GRID = ("friction_coefficient", "normal_load", "amplitude")
+_LOAD = ("normal_load",)
+_BOTH = ("friction_coefficient", "normal_load")
+DIMENSIONS: dict[str, tuple[str, ...]] = {
+    "amplitude": _GRID,
+    "force_amplitude": _GRID,
+    "dissipated_energy": _GRID,
+    "energy_ratio": _GRID,
+    "loss_factor": _GRID,
+    "damping_ratio": _GRID,
+    "secant_stiffness": _GRID,
+    "tangent_stiffness": _GRID,
+    "dissipation_exponent": _GRID,
+    "stick_area": _GRID,
+    "separation": _LOAD,
+    "normal_stiffness": _LOAD,
+    "tangential_stiffness": _LOAD,
+    "contact_count": _LOAD,
+    "contact_area": _LOAD,
+    "force_limit": _BOTH,
+    "slip_per_indentation": _GRID[:1],
+}
+"""Of every quantity that can be asked for: what it depends on."""
+
+_MEANINGS = {**QUANTITIES, "friction_coefficient": Quantity("-", "coefficient of friction")}
+_DEFAULT = ("dissipated_energy", "loss_factor", "damping_ratio", "secant_stiffness")
+
+
+def sweep(
+    joint: BackboneLaw,
+    *,
+    normal_load: ArrayLike | None = None,
+    amplitude: ArrayLike | None = None,
+    force_amplitude: ArrayLike | None = None,
+    friction_coefficient: ArrayLike | None = None,
+    quantities: Sequence[str] | None = None,
+    progress: Progress | None = None,
+) -> Sweep:
+    """One joint at many loads, amplitudes and coefficients of friction, as labelled arrays.
+
+    Parameters
+    ----------
+    joint : BackboneLaw
+        An :class:`microslip.Interface`; any other law has amplitudes only.
+    normal_load : array_like, optional
+        Normal loads [N], above zero, one-dimensional; without them that of the joint.
+    amplitude : array_like, optional
+        Displacement amplitudes [m], not negative, one-dimensional.
+    force_amplitude : array_like, optional
+        Force amplitudes [N] instead, below the force limit at every load.
+    friction_coefficient : array_like, optional
+        Coefficients of friction [-], above zero, one-dimensional; without them that of the joint.
+    quantities : sequence of str, optional
+        What is wanted, by the names that an interface has it by: force_amplitude (or amplitude),
+        dissipated_energy, energy_ratio, loss_factor, damping_ratio, secant_stiffness,
+        tangent_stiffness, dissipation_exponent, stick_area; and, without amplitudes, separation,
+        normal_stiffness, tangential_stiffness, contact_count, contact_area, force_limit,
+        slip_per_indentation. Without it the other amplitude, dissipated_energy, loss_factor,
+        damping_ratio and secant_stiffness.
+    progress : callable, optional
+        Called now and then with the share that is done, 0 … 1.
+
+    Returns
+    -------
+    Sweep
+        Each list is a dimension, in the order friction_coefficient, normal_load, amplitude; a
+        number, or what was not given, is a coordinate without one.
+
+    Raises
+    ------
+    InputError
+        Both or neither of the amplitudes; values out of their range; a quantity that is unknown, or
+        that the law does not know; loads that the surface cannot carry.
+
+    Notes
+    -----
+    The same numbers as of one interface after the other, to rounding (1e-13), but not one after
+    the other: separations are found together, and (19.29) is integrated for many loads at once, or
+    tabulated along whichever of loads and amplitudes there is more of.
+    """
+    if not isinstance(joint, BackboneLaw):
+        raise InputError(
+            f"joint must be an Interface or another backbone law, got {show(joint)}; "
+            "write sweep(joint, normal_load=[...], amplitude=[...])"
+        )
+    if (amplitude is None) == (force_amplitude is None):
+        came = "neither" if amplitude is None else "both"
+        raise InputError(
+            "amplitude=[...] [m] or force_amplitude=[...] [N] must be given, one of them, "
+            f"got {came}"
+        )
+    name, given = "amplitude", amplitude
+    if given is None:
+        name, given = "force_amplitude", force_amplitude
+    along = _axis(name, given)
+    if along.min() < 0.0:
+        raise InputError(f"{name} must not be negative, got {along.min():g}")
+    wanted = _wanted(quantities, name)
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress must be a function of the share done, got {show(progress)}")
+    axes = {name: np.abs(along)}  # -0.0 is 0.0 here
+    if not isinstance(joint, Interface):
+        for other, value in (
+            ("friction_coefficient", friction_coefficient),
+            ("normal_load", normal_load),
+        ):
+            if value is not None:
+                raise InputError(
+                    f"{other} has no meaning for {type(joint).__name__}, "
+                    "only an Interface has one; sweep its amplitudes alone"
+                )
+        values = _of_law(joint, axes, wanted)
+        if progress is not None:
+            progress(1.0)
+        return _labelled(joint, axes, values, name)
+    friction = joint.friction_coefficient if friction_coefficient is None else friction_coefficient
+    load = joint.normal_load if normal_load is None else normal_load
+    axes = {
+        "friction_coefficient": _positive_axis("friction_coefficient", friction, ""),
+        "normal_load": _positive_axis("normal_load", load, " [N]"),
+        **axes,
+    }
+    return _labelled(joint, axes, Grid(joint, axes, name, progress).values(wanted), name)
+
+
+def _axis(name: str, value: Any) -> Floats:
+    array = floats(name, value)
+    if array.ndim > 1:
+        raise InputError(f"{name} must be a number or one-dimensional, got shape {array.shape}")
+    return array.copy()
+
+
+def _positive_axis(name: str, value: Any, unit: str) -> Floats:
+    array = _axis(name, value)
+    least, most = float(array.min()), float(array.max())
+    if least <= 0.0:
+        raise InputError(f"{name} must be above zero{unit}, got {exact(least)}")
+    if not (least >= SMALLEST and most <= LARGEST):
+        worst = most if most > LARGEST else least
+        raise InputError(
+            f"{name} must be between {SMALLEST:g} and {LARGEST:g}{unit}, got {exact(worst)}"
+        )
+    return array
+
+
+def _wanted(quantities: Any, name: str) -> tuple[str, ...]:
+    other = "force_amplitude" if name == "amplitude" else "amplitude"
+    if quantities is None:
+        return (other, *_DEFAULT)
+    known = [quantity for quantity in DIMENSIONS if quantity != name]
+    if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
+        raise InputError(
+            f"quantities must be a list of names, got {show(quantities)}; "
+            'for example quantities=["dissipated_energy"]'
+        )
+    for quantity in quantities:
+        if quantity == name:
+            raise InputError(f"quantities must not name {name}: it is a coordinate already")
+        if quantity not in known:
+            raise InputError(f"quantities must be of {', '.join(known)}, got {show(quantity)}")
+    if len(set(quantities)) < len(quantities):
+        twice = next(q for q in quantities if list(quantities).count(q) > 1)
+        raise InputError(f"quantities must name each once, got {twice} twice")
+    return tuple(quantities)
+
+
+def _labelled(
+    joint: BackboneLaw, axes: Mapping[str, Floats], values: Mapping[str, Floats], along: str
+) -> Sweep:
+    coords = {}
+    for name, axis in axes.items():
+        dims: tuple[str, ...] = (name,) if axis.ndim else ()
+        coords[name] = Variable(dims, axis, _MEANINGS[name].attributes)
+    variables = {}
+    for name, array in values.items():
+        over = [along if dim == "amplitude" else dim for dim in DIMENSIONS[name]]
+        dims = tuple(dim for dim in over if dim in axes and axes[dim].ndim)
+        # Of an axis that was one number there is no dimension.
+        shape = tuple(axes[dim].size for dim in dims)
+        variables[name] = Variable(
+            dims, np.ascontiguousarray(array).reshape(shape), _MEANINGS[name].attributes
+        )
+    about = {
+        "Conventions": "CF-1.11",
+        "title": "Sweep of a joint",
+        "source": f"microslip {__version__}",
+        "joint": repr(joint),
+    }
+    return Sweep(coords, variables, about)
+
+
+def _of_law(
+    joint: BackboneLaw, axes: Mapping[str, Floats], wanted: Sequence[str]
+) -> dict[str, Floats]:
+    """What a law without a load says of its amplitudes."""
+    given = {name: axis.reshape(-1) for name, axis in axes.items()}
+    a = joint._amplitudes(given.get("amplitude"), given.get("force_amplitude"))
+    calls: dict[str, Callable[[], Any]] = {
+        "amplitude": lambda: a,
+        "force_amplitude": lambda: joint.backbone(a),
+        "tangent_stiffness": lambda: joint.backbone_stiffness(a),
+        "force_limit": lambda: joint.force_limit,
+        "tangential_stiffness": lambda: joint.tangential_stiffness,
+    }
+    for name in (
+        "dissipated_energy",
+        "energy_ratio",
+        "loss_factor",
+        "damping_ratio",
+        "secant_stiffness",
+        "dissipation_exponent",
+    ):
+        calls[name] = partial(getattr(joint, name), a)
+    for name in wanted:
+        if name not in calls:
+            raise InputError(
+                f"quantities must be what {type(joint).__name__} knows, which has no {name}"
+            )
+    return {name: np.asarray(calls[name](), dtype=float) for name in wanted}

@@ -371,3 +371,13 @@ def test_command_errors(folder: Path) -> None:
         "error: flat.csv: displacement must move, got 1 m nearly throughout\n"
     )
     assert not (folder / "out").exists()
+
+
+def test_a_force_that_never_varies_is_refused() -> None:
+    x = np.sin(np.linspace(0.0, 20.0, 400))
+    with pytest.raises(ms.InputError) as caught:
+        ms.measure(ms.Record(1e-6 * x, np.zeros(400), sample_rate=100.0))
+    assert str(caught.value) == (
+        "force must vary, got 0 N at all 400 samples: a dead sensor, or another column than the "
+        "force"
+    )

@@ -281,6 +281,11 @@ def measure(
         x = x - force / rig_stiffness
     # Split where the transducer turns: behind a compliant rig the contact stands still for long.
     cycles = split(record.displacement, force)
+    if force.min() == force.max():
+        raise InputError(
+            f"force must vary, got {exact(force[0])} N at all {force.size} samples: a dead sensor, "
+            "or another column than the force"
+        )
     sign = -1.0 if cycles.flipped else 1.0
     columns = _columns(sign * x, sign * force, record.normal_load, cycles)
     for name in ("displacement_offset", "force_offset"):

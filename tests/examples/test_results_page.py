@@ -17,6 +17,10 @@ from microslip.study.quantities import QUANTITIES, UNITS
 PAGE = (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8")
 FORMATS = ('formats = ["csv"]', "")
 HISTORY = 'history = { file = "record.csv", column = "x" }'
+LOADS_VARY = (
+    "load_variation = { share = 0.2 }\n"
+    'history = { file = "record.csv", column = "x", normal_load = { column = "N" } }'
+)
 FULL = edited(
     ("poisson_ratio = 0.33", 'poisson_ratio = 0.33\nhardness = "1.2 GPa"'),
     (CURVE, f"{CURVE}\n{HISTORY}"),
@@ -25,6 +29,7 @@ FULL = edited(
 STUDIES = {
     "full": FULL + '\n[oscillator]\nmass = "2 kg"\nstiffness = "1 N/um"\n',
     "by force": edited((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N"]'), FORMATS),
+    "varying": edited((CURVE, f"{CURVE}\n{LOADS_VARY}"), FORMATS),
     "table": edited((SURFACE, SURFACES["table"]), (LOADS, '"1 kN"'), FORMATS),
 }
 
@@ -32,7 +37,7 @@ STUDIES = {
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> list[ms.Result]:
     home = tmp_path_factory.mktemp("page")
-    (home / "record.csv").write_text("x [um]\n0\n1\n-1\n")
+    (home / "record.csv").write_text("x [um],N [kN]\n0,1\n1,2\n-1,1\n")
     return [ms.Study.from_toml(text, folder=home).run() for text in STUDIES.values()]
 
 
@@ -102,7 +107,7 @@ def test_every_unit_and_column_is_named(results: list[ms.Result]) -> None:
     columns = {
         name
         for result in results
-        for table in (*result.rows, *result.histories, *result.oscillators)
+        for table in (*result.rows, *result.histories, *result.oscillators, *result.varying)
         for name in table.columns()
     }
     assert columns <= set(QUANTITIES)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from typing import Annotated, TypeVar
 
@@ -11,6 +12,7 @@ from pydantic import AfterValidator
 from microslip.study.columns import FromFile
 from microslip.study.part import Check, JsonSchema
 from microslip.study.units import (
+    ANGLE,
     AREA,
     DENSITY,
     FORCE,
@@ -46,6 +48,31 @@ def quantity(kind: Kind, example: str, sign: Sign = "positive") -> Check:
         }
 
     return Check(lambda given: to_si(given, kind, example, sign), describe)
+
+
+def angle(example: str) -> Check:
+    """Text with a unit of angle, such as `example`, into radians; a turn at most."""
+
+    def check(given: object) -> float:
+        value = to_si(given, ANGLE, example, "any")
+        wanted = f'wanted an angle such as "{example}", got {show(given)}'
+        # pint takes percent and other plain numbers for angles as well.
+        if not re.search(r"(deg|degrees?|°|rad|radians?|mrad)\s*$", str(given)):
+            raise ValueError(f"{wanted} (wanted in deg or rad)")
+        if abs(value) > 2.0 * math.pi:
+            raise ValueError(f"{wanted} (more than a turn)")
+        return value
+
+    def describe(_: JsonSchema) -> JsonSchema:
+        sign = "[+\N{MINUS SIGN}-]?"
+        return {
+            "type": "string",
+            "pattern": rf"^\s*{sign}{_NUMBER}\s*(deg|degrees?|°|rad|radians?|mrad)\s*$",
+            "description": f'An angle with its unit, such as "{example}".',
+            "examples": [example],
+        }
+
+    return Check(check, describe)
 
 
 def array(example: str, most: int = MAX_ITEMS, *, single: bool = False) -> Check:
@@ -178,6 +205,14 @@ ViscousRatio = Annotated[
         {"minimum": 0, "exclusiveMaximum": 1},
     ),
 ]
+LoadShare = Annotated[
+    float,
+    number(
+        "a number above 0 and at most 1 such as 0.2",
+        lambda value: 0.0 < value <= 1.0,
+        {"exclusiveMinimum": 0, "maximum": 1},
+    ),
+]
 ShapeParameter = Annotated[float, number("a finite number", lambda value: True, {})]
 
 Roughness = Annotated[float, quantity(LENGTH, "0.5 um")]
@@ -189,6 +224,7 @@ Load = Annotated[float, quantity(FORCE, "2 kN")]
 AnyLoad = Annotated[float, quantity(FORCE, "2 kN", "any")]
 Amplitude = Annotated[float, quantity(LENGTH, "1 um")]
 ForceAmplitude = Annotated[float, quantity(FORCE, "100 N")]
+Phase = Annotated[float, angle("90 deg")]
 Mass = Annotated[float, quantity(MASS, "2 kg")]
 Stiffness = Annotated[float, quantity(STIFFNESS, "1e6 N/m")]
 

@@ -30,6 +30,7 @@ _STRETCHES, _GRID = 750, 1500
 _LABELS = {
     "displacement": ("Displacement", "m"),
     "force": ("Force", "N"),
+    "varying_normal_load": ("Normal load", "N"),
     "dissipated_energy": ("Dissipated energy", "J"),
 }
 _MANY = 3000
@@ -38,6 +39,8 @@ _RASTER = 2.4  # between the curves, from 2 on, and the frame
 
 def history(result: Result) -> Figure:
     """Draw displacement, force and dissipated energy over the samples, and force on displacement.
+
+    A normal load that varies is drawn as well.
 
     Parameters
     ----------
@@ -49,22 +52,24 @@ def history(result: Result) -> Figure:
     matplotlib.figure.Figure
         The figure, with a canvas.
     """
-    figure = new_figure(5.4, result.study.title)
+    names = [name for name in _LABELS if name in result.histories[0].columns()]
+    figure = new_figure(5.4 + 1.5 * (len(names) - 3), result.study.title)
     panels = figure.subplot_mosaic(
-        [["displacement", "path"], ["force", "path"], ["dissipated_energy", "path"]],
+        [[name, "path"] for name in names],
         width_ratios=[1.0, 1.05],
     )
     loads = drawn_loads(result, "linestyle")
     count = result.histories[0].force.size
     columns: dict[str, list[Floats]] = {}
-    for name in _LABELS:
+    for name in names:
         columns[name], label = _scaled([getattr(result.histories[i], name) for i, _ in loads], name)
         panels[name].set_ylabel(label)
     # What was given is the same for all loads, and has the colour of none.
     given = result.study.excitation.history
     common = given.quantity if given is not None and len(loads) > 1 else None
-    if common is not None:
-        panels[common].plot(*envelope(columns[common][0]), color="#666666", linewidth=0.9)
+    alike = {common, "varying_normal_load"} & set(names) if common is not None else set()
+    for name in alike:
+        panels[name].plot(*envelope(columns[name][0]), color="#666666", linewidth=0.9)
     answers = columns["displacement" if common == "force" else "force"]
     for number, (_, look) in enumerate(loads):
         # The smaller in front of the larger, which would hide it.
@@ -74,7 +79,7 @@ def history(result: Result) -> Figure:
         if count > MOST_SAMPLES:  # of strokes shorter than a dash
             look |= {"linestyle": "-"}
         for name, values in columns.items():
-            if name != common:
+            if name not in alike:
                 panels[name].plot(*envelope(values[number]), **look)
         panels["path"].plot(*path(*(columns[k][number] for k in ("displacement", "force"))), **look)
     if count * len(loads) > MOST_VECTORS:
@@ -98,7 +103,7 @@ def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
 
 
 def _dress(panels: dict[str, Axes]) -> None:
-    for name in ("displacement", "force"):
+    for name in set(panels) - {"dissipated_energy", "path"}:
         panels[name].tick_params(labelbottom=False)
         panels[name].sharex(panels["dissipated_energy"])
     panels["dissipated_energy"].set_xlabel("Sample")

@@ -44,7 +44,8 @@ def loops(result: Result) -> Figure:
     figure = new_figure(0.9 + (3.6 if columns == 1 else 2.5) * lines, result.study.title)
     panels = figure.subplots(lines, columns, squeeze=False).ravel()
     largest_x = max(float(row.amplitude[shown].max()) for row in result.rows)
-    largest_y = max(float(row.force_amplitude[shown].max()) for row in result.rows)
+    rows = result.varying or result.rows
+    largest_y = max(float(row.force_amplitude[shown].max()) for row in rows)
     # Loops far apart share no axis: then each is drawn over its own amplitude, in all panels alike.
     loads = drawn_loads(result, "linestyle")
     over_amplitude = any(
@@ -72,7 +73,8 @@ def _loops_at(
     loads = drawn_loads(result, "linestyle")
     amplitudes = [float(result.rows[i].amplitude[index]) for i, _ in loads]
     limits = [result.joints[i].force_limit for i, _ in loads]
-    forces = [float(result.rows[i].force_amplitude[index]) for i, _ in loads]
+    rows = result.varying or result.rows
+    forces = [float(rows[i].force_amplitude[index]) for i, _ in loads]
     by_force = result.study.excitation.force_amplitudes is not None
     # As the amplitudes, force limits far apart share no axis.
     over_limit = far_apart(limits) and not by_force
@@ -89,6 +91,8 @@ def _loops_at(
         axes.set_title(f"Force amplitude {engineering(forces[0], 'N', 6, trim=True)}")
     else:
         axes.set_title(f"Amplitude {amplitudes[0] / x_unit:.6g} {x_letter}m")
+    if result.varying:
+        axes.set_title(f"{axes.get_title()}, load varies")
     axes.set_xlabel(
         r"Displacement / amplitude, $\delta/\delta_m$"
         if over_amplitude

@@ -27,6 +27,12 @@ WORDS: tuple[str, ...] = get_args(Word)
 
 MEANINGS = {
     "history_dissipated_energy": "energy dissipated since rest",
+    "varying_force_amplitude": "half the range of the force under the varying normal load",
+    "varying_dissipated_energy": "energy dissipated in a cycle under the varying normal load",
+    "varying_energy_ratio": "energy ratio under the varying normal load",
+    "varying_loss_factor": "loss factor under the varying normal load",
+    "varying_damping_ratio": "damping ratio under the varying normal load",
+    "varying_secant_stiffness": "secant stiffness under the varying normal load",
     "oscillator_damping_ratio": "damping ratio of the mode, viscous damping and joint",
 }
 """What differs from the meaning of the quantity by itself."""
@@ -130,6 +136,8 @@ def contents(result: Result) -> Contents:
         **_columns(rows, "", driven, leave_out=driven),
         **_columns(curves, "curve_", "point", leave_out="amplitude"),
     }
+    if result.varying:
+        variables |= _columns(result.varying, "varying_", driven, leave_out="amplitude")
     if result.histories:
         dims["history_sample"] = size = result.histories[0].force.size
         coords["history_sample"] = _index("history_sample", size, "sample of the history")
@@ -192,11 +200,12 @@ def _with(variable: Variable, about: Mapping[str, Any]) -> Variable:
 def _loops(result: Result, driven: str) -> dict[str, Variable]:
     shape = len(result.loops), len(result.loops[0]), result.loops[0][0].force.size
     variables = {}
-    for name in ("displacement", "force"):
+    varies = {"varying_normal_load": "normal_load"} if result.varying else {}
+    for name, attribute in {"displacement": "displacement", "force": "force", **varies}.items():
         values = np.empty(shape)
         for i, loops in enumerate(result.loops):
             for j, loop in enumerate(loops):
-                values[i, j] = getattr(loop, name)
+                values[i, j] = getattr(loop, attribute)
         variables[name] = _variable(("load", driven, "sample"), values, name)
     return variables
 

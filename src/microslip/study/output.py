@@ -11,6 +11,7 @@ import numpy as np
 
 from microslip.study.quantities import UNITS
 from microslip.study.result import Columns, Floats, blocks
+from microslip.study.varying import VaryingLoop
 
 if TYPE_CHECKING:
     from microslip.study.result import Progress, Result
@@ -85,13 +86,14 @@ def _rows(result: Result) -> dict[str, int]:
         "curves": sum(len(curve.amplitude) for curve in result.curves),
         "history": sum(len(response.force) for response in result.histories),
         "oscillator": sum(len(curve.amplitude) for curve in result.oscillators),
+        "varying": sum(len(cycles.amplitude) for cycles in result.varying),
     }
 
 
 def _cost(result: Result, name: str) -> float:
     stem, _, kind = name.partition(".")
     rows = _rows(result)
-    columns = {"loops": 4, "curves": 14, "history": 4, "oscillator": 5}
+    columns = {"loops": 5, "curves": 14, "history": 5, "oscillator": 5, "varying": 11}
     if kind == "csv":
         return rows[stem] * columns[stem] * _TEXT
     if kind == "nc":
@@ -118,6 +120,11 @@ def loop_blocks(result: Result) -> Blocks:
                 **({"force_amplitude": np.full(size, force_amplitude)} if by_force else {}),
                 "displacement": loop.displacement,
                 "force": loop.force,
+                **(
+                    {"varying_normal_load": loop.normal_load}
+                    if isinstance(loop, VaryingLoop)
+                    else {}
+                ),
             }
 
 
@@ -131,6 +138,11 @@ def history_blocks(result: Result) -> Blocks:
     return _blocks(result, result.histories)
 
 
+def varying_blocks(result: Result) -> Blocks:
+    """The cycles under a load that varies in long form, one block for each load."""
+    return _blocks(result, result.varying)
+
+
 def oscillator_blocks(result: Result) -> Blocks:
     """The curves of the oscillator in long form, block by block of each load."""
     return _blocks(result, result.oscillators)
@@ -141,6 +153,7 @@ TABLES: dict[str, Callable[[Result], Blocks]] = {
     "curves": curve_blocks,
     "history": history_blocks,
     "oscillator": oscillator_blocks,
+    "varying": varying_blocks,
 }
 """The tables by their names."""
 

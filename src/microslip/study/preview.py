@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from microslip._version import __version__
 from microslip.study.result import UNITS
 from microslip.study.run import DEFAULT_POINTS, build_joints, defaults_of
-from microslip.study.summary import files, joint_entry
+from microslip.study.summary import files, joint_entry, load_notes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,6 +24,8 @@ _UNITS = {
     **dict.fromkeys(("load", "normal_load", "force_amplitudes"), "N"),
     "density": "1/m^2",
     "area": "m^2",
+    "amplitude": "N",
+    "phase": "rad",
     "mass": "kg",
     "stiffness": "N/m",
 }
@@ -63,7 +65,7 @@ def preview(study: Study) -> dict[str, Any]:
         "title": study.title,
         "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
         "quantities": list(_quantities(study)),
-        "notes": [*study.notes, *open_ends.notes()],
+        "notes": [*study.notes, *open_ends.notes(), *load_notes(study)],
         "joints": [joint_entry(study, joint) for joint in joints],
         "loops": loads * len(amplitudes),
         "points": loads * points,
@@ -94,6 +96,17 @@ def _quantities(study: Study) -> Iterator[dict[str, Any]]:
         else:
             shown = {"value": list(value) if isinstance(written, list) else _one(value)}
         yield {"key": key, "written": written, **shown, "unit": unit}
+        loads = None if history is None else history.loads
+        if key == "excitation.history" and isinstance(written, str) and loads is not None:
+            column = given["excitation"]["history"]["normal_load"]["column"]
+            yield {
+                "key": f"{key}.normal_load",
+                "written": f'{written.partition(", column")[0]}, column "{column}"',
+                "count": loads.size,
+                "smallest": float(loads.min()),
+                "largest": float(loads.max()),
+                "unit": "N",
+            }
 
 
 def _walk(given: Any, found: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:

@@ -20,6 +20,7 @@ class Quantity(NamedTuple):
 
 QUANTITIES: dict[str, Quantity] = {
     "normal_load": Quantity("N", "normal load"),
+    "varying_normal_load": Quantity("N", "normal load at the sample"),
     "amplitude": Quantity("m", "displacement amplitude"),
     "displacement": Quantity("m", "tangential displacement"),
     "force": Quantity("N", "force that holds the displacement"),
@@ -36,6 +37,10 @@ QUANTITIES: dict[str, Quantity] = {
     "slider_density": Quantity("N/m^2", "stiffness of the Iwan sliders per yield displacement"),
     "stick_area": Quantity("m^2", "contact area that sticks at the end of the first loading"),
     "stick_share": Quantity("-", "stick area over real contact area"),
+    # what belongs to an amplitude under a normal load that varies
+    "smallest_normal_load": Quantity("N", "smallest normal load"),
+    "largest_normal_load": Quantity("N", "largest normal load"),
+    "energy_share": Quantity("-", "dissipated energy over that at constant normal load"),
     # what belongs to a load
     "separation": Quantity("m", "separation of the surfaces"),
     "standardised_separation": Quantity("-", "separation over the spread of the heights"),

@@ -117,6 +117,7 @@ def page(result: Result, progress: Progress | None = None) -> str:
         joint=tables.joint_table(summary),
         scale=_SCALES.get(meaning, meaning),
         cycles=tables.cycle_table(summary),
+        varying=tables.varying_table(summary) if result.varying else None,
         oscillator=tables.oscillator_table(summary) if result.oscillators else None,
         history=tables.history_table(summary) if result.histories else None,
         pictures=drawn,
@@ -176,6 +177,8 @@ def _pictures(result: Result, progress: Progress | None) -> list[Picture]:
     drawn = []
     for index, name in enumerate(names):
         alternative, caption = _CAPTIONS[name]
+        if result.varying:
+            caption += _VARYING.get(name, " All this is at constant normal load.")
         drawn.append(Picture(name, _source(result, name), alternative, caption))
         if progress is not None:
             progress((index + 1) / len(names))
@@ -203,6 +206,12 @@ def _packed(svg: bytes) -> bytes:
     return re.sub(rb">\s+<", b"><", svg)
 
 
+# What is not at constant normal load, or says itself what load it is at.
+_VARYING = {
+    "loops": " The normal load varies over these cycles.",
+    "history": "",
+    "oscillator": " The joint is at constant normal load.",
+}
 _CAPTIONS = {
     "loops": (
         "Hysteresis loops, force against displacement",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
@@ -144,7 +145,15 @@ def _rows(part: BaseModel) -> list[tuple[str, str]]:
             rows.append(("Amplitudes of the curves", f"{ends}, {value.points} points"))
         elif name == "history":
             what = f'{len(value.values)} {value.quantity}s, column "{value.column}"'
+            if value.normal_load is not None:
+                what += f', normal loads, column "{value.normal_load.column}",'
             rows.append(("Own history", f"{what} of {value.file}"))
+        elif name == "load_variation":
+            size = _percent(value.share) if value.share else quantity(value.amplitude, "N")
+            phase = f"{_signed(f'{math.degrees(value.phase):.6g}')}°"
+            rows.append(
+                ("Normal load varies by", f"±{size}, phase {phase}, harmonic {value.harmonic}")
+            )
         elif isinstance(value, BaseModel):
             rows += _rows(value)
         else:
@@ -239,6 +248,34 @@ def cycle_table(summary: dict[str, Any]) -> Table:
         for row in (joint["amplitudes"][i] for i in kept)
     ]
     return _known(head, rows, len(joints) * count - len(rows))
+
+
+def varying_table(summary: dict[str, Any]) -> Table:
+    """What each cycle is as the normal load varies, one row for each load and amplitude."""
+    joints = summary["joints"]
+    count = len(joints[0]["amplitudes"])
+    kept = some(count, MOST_CYCLES // min(len(joints), 10))
+    shown = some(len(joints), max(MOST_CYCLES // len(kept), 1))
+    head = (
+        *("Load", "Amplitude", "Smallest load", "Largest load", "Force amplitude"),
+        *("Energy per cycle", "Over that at constant load", "Loss factor η", "Damping ratio ζ"),
+    )
+    rows: list[tuple[str, ...]] = [
+        (
+            _load(joint),
+            engineering(row["amplitude"], "m", 4, trim=True),
+            engineering(row["smallest_normal_load"], "N", 4, trim=True),
+            engineering(row["largest_normal_load"], "N", 4, trim=True),
+            engineering(row["force_amplitude"], "N", 4, trim=True),
+            engineering(row["dissipated_energy"], "J"),
+            ratio(row["energy_share"]),
+            ratio(row["loss_factor"]),
+            ratio(row["damping_ratio"]),
+        )
+        for joint in (joints[i] for i in shown)
+        for row in (joint["varying"][i] for i in kept)
+    ]
+    return Table(head, rows, len(joints) * count - len(rows))
 
 
 def oscillator_table(summary: dict[str, Any]) -> Table:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from microslip.loops import Loop
     from microslip.structures import Oscillator
     from microslip.study.schema import Study
+    from microslip.study.varying import VaryingCycles
 
 __all__ = [
     "UNITS",
@@ -184,15 +185,22 @@ class HistoryResponse(Columns):
         Forces that hold them [N]: those given, or those that the given displacements lead to.
     dissipated_energy : ndarray
         Energy dissipated since rest [J].
+    varying_normal_load : ndarray, optional
+        Normal loads [N] where the history gives them; None where the load is that of the joint.
     """
 
     displacement: Floats
     force: Floats
     dissipated_energy: Floats
+    varying_normal_load: Floats | None = None
 
     @classmethod
     def of(
-        cls, joint: Interface, values: Floats, quantity: Literal["displacement", "force"]
+        cls,
+        joint: Interface,
+        values: Floats,
+        quantity: Literal["displacement", "force"],
+        loads: Floats | None = None,
     ) -> HistoryResponse:
         """Follow a history.
 
@@ -204,6 +212,8 @@ class HistoryResponse(Columns):
             Displacements [m] or forces [N] in the order of time.
         quantity : {"displacement", "force"}
             Which of both.
+        loads : ndarray, optional
+            Normal loads [N] along the history, which starts from the joint's own.
 
         Returns
         -------
@@ -213,9 +223,14 @@ class HistoryResponse(Columns):
         Raises
         ------
         InputError
-            If a force is not below the force limit.
+            If a force is not below the force limit, or the surface cannot carry a load.
         """
         from microslip.friction.energies import dissipated_along
+
+        if loads is not None:
+            found = joint.coupled_response(**{quantity: values}, normal_load=loads)
+            energy = found.dissipated_energy
+            return cls(found.displacement, found.force, energy, loads.copy())
 
         if quantity == "displacement":
             displacement, force = values.copy(), np.asarray(joint.force(values))
@@ -285,7 +300,8 @@ class Result:
     joints : tuple of Interface
         One for each normal load.
     loops : tuple of tuple of Loop
-        For each load, one for each amplitude of the study.
+        For each load, one for each amplitude of the study; under a normal load that varies each
+        is a :class:`~microslip.study.varying.VaryingLoop`.
     rows : tuple of AmplitudeCurve
         For each load, the cyclic quantities at the amplitudes of the loops. Where the study gives
         force amplitudes these are the same for all loads, and the displacement amplitudes differ.
@@ -299,6 +315,9 @@ class Result:
         For each load, what the joint does along the history of the study; empty without one.
     oscillators : tuple of OscillatorCurve
         For each load, the oscillator of the study over the range of the curves; empty without one.
+    varying : tuple of VaryingCycles
+        For each load, the cyclic quantities of the loops where the study lets the normal load vary,
+        else empty; rows and curves are at constant load all the same.
     """
 
     study: Study
@@ -310,6 +329,7 @@ class Result:
     summary: dict[str, Any]
     histories: tuple[HistoryResponse, ...] = ()
     oscillators: tuple[OscillatorCurve, ...] = ()
+    varying: tuple[VaryingCycles, ...] = ()
 
     def __repr__(self) -> str:
         parts = [
@@ -319,6 +339,7 @@ class Result:
             f"curves of {len(self.curves[0].amplitude)} points",
             *(f"history of {_count(len(h.force), 'sample')}" for h in self.histories[:1]),
             *("oscillator" for _ in self.oscillators[:1]),
+            *("varying load" for _ in self.varying[:1]),
         ]
         return f"Result({', '.join(parts)})"
 

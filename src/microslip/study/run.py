@@ -24,8 +24,9 @@ from microslip.study.result import (
     Result,
     blocks,
 )
-from microslip.study.schema import Study
+from microslip.study.schema import LoadVariation, Study
 from microslip.study.summary import Defaults, oscillator_of, slip_scale, summarise
+from microslip.study.varying import VaryingCycles, VaryingLoop
 
 if TYPE_CHECKING:
     from microslip.normal import NormalLaw
@@ -42,13 +43,19 @@ def run(study: Study, progress: Progress | None = None) -> Result:
     amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
     history = study.excitation.history
     record = None if history is None else history.values
-    loops, rows, curves, limits = [], [], [], []
-    histories, oscillators = [], []
+    loops: list[tuple[ms.Loop, ...]] = []
+    rows, curves, limits = [], [], []
+    histories, oscillators, varying = [], [], []
     for index, joint in enumerate(joints):
         steps = _Steps(progress, index, len(joints))
         row = _row(study, joint, amplitudes)
         rows.append(row)
-        loops.append(_loops(study, joint, row, steps.of(0.0, 0.1)))
+        if (variation := study.excitation.load_variation) is None:
+            loops.append(_loops(study, joint, row, steps.of(0.0, 0.1)))
+        else:
+            settled = _varying_loops(study, variation, joint, row, steps.of(0.0, 0.1))
+            loops.append(settled)
+            varying.append(VaryingCycles.of(settled, row))
         with _blame(study, "excitation.curve"):
             curves.append(AmplitudeCurve.of(joint, grid, steps.of(0.1, 0.7)))
         if study.oscillator is not None:
@@ -57,7 +64,7 @@ def run(study: Study, progress: Progress | None = None) -> Result:
                 oscillators.append(OscillatorCurve.of(held, grid, steps.of(0.7, 0.8)))
         if history is not None and record is not None:
             with _blame(study, "excitation.history"):
-                histories.append(HistoryResponse.of(joint, record, history.quantity))
+                histories.append(HistoryResponse.of(joint, record, history.quantity, history.loads))
         limits.append(_limits(joint, slip_scale(study, joint)[0]))
         steps.of(0.0, 1.0)(1.0)
     result = Result(
@@ -70,6 +77,7 @@ def run(study: Study, progress: Progress | None = None) -> Result:
         summary={},
         histories=tuple(histories),
         oscillators=tuple(oscillators),
+        varying=tuple(varying),
     )
     return replace(result, summary=summarise(result, defaults))
 
@@ -106,6 +114,21 @@ def _loops(
     with _blame(study, "excitation.amplitudes"):
         for piece in blocks(row.amplitude.size, progress):
             loops += [joint.loop(amplitude) for amplitude in row.amplitude[piece].tolist()]
+    return tuple(loops)
+
+
+def _varying_loops(
+    study: Study,
+    variation: LoadVariation,
+    joint: ms.Interface,
+    row: AmplitudeCurve,
+    progress: Progress,
+) -> tuple[VaryingLoop, ...]:
+    loops: list[VaryingLoop] = []
+    with _blame(study, "excitation.load_variation"):
+        for amplitude in row.amplitude.tolist():
+            loops.append(VaryingLoop.of(joint, amplitude, variation))
+            progress(len(loops) / row.amplitude.size)
     return tuple(loops)
 
 

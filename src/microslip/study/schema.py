@@ -20,15 +20,18 @@ from pydantic import (
     model_validator,
 )
 
-from microslip.study.columns import Column
+from microslip.study.columns import Column, ColumnName, UnitName
 from microslip.study.fields import (
     Amplitude,
     Amplitudes,
     ForceAmplitudes,
     Friction,
     Line,
+    Load,
     Loads,
+    LoadShare,
     Mass,
+    Phase,
     Stiffness,
     ViscousRatio,
     YesOrNo,
@@ -51,6 +54,7 @@ if TYPE_CHECKING:
 
 SCHEMA = 1
 MAX_POINTS = 1_000_000
+MAX_HARMONIC = 10
 FORMATS = ("netcdf", "csv", "svg", "png")
 
 
@@ -83,14 +87,74 @@ class Curve(Part):
         return self
 
 
+class LoadVariation(Part):
+    """A normal load that varies over each cycle, as a sine about the load of the joint."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"oneOf": [{"required": ["amplitude"]}, {"required": ["share"]}]}
+    )
+
+    amplitude: Load | None = Field(
+        default=None, description="Amplitude of the load, at every load.", examples=['"400 N"']
+    )
+    share: LoadShare | None = Field(
+        default=None,
+        description="Amplitude of the load as a share of each normal load, in its place.",
+        examples=["0.2"],
+    )
+    phase: Phase = Field(
+        default=0.0,
+        description="How far the load is ahead of the displacement, in its own periods.",
+        examples=['"90 deg"'],
+    )
+    harmonic: Annotated[
+        int, whole(f"a whole number from 1 to {MAX_HARMONIC}, such as 2", 1, MAX_HARMONIC)
+    ] = Field(default=1, description="Periods of the load in a cycle of the displacement.")
+
+    @model_validator(mode="after")
+    def _one_size(self) -> Self:
+        if (self.amplitude is None) == (self.share is None):
+            came = "neither" if self.share is None else "both"
+            raise KeyedError(
+                "excitation.load_variation",
+                f'wanted amplitude = "400 N" or share = 0.2, one of them, got {came}',
+            )
+        return self
+
+    def share_of(self, load: float) -> float:
+        """Amplitude as a share of a normal load [N]."""
+        if self.amplitude is not None:
+            return self.amplitude / load
+        assert self.share is not None  # one of both is given
+        return self.share
+
+
+class LoadColumn(Part):
+    """Normal loads [N] along a history, in another column of its file."""
+
+    column: ColumnName = Field(
+        description='Name of the column, with or without the unit of its header: "N" or "N [kN]".',
+        examples=['"load"'],
+    )
+    unit: UnitName | None = Field(
+        default=None,
+        description='Unit of the column; not needed where its header has one, "[kN]" or "(kN)".',
+        examples=['"N"'],
+    )
+
+
 class History(Column):
     """A history of the joint from rest, displacements [m] or forces [N], in a CSV file."""
 
     quantity: Annotated[Literal["displacement", "force"], one_of("displacement", "force")] = Field(
         default="displacement", description="What the column holds."
     )
+    normal_load: LoadColumn | None = Field(
+        default=None, description="Normal loads along the history, where they are not constant."
+    )
 
     _values: tuple[float, ...] = PrivateAttr(default=())
+    _loads: tuple[float, ...] | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
@@ -98,12 +162,35 @@ class History(Column):
         self._values = self.read(kind, "any", info, "excitation.history")
         if len(self._values) < 2:
             raise ValueError(f"{shorten(self.file, 100)}: wanted at least two rows, got one")
+        if self.normal_load is not None:
+            self._loads = self._read_loads(self.normal_load, info)
         return self
+
+    def _read_loads(self, given: LoadColumn, info: ValidationInfo) -> tuple[float, ...]:
+        key = "excitation.history.normal_load"
+        try:
+            column = Column(file=self.file, column=given.column, unit=given.unit)
+            loads = column.read(FORCE, "any", info, key)
+        except ValueError as error:
+            raise KeyedError(key, str(error)) from None
+        for row, load in enumerate(loads, start=1):
+            if load < 0.0:
+                raise KeyedError(
+                    key,
+                    f"{shorten(self.file, 100)}: wanted loads of zero or more, "
+                    f"got {engineering(load, 'N', 6, trim=True)} in row {row} of the numbers",
+                )
+        return loads
 
     @property
     def values(self) -> NDArray[np.float64]:
         """The history [m], or [N] for forces, one value a sample."""
         return np.array(self._values)
+
+    @property
+    def loads(self) -> NDArray[np.float64] | None:
+        """Normal loads [N], one for each value; None where the load is that of the joint."""
+        return None if self._loads is None else np.array(self._loads)
 
 
 class Excitation(Part):
@@ -127,6 +214,10 @@ class Excitation(Part):
         default=None,
         description="Displacement amplitudes of the curves, evenly spaced on a log axis.",
     )
+    load_variation: LoadVariation | None = Field(
+        default=None,
+        description="How the normal load varies over the cycles of the loops.",
+    )
     history: History | None = Field(
         default=None, description="A history from rest, in a column of a CSV file."
     )
@@ -137,6 +228,12 @@ class Excitation(Part):
             raise KeyedError(
                 "excitation.force_amplitudes",
                 "wanted amplitudes or force_amplitudes, got both; remove one",
+            )
+        if self.force_amplitudes is not None and self.load_variation is not None:
+            raise KeyedError(
+                "excitation.load_variation",
+                "wanted with displacement amplitudes, got force_amplitudes; remove one "
+                "(under force control a load that varies can make a joint ratchet: no closed loop)",
             )
         return self
 

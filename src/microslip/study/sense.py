@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from microslip.study.metals import unknown
 from microslip.study.part import KeyedError
 from microslip.study.surfaces import Elastic, GreenwoodWilliamsonSurface, Rigid, TableSurface
@@ -35,6 +37,7 @@ def check(study: Study) -> None:
     _bodies(study)
     _summits(study)
     _loads(study)
+    _variation(study)
     _forces(study)
     _amount(study)
 
@@ -82,6 +85,20 @@ def _loads(study: Study) -> None:
             )
 
 
+def _variation(study: Study) -> None:
+    """A load that varies does not pull."""
+    variation = study.excitation.load_variation
+    if variation is None or variation.amplitude is None:
+        return
+    load = min(study.joint.normal_load)
+    if variation.amplitude > load:
+        raise KeyedError(
+            "excitation.load_variation.amplitude",
+            f"wanted at most the normal load {_force(load)}, got {_force(variation.amplitude)} "
+            "(the load would go below zero)",
+        )
+
+
 def _forces(study: Study) -> None:
     """No force reaches the limit at the lightest load."""
     load, excitation = min(study.joint.normal_load), study.excitation
@@ -96,7 +113,18 @@ def _forces(study: Study) -> None:
     history = excitation.history
     if history is not None and history.quantity == "force":
         force = max(history.values, key=abs)
-        if abs(force) >= limit:
+        if (loads := history.loads) is not None:
+            limits = study.joint.friction_coefficient * loads
+            beyond = np.flatnonzero(np.abs(history.values) >= limits)
+            if beyond.size:
+                row = int(beyond[0])
+                raise KeyedError(
+                    "excitation.history",
+                    f"{shorten(history.file, 100)}: wanted forces within the force limit, "
+                    f"±{_force(float(limits[row]))} in row {row + 1} of the numbers, "
+                    f"got {_force(float(history.values[row]))}",
+                )
+        elif abs(force) >= limit:
             raise KeyedError(
                 "excitation.history",
                 f"{shorten(history.file, 100)}: wanted forces within ±{_force(limit)}, the force "

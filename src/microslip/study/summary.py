@@ -106,6 +106,7 @@ def files(study: Study) -> tuple[str, ...]:
     history, oscillator = study.excitation.history is not None, study.oscillator is not None
     tables = ["loops", "curves", *(["history"] if history else [])]
     tables += ["oscillator"] if oscillator else []
+    tables += ["varying"] if study.excitation.load_variation is not None else []
     figures = ["loops", "backbone", "energy_damping", "force_damping"]
     # A table of loads says nothing of contacts.
     figures += [] if isinstance(study.surface, u.TableSurface) else ["contact_state"]
@@ -141,7 +142,13 @@ def summarise(result: Result, defaults: Defaults) -> dict[str, Any]:
         of every number and `files` what lies beside the summary. docs/results.md lists all keys.
     """
     study, names = result.study, files(result.study)
-    notes = [*defaults.notes(), *study.notes, *_title_notes(study, names), REMINDER]
+    notes = [
+        *defaults.notes(),
+        *load_notes(study),
+        *study.notes,
+        *_title_notes(study, names),
+        REMINDER,
+    ]
     return {
         "kind": KIND,
         "schema": SUMMARY_SCHEMA,
@@ -153,6 +160,30 @@ def summarise(result: Result, defaults: Defaults) -> dict[str, Any]:
         "units": dict(UNITS),
         "files": list(names),
     }
+
+
+def load_notes(study: Study) -> list[str]:
+    """What is at constant normal load and what is not, in sentences."""
+    notes = []
+    variation, history = study.excitation.load_variation, study.excitation.history
+    if variation is not None:
+        size = (
+            f"{100.0 * variation.share:.6g} % of N"
+            if variation.amplitude is None and variation.share is not None
+            else engineering(variation.amplitude, "N", 6, trim=True)
+        )
+        notes.append(
+            "excitation.load_variation: the loops are settled cycles under a normal load that "
+            f"varies about N by {size}, {math.degrees(variation.phase):.6g} degrees ahead, "
+            f"harmonic {variation.harmonic}. What is marked as varying is read from them; the "
+            "curves and all other numbers are at the constant load N."
+        )
+    if history is not None and history.normal_load is not None:
+        notes.append(
+            "excitation.history.normal_load: the history starts at displacement 0 under the normal "
+            "load of each joint and then follows the loads of the file."
+        )
+    return notes
 
 
 def _title_notes(study: Study, names: Sequence[str]) -> list[str]:
@@ -233,6 +264,7 @@ def _joint(result: Result, index: int) -> dict[str, Any]:
         **joint_entry(result.study, joint),
         "limits": {name: _plain(value) for name, value in asdict(result.limits[index]).items()},
         "amplitudes": _records(row),
+        **({"varying": _records(result.varying[index])} if result.varying else {}),
         **({"history": _history(result.histories[index])} if result.histories else {}),
         **({"oscillator": _oscillator(part, joint, row)} if part is not None else {}),
     }
@@ -246,10 +278,15 @@ def _records(columns: Columns) -> list[dict[str, float | None]]:
 
 
 def _history(response: HistoryResponse) -> dict[str, float | None]:
+    loads = response.varying_normal_load
+    ends = {}
+    if loads is not None:
+        ends = {"smallest_normal_load": loads.min(), "largest_normal_load": loads.max()}
     return {
         "largest_displacement": _plain(float(abs(response.displacement).max())),
         "largest_force": _plain(float(abs(response.force).max())),
         "dissipated_energy": _plain(float(response.dissipated_energy[-1])),
+        **{name: _plain(load) for name, load in ends.items()},
     }
 
 

@@ -68,6 +68,7 @@ def show(summary: dict[str, Any], stream: TextIO | None) -> None:
     places = [(joint, i) for joint in shown for i in kept]
     left_out = _left_out(len(places), loops, "loops")
     _cycles(out, summary, places, left_out)
+    _varying(out, places, left_out)
     _oscillator(out, summary, places, left_out)
     _histories(out, [joints[i] for i in some(len(joints), MOST_JOINTS)])
     _validity(out, joints)
@@ -205,7 +206,30 @@ def _cycles(out: Printer, summary: dict[str, Any], places: Places, left_out: str
         for (joint, i), cells in zip(places, rows, strict=True):
             force = joint["amplitudes"][i]["force_amplitude"]
             cells.insert(1, engineering(force, "N", trim=True))
-    out.table("Cycles" + left_out, head, rows, keys=2)
+    at = " at constant load" if "varying" in places[0][0] else ""
+    out.table(f"Cycles{at}" + left_out, head, rows, keys=2)
+
+
+def _varying(out: Printer, places: Places, left_out: str) -> None:
+    """The loops under a normal load that varies, if it does."""
+    if "varying" not in places[0][0]:
+        return
+    rows = []
+    for joint, i in places:
+        row = joint["varying"][i]
+        ends = (row[f"{end}_normal_load"] for end in ("smallest", "largest"))
+        rows.append(
+            [
+                engineering(joint["normal_load"], "N", trim=True),
+                engineering(row["amplitude"], "m", trim=True),
+                " – ".join(engineering(end, "N", trim=True) for end in ends),
+                engineering(row["dissipated_energy"], "J"),
+                ratio(row["energy_share"]),
+                ratio(row["loss_factor"]),
+            ]
+        )
+    head = ["load", "amplitude", "load varies", "energy/cycle", "/ at constant", "η"]
+    out.table("Cycles as the load varies" + left_out, head, rows, keys=2)
 
 
 def _oscillator(out: Printer, summary: dict[str, Any], places: Places, left_out: str) -> None:

@@ -66,6 +66,7 @@ PRESSURE = Kind(
     "pressure", "Pa", ("Pa", "kPa", "MPa", "GPa", "TPa", "N/mm^2", "N/m^2", "psi", "ksi", "bar")
 )
 DENSITY = Kind("number per area", "1/m^2", ("1/um^2", "1/mm^2", "1/cm^2", "1/m^2", "mm^-2"))
+ANGLE = Kind("angle", "rad", ("deg", "rad", "mrad", "°"))
 MASS = Kind("mass", "kg", ("mg", "g", "kg", "t", "lb"))
 STIFFNESS = Kind(
     "stiffness", "N/m", ("N/m", "kN/m", "MN/m", "N/mm", "kN/mm", "N/um", "N/µm", "N/nm", "lbf/in")

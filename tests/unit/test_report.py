@@ -389,10 +389,11 @@ def models(annotation: Any) -> Iterator[type[BaseModel]]:
 
 @pytest.mark.parametrize(
     "model",
-    {
-        *(p for name in ("surface", "joint", "excitation", "oscillator", "material")
-          for m in models(schema.Study.model_fields[name].annotation) for p in parts(m)),
-    },
+    sorted(
+        {p for name in ("surface", "joint", "excitation", "oscillator", "material")
+         for m in models(schema.Study.model_fields[name].annotation) for p in parts(m)},
+        key=lambda model: model.__name__,  # a set has no order that two processes agree on
+    ),
     ids=lambda model: model.__name__,
 )  # fmt: skip
 def test_every_key_of_a_study_has_its_words(model: type[BaseModel]) -> None:

@@ -394,7 +394,8 @@ def _columns(
         columns["friction_peak"] = _over(force_amplitude, pressed)
         columns["friction_energy"] = _over(energy, 4.0 * pressed * sliding)
     columns["reversal_stiffness"] = _stiffness(x, force, cycles, (top, high), (bottom, low))
-    columns["closure_error"] = _over(np.abs(force[last] - force[first]), 2.0 * np.abs(force_amplitude))
+    gap = np.abs(force[last] - force[first])
+    columns["closure_error"] = _over(gap, 2.0 * np.abs(force_amplitude))
     return columns
 
 

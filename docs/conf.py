@@ -51,7 +51,7 @@ html_theme_options = {
     "show_toc_level": 2,
 }
 
-myst_heading_anchors = 3
+myst_heading_anchors = 4
 
 napoleon_google_docstring = False
 napoleon_use_rtype = False

@@ -211,8 +211,8 @@ class _ForceWalk:
         places = np.empty_like(values)
         for i, (step, value) in enumerate(zip(steps.tolist(), values.tolist(), strict=True)):
             places[i] = self._place(step, value)
-            drop = self._coupling.drop
-            self._diagram.move(self._diagram.probe(step, float(places[i]), drop), drop)
+            probed = self._diagram.probe(step, float(places[i]), self._coupling.drop)
+            self._diagram.move(probed)
         return places
 
     def _drop(self, base: float, width: float) -> float:

@@ -69,6 +69,7 @@ class Step(NamedTuple):
     density: float
     kind: int
     value: float
+    outer: float  # share of the value that the rows which stay hold
 
 
 class Diagram:
@@ -162,30 +163,26 @@ class Diagram:
         depth, front, density, kind = kernels.active.step_front(
             separation, place, self.stack, self.depth, self.separation, self.place
         )
-        outer = float(self.values[depth - 2]) if depth > 1 else 0.0
         base, width, share = [separation], [front - separation], [density]
-        if depth and kind:
+        outer = float(self.values[depth - 1]) if depth else 0.0
+        if depth and kind:  # the last row that stays is cut
             end, old, _ = self.stack[depth - 1].tolist()
             base.append(front)
             width.append(end - front)
             share.append(old)
-        elif depth:
-            outer = float(self.values[depth - 1])
-        falls = drop(np.array(base), np.array(width))
-        value = outer + float(np.array(share) @ falls)
-        return Step(separation, place, depth, front, density, kind, value)
+            outer = float(self.values[depth - 2]) if depth > 1 else 0.0
+        falls = np.array(share) * drop(np.array(base), np.array(width))
+        outer += float(falls[1:].sum())
+        return Step(separation, place, depth, front, density, kind, outer + float(falls[0]), outer)
 
-    def move(self, step: Step, drop: Drop) -> None:
+    def move(self, step: Step) -> None:
         """Go along a probed step."""
         depth, front = step.depth, step.front
         beyond = 0.0
         if depth:
             end, density, rest = self.stack[depth - 1].tolist()
             beyond = density * (end - front) + rest
-            if step.kind:
-                below = float(self.values[depth - 2]) if depth > 1 else 0.0
-                fall = float(drop(np.array([front]), np.array([end - front]))[0])
-                self.values[depth - 1] = below + density * fall
+            self.values[depth - 1] = step.outer
         if front > step.separation:
             if depth == len(self.values):
                 self.stack = np.concatenate((self.stack, np.empty((depth + 8, 3))))

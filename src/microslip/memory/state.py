@@ -179,7 +179,7 @@ class State:
             raise InputError("commit needs a trial: call try_(displacement) first")
         if isinstance(self._trial, _Coupled):
             trial, load = self._trial, self._coupling()
-            trial.diagram.move(trial.step, load.drop)
+            trial.diagram.move(trial.step)
             self._settle(trial.diagram, trial.displacement, load.friction * trial.step.value)
         else:
             self._memory.move(*self._trial)

@@ -16,9 +16,7 @@ from hypothesis import strategies as st
 from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, STUDY, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.materials import metals
-from microslip.study.overrides import dump
-from microslip.study.units import (
+from microslip._units import (
     AREA,
     DENSITY,
     FORCE,
@@ -31,6 +29,8 @@ from microslip.study.units import (
     significant,
     to_si,
 )
+from microslip.materials import metals
+from microslip.study.overrides import dump
 
 LINE = f"amplitudes = {AMPLITUDES}"
 

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Wedge
 from numpy.typing import NDArray
 
+from microslip._units import engineering
 from microslip.chapter.plate import (
     BACK,
     BLUE,
@@ -35,7 +36,6 @@ from microslip.chapter.plate import (
 from microslip.friction import Asperity, AsperityFields, Zone
 from microslip.materials import Material, MaterialPair
 from microslip.study.drawing import DASHES
-from microslip.study.units import engineering
 
 Floats = NDArray[np.float64]
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip._units import engineering
 from microslip.chapter.contact import assumed as one_summit
 from microslip.chapter.contact import path, summit
 from microslip.chapter.plate import (
@@ -29,7 +30,6 @@ from microslip.chapter.surface import SPREAD, worked_example
 from microslip.friction import Interface, Iwan
 from microslip.normal import GreenwoodWilliamson
 from microslip.study.drawing import DASHES, log_scale
-from microslip.study.units import engineering
 
 Floats = NDArray[np.float64]
 

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip._units import engineering
 from microslip.chapter.joint import COLORS, LINES
 from microslip.chapter.joint import assumed as worked_out
 from microslip.chapter.plate import BLUE, DOTS, GREY, INK, LIGHT, RED, Drawn, Plate, cross, words
 from microslip.chapter.surface import worked_example
 from microslip.friction import Interface
 from microslip.study.drawing import DASHES
-from microslip.study.units import engineering
 
 Floats = NDArray[np.float64]
 

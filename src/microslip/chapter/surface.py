@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip._units import engineering
 from microslip.chapter.plate import BLUE, GREY, HATCH, INK, SLIP, STICK, Drawn, Plate, words
 from microslip.friction import Interface
 from microslip.heights import Gaussian
 from microslip.materials import Material, MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.study.drawing import DASHES
-from microslip.study.units import engineering
 
 Floats = NDArray[np.float64]
 

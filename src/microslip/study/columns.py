@@ -14,10 +14,10 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import Field, GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
+from microslip._units import LARGEST, SMALLEST, Kind, Sign, factor_of, is_unit, times
+from microslip._wording import did_you_mean, quoted, shorten, show
 from microslip.study.part import Check, Part, Reading
 from microslip.study.textfile import read_text
-from microslip.study.units import LARGEST, SMALLEST, Kind, Sign, factor_of, is_unit, times
-from microslip.study.wording import did_you_mean, quoted, shorten, show
 
 MAX_BYTES = 256_000_000
 MAX_ROWS = 1_000_000

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from microslip._wording import did_you_mean, quoted, shorten, show
 from microslip.errors import InputError
 from microslip.study.part import KeyedError
-from microslip.study.wording import did_you_mean, quoted, shorten, show
 
 if TYPE_CHECKING:
     from microslip.study.surfaces import ScipyHeights

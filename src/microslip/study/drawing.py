@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import Formatter
 
+from microslip._units import engineering, prefix
 from microslip.study.result import AmplitudeCurve, Floats, some
-from microslip.study.units import engineering, prefix
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

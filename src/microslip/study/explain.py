@@ -7,13 +7,13 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
+from microslip._wording import did_you_mean, nearest, quoted, shorten, show
 from microslip.materials import metals
 from microslip.study import schema as s
 from microslip.study import surfaces as u
 from microslip.study.columns import Column
 from microslip.study.distributions import names
 from microslip.study.overrides import Override
-from microslip.study.wording import did_you_mean, nearest, quoted, shorten, show
 
 Loc = tuple[int | str, ...]
 

@@ -9,9 +9,7 @@ from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator
 
-from microslip.study.columns import FromFile
-from microslip.study.part import Check, JsonSchema
-from microslip.study.units import (
+from microslip._units import (
     ANGLE,
     AREA,
     DENSITY,
@@ -24,7 +22,9 @@ from microslip.study.units import (
     Sign,
     to_si,
 )
-from microslip.study.wording import did_you_mean, quoted, show
+from microslip._wording import did_you_mean, quoted, show
+from microslip.study.columns import FromFile
+from microslip.study.part import Check, JsonSchema
 
 MAX_ITEMS = 1000
 MAX_VALUES = 1_000_000

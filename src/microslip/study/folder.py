@@ -25,10 +25,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from microslip._files import reason
+from microslip._wording import shorten
 from microslip.errors import StudyError
 from microslip.study.filesystem import held, move, swap
 from microslip.study.summary import KIND
-from microslip.study.wording import shorten
 
 # Left behind by file managers, and nobody's work.
 _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from microslip._units import prefix
 from microslip.study.drawing import (
     add_legend,
     drawn_loads,
@@ -15,7 +16,6 @@ from microslip.study.drawing import (
     new_figure,
 )
 from microslip.study.result import Floats
-from microslip.study.units import prefix
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

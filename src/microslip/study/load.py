@@ -10,13 +10,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from microslip._wording import shorten
 from microslip.errors import StudyError
 from microslip.study.explain import explain
 from microslip.study.overrides import Override, apply
 from microslip.study.part import Reading
 from microslip.study.schema import Study
 from microslip.study.textfile import read_text
-from microslip.study.wording import shorten
 
 MAX_BYTES = 64_000_000
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
+from microslip._units import engineering, prefix
 from microslip.study.drawing import (
     add_legend,
     drawn_loads,
@@ -14,7 +15,6 @@ from microslip.study.drawing import (
     new_figure,
 )
 from microslip.study.result import some
-from microslip.study.units import engineering, prefix
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

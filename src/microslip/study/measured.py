@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
+from microslip._units import engineering, significant
 from microslip._version import __version__
+from microslip._wording import shorten
 from microslip.study.printer import Printer
-from microslip.study.units import engineering, significant
-from microslip.study.wording import shorten
 from microslip.tribometer import Measurement
 from microslip.tribometer.measure import UNITS
 

@@ -11,11 +11,11 @@ from matplotlib import style
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from microslip._units import engineering, prefix
+from microslip._wording import shorten
 from microslip.study.drawing import _LINES as LINES
 from microslip.study.drawing import STYLE, length_prefix, new_figure, note, settle
 from microslip.study.result import some
-from microslip.study.units import engineering, prefix
-from microslip.study.wording import shorten
 from microslip.tribometer import Measurement
 
 MOST_LOOPS = 6

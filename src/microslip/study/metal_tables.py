@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TextIO
 
+from microslip._units import engineering
 from microslip.study.printer import Printer
-from microslip.study.units import engineering
 
 if TYPE_CHECKING:
     from microslip.materials import Metal

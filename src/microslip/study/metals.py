@@ -7,10 +7,10 @@ from typing import Any
 
 from pydantic import ValidationInfo
 
+from microslip._units import engineering
+from microslip._wording import did_you_mean, quoted, shorten, show
 from microslip.materials import Metal, metals
 from microslip.study.part import Reading
-from microslip.study.units import engineering
-from microslip.study.wording import did_you_mean, quoted, shorten, show
 
 _KEYS = ("young_modulus", "poisson_ratio", "hardness")
 

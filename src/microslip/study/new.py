@@ -10,8 +10,8 @@ from importlib.resources import files
 from pathlib import Path
 
 from microslip._files import reason
+from microslip._wording import did_you_mean, quoted, shorten, show
 from microslip.errors import StudyError
-from microslip.study.wording import did_you_mean, quoted, shorten, show
 
 SCHEMA_FILE = "study.schema.json"
 """Where editors find the JSON Schema of studies, if somebody has put it beside them."""

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from microslip._wording import shorten, show
 from microslip.errors import StudyError
-from microslip.study.wording import shorten, show
 
 _EXAMPLE = """joint.normal_load="3 kN\""""
 _LISTS = """such as joint.normal_load=["1 kN", "3 kN"]"""

@@ -7,10 +7,10 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from microslip._units import engineering
 from microslip.study import figures
 from microslip.study import report_tables as tables
 from microslip.study.summary import REMINDER
-from microslip.study.units import engineering
 
 if TYPE_CHECKING:
     from microslip.study.result import Progress, Result

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
+from microslip._units import engineering, significant
 from microslip.study.cells import (
     contact_count,
     force_ratio,
@@ -18,7 +19,6 @@ from microslip.study.cells import (
     verdict_value,
 )
 from microslip.study.result import some
-from microslip.study.units import engineering, significant
 
 MOST_JOINTS = 20
 MOST_CYCLES = 60

@@ -20,6 +20,8 @@ from pydantic import (
     model_validator,
 )
 
+from microslip._units import FORCE, LENGTH, engineering
+from microslip._wording import shorten
 from microslip.study.columns import Column, ColumnName, UnitName
 from microslip.study.fields import (
     Amplitude,
@@ -44,8 +46,6 @@ from microslip.study.metals import with_metals
 from microslip.study.part import KeyedError, Part
 from microslip.study.sense import check
 from microslip.study.surfaces import AnyMaterial, AnySurface
-from microslip.study.units import FORCE, LENGTH, engineering
-from microslip.study.wording import shorten
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

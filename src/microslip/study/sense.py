@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from microslip._units import engineering
+from microslip._wording import shorten
 from microslip.study.metals import unknown
 from microslip.study.part import KeyedError
 from microslip.study.surfaces import Elastic, GreenwoodWilliamsonSurface, Rigid, TableSurface
-from microslip.study.units import engineering
-from microslip.study.wording import shorten
 
 if TYPE_CHECKING:
     from microslip.study.schema import Study

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from microslip._units import prefix
 from microslip.study.drawing import (
     Axis,
     add_legend,
@@ -17,7 +18,6 @@ from microslip.study.drawing import (
     note,
 )
 from microslip.study.result import AmplitudeCurve, Floats
-from microslip.study.units import prefix
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

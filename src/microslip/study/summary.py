@@ -8,13 +8,13 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from microslip._kernel_choice import kernel_name
+from microslip._units import engineering
 from microslip._version import __version__
 from microslip.normal import GreenwoodWilliamson
 from microslip.study import surfaces as u
 from microslip.study.quantities import UNITS
 from microslip.study.result import OscillatorCurve
 from microslip.study.schema import OscillatorPart, Study
-from microslip.study.units import engineering
 
 if TYPE_CHECKING:
     from microslip.friction import Interface

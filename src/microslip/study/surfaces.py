@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, ValidationInfo, model_validator
 
+from microslip._units import LENGTH, engineering
 from microslip.study.columns import Column, ColumnName, FileName, UnitName, text
 from microslip.study.fields import (
     Area,
@@ -25,7 +26,6 @@ from microslip.study.fields import (
     one_of,
 )
 from microslip.study.part import KeyedError, Part
-from microslip.study.units import LENGTH, engineering
 
 __all__ = [
     "AnyMaterial",

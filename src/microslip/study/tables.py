@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
+from microslip._units import engineering, significant
+from microslip._wording import shorten
 from microslip.study.cells import (
     contact_count,
     force_ratio,
@@ -20,8 +22,6 @@ from microslip.study.cells import (
 from microslip.study.printer import Printer
 from microslip.study.result import some
 from microslip.study.summary import REMINDER
-from microslip.study.units import engineering, significant
-from microslip.study.wording import shorten
 
 MOST_JOINTS = 20
 MOST_LOOPS = 40

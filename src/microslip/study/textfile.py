@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from microslip._files import reason
-from microslip.study.wording import did_you_mean, shorten
+from microslip._wording import did_you_mean, shorten
 
 
 def read_text(path: Path, wanted: str, most: int, missing: str = "no such file") -> str:

@@ -92,7 +92,7 @@ class Reader(ABC):
 
 def first_line(error: BaseException) -> str:
     """What a library says, on one line."""
-    from microslip.study.wording import shorten
+    from microslip._wording import shorten
 
     lines = str(error).strip().splitlines()
     return shorten(lines[0], 200) if lines else type(error).__name__

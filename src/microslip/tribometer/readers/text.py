@@ -213,7 +213,7 @@ def _careful(file: _File, places: list[int]) -> Floats:
 
 
 def _wrong_cell(layout: Layout, index: int, place: int, cell: str, decimal: str) -> str:
-    from microslip.study.wording import shorten, show
+    from microslip._wording import shorten, show
 
     name = shorten(layout.names[place], 40) or f"#{place + 1}"
     other = {".": ",", ",": "."}[decimal]
@@ -228,7 +228,7 @@ def _wrong_cell(layout: Layout, index: int, place: int, cell: str, decimal: str)
 
 
 def _excerpt(text: str) -> str:
-    from microslip.study.wording import show
+    from microslip._wording import show
 
     return f", {show(text.strip())}"
 

@@ -1,4 +1,4 @@
-"""Floor 8: quantities as text ("0.5 um") to SI floats, and SI floats to readable text.
+"""Quantities as text ("0.5 um") to SI floats, and SI floats to readable text.
 
 Inside the library every number is a float in SI units. Here is the only place where a unit is
 read, and pint is imported only once there is a unit to read.
@@ -13,7 +13,7 @@ from decimal import Decimal, DecimalException
 from functools import lru_cache
 from typing import Any, Literal
 
-from microslip.study.wording import nearest, shorten, show
+from microslip._wording import nearest, shorten, show
 
 Sign = Literal["positive", "any"]
 

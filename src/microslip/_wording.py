@@ -1,4 +1,4 @@
-"""Floor 8: how error messages show what came and name what was meant."""
+"""How error messages show what came and name what was meant."""
 
 from __future__ import annotations
 

@@ -19,8 +19,9 @@ from microslip.tribometer import (
     rate_dependence,
     rig_stiffness_of,
 )
+from microslip.tribometer.columns import UNITS
 from microslip.tribometer.cycles import split
-from microslip.tribometer.measure import UNITS, thresholds
+from microslip.tribometer.regimes import thresholds
 
 JOINT = ms.Interface.examples()[0]
 

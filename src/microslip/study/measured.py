@@ -12,7 +12,7 @@ from microslip._version import __version__
 from microslip._wording import shorten
 from microslip.study.printer import Printer
 from microslip.tribometer import Measurement
-from microslip.tribometer.measure import UNITS
+from microslip.tribometer.columns import UNITS
 
 KIND = "microslip-measurement"
 """What summary.json says of a folder of measured records."""

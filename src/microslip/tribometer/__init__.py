@@ -6,8 +6,10 @@ from microslip.tribometer.condition import (
     rate_dependence,
     rig_stiffness_of,
 )
-from microslip.tribometer.measure import Estimate, Measurement, Thresholds, measure
+from microslip.tribometer.estimates import Estimate
+from microslip.tribometer.measure import Measurement, measure
 from microslip.tribometer.record import Record
+from microslip.tribometer.regimes import Thresholds
 from microslip.tribometer.virtual import VirtualTribometer
 
 __all__ = [

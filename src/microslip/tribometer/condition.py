@@ -11,7 +11,8 @@ import numpy as np
 from microslip._checks import Floats, exact, number, positive, show
 from microslip.errors import InputError
 from microslip.tribometer.cycles import Cycles, split
-from microslip.tribometer.measure import Estimate, Measurement, mean_of, quantile, trend
+from microslip.tribometer.estimates import Estimate, mean_of, quantile, trend
+from microslip.tribometer.measure import Measurement
 from microslip.tribometer.record import Record
 
 LEAST_CUTOFF = 10.0

@@ -1,0 +1,220 @@
+"""Floor 6: what each cycle of a record has: its amplitudes, energy, sliding, stiffness, closure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import Floats
+from microslip.tribometer.cycles import Cycles
+
+UNITS: Mapping[str, str] = MappingProxyType(
+    {
+        "start": "-",
+        "period": "-",
+        "amplitude": "m",
+        "displacement_offset": "m",
+        "force_amplitude": "N",
+        "force_offset": "N",
+        "normal_load": "N",
+        "dissipated_energy": "J",
+        "energy_ratio": "-",
+        "loss_factor": "-",
+        "damping_ratio": "-",
+        "sliding_distance": "m",
+        "sliding_ratio": "-",
+        "fouvry_ratio": "-",
+        "friction_peak": "-",
+        "friction_energy": "-",
+        "reversal_stiffness": "N/m",
+        "closure_error": "-",
+    }
+)
+"""Columns of the cycles, with their SI units."""
+
+SHARE = 0.25
+"""Of the range of the force after a reversal, from which its stiffness is read."""
+
+
+def columns_of(
+    x: Floats, force: Floats, load: NDArray[np.float64] | float | None, cycles: Cycles
+) -> dict[str, Floats]:
+    """Columns with a value for each cycle, by the names of :data:`UNITS`.
+
+    Parameters
+    ----------
+    x, force : ndarray
+        Displacement [m] and force [N], turned around where the cycles are.
+    load : ndarray or float or None
+        Normal load [N].
+    cycles : Cycles
+        Where they are.
+
+    Returns
+    -------
+    dict of str to ndarray
+        In SI units, one-dimensional.
+    """
+    cuts, first, last = cycles.cuts, cycles.cuts[:-1], cycles.cuts[1:]
+    begin, end = int(cuts[0]), int(cuts[-1])
+    count = (last - first).astype(float)
+    top, bottom = _heights(x, cycles.peaks, cycles), _heights(x, cycles.troughs, cycles)
+    high = _forces(force, cycles.peaks, cycles)
+    low = _forces(force, cycles.troughs, cycles)
+    amplitude, force_amplitude = 0.5 * (top - bottom), 0.5 * (high - low)
+    # Against the cycle's own middle, or rounding grows with the offset.
+    mid_x = np.repeat(0.5 * (top + bottom), last - first)
+    mid_force = np.repeat(0.5 * (high + low), last - first)
+    work = (0.5 * (force[begin:end] + force[begin + 1 : end + 1]) - mid_force) * np.diff(
+        x[begin : end + 1]
+    )
+    chord = (0.5 * (force[first] + force[last]) - 0.5 * (high + low)) * (x[first] - x[last])
+    energy = np.add.reduceat(work, first - begin) + chord
+    del work
+    sliding = _sliding_distance(
+        x[begin : end + 1] - np.append(mid_x, mid_x[-1]),
+        force[begin : end + 1] - np.append(mid_force, mid_force[-1]),
+        cycles,
+    )
+    del mid_x, mid_force
+    columns = {
+        "start": first.astype(float),
+        "period": count,
+        "amplitude": amplitude,
+        "displacement_offset": 0.5 * (top + bottom),
+        "force_amplitude": force_amplitude,
+        "force_offset": 0.5 * (high + low),
+    }
+    pressed: Floats | None = None
+    if isinstance(load, np.ndarray):
+        pressed = np.add.reduceat(load[begin:end], first - begin) / count
+    elif load is not None:
+        pressed = np.full(first.size, load)
+    if pressed is not None:
+        columns["normal_load"] = pressed
+    ratio = _over(energy, 4.0 * amplitude * force_amplitude)
+    columns |= {
+        "dissipated_energy": energy,
+        "energy_ratio": ratio,
+        "loss_factor": 4.0 / math.pi * ratio,
+        "damping_ratio": 2.0 / math.pi * ratio,
+        "sliding_distance": sliding,
+        "sliding_ratio": _over(sliding, amplitude),
+        "fouvry_ratio": _over(energy, 4.0 * force_amplitude * sliding),
+    }
+    if pressed is not None:
+        columns["friction_peak"] = _over(force_amplitude, pressed)
+        columns["friction_energy"] = _over(energy, 4.0 * pressed * sliding)
+    columns["reversal_stiffness"] = _stiffness(x, force, cycles, (top, high), (bottom, low))
+    gap = np.abs(force[last] - force[first])
+    columns["closure_error"] = _over(gap, 2.0 * np.abs(force_amplitude))
+    return columns
+
+
+def _over(numerator: Floats, denominator: Floats) -> Floats:
+    nothing = np.full_like(numerator, np.nan)
+    return np.divide(numerator, denominator, out=nothing, where=denominator != 0.0)
+
+
+def _around(values: Floats, places: NDArray[np.int64], low: int, high: int) -> Floats:
+    """Samples around places, a row for each; at the ends of the record the last one again."""
+    rows = np.clip(places[:, None] + np.arange(low, high + 1), 0, values.size - 1)
+    return np.asarray(values[rows])
+
+
+def _heights(x: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
+    """Displacements at turning points: parabolas through both sides."""
+    half = cycles.window
+    if half < 1:
+        return x[places]
+    t = np.arange(-half, half + 1) / half
+    weights = np.linalg.pinv(np.stack((np.ones_like(t), t, t**2), axis=1))[0]
+    return np.asarray(_around(x, places, -half, half) @ weights)
+
+
+def _forces(force: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
+    """Forces at turning points: parabolas through the samples before, where nothing has kinks."""
+    half = cycles.window
+    if half < 2:
+        return force[places]
+    t = np.arange(-half, 1) / half
+    weights = np.linalg.pinv(np.stack((np.ones_like(t), t**2), axis=1))[0]
+    return np.asarray(_around(force, places, -half, 0) @ weights)
+
+
+def _sliding_distance(x: Floats, force: Floats, cycles: Cycles) -> Floats:
+    """Half the width of each loop in the middle of its forces; both given from the first cut on.
+
+    Noise crosses the middle several times on a way: their mean place counts.
+    """
+    first = cycles.cuts[:-1] - cycles.cuts[0]
+    turn = np.sort(np.concatenate((cycles.peaks, cycles.troughs))) - cycles.cuts[0]
+    changes = np.flatnonzero((force[1:] >= 0.0) != (force[:-1] >= 0.0))
+    # Ways since the first turning point: down from peaks (even), up from troughs (odd).
+    way = np.searchsorted(turn, changes, side="right") - 1
+    cycle = np.searchsorted(first, changes, side="right") - 1
+    fine = (way >= 0) & (way // 2 == cycle)
+    changes, way = changes[fine], way[fine]
+    share = force[changes] / (force[changes] - force[changes + 1])
+    place = x[changes] + share * (x[changes + 1] - x[changes])
+    count = np.bincount(way, minlength=turn.size).astype(float)
+    width = _over(np.bincount(way, place, minlength=turn.size).astype(float), count)
+    return np.abs(0.5 * (width[1::2] - width[::2]))
+
+
+def _stiffness(
+    x: Floats,
+    force: Floats,
+    cycles: Cycles,
+    top: tuple[Floats, Floats],
+    bottom: tuple[Floats, Floats],
+) -> Floats:
+    """Tangential stiffness after reversals, from the mean of both compliances in each cycle."""
+    span = top[1] - bottom[1]
+    both = [
+        _compliance(sign * x, sign * force, begin, end, sign * at[0], sign * at[1], span)
+        for sign, begin, end, at in (
+            (-1.0, cycles.peaks, cycles.troughs, top),
+            (1.0, cycles.troughs, np.append(cycles.peaks[1:], cycles.cuts[-1]), bottom),
+        )
+    ]
+    compliance = 0.5 * (both[0] + both[1])
+    nothing = np.full_like(span, np.nan)
+    return np.divide(1.0, compliance, out=nothing, where=compliance > 0.0)
+
+
+def _compliance(
+    x: Floats,
+    force: Floats,
+    begin: NDArray[np.int64],
+    end: NDArray[np.int64],
+    from_x: Floats,
+    from_force: Floats,
+    span: Floats,
+) -> Floats:
+    """First slope of the displacement over the force, both rising, on each way [m/N].
+
+    Not over the force itself but over the -ln(1 - f) of its share f of the range: for exponential
+    heights in gross slip that is a straight line, and for others nearly one.
+    """
+    length = np.maximum(end - begin, 0)
+    owner = np.repeat(np.arange(begin.size), length)
+    place = np.arange(owner.size) + np.repeat(begin - np.cumsum(length) + length, length)
+    f = (force[place] - from_force[owner]) / span[owner]
+    chosen = f <= SHARE
+    owner, place, f = owner[chosen], place[chosen], f[chosen]
+    moved, f = x[place] - from_x[owner], -np.log1p(-f)
+    sums = [np.bincount(owner, f**n, minlength=begin.size) for n in range(5)]
+    right = [np.bincount(owner, moved * f**n, minlength=begin.size) for n in range(3)]
+    matrix = np.array([[sums[i + j] for j in range(3)] for i in range(3)]).transpose(2, 0, 1)
+    vector = np.array(right).T
+    enough = sums[0] >= 5
+    # Samples that all lie together say nothing of a slope.
+    enough[enough] = np.linalg.cond(matrix[enough]) < 1e12
+    slope = np.full(begin.size, np.nan)
+    slope[enough] = np.linalg.solve(matrix[enough], vector[enough][..., None])[:, 1, 0]
+    return slope / span

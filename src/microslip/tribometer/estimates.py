@@ -1,0 +1,60 @@
+"""Floor 6: means and trends over the cycles of a record, with their confidence intervals."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._checks import Floats
+
+
+class Estimate(NamedTuple):
+    """A number that was measured, with its confidence interval."""
+
+    value: float
+    """The mean."""
+    low: float
+    """Lower end of the interval; not a number where there is only one cycle."""
+    high: float
+    """Its upper end."""
+    standard_error: float
+    """Of the mean; not a number where there is only one cycle."""
+    number: int
+    """How many values it is the mean of."""
+
+
+def quantile(confidence: float, freedom: int) -> float:
+    """Half width of Student's interval in standard errors [-]."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, 0.5 + 0.5 * confidence))
+
+
+def mean_of(values: Floats, confidence: float) -> Estimate:
+    """Mean of values that are finite, with Student's confidence interval."""
+    fine = values[np.isfinite(values)]
+    if fine.size == 0:
+        return Estimate(math.nan, math.nan, math.nan, math.nan, 0)
+    value = float(fine.mean())
+    if fine.size == 1:
+        return Estimate(value, math.nan, math.nan, math.nan, 1)
+    error = float(fine.std(ddof=1)) / math.sqrt(fine.size)
+    half = quantile(confidence, fine.size - 1) * error
+    return Estimate(value, value - half, value + half, error, int(fine.size))
+
+
+def trend(x: Floats, y: Floats, confidence: float) -> Estimate:
+    """Slope of a straight line by least squares, with Student's confidence interval."""
+    if x.size < 2 or np.ptp(x) == 0.0:
+        return Estimate(math.nan, math.nan, math.nan, math.nan, int(x.size))
+    away = x - x.mean()
+    square = float(np.dot(away, away))
+    slope = float(np.dot(away, y)) / square
+    if x.size < 3:
+        return Estimate(slope, math.nan, math.nan, math.nan, int(x.size))
+    rest = y - y.mean() - slope * away
+    error = math.sqrt(float(np.dot(rest, rest)) / (x.size - 2) / square)
+    half = quantile(confidence, x.size - 2) * error
+    return Estimate(slope, slope - half, slope + half, error, int(x.size))

@@ -1,0 +1,106 @@
+"""Floor 6: stick, partial slip or gross slip, by the thresholds of a law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from microslip._checks import Floats, show
+from microslip.errors import InputError
+from microslip.friction import BackboneLaw
+
+REGIMES = ("stick", "partial slip", "gross slip")
+ONSET = 0.99
+"""Of the force limit: gross slip, for a law that only tends to it."""
+RESOLVED = 1e-3
+"""Least energy ratio that counts as a loss, for laws that have none below their yield."""
+
+
+class Thresholds(NamedTuple):
+    """Where one regime ends and the next begins."""
+
+    stick: float
+    """Energy ratio A up to which the contact counts as sticking."""
+    gross: float
+    """Fouvry's ratio B from which it slides as a whole."""
+    source: str
+    """What they are those of."""
+
+
+# One sphere (19.15): A where T0 is 1 % below its first tangent, B at the slip limit.
+def _of_sphere() -> Thresholds:
+    # With s = (1 - r^(2/3)), T = 1 - r and T/(3/2 s) = 0.99; s is near 0.04.
+    slip = 0.04
+    for _ in range(60):
+        slip -= (1.0 - (1.0 - slip) ** 1.5 - 0.99 * 1.5 * slip) / (
+            1.5 * (1.0 - slip) ** 0.5 - 0.99 * 1.5
+        )
+    r = (1.0 - slip) ** 1.5
+    energy = 4.8 * (1.0 - r ** (5 / 3) - (5 / 6) * (1.0 - r) * (1.0 + r ** (2 / 3)))
+    width = 2.0 * 0.5 ** (2 / 3) - 1.0
+    return Thresholds(energy / (4.0 * slip * (1.0 - r)), 0.2 / width, "one sphere")
+
+
+def thresholds(model: BackboneLaw | None = None) -> Thresholds:
+    """Where the regimes of a law end.
+
+    Parameters
+    ----------
+    model : BackboneLaw, optional
+        The law; without it one sphere.
+
+    Returns
+    -------
+    Thresholds
+        A up to which it sticks, B from which it slides as a whole.
+
+    Raises
+    ------
+    InputError
+        Not a law, or one that is rigid at rest.
+    """
+    if model is None:
+        return _of_sphere()
+    if not isinstance(model, BackboneLaw):
+        raise InputError(f"model must be a backbone law, such as an Interface, got {show(model)}")
+    first = model.tangential_stiffness
+    if not math.isfinite(first):
+        raise InputError(
+            f"model must have a finite stiffness at rest, and {type(model).__name__} is rigid there"
+        )
+    limit = model.force_limit
+    nearly = float(model.backbone_displacement(ONSET * limit))
+    onset, word = nearly, "99 % of its limit"
+    if float(model.backbone(1.5 * nearly)) >= limit * (1.0 - 1e-12):
+        # It reaches its limit: at the first place from which it rises no more.
+        low, high = nearly, 1.5 * nearly
+        for _ in range(100):
+            middle = 0.5 * (low + high)
+            if float(model.backbone(middle)) >= limit * (1.0 - 1e-12):
+                high = middle
+            else:
+                low = middle
+        onset, word = high, "its limit"
+    low, high = 0.0, onset
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if float(model.backbone(middle)) < 0.99 * first * middle:
+            high = middle
+        else:
+            low = middle
+    peak = float(model.backbone(onset))
+    width = abs(onset - 2.0 * float(model.backbone_displacement(0.5 * peak)))
+    # Where the onset is the yield of a single slider nothing slides yet: any sliding is gross.
+    energy = float(model.dissipated_energy(onset))
+    gross = energy / (4.0 * peak * width) if width > 1e-6 * onset else 0.0
+    stick = max(float(model.energy_ratio(high)), RESOLVED)
+    return Thresholds(stick, gross, f"{type(model).__name__} at {word}")
+
+
+def regimes_of(columns: Mapping[str, Floats], limits: Thresholds) -> tuple[str, ...]:
+    """The regime of each cycle, from its energy ratio and Fouvry's."""
+    ratio, fouvry = columns["energy_ratio"], columns["fouvry_ratio"]
+    stick = ~(ratio > limits.stick)
+    gross = ~stick & (fouvry >= limits.gross)
+    return tuple(REGIMES[0 if s else 2 if g else 1] for s, g in zip(stick, gross, strict=True))

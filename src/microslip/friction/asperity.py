@@ -14,12 +14,13 @@ from microslip._checks import Floats, exact, floats, number, plain, positive, re
 from microslip._frozen import lock
 from microslip.errors import InputError
 from microslip.friction.fields import AsperityFields, Body, bodies, distances
+from microslip.friction.guesses import all_features, draw, loads_of
 from microslip.friction.half_space import potentials
 from microslip.friction.interface import Interface
 from microslip.materials import Material, MaterialPair
 from microslip.memory import Memory
 from microslip.normal import SphereOnFlat
-from microslip.normal.base import aluminium
+from microslip.normal.base import aluminium, check_pair
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -335,6 +336,49 @@ class Asperity(Interface):
             f"friction_coefficient={exact(self.friction_coefficient)}, "
             f"normal_load={exact(self.normal_load)}, indentation={self.indentation:g})"
         )
+
+    @classmethod
+    def guess(  # type: ignore[override]
+        cls, data: Any, pair: MaterialPair, normal_load: ArrayLike | None = None
+    ) -> Asperity:
+        """An asperity to start a fit from: friction of the limit, radius of the slip limit.
+
+        Parameters
+        ----------
+        data : Loop, Record or sequence of such
+            What was measured: displacement [m] and force [N], at least one closed cycle each.
+        pair : MaterialPair
+            The two materials.
+        normal_load : array_like, optional
+            Normal load [N], one number or one for each of the data; without it that of the
+            records.
+
+        Returns
+        -------
+        Asperity
+            The asperity, at the mean load.
+
+        Raises
+        ------
+        InputError
+            Data of another kind, no closed cycle, a force that does not vary, no load.
+        """
+        check_pair(pair)
+        features = all_features(data)
+        loads = np.array(loads_of(normal_load, len(features), data))
+        mean = float(np.exp(np.mean(np.log(loads))))
+        # Slip limits of one sphere go with the load to the power of 2/3.
+        u = np.concatenate(
+            [f.half * (mean / n) ** (2.0 / 3.0) for f, n in zip(features, loads, strict=True)]
+        )
+        force = np.concatenate(
+            [f.backbone * (mean / n) for f, n in zip(features, loads, strict=True)]
+        )
+        drawn = draw(u, force, lambda x: 1.0 - np.maximum(1.0 - x, 0.0) ** 1.5)
+        friction = drawn.limit / mean
+        indentation = drawn.length / (friction * pair.stiffness_ratio)
+        root = mean / (4.0 / 3.0 * pair.composite_modulus * indentation**1.5)
+        return cls(pair, root**2, friction, normal_load=mean)
 
     @classmethod
     def examples(cls) -> tuple[Asperity, ...]:

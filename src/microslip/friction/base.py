@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import MISSING, fields, is_dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -504,6 +505,51 @@ class BackboneLaw(ABC):
                 f"{model} need a finite stiffness at rest, "
                 f"and {type(self).__name__} friction is rigid there"
             )
+
+    @classmethod
+    def guess(cls: type[Self], data: Any) -> Self:
+        """A law to start a fit from.
+
+        The default serves a law whose parameters are a ``force_limit`` and, if any other, a
+        ``stiffness`` at rest: those of the closest curve of the plainest kind, (19.15) for
+        exponential heights.
+        A law that has others gives a ``guess`` of its own; :mod:`microslip.friction.guesses` reads
+        the loops.
+
+        Parameters
+        ----------
+        data : Loop, Record or sequence of such
+            What was measured: displacement [m] and force [N], at least one closed cycle each.
+
+        Returns
+        -------
+        BackboneLaw
+            An instance of the law.
+
+        Raises
+        ------
+        InputError
+            Data of another kind, no closed cycle, a force that does not vary; a law that has
+            other parameters and no guess.
+        """
+        from microslip.friction.guesses import all_features, draw, exponential, points_of
+
+        needed: set[str] = set()
+        if is_dataclass(cls):
+            given = [item for item in fields(cls) if item.init]
+            needed = {
+                item.name
+                for item in given
+                if item.default is MISSING and item.default_factory is MISSING
+            }
+        if "force_limit" not in needed or needed - {"force_limit", "stiffness"}:
+            raise InputError(
+                f"{cls.__name__} must have a classmethod guess(data) of its own to be guessed: "
+                "the default serves laws whose parameters are force_limit and stiffness"
+            )
+        drawn = draw(*points_of(all_features(data)), exponential)
+        values = {"force_limit": drawn.limit, "stiffness": drawn.limit / drawn.length}
+        return cls(**{name: values[name] for name in needed})
 
     @classmethod
     def examples(cls: type[Self]) -> tuple[Self, ...]:

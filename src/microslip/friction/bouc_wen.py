@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,7 @@ from microslip._checks import Floats, exact, number, positive, record
 from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
 from microslip.friction.base import checked_cycle
+from microslip.friction.guesses import all_features
 from microslip.friction.numerics import invert
 from microslip.loops import Loop
 
@@ -89,6 +91,52 @@ class BoucWen:
                 f"beta={exact(self.beta)}, gamma={exact(self.gamma)}"
             )
         positive("beta + gamma", self.beta + self.gamma)
+
+    @classmethod
+    def guess(cls, data: Any) -> BoucWen:
+        """A model to start a fit from, with A = 1 and beta = gamma = 1/2: the closest of a grid.
+
+        Parameters
+        ----------
+        data : Loop, Record or sequence of such
+            What was measured: displacement [m] and force [N], at least one closed cycle each.
+
+        Returns
+        -------
+        BoucWen
+            The model.
+
+        Raises
+        ------
+        InputError
+            Data of another kind, no closed cycle, a force that does not vary.
+        """
+        features = all_features(data)
+        force = np.concatenate([f.force for f in features])
+        elastic = np.concatenate([f.gone - f.amplitude for f in features])
+        best = (np.inf, 1.0, 0.0, 1.0, 1.0)
+        for n in (1.0, 2.0, 5.0):
+            low = 0.5 * min(float(f.gone[0]) for f in features)
+            high = 20.0 * max(f.amplitude for f in features)
+            for _ in range(2):
+                lengths = np.geomspace(low, high, 17)
+                for length in lengths.tolist():
+                    unit = cls(1.0 / length, 1.0, n=n)  # in units of force and of this length
+                    parts = []
+                    for f in features:
+                        peak = unit._settled(2.0 * f.amplitude / length)
+                        parts.append(unit._flow(np.full(f.gone.size, -peak), f.gone / length))
+                    spring, slider, misfit = _two_parts(elastic, np.concatenate(parts), force)
+                    if misfit < best[0]:
+                        best = (misfit, spring, slider, length, n)
+                step = float(lengths[1] / lengths[0])
+                low, high = best[3] / step, best[3] * step
+        _, spring, slider, length, n = best
+        # alpha k is the spring, (1 - alpha) k the slider over its length; one that is all spring is
+        # no model of friction.
+        stiffness = spring + slider / length
+        alpha = min(spring / stiffness, 0.95)
+        return cls(stiffness, stiffness * length, alpha, n=n)
 
     # -- what it is made of -------------------------------------------------------------------
 
@@ -240,6 +288,19 @@ class BoucWen:
         target = np.minimum(np.array([self.A * s]), way_and_slope(full)[0])
         v = invert(way_and_slope, target, np.zeros(1), full)
         return float(-most * np.expm1(-v[0]))
+
+
+def _two_parts(first: Floats, second: Floats, wanted: Floats) -> tuple[float, float, float]:
+    """Factors >= 0 of two curves whose sum is closest to a third, and what is left, squared."""
+    a, b, c = float(first @ first), float(second @ second), float(first @ second)
+    u, v = float(first @ wanted), float(second @ wanted)
+    det = a * b - c * c
+    x, y = ((u * b - v * c) / det, (v * a - u * c) / det) if det > 1e-14 * a * b else (0.0, v / b)
+    if x < 0.0:
+        x, y = 0.0, v / b
+    elif y < 0.0:
+        x, y = u / a, 0.0
+    return x, y, float(np.sum((wanted - x * first - y * second) ** 2))
 
 
 class _Times:

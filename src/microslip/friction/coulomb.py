@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from microslip._checks import Floats, positive
 from microslip._frozen import lock
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
+from microslip.friction.guesses import all_features
 from microslip.friction.views import Sliders
 
 
@@ -67,6 +69,27 @@ class Coulomb(BackboneLaw):
     def sliders(self) -> Sliders:
         """One slider that yields at displacement 0, its stiffness infinite [N/m]."""
         return Sliders(lock(np.zeros(1)), lock(np.array([np.inf])), None)
+
+    @classmethod
+    def guess(cls, data: Any) -> Coulomb:
+        """A law to start a fit from: its limit is the middle force of a branch.
+
+        Parameters
+        ----------
+        data : Loop, Record or sequence of such
+            What was measured: displacement [m] and force [N], at least one closed cycle each.
+
+        Returns
+        -------
+        Coulomb
+            The law.
+
+        Raises
+        ------
+        InputError
+            Data of another kind, no closed cycle, a force that does not vary.
+        """
+        return cls(float(np.median([np.median(f.force) for f in all_features(data)])))
 
     @classmethod
     def examples(cls) -> tuple[Coulomb, ...]:

@@ -13,9 +13,11 @@ from microslip._checks import Floats, exact, floats, number, plain, positive, sh
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.coupled import CoupledResponse, Coupling, respond, respond_to_force
+from microslip.friction.surface_guesses import guessed_surface
 from microslip.friction.validity import Verdict, validity
 from microslip.friction.views import Sliders
 from microslip.kernels.table import Table
+from microslip.materials import MaterialPair
 from microslip.normal import NORMAL_LAWS, NormalLaw
 
 
@@ -399,6 +401,51 @@ class Interface(BackboneLaw):
             f"friction_coefficient={exact(self.friction_coefficient)}, "
             f"normal_load={exact(self.normal_load)}, separation={self.separation:g})"
         )
+
+    @classmethod
+    def guess(  # type: ignore[override]  # loops do not tell materials
+        cls,
+        data: Any,
+        *,
+        pair: MaterialPair,
+        normal_load: ArrayLike | None = None,
+        heights: Any = None,
+        radius: float | None = None,
+        area: float | None = None,
+    ) -> Interface:
+        """A joint to start a fit from: friction, length and separation that draw the loops best.
+
+        Parameters
+        ----------
+        data : Loop, Record or sequence of such
+            What was measured: displacement [m] and force [N], at least one closed cycle each.
+            Loops of several loads tell the separation, those of one hardly do.
+        pair : MaterialPair
+            The two materials.
+        normal_load : array_like, optional
+            Normal load [N], one number or one for each of the data; without it that of the
+            records.
+        heights : HeightDistribution, frozen scipy.stats distribution or array_like, optional
+            Heights of which the shape counts; without them Gaussian ones.
+        radius : float, optional
+            Summit radius [m]. Loops know the product of density and root of the radius alone;
+            without it a radius is chosen by convention: density * radius * std = 0.05.
+        area : float, optional
+            Apparent area [m^2]; without it 1 cm^2, by convention.
+
+        Returns
+        -------
+        Interface
+            On a :class:`microslip.GreenwoodWilliamson` surface, at the geometric mean of the loads.
+
+        Raises
+        ------
+        InputError
+            Data of another kind, no closed cycle, a force that does not vary, no load, loads that
+            no surface of these heights can carry; a radius or an area not above zero.
+        """
+        surface, friction, load = guessed_surface(data, pair, normal_load, heights, radius, area)
+        return Interface(surface, friction, normal_load=load)
 
     @classmethod
     def examples(cls) -> tuple[Interface, ...]:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import LARGEST, SMALLEST, Floats, record
+from microslip._checks import LARGEST, SMALLEST, Floats, record, show
 from microslip._frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
+from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.views import Sliders
 
 
@@ -129,6 +130,36 @@ class Iwan(Locked, BackboneLaw):
             f"Iwan({self.cell_count} {'cell' if self.cell_count == 1 else 'cells'}, "
             f"stiffness={self.tangential_stiffness:g}, force_limit={self.force_limit:g})"
         )
+
+    @classmethod
+    def guess(cls, data: Any, cells: int = 12) -> Iwan:
+        """Cells to start a fit from: stiffnesses by least squares on a geometric grid of yields.
+
+        Parameters
+        ----------
+        data : Loop, Record or sequence of such
+            What was measured: displacement [m] and force [N], at least one closed cycle each.
+        cells : int, optional
+            Number of cells to choose from; those that would have no stiffness are left out.
+
+        Returns
+        -------
+        Iwan
+            The cells.
+
+        Raises
+        ------
+        InputError
+            Data of another kind, no closed cycle, a force that does not vary; cells that are no
+            number from 1 to 1000.
+        """
+        whole = isinstance(cells, (int, np.integer)) and not isinstance(cells, bool)
+        if not whole or not 1 <= cells <= 1000:
+            raise InputError(f"cells must be an integer from 1 to 1000, got {show(cells)}")
+        yields = yield_grid(data, int(cells))
+        found = cell_stiffnesses(data, yields)
+        real = found > 1e-12 * found.max()
+        return cls(found[real], found[real] * yields[real])
 
     @classmethod
     def examples(cls) -> tuple[Iwan, ...]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from microslip._checks import Floats, positive
 from microslip._frozen import lock
 from microslip.friction.base import BackboneLaw
+from microslip.friction.guesses import all_features, draw, elastic_plastic, points_of
 from microslip.friction.views import Sliders
 
 
@@ -67,6 +69,28 @@ class Jenkins(BackboneLaw):
         """One slider, see there [N/m, m]."""
         yields, stiffnesses = np.array([self.yield_displacement]), np.array([self.stiffness])
         return Sliders(lock(yields), lock(stiffnesses), None)
+
+    @classmethod
+    def guess(cls, data: Any) -> Jenkins:
+        """A cell to start a fit from: the one closest to the branches of the loops.
+
+        Parameters
+        ----------
+        data : Loop, Record or sequence of such
+            What was measured: displacement [m] and force [N], at least one closed cycle each.
+
+        Returns
+        -------
+        Jenkins
+            The cell; of loops that never slip its limit is the largest force they show.
+
+        Raises
+        ------
+        InputError
+            Data of another kind, no closed cycle, a force that does not vary.
+        """
+        drawn = draw(*points_of(all_features(data)), elastic_plastic)
+        return cls(drawn.limit / drawn.length, drawn.limit)
 
     @classmethod
     def examples(cls) -> tuple[Jenkins, ...]:

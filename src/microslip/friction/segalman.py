@@ -12,6 +12,7 @@ from microslip._checks import LARGEST, Floats, exact, number, plain, positive
 from microslip._frozen import lock
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
+from microslip.friction.guesses import all_features, draw, points_of
 from microslip.friction.numerics import invert
 from microslip.friction.views import Sliders
 
@@ -146,6 +147,36 @@ class SegalmanIwan(BackboneLaw):
         last = self._spread * self.beta
         places, stiffnesses = ([self.slip_displacement], [last]) if last > 0.0 else ([], [])
         return Sliders(lock(np.array(places)), lock(np.array(stiffnesses)), self._slider_density)
+
+    @classmethod
+    def guess(cls, data: Any) -> SegalmanIwan:
+        """A model to start a fit from: the closest of a grid of chi and beta.
+
+        Parameters
+        ----------
+        data : Loop, Record or sequence of such
+            What was measured: displacement [m] and force [N], at least one closed cycle each.
+
+        Returns
+        -------
+        SegalmanIwan
+            The model.
+
+        Raises
+        ------
+        InputError
+            Data of another kind, no closed cycle, a force that does not vary.
+        """
+        u, force = points_of(all_features(data))
+        found = []
+        for chi in (-0.9, -0.75, -0.5, -0.25, 0.0, 0.5, 1.5):
+            for beta in (0.0, 0.2, 0.6, 2.0, 5.0):
+                p = 1.0 + chi
+                stiffness = (1.0 + beta) / (beta + p / (p + 1.0))  # the last slider yields at 1
+                drawn = draw(u, force, cls(1.0, stiffness, chi, beta)._backbone)
+                found.append((drawn.misfit, drawn.limit, drawn.length, stiffness, chi, beta))
+        _, limit, length, stiffness, chi, beta = min(found)
+        return cls(limit, limit * stiffness / length, chi, beta)
 
     @classmethod
     def examples(cls) -> tuple[SegalmanIwan, ...]:

@@ -1,0 +1,195 @@
+"""Floor 5: what loops say of a rough surface at first sight, and the surface that says it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from microslip._checks import Floats, positive, show
+from microslip.errors import InputError
+from microslip.friction.guesses import Features, Scaled, all_features, best_of, loads_of
+from microslip.heights import (
+    Discrete,
+    Exponential,
+    Gaussian,
+    HeightDistribution,
+    Statistical,
+    as_heights,
+)
+from microslip.materials import MaterialPair
+from microslip.normal import GreenwoodWilliamson, NormalLaw
+from microslip.normal.base import check_pair
+
+CONVENTIONAL_AREA = 1e-4
+"""Apparent area [m^2] where none is known: no loop depends on it."""
+
+_SPREAD = 0.05
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A normal law with lengths in a ``unit`` [m] of its own."""
+
+    law: NormalLaw
+    unit: float
+
+    def separation(self, z: float, ratio: float) -> float:
+        """The separation at which the load is ``ratio`` times that at z."""
+        if ratio == 1.0:
+            return z
+        load = ratio * self.law._derivative_at(z * self.unit, 0)
+        return float(self.law.separation(load)) / self.unit
+
+    def share(self, z: float, x: Floats) -> Floats:
+        """Share of the force limit at steps x from z: 1 - n(z + x)/n(z)."""
+        load = self.law._derivative_at(z * self.unit, 0)
+        return self.law._drop(z * self.unit, x * self.unit) / load
+
+
+def shape_of(heights: HeightDistribution, pair: MaterialPair) -> tuple[Shape, tuple[float, float]]:
+    """The shape of heights, and the standardised separations between which loads are.
+
+    Raises
+    ------
+    InputError
+        Heights that are all alike.
+    """
+    unit = heights.spread
+    if not unit > 0.0:
+        raise InputError(f"heights must differ from one another, got {show(heights)}")
+    law = GreenwoodWilliamson(pair, heights, radius=1.0, density=1.0, area=1.0)
+    low, high = (end / unit for end in heights.span)
+    return Shape(law, unit), (low, 0.999 * high + 0.001 * low)
+
+
+_STEPS = np.concatenate(([0.0], np.geomspace(1e-5, 100.0, 240)))
+
+
+def interface_values(
+    data: Any, loads: Sequence[float], reference: float, shape: Shape, span: tuple[float, float]
+) -> tuple[float, float, float]:
+    """Friction coefficient, slip scale [m] and separation at the reference load of an interface."""
+    features = all_features(data)
+    best = (math.inf, 0.0, 0.0, 0.0)
+    low, high = max(span[0], -1.0), min(span[1], 5.0)
+    if not low < high:
+        low, high = span
+    # A load beyond what the heights can tell has no separation: such are passed over.
+    for count in (7, 5):
+        grid = np.linspace(low, high, count)
+        for z in grid.tolist():
+            try:
+                curves = [
+                    shape.share(shape.separation(z, load / reference), _STEPS) for load in loads
+                ]
+            except InputError:
+                continue
+            found = _drawn(features, loads, curves)
+            if found.misfit < best[0]:
+                best = (found.misfit, found.limit, found.length, z)
+        step = 0.7 * float(grid[1] - grid[0])
+        low, high = max(span[0], best[3] - step), min(span[1], best[3] + step)
+    if not math.isfinite(best[0]):
+        raise InputError(
+            "normal_load must be loads that one surface of these heights can carry, got "
+            f"{min(loads):g} to {max(loads):g} N"
+        )
+    return best[1], best[2], best[3]
+
+
+def _drawn(features: Sequence[Features], loads: Sequence[float], curves: list[Floats]) -> Scaled:
+    """Like :func:`draw`: a common length, and limits that are mu times each load."""
+    # Each loop counts alike, whatever its load.
+    sizes = [1.0 / math.sqrt(float(f.backbone @ f.backbone)) for f in features]
+    force = np.concatenate([f.backbone * size for f, size in zip(features, sizes, strict=True)])
+    parts = list(zip(features, loads, sizes, curves, strict=True))
+
+    def rows(lengths: Floats) -> Floats:
+        return np.concatenate(
+            [
+                (load * size) * np.interp(f.half / lengths[:, None], _STEPS, curve)
+                for f, load, size, curve in parts
+            ],
+            axis=1,
+        )
+
+    shortest, largest = (
+        min(float(f.half.min()) for f in features),
+        max(f.amplitude for f in features),
+    )
+    return best_of(rows, force, 0.2 * shortest, 50.0 * largest)
+
+
+def conventional_radius(density_root: float, std: float) -> float:
+    """A radius where loops leave it open: the one for which density * radius * std is 0.05.
+
+    Loops know the product density * sqrt(radius) alone. Of measured engineering surfaces
+    density * radius * std is a few hundredths, as in Greenwood and Williamson (1966,
+    DOI 10.1098/rspa.1966.0242). It is a convention, not a result: no loop depends on it, contact
+    counts and areas do.
+
+    Parameters
+    ----------
+    density_root : float
+        Product of density and root of the radius [m^-1.5].
+    std : float
+        Standard deviation of the heights [m].
+
+    Returns
+    -------
+    float
+        Radius [m].
+    """
+    return (_SPREAD / (density_root * std)) ** 2
+
+
+def scaled(heights: HeightDistribution, factor: float) -> HeightDistribution:
+    """The distribution of ``factor`` times the heights.
+
+    Raises
+    ------
+    InputError
+        A distribution without location and scale.
+    """
+    if isinstance(heights, Gaussian):
+        return Gaussian(heights.std * factor, heights.mean * factor)
+    if isinstance(heights, Exponential):
+        return Exponential(heights.scale * factor)
+    if isinstance(heights, Discrete):
+        return Discrete(np.asarray(heights.values) * factor)
+    frozen: Any = heights.distribution if isinstance(heights, Statistical) else heights
+    try:
+        shapes, at, scale = frozen.dist._parse_args(*frozen.args, **frozen.kwds)
+        return Statistical(frozen.dist(*shapes, loc=at * factor, scale=scale * factor))
+    except (AttributeError, TypeError):
+        raise InputError(
+            f"heights must be of a distribution with location and scale, got {show(frozen)}"
+        ) from None
+
+
+def guessed_surface(
+    data: Any,
+    pair: MaterialPair,
+    normal_load: Any,
+    heights: Any,
+    radius: float | None,
+    area: float | None,
+) -> tuple[GreenwoodWilliamson, float, float]:
+    """Surface, coefficient of friction and mean load [N] of :meth:`Interface.guess`."""
+    check_pair(pair)
+    loads = loads_of(normal_load, len(all_features(data)), data)
+    given = Gaussian(std=1.0) if heights is None else as_heights(heights)
+    shape, span = shape_of(given, pair)
+    mean = math.exp(float(np.mean(np.log(loads))))
+    friction, slip, separation = interface_values(data, loads, mean, shape, span)
+    std = slip / (friction * pair.stiffness_ratio)
+    area = positive("area", CONVENTIONAL_AREA if area is None else area, "m^2")
+    unit = GreenwoodWilliamson(pair, scaled(given, std / shape.unit), 1.0, 1.0, area)
+    root = mean / unit.load(separation * std)  # density * sqrt(radius)
+    chosen = conventional_radius(root, std) if radius is None else radius
+    chosen = positive("radius", chosen, "m")
+    return replace(unit, radius=chosen, density=root / math.sqrt(chosen)), friction, mean

@@ -1,0 +1,142 @@
+"""What a law tells an identification: its parameters, and its answer with exact derivatives."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+from microslip._checks import Floats
+from microslip.materials import MaterialPair
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a law that a measurement may tell.
+
+    Parameters
+    ----------
+    name : str
+        Its name, as the law writes it.
+    unit : str
+        Its SI unit, "" for none.
+    low, high : float
+        Bounds of the physical value: what a joint can have, and where the model is safe.
+    log : bool
+        Whether it is fitted as its logarithm; then both bounds are above zero.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    log: bool = False
+
+
+class Derived(NamedTuple):
+    """A quantity that follows from the parameters, with its derivatives by them."""
+
+    name: str
+    unit: str
+    value: float
+    gradient: Floats
+    """Derivatives by the parameters, in their order and physical."""
+    load: float | None
+    """Normal load [N] that it belongs to; None for one that belongs to all."""
+
+
+Branch = tuple[Floats, Floats, Floats]
+"""T0 [N], its derivative by the displacement [N/m], and by each parameter (parameters, places)."""
+
+
+class Model(ABC):
+    """A law seen by an identification.
+
+    ``is_backbone`` models give :meth:`branch`, from which Masing's rules make every cycle; the
+    others give :meth:`cycle`. A model that needs to know the data first, a grid of yield
+    displacements or a reference load, is what :meth:`prepared` returns.
+    """
+
+    name: ClassVar[str]
+    scales_with_load: ClassVar[bool] = False
+    """Whether the load enters, so that records of all loads share the parameters by default."""
+    is_backbone: ClassVar[bool] = True
+    options: ClassVar[tuple[str, ...]] = ()
+    """Names of what :meth:`made` takes."""
+
+    @property
+    @abstractmethod
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameters, in the order of every derivative."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def start(self) -> Mapping[str, float] | None:
+        """Values of the instance that the model was made of; None for one made of a name."""
+        return None
+
+    def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> Model:
+        """The model with what it has to know of the data; most are ready as they are."""
+        return self
+
+    @abstractmethod
+    def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
+        """Values to start from: physical, and within the bounds.
+
+        ``loops`` have ``displacement`` [m] and ``force`` [N], one or many cycles each; ``loads``
+        [N] are theirs.
+        """
+
+    def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
+        """First loading curve at u >= 0 [m], one-dimensional, and all its derivatives."""
+        raise NotImplementedError
+
+    def cycle(self, x: Floats, values: Mapping[str, float]) -> Branch:
+        """Forces of the settled cycle of a period x [m], its first sample not repeated."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def build(
+        self,
+        values: Mapping[str, float],
+        load: float | None = None,
+        *,
+        pair: MaterialPair | None = None,
+        area: float | None = None,
+        radius: float | None = None,
+    ) -> Any:
+        """The law that has these values, as users know it."""
+
+    def derived(
+        self,
+        values: Mapping[str, float],
+        loads: Sequence[float | None],
+        pair: MaterialPair | None = None,
+        area: float | None = None,
+    ) -> tuple[Derived, ...]:
+        """What follows from the values, for each of the different loads where it depends on it."""
+        return ()
+
+    def within(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The values, those outside their bounds brought to them."""
+        return {p.name: min(max(float(values[p.name]), p.low), p.high) for p in self.parameters}
+
+    @classmethod
+    @abstractmethod
+    def of(cls, law: Any) -> Model:
+        """The model of an instance of its law, which gives the values to start from."""
+
+    @classmethod
+    def made(cls, **options: Any) -> Model:
+        """The model without an instance; the ``options`` are checked by name already."""
+        return cls(**options)
+
+    @classmethod
+    def examples(cls) -> tuple[tuple[Model, Mapping[str, float]], ...]:
+        """Prepared models with values, for the shared tests."""
+        return ()

@@ -1,0 +1,234 @@
+"""Bouc's and Wen's model for an identification: settled cycles with exact sensitivities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from microslip._checks import Floats
+from microslip._quadrature import gauss_legendre
+from microslip.errors import InputError
+from microslip.friction.bouc_wen import BoucWen
+from microslip.identify.models.base import Branch, Derived, Model, Parameter
+
+_NODES, _WEIGHTS = gauss_legendre(16)
+_FULL = 37.0  # exp(-37) is nothing beside 1
+_ROUNDS = 60
+
+
+@dataclass(frozen=True)
+class BoucWenModel(Model):
+    """T = alpha k x + (1 - alpha) F_y w with dw/dx = (k/F_y) [1 - |w|^n (gamma + beta sign)].
+
+    Of Wen's constants (1976, DOI 10.1061/JMCEA3.0002106) two say nothing of their own: A is a
+    factor of k and alpha, beta + gamma one of F_y. So A = 1 and gamma = 1 - beta here, and F_y is
+    the force that w = 1 limits. Along a move dy/ds = f(y) is solved exactly, and so are its
+    sensitivities: dy/dp = f(y) [integral of (df/dp)/f^2 from y_0 to y + dy_0/dp / f(y_0) + ds/dp].
+    The settled cycle is the fixed point of one period, and its sensitivity that of a fixed point.
+    """
+
+    law: BoucWen | None = None
+
+    name = "bouc-wen"
+    is_backbone = False
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Stiffness, yield force, elastic share, sharpness, and beta of beta + gamma = 1.
+
+        Below beta = 1/2 the model would give energy away.
+        """
+        return (
+            Parameter("stiffness", "N/m", 1e-6, 1e15, log=True),
+            Parameter("yield_force", "N", 1e-12, 1e12, log=True),
+            Parameter("alpha", "", 0.0, 0.99),
+            Parameter("n", "", 1.0, 20.0),
+            Parameter("beta", "", 0.5, 5.0),
+        )
+
+    @property
+    def start(self) -> Mapping[str, float] | None:
+        """Values of the instance it was made of, with A = 1 and beta + gamma = 1."""
+        law = self.law
+        if law is None:
+            return None
+        elastic = law.alpha * law.stiffness
+        whole = elastic + (1.0 - law.alpha) * law.A * law.stiffness
+        alpha = elastic / whole
+        return {
+            "stiffness": whole,
+            "yield_force": law.force_limit / (1.0 - alpha),
+            "alpha": alpha,
+            "n": law.n,
+            "beta": law.beta / (law.beta + law.gamma),
+        }
+
+    def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
+        """Those of :meth:`BoucWen.guess`."""
+        values = BoucWenModel(BoucWen.guess(loops)).start
+        assert values is not None
+        return self.within(values)
+
+    def cycle(self, x: Floats, values: Mapping[str, float]) -> Branch:
+        """Forces of the settled cycle, their slope along the motion, and their derivatives.
+
+        Raises
+        ------
+        InputError
+            A displacement that does not move.
+        """
+        k, limit, alpha, n, beta = (values[name] for name in self.names)
+        law = self.build(values)
+        root = int(np.argmax(x))
+        path = np.append(np.roll(x, -root), x[root])  # begins and ends at its highest place
+        steps = np.sign(np.diff(path))
+        if not steps.any():
+            raise InputError(f"displacement must move, got {x[0]:g} m throughout")
+        # A sample that repeats the one before goes the way of the last move.
+        last = np.maximum.accumulate(np.where(steps != 0.0, np.arange(steps.size), 0))
+        ways = steps[last]
+        turns = np.append(0, np.flatnonzero(np.diff(ways)) + 1)
+        ends = np.append(turns[1:], steps.size)
+        flow = _Flow(law, n, beta)
+        scale = k / limit
+        by_scale = np.array([1.0 / k, -1.0 / limit])  # of ln(k/F_y)
+
+        start = law._settled(float(np.ptp(x)) * scale)  # right where it turns twice a period
+        memory, rate, by_start = (np.empty(path.size) for _ in range(3))
+        by_values = np.empty((4, path.size))
+        for _ in range(_ROUNDS):
+            w, grown, known = start, 1.0, np.zeros((4, 1))
+            for turn, end in zip(turns, ends, strict=True):
+                part, way = slice(turn, end + 1), ways[turn]
+                s = np.abs(path[part] - path[turn]) * scale
+                y, f, gain, own = flow.move(way * w, s)
+                memory[part], rate[part], by_start[part] = way * y, f, f * gain * grown
+                by_values[:, part] = f * gain * known
+                by_values[:2, part] += way * f * s * by_scale[:, None]
+                by_values[2:, part] += way * own
+                w, grown, known = float(memory[end]), float(by_start[end]), by_values[:, [end]]
+            # What the start should have been, and how that moves with the parameters.
+            miss, settles = w - start, 1.0 - grown
+            if abs(miss) <= 4e-16 + 1e-15 * settles:
+                break
+            start = float(np.clip(start + miss / settles, -1.0, 1.0))
+        memory_by = by_values + (known / settles) * by_start
+
+        unit = (1.0 - alpha) * limit
+        memory, rate, memory_by, path = (
+            array[..., :-1] for array in (memory, rate, memory_by, path)
+        )
+        force = alpha * k * path + unit * memory
+        by = np.empty((5, path.size))
+        by[0] = alpha * path + unit * memory_by[0]
+        by[1] = (1.0 - alpha) * memory + unit * memory_by[1]
+        by[2] = k * path - limit * memory
+        by[3:] = unit * memory_by[2:]
+        slope = k * (alpha + (1.0 - alpha) * rate)
+        return np.roll(force, root), np.roll(slope, root), np.roll(by, root, axis=1)
+
+    def build(
+        self, values: Mapping[str, float], load: float | None = None, **known: Any
+    ) -> BoucWen:
+        """The model itself; the load does not enter."""
+        k, limit, alpha, n, beta = (values[name] for name in self.names)
+        return BoucWen(k, limit, alpha, 1.0, beta, 1.0 - beta, n)
+
+    def derived(
+        self, values: Mapping[str, float], loads: Sequence[float | None], *known: Any, **more: Any
+    ) -> tuple[Derived, ...]:
+        """The limit (1 - alpha) F_y of the hysteretic force."""
+        limit, alpha = values["yield_force"], values["alpha"]
+        by = np.array([0.0, 1.0 - alpha, -limit, 0.0, 0.0])
+        return (Derived("force_limit", "N", (1.0 - alpha) * limit, by, None),)
+
+    @classmethod
+    def of(cls, law: BoucWen) -> BoucWenModel:
+        """The model of an instance."""
+        return cls(law)
+
+    @classmethod
+    def examples(cls) -> tuple[tuple[Model, Mapping[str, float]], ...]:
+        """Smooth and sharp ones, some with stiffness left, some that unload along a curve."""
+        laws = (
+            BoucWen(5e7, 100.0),
+            BoucWen(5e7, 100.0, 0.2, beta=0.9, gamma=0.1, n=2.0),
+            BoucWen(1e3, 2e-3, 0.05, beta=0.7, gamma=0.3, n=3.7),
+            BoucWen(2e8, 1500.0, 0.6, A=2.0, beta=1.5, gamma=-0.7, n=1.3),
+        )
+        models = [cls(law) for law in laws]
+        return tuple((model, model.start or {}) for model in models)
+
+
+class _Flow:
+    """Moves of the model and their sensitivities to n and beta, for A = 1 and beta + gamma = 1.
+
+    y is w seen along the motion: f = 1 - y^n where it rises above 0, 1 + c |y|^n below,
+    c = 2 beta - 1.
+    """
+
+    def __init__(self, law: BoucWen, n: float, beta: float) -> None:
+        self._law, self._n, self._c = law, n, 2.0 * beta - 1.0
+        width = 0.5 / max(4.0, n)
+        self._rise = _Integral(self._rising, _FULL, width)
+        self._fall_n = _Integral(self._falling_n, 1.0, width)
+        self._fall_beta = _Integral(self._falling_beta, 1.0, width)
+
+    def move(self, start: float, s: Floats) -> tuple[Floats, Floats, float, Floats]:
+        """Moves over distances ``s``: y, f(y), 1/f of the start, and dy/dn, dy/dbeta on the way."""
+        y = self._law._flow(np.full(s.size, start), s)
+        f, gone = self._rate_and_integrals(y)
+        first, before = self._rate_and_integrals(np.array([start]))
+        return y, f, float(1.0 / first[0]), f * (gone - before)
+
+    def _rate_and_integrals(self, y: Floats) -> tuple[Floats, Floats]:
+        """f(y), and the integrals of (df/dn)/f^2 and (df/dbeta)/f^2 from 0 to y."""
+        up = np.clip(y, 0.0, 1.0 - 2.0**-53)
+        down = np.maximum(-y, 0.0)
+        with np.errstate(divide="ignore"):
+            f = np.where(y > 0.0, -np.expm1(self._n * np.log(up)), 1.0 + self._c * down**self._n)
+        by_n = self._rise(-np.log1p(-up)) - self._fall_n(down)
+        return f, np.stack((by_n, -self._fall_beta(down)))
+
+    def _rising(self, v: Floats) -> Floats:
+        """-q^n ln q/(1 - q^n)^2 with q = 1 - exp(-v), over dv."""
+        rest = np.exp(-v)
+        with np.errstate(divide="ignore"):
+            right = np.log1p(-rest)
+        log = np.where(v < 0.7, np.log(-np.expm1(-v)), right)
+        power = self._n * log
+        return np.asarray(-np.exp(power) * log / np.expm1(power) ** 2 * rest)
+
+    def _falling_n(self, r: Floats) -> Floats:
+        power = r**self._n
+        return self._c * power * np.log(r) / (1.0 + self._c * power) ** 2
+
+    def _falling_beta(self, r: Floats) -> Floats:
+        power = r**self._n
+        return 2.0 * power / (1.0 + self._c * power) ** 2
+
+
+class _Integral:
+    """Integral of a function from 0, which may begin like a power times a logarithm."""
+
+    def __init__(self, function: Callable[[Floats], Floats], end: float, width: float) -> None:
+        self._function = function
+        self._edges = np.linspace(0.0, end, int(np.ceil(end / width)) + 1)
+        self._sums = np.append(0.0, np.cumsum(self._parts(self._edges[:-1], self._edges[1:])))
+
+    def _parts(self, low: Floats, high: Floats) -> Floats:
+        # From 0 in the cubic root, which tames what the function begins with.
+        first = (low == 0.0)[:, None]
+        places = np.where(first, _NODES**3, _NODES)
+        weights = np.where(first, 3.0 * _NODES**2 * _WEIGHTS, _WEIGHTS)
+        width = np.maximum(high - low, 1e-300)[:, None]
+        values = self._function(low[:, None] + width * places)
+        return np.asarray((width * weights * values).sum(axis=1))
+
+    def __call__(self, x: Floats) -> Floats:
+        panel = np.searchsorted(self._edges, x, side="right") - 1
+        panel = np.clip(panel, 0, self._edges.size - 2)
+        return np.asarray(self._sums[panel] + self._parts(self._edges[panel], x))

@@ -1,0 +1,263 @@
+"""The Extended Greenwood Model for an identification: what loops can say of it, and no more."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from microslip._checks import Floats, positive
+from microslip.errors import InputError
+from microslip.friction.guesses import loads_of
+from microslip.friction.interface import Interface
+from microslip.friction.surface_guesses import CONVENTIONAL_AREA, Shape, interface_values
+from microslip.identify.models.base import Branch, Derived, Model, Parameter
+from microslip.identify.models.template import Template, template_of
+from microslip.materials import MaterialPair
+from microslip.normal import GreenwoodWilliamson
+
+
+@dataclass(frozen=True, eq=False)
+class InterfaceModel(Model):
+    """T0 = mu N [1 - n(h + x)/n(h)] with x = u/slip_scale, for loads that the records know.
+
+    The normal law is a template with two scales, N(d) = C n(d/s). Loops know mu, the length
+    slip_scale = kappa s and, weakly, the separation h = d/s at the ``reference_load``; at a load N
+    it is h_N with n(h_N) = n(h) N/N_ref (Ciavarella 1998, J. Appl. Mech. 65, 998).
+    """
+
+    template: Template
+    reference_load: float | None = None
+    law: Interface | None = None
+
+    name = "interface"
+    scales_with_load = True
+    options = ("heights", "surface", "reference_load")
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Coefficient of friction, slip scale, and separation at the reference load.
+
+        For Gaussian heights the separation lies between -4 and 8: below, all summits but three in
+        100 000 touch and none is left to be met; above, less than one in 10^15 touches.
+        """
+        low, high = self.template.bounds()
+        return (
+            Parameter("friction_coefficient", "", 1e-3, 10.0, log=True),
+            Parameter("slip_scale", "m", 1e-13, 1e-1, log=True),
+            Parameter("standardised_separation", "", low, high),
+        )
+
+    @property
+    def start(self) -> Mapping[str, float] | None:
+        """Values of the instance it was made of, at its own load, the reference."""
+        if self.law is None:
+            return None
+        unit = self.template.unit
+        return {
+            "friction_coefficient": self.law.friction_coefficient,
+            "slip_scale": self.law.slip_per_indentation * unit,
+            "standardised_separation": self.law.separation / unit,
+        }
+
+    @property
+    def pair(self) -> MaterialPair | None:
+        """Materials of the instance it was made of."""
+        return None if self.law is None else self.law.surface.pair
+
+    @property
+    def area(self) -> float | None:
+        """Apparent area [m^2] of the instance it was made of, where it has one."""
+        return None if self.law is None else getattr(self.law.surface, "area", None)
+
+    def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> InterfaceModel:
+        """With a reference load: the geometric mean of the loads, unless one is given.
+
+        Raises
+        ------
+        InputError
+            A load that is missing.
+        """
+        known = loads_of(loads, len(loops))
+        if self.reference_load is not None:
+            return self
+        return replace(self, reference_load=math.exp(float(np.mean(np.log(known)))))
+
+    def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
+        """Those of :meth:`Interface.guess`, at the reference load."""
+        reference = self.prepared(loops, loads).reference_load
+        assert reference is not None
+        template = self.template
+        shape = Shape(template.law, template.unit)
+        known = loads_of(loads, len(loops))
+        found = interface_values(loops, known, reference, shape, template.bounds())
+        return self.within(dict(zip(self.names, found, strict=True)))
+
+    def _ratio(self, load: float | None) -> tuple[float, float]:
+        """The load [N] and its share of the reference."""
+        reference = self.reference_load
+        if load is None and reference is None:
+            raise InputError(
+                "normal_load must be known: the model scales with it; state it with the record, "
+                "for example Record(..., normal_load=500.0)"
+            )
+        if reference is None or load is None:
+            known = load if reference is None else reference
+            assert known is not None
+            return known, 1.0
+        return load, load / reference
+
+    def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
+        """First loading curve and derivatives, exact from x towards 0 to deep in gross slip."""
+        load, ratio = self._ratio(load)
+        mu, scale, h = (values[name] for name in self.names)
+        here = self.template.separation(h, ratio)
+        x = np.minimum(u, 1e200) / scale
+        share, by_step, by_separation = self.template.shares(here, x)
+        limit = mu * load
+        slope = (limit / scale) * by_step
+        by_values = np.empty((3, u.size))
+        np.multiply(load, share, out=by_values[0])
+        np.multiply(x, slope, out=by_values[1])
+        np.negative(by_values[1], out=by_values[1])
+        moved = 1.0 if ratio == 1.0 else self.template.rate(h) / self.template.rate(here)
+        np.multiply(limit * moved, by_separation, out=by_values[2])
+        return limit * share, slope, by_values
+
+    # -- what follows ----------------------------------------------------------------------------
+
+    def build(
+        self,
+        values: Mapping[str, float],
+        load: float | None = None,
+        *,
+        pair: MaterialPair | None = None,
+        area: float | None = None,
+        radius: float | None = None,
+    ) -> Interface:
+        """The joint that has these values on a pair of materials.
+
+        Loops know the product of density and root of the radius alone. Without a ``radius`` [m] it
+        is :func:`conventional_radius`; without an apparent ``area`` [m^2], CONVENTIONAL_AREA.
+
+        Raises
+        ------
+        InputError
+            No pair; no load and no reference; a radius or an area not above zero.
+        """
+        pair = pair or self.pair
+        if pair is None:
+            raise InputError(
+                "pair must be given: loops know the length kappa s alone, and kappa = mu E*/4G* "
+                "is the materials'; write pair=ms.MaterialPair(ms.Material(69e9, 0.33), "
+                "ms.Material(69e9, 0.33))"
+            )
+        if radius is None and self.law is not None:
+            radius = getattr(self.law.surface, "radius", None)
+        radius = None if radius is None else positive("radius", radius, "m")
+        area = area or self.area
+        area = CONVENTIONAL_AREA if area is None else positive("area", area, "m^2")
+        load, ratio = self._ratio(load)
+        mu, scale, h = (values[name] for name in self.names)
+        length = scale / (mu * pair.stiffness_ratio)
+        constant = load / ratio / self.template.load(h)
+        surface = self.template.surface(pair, length, constant, area, radius)
+        return Interface(surface, mu, normal_load=load)
+
+    def derived(
+        self,
+        values: Mapping[str, float],
+        loads: Sequence[float | None],
+        pair: MaterialPair | None = None,
+        area: float | None = None,
+    ) -> tuple[Derived, ...]:
+        """Force limit, stiffness and separation at each load; what the pair and the area add.
+
+        ``std`` is s, for heights their standard deviation; ``density_root_radius`` is
+        rho_a sqrt(rho), all that loops know of both.
+        """
+        pair, area = pair or self.pair, area or self.area
+        mu, scale, h = (values[name] for name in self.names)
+        template = self.template
+        rate = template.rate(h)
+        found: list[Derived] = []
+
+        def add(name: str, unit: str, value: float, logs: list[float], load: float | None) -> None:
+            """A value with its derivatives by ln mu, ln slip_scale and h, over the value."""
+            by = value * np.array(logs) / np.array([mu, scale, 1.0])
+            found.append(Derived(name, unit, value, by, load))
+
+        different = sorted({self._ratio(load)[0] for load in loads})
+        for load in different:
+            here = template.separation(h, self._ratio(load)[1])
+            there = template.rate(here)
+            moved = rate / there
+            add("force_limit", "N", mu * load, [1.0, 0.0, 0.0], load)
+            stiffness = mu * load * there / scale
+            turn = self._curve(here) * moved
+            add("tangential_stiffness", "N/m", stiffness, [1.0, -1.0, turn], load)
+            by_h = np.array([0.0, 0.0, moved])
+            found.append(Derived("standardised_separation", "", here, by_h, load))
+        reference = self._ratio(None if self.reference_load else different[0])[0]
+        constant = reference / template.load(h)
+        add("load_scale", "N", constant, [0.0, 0.0, rate], None)
+        if pair is not None:
+            length = scale / (mu * pair.stiffness_ratio)
+            add("std", "m", length, [-1.0, 1.0, 0.0], None)
+            if area is not None and isinstance(template.law, GreenwoodWilliamson):
+                stiff = 4.0 / 3.0 * pair.composite_modulus * area
+                product = constant / (length**1.5 * stiff)
+                add("density_root_radius", "m^-1.5", product, [1.5, -1.5, rate], None)
+        return tuple(found)
+
+    def _curve(self, z: float) -> float:
+        """Derivative of ln(-n'/n) at z."""
+        law, unit = self.template.law, self.template.unit
+        n, n1, n2 = (law._derivative_at(z * unit, order) for order in (0, 1, 2))
+        return unit * (n2 / n1 - n1 / n)
+
+    @classmethod
+    def of(cls, law: Interface) -> InterfaceModel:
+        """The model of a joint: its surface is the template, its load the reference."""
+        return cls(template_of(law.surface), law.normal_load, law)
+
+    @classmethod
+    def made(  # type: ignore[override]
+        cls, heights: Any = None, surface: Any = None, reference_load: float | None = None
+    ) -> InterfaceModel:
+        """The model on heights or on the shape of a surface; without either, Gaussian heights.
+
+        Raises
+        ------
+        InputError
+            Both; something that has no shape.
+        """
+        if heights is not None and surface is not None:
+            raise InputError("heights or surface must be given, one of them, got both")
+        if reference_load is not None:
+            reference_load = positive("reference_load", reference_load, "N")
+        return cls(template_of(heights if surface is None else surface), reference_load)
+
+    @classmethod
+    def examples(cls) -> tuple[tuple[Model, Mapping[str, float]], ...]:
+        """Gaussian and other heights, given summits and a table."""
+        from scipy import stats
+
+        shapes: tuple[tuple[Any, tuple[float, ...]], ...] = (
+            (None, (-3.0, 1.5, 5.0)),
+            ([0.0, 2e-7, -3e-7, 5e-7, 1e-7], (-2.0, 0.3)),
+            (stats.weibull_min(2.2, scale=1e-6), (1.0, 3.0)),
+            (Interface.examples()[0].surface, (2.2,)),
+        )
+        found: list[tuple[Model, Mapping[str, float]]] = []
+        for shape, separations in shapes:
+            template = template_of(shape)
+            for h in separations:
+                values = (0.5, 3e-7, h)
+                model = cls(template, 800.0)
+                found.append((model, dict(zip(model.names, values, strict=True))))
+        return tuple(found)

@@ -1,0 +1,134 @@
+"""Iwan's cells for an identification: linear in their stiffnesses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from microslip._checks import Floats, show
+from microslip._frozen import Locked, lock
+from microslip.errors import InputError
+from microslip.friction.guesses import cell_stiffnesses, yield_grid
+from microslip.friction.iwan import Iwan
+from microslip.identify.models.base import Branch, Derived, Model, Parameter
+
+MOST_CELLS = 64
+_LEAST = 1e-12  # of the largest stiffness: a cell that is none
+
+
+@dataclass(frozen=True, eq=False)
+class IwanModel(Locked, Model):
+    """T0 = sum of k_i min(u, y_i): yield displacements on a fixed geometric grid.
+
+    Only the stiffnesses k_i >= 0 are fitted, in which the model is linear (Iwan 1966,
+    DOI 10.1115/1.3625199).
+    """
+
+    cells: int = 12
+    yields: Floats | None = None
+    """Yield displacements [m], rising; None until :meth:`prepared` has seen the data."""
+    law: Iwan | None = None
+
+    name = "iwan"
+    options = ("cells",)
+
+    def __post_init__(self) -> None:
+        whole = isinstance(self.cells, (int, np.integer)) and not isinstance(self.cells, bool)
+        if not whole or not 1 <= self.cells <= MOST_CELLS:
+            raise InputError(
+                f"cells must be an integer from 1 to {MOST_CELLS}, got {show(self.cells)}"
+            )
+        if self.yields is not None:
+            object.__setattr__(self, "yields", lock(np.array(self.yields, dtype=float)))
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The stiffness of each cell, in the order in which they yield."""
+        count = self.cells if self.yields is None else self.yields.size
+        return tuple(Parameter(f"stiffness_{i + 1}", "N/m", 0.0, 1e15) for i in range(count))
+
+    @property
+    def start(self) -> Mapping[str, float] | None:
+        """Stiffnesses of the instance it was made of."""
+        if self.law is None:
+            return None
+        return dict(zip(self.names, self.law._cells.stiffnesses.tolist(), strict=True))
+
+    @property
+    def _grid(self) -> Floats:
+        if self.yields is None:
+            raise InputError(
+                "yields must be known: the grid is made from data; use prepared(loops, loads)"
+            )
+        return self.yields
+
+    def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> IwanModel:
+        """With a geometric grid from the smallest step that the loops resolve to the largest."""
+        if self.yields is not None:
+            return self
+        return replace(self, yields=yield_grid(loops, self.cells))
+
+    def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
+        """Stiffnesses by non-negative least squares over the branches of the loops."""
+        model = self.prepared(loops, loads)
+        return self.within(
+            dict(zip(model.names, cell_stiffnesses(loops, model._grid).tolist(), strict=True))
+        )
+
+    def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
+        """At a yield displacement the derivative is that beyond it."""
+        k = np.array([values[name] for name in self.names])
+        by_values = np.minimum(u, self._grid[:, None])
+        stuck = np.append(np.cumsum(k[::-1])[::-1], 0.0)
+        slope = stuck[np.searchsorted(self._grid, u, side="right")]
+        return k @ by_values, slope, by_values
+
+    def build(self, values: Mapping[str, float], load: float | None = None, **known: Any) -> Iwan:
+        """The cells that have any stiffness.
+
+        Raises
+        ------
+        InputError
+            None has.
+        """
+        k = np.array([values[name] for name in self.names])
+        real = k > _LEAST * max(float(k.max()), 0.0)
+        if not real.any():
+            raise InputError("stiffnesses must be above zero for one cell at least, got none")
+        return Iwan(k[real], k[real] * self._grid[real])
+
+    def derived(
+        self, values: Mapping[str, float], loads: Sequence[float | None], *known: Any, **more: Any
+    ) -> tuple[Derived, ...]:
+        """Stiffness at rest and force limit, sums over the cells."""
+        k = np.array([values[name] for name in self.names])
+        ones, grid = np.ones_like(k), np.array(self._grid)
+        return (
+            Derived("stiffness", "N/m", float(k.sum()), ones, None),
+            Derived("force_limit", "N", float(k @ grid), grid, None),
+        )
+
+    @classmethod
+    def of(cls, law: Iwan) -> IwanModel:
+        """The model whose grid is that of the instance's own cells.
+
+        Raises
+        ------
+        InputError
+            More cells than can be fitted.
+        """
+        if law.cell_count > MOST_CELLS:
+            raise InputError(
+                f"law must have at most {MOST_CELLS} cells to be fitted, got {law.cell_count}"
+            )
+        return cls(law.cell_count, law._cells.yields, law)
+
+    @classmethod
+    def examples(cls) -> tuple[tuple[Model, Mapping[str, float]], ...]:
+        """Those of the law that are few."""
+        models = [cls.of(law) for law in Iwan.examples() if law.cell_count <= MOST_CELLS]
+        return tuple((model, model.start or {}) for model in models)

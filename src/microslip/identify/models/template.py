@@ -1,0 +1,259 @@
+"""The shape of a normal law, n(z) with N = C n(d/s), and what an identification asks of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip import _quadrature
+from microslip._checks import Floats, show
+from microslip.errors import InputError
+from microslip.friction.surface_guesses import conventional_radius, scaled
+from microslip.heights import Exponential, Gaussian, as_heights
+from microslip.kernels import TERMS
+from microslip.kernels.table import NODES, TO_SERIES, Table
+from microslip.materials import MaterialPair
+from microslip.normal import (
+    AsperityPopulation,
+    GreenwoodWilliamson,
+    NormalLaw,
+    TabulatedNormalLaw,
+)
+from microslip.normal.base import aluminium
+
+_PANELS = (24, 32, 48, 64)
+_LEFT_OUT = 1e-14  # of the largest value, for the terms that a panel leaves out
+_KEPT = 16  # separations whose tables are kept
+
+
+class Shares(NamedTuple):
+    """The share q of the force limit at steps x, q = 1 - n(h + x)/n(h), and its derivatives."""
+
+    value: Floats
+    by_step: Floats
+    by_separation: Floats
+
+
+@dataclass(frozen=True)
+class _Steepness:
+    """-N' of a law as a decreasing function of its own, for differences that do not cancel."""
+
+    law: NormalLaw
+
+    @property
+    def _edge(self) -> float:
+        return self.law._edge
+
+    @property
+    def _breaks(self) -> Floats:
+        return self.law._breaks
+
+    def _derivative(self, separation: Floats, order: int) -> Floats:
+        return -self.law._derivative(separation, order + 1)
+
+    def _derivative_at(self, separation: float, order: int) -> float:
+        return -self.law._derivative_at(separation, order + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """A normal law of which only the shape counts: lengths in its ``unit``, loads in its ``norm``.
+
+    For heights the unit is their standard deviation and n is the standardised moment F_{3/2} of
+    Greenwood and Williamson (1966, DOI 10.1098/rspa.1966.0242).
+    """
+
+    law: NormalLaw
+    unit: float
+    norm: float
+    _tables: dict[float, tuple[Table, Table, Table] | None] = field(
+        default_factory=dict, repr=False
+    )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_tables": {}}
+
+    # -- the shape -------------------------------------------------------------------------------
+
+    def load(self, z: float) -> float:
+        """n(z) [-]."""
+        return self.law._derivative_at(z * self.unit, 0) / self.norm
+
+    def rate(self, z: float) -> float:
+        """-n'/n at z [-]: by how much the load decays on one unit of length."""
+        load = self.law._derivative_at(z * self.unit, 0)
+        return -self.law._derivative_at(z * self.unit, 1) * self.unit / load
+
+    def separation(self, z: float, ratio: float) -> float:
+        """The separation at which n is ``ratio`` times as large as at z."""
+        if ratio == 1.0:
+            return z
+        target = math.log(ratio) + math.log(self.load(z))
+        here = z
+        # log n is concave for most laws: Newton's steps then come from the right, without bounds.
+        for _ in range(60):
+            load = self.load(here)
+            if not load > 0.0:
+                break
+            miss = math.log(load) - target
+            step = miss / self.rate(here)
+            here += step
+            if abs(miss) < 1e-7:  # the next step would be its square
+                if abs(math.log(self.load(here)) - target) < 1e-13 * max(1.0, abs(target)):
+                    return here
+                break
+        exact = self.law.separation(math.exp(target) * self.norm)
+        return float(exact) / self.unit
+
+    # -- shares of the force limit ---------------------------------------------------------------
+
+    def shares(self, z: float, x: Floats) -> Shares:
+        """Shares at steps x >= 0 from z."""
+        tables = self._tables_at(z)
+        if tables is None:
+            return Shares(*self._exact(z, x))
+        value, by_step, by_separation = (table.value(x) for table in tables)
+        return Shares(np.minimum(value, 1.0, out=value), by_step, by_separation)
+
+    def _exact(self, z: float, x: Floats) -> tuple[Floats, Floats, Floats]:
+        law, unit = self.law, self.unit
+        here, at, steps = z * unit, law._derivative_at(z * unit, 0), x * unit
+        rate = -law._derivative_at(here, 1) / at * unit
+        value = np.minimum(law._drop(here, steps) / at, 1.0)
+        by_step = law._fall(here, steps) * (unit / at)
+        # d/dz of -n(z + x)/n(z). Far out all of it is small; near by only differences are.
+        result = by_step - rate * (1.0 - value)
+        near = x * rate < 0.3
+        if near.any():
+            if law._spheres is None and not isinstance(law, TabulatedNormalLaw):
+                lost = _quadrature.drop(_Steepness(law), here, steps[near]) * (unit / at)
+            else:  # neither has an N'' to integrate: right to rounding of the whole
+                lost = rate - by_step[near]
+            result[near] = rate * value[near] - lost
+        return value, by_step, result
+
+    def _tables_at(self, z: float) -> tuple[Table, Table, Table] | None:
+        if z in self._tables:
+            return self._tables[z]
+        made = self._sampled(z)
+        for old in list(self._tables)[: 1 - _KEPT]:
+            self._tables.pop(old, None)
+        self._tables[z] = made
+        return made
+
+    def _sampled(self, z: float) -> tuple[Table, Table, Table] | None:
+        """The three shares as tables; None where the law is not smooth."""
+        reach = self.law._table_reach(z * self.unit)
+        if reach is None:
+            return None
+        end, rate = reach / self.unit, self.rate(z)
+        for panels in _PANELS:
+            x = (end / panels) * (np.arange(panels)[:, None] + 0.5 * (1.0 + NODES)).reshape(-1)
+            value, by_step, by_separation = self._exact(z, x)
+            rows = value / x, by_step, by_separation / x
+            series = [row.reshape(panels, -1) @ TO_SERIES for row in rows]
+            # None of the three is larger than the rate, and its square is what the last is made of.
+            scales = rate, rate, rate * max(rate, 1.0)
+            left_out = [
+                float(np.abs(s[:, TERMS - 1 :]).max()) / scale
+                for s, scale in zip(series, scales, strict=True)
+            ]
+            if max(left_out) <= _LEFT_OUT:
+                return (
+                    Table.from_series(series[0], end, 1, 1.0),
+                    Table.from_series(series[1], end, 0, 0.0),
+                    Table.from_series(series[2], end, 1, 0.0),
+                )
+        return None
+
+    # -- back to surfaces ------------------------------------------------------------------------
+
+    def bounds(self) -> tuple[float, float]:
+        """Standardised separations between which a joint's load can lie."""
+        low, high = (end / self.unit for end in self.law._span)
+        if isinstance(self.law, TabulatedNormalLaw):
+            grid = np.linspace(low, high, 4001)
+        else:
+            heights = getattr(self.law, "heights", None)
+            if isinstance(heights, Gaussian):
+                middle = heights.mean / self.unit
+                return middle - 4.0, middle + 8.0
+            # Heights that begin abruptly: also so deep that all of them touch. The moments of
+            # scipy's distributions are no tables there, and too slow for a fit.
+            low -= float(isinstance(heights, Exponential) or self.law._spheres is not None)
+            grid = np.linspace(low, high, 4001)
+        loads = self.law._derivative(grid * self.unit, 0)
+        return low, float(grid[loads > _LEAST * loads[0]][-1])
+
+    def surface(
+        self,
+        pair: MaterialPair,
+        length: float,
+        constant: float,
+        area: float,
+        radius: float | None,
+    ) -> NormalLaw:
+        """The law N(d) = constant * n(d/length) on a pair of materials, of the template's kind."""
+        factor = length / self.unit
+        stiff = 4.0 / 3.0 * pair.composite_modulus
+        law = self.law
+        if isinstance(law, GreenwoodWilliamson):
+            summits = constant / (length**1.5 * stiff)  # N_a sqrt(rho)
+            if radius is None:
+                radius = conventional_radius(summits / area, length)
+            density = summits / (math.sqrt(radius) * area)
+            return GreenwoodWilliamson(
+                pair, scaled(law.heights, factor), radius=radius, density=density, area=area
+            )
+        if isinstance(law, AsperityPopulation):
+            # N = (4/3) E* sqrt(radius) s^(3/2) for each summit: radii carry the constant.
+            was = 4.0 / 3.0 * law.pair.composite_modulus
+            root = constant / self.norm * was / stiff / factor**1.5
+            heights, radii = np.asarray(law.heights), np.asarray(law.radii)
+            return AsperityPopulation(pair, heights * factor, radii * root**2)
+        if isinstance(law, TabulatedNormalLaw):
+            d, n = np.asarray(law.separations), np.asarray(law.loads)
+            return TabulatedNormalLaw(pair, d * factor, n * (constant / self.norm), law.tail)
+        raise InputError(
+            f"heights must be of a surface that can be scaled, got {type(law).__name__}"
+        )
+
+
+_LEAST = 1e-16  # of the load where all touch: about what h = 8 is for Gaussian heights
+
+
+def template_of(heights: Any = None) -> Template:
+    """The template of heights, of a surface or of nothing: Gaussian heights.
+
+    Raises
+    ------
+    InputError
+        Something else; one sphere or heights that are all alike, whose separation no length
+        standardises.
+    """
+    law = heights
+    if not isinstance(law, NormalLaw):
+        given = Gaussian(std=1.0) if law is None else as_heights(law)
+        law = GreenwoodWilliamson(aluminium(), given, radius=1.0, density=1.0, area=1.0)
+    unit: float
+    if isinstance(law, GreenwoodWilliamson):
+        unit = law.heights.spread
+        norm = law._constant * unit**1.5
+    elif isinstance(law, AsperityPopulation):
+        unit = float(np.std(np.asarray(law.heights)))
+        norm = float(law._spheres.constants.sum()) * unit**1.5
+    elif isinstance(law, TabulatedNormalLaw):
+        first, norm = law._span[0], float(np.asarray(law.loads)[0])
+        unit = norm / -law._derivative_at(first, 1)
+    else:
+        unit = norm = 0.0
+    if not unit > 0.0:
+        raise InputError(
+            "heights must differ from one another, or no length standardises the separation (the "
+            "loops of one sphere, or of equal ones, follow from mu N and the slip limit alone), "
+            f"got {show(law)}"
+        )
+    return Template(law, unit, norm)

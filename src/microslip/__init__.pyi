@@ -19,6 +19,11 @@ from .heights import Exponential as Exponential
 from .heights import Gaussian as Gaussian
 from .heights import HeightDistribution as HeightDistribution
 from .heights import Statistical as Statistical
+from .heights import TabulatedHeights as TabulatedHeights
+from .identify import Comparison as Comparison
+from .identify import Identification as Identification
+from .identify import compare as compare
+from .identify import identify as identify
 from .loops import Loop as Loop
 from .materials import Material as Material
 from .materials import MaterialPair as MaterialPair
@@ -28,6 +33,10 @@ from .normal import GreenwoodWilliamson as GreenwoodWilliamson
 from .normal import NormalLaw as NormalLaw
 from .normal import SphereOnFlat as SphereOnFlat
 from .normal import TabulatedNormalLaw as TabulatedNormalLaw
+from .scans import GapTable as GapTable
+from .scans import Scan as Scan
+from .scans import Summits as Summits
+from .scans import read_gap_table as read_gap_table
 from .structures import Decay as Decay
 from .structures import Oscillator as Oscillator
 from .structures import RingDown as RingDown

@@ -1,0 +1,117 @@
+"""What can be the heights and the pixel of a scan."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._checks import LARGEST, exact, positive, show
+from microslip._frozen import lock
+from microslip._units import LENGTH, QuantityError, to_si
+from microslip.errors import InputError
+
+SPIKE = 1e6
+"""Distance from the median, in median distances, beyond which a point is no height."""
+
+_ATOM = 1e-10  # [m] no surface varies less: smaller is rounding
+
+
+def spikes(heights: NDArray[np.float64]) -> int:
+    """How many points are so far away that nothing else would be seen beside them."""
+    # A hundred thousand points tell the usual distance well enough, in milliseconds.
+    step = max(1, heights.size // 100_000)
+    sample = heights.ravel()[::step]
+    sample = sample[~np.isnan(sample)]
+    if sample.size < 4:
+        return 0
+    middle = float(np.median(sample))
+    usual = float(np.median(np.abs(sample - middle)))
+    if usual < _ATOM:  # a flat with something on it, whose parts must tell
+        low, high = np.percentile(sample, (1.0, 99.0))
+        usual = max(float(high - low), _ATOM)
+    far = middle + SPIKE * usual, middle - SPIKE * usual
+    if np.nanmax(heights) <= far[0] and np.nanmin(heights) >= far[1]:
+        return 0
+    return int(np.count_nonzero((heights > far[0]) | (heights < far[1])))
+
+
+def pixel_of(given: Any, axes: int) -> tuple[float, ...]:
+    """Distance of neighbours [m] along each axis, from one for all or one for each."""
+    if isinstance(given, (str, bytes)) or np.ndim(given) == 0:
+        return (_step(given),) * axes
+    steps = tuple(_step(one) for one in given)
+    if len(steps) != axes:
+        wanted = "one distance" if axes == 1 else "one distance, or (along x, along y)"
+        raise InputError(f"pixel must be {wanted}, got {len(steps)} of them")
+    return steps
+
+
+def length_of(name: str, given: Any, example: str) -> float:
+    """A length [m], from a number in metres or text with a unit."""
+    if isinstance(given, str):
+        try:
+            return to_si(given, LENGTH, example)
+        except QuantityError as error:
+            raise InputError(f"{name}: {error}") from None
+    return positive(name, given, "m", 1e-5)
+
+
+def _step(given: Any) -> float:
+    step = length_of("pixel", given, "1.66 um")
+    if not 1e-15 <= step <= 1e3:
+        raise InputError(f"pixel must be between 1e-15 m and 1000 m, got {exact(step)} m")
+    return step
+
+
+def own(given: ArrayLike) -> NDArray[np.float64]:
+    """Heights of our own, read-only, of a usable shape; NaN where they are missing."""
+    mask = np.ma.getmaskarray(given) if np.ma.isMaskedArray(given) else None
+    try:
+        array = np.asarray(np.ma.getdata(given) if mask is not None else given)
+    except (TypeError, ValueError):
+        raise InputError(f"heights must be an array of numbers, got {show(given)}") from None
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"heights must be an array of numbers, got {show(given)}")
+    if array.ndim not in (1, 2):
+        raise InputError(
+            "heights must have two dimensions, rows along y and columns along x, or one for a "
+            f"profile, got shape {array.shape}"
+        )
+    if array.ndim == 1 and array.size < 4:
+        raise InputError(f"a profile needs at least four points, got {array.size}")
+    if array.ndim == 2 and min(array.shape) < 2:
+        hint = "; for a profile, give one dimension" if array.size > 3 else ""
+        rows, columns = array.shape
+        raise InputError(
+            f"heights must have at least two rows and two columns, got {rows} x {columns}{hint}"
+        )
+    # Our own results come locked and owned by nobody else: no need to copy them.
+    shared = array.dtype == np.float64 and array.flags.c_contiguous and mask is None
+    if not (shared and not array.flags.writeable and array.base is None):
+        with np.errstate(all="ignore"):  # what overflows is found below
+            array = np.array(array, dtype=np.float64, order="C")
+    if mask is not None:
+        array[mask] = np.nan
+    _check_values(array)
+    return lock(array)
+
+
+def _check_values(array: NDArray[np.float64]) -> None:
+    with np.errstate(all="ignore"):
+        low, high = float(np.fmin.reduce(array, axis=None)), float(np.fmax.reduce(array, axis=None))
+    if math.isnan(low):
+        raise InputError(f"all {array.size} heights are missing (NaN)")
+    if math.isinf(low) or math.isinf(high):
+        count = np.count_nonzero(np.isinf(array))
+        raise InputError(
+            f"heights must be finite, or NaN where they are missing: {count} of {array.size} "
+            "are infinite"
+        )
+    if max(-low, high) > LARGEST:
+        worst = low if -low > high else high
+        raise InputError(
+            f"heights must be heights in metres, got {worst:g} m; mark missing points as NaN"
+        )

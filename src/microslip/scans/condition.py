@@ -1,0 +1,176 @@
+"""From a scan as it was measured to the heights that count: form, gaps, band of wavelengths."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from microslip._checks import exact, number, positive
+from microslip._frozen import lock
+from microslip._units import engineering
+from microslip._wording import did_you_mean, quoted, show
+from microslip.errors import InputError
+from microslip.scans.checks import length_of
+from microslip.scans.filters import smooth
+from microslip.scans.gaps import fill, outliers
+from microslip.scans.leveling import LEVELS, level
+from microslip.scans.scan import Scan
+
+
+@dataclass(frozen=True)
+class Steps:
+    """What is to be done, in this order; None where nothing."""
+
+    level: Any = None
+    outliers: Any = None
+    fill: Any = None
+    cutoff: Any = None
+    long_cutoff: Any = None
+
+
+def condition(scan: Scan, steps: Steps) -> Scan:
+    """Remove outliers, level, fill and limit the band of wavelengths.
+
+    Parameters
+    ----------
+    scan : Scan
+        As it is.
+    steps : Steps
+        What is to be done.
+
+    Returns
+    -------
+    Scan
+        A new scan, whose notes tell each step.
+
+    Raises
+    ------
+    InputError
+        Steps that are not understood or cannot be done on this scan.
+    """
+    limit = _threshold(steps.outliers)
+    _word("level", steps.level, LEVELS)
+    _word("fill", steps.fill, ("interpolate",))
+    short, long = band(scan, steps.cutoff, steps.long_cutoff)
+    heights, notes = scan.heights, list(scan.notes)
+    if limit is not None:
+        heights, note = _without_outliers(scan, limit)
+        notes.append(note)
+    else:
+        scan.measurable()
+    if steps.level is not None:
+        heights, removed = level(heights, scan.pixel, steps.level)
+        notes.append(f"level: {steps.level} removed, {engineering(removed, 'm')} high.")
+    if steps.fill is not None:
+        count = int(np.count_nonzero(np.isnan(heights)))
+        if count:
+            heights = fill(heights)
+        notes.append(f"fill: {count} of {heights.size} points interpolated from around them.")
+    cutoff, long_cutoff = scan.cutoff, scan.long_cutoff
+    if short is not None:
+        heights = smooth(heights, scan.pixel, short)
+        # The exponents of two Gaussians add.
+        cutoff = math.hypot(cutoff or 0.0, short)
+        both = "" if scan.cutoff is None else f", {engineering(cutoff, 'm')} with the one before"
+        notes.append(
+            f"cutoff: waves shorter than {engineering(short, 'm')} removed{both} (Gaussian filter, "
+            "half the amplitude there)."
+        )
+    if long is not None:
+        heights = heights - smooth(heights, scan.pixel, long)
+        long_cutoff = min(long, long_cutoff or math.inf)
+        notes.append(
+            f"long_cutoff: waves longer than {engineering(long, 'm')} removed (Gaussian filter, "
+            "half the amplitude there)."
+        )
+    if heights is not scan.heights:
+        lock(heights)
+    return Scan(
+        heights,
+        scan.pixel,
+        name=scan.name,
+        notes=tuple(notes),
+        cutoff=cutoff,
+        long_cutoff=long_cutoff,
+    )
+
+
+def band(scan: Scan, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float | None]:
+    """Both cut-offs [m], if this scan can be filtered so.
+
+    Parameters
+    ----------
+    scan : Scan
+        The scan.
+    cutoff, long_cutoff : float, str or None
+        Short-wave and long-wave cut-off, [m] or such as "10 um".
+
+    Returns
+    -------
+    tuple of float or None
+        Both in metres.
+
+    Raises
+    ------
+    InputError
+        Two pixels or less, the size of the scan or more, or the short one not the shorter.
+    """
+    least, most = 2.0 * max(scan.pixel), min(scan.size)
+    found: list[float | None] = []
+    for name, given in (("cutoff", cutoff), ("long_cutoff", long_cutoff)):
+        if given is None:
+            found.append(None)
+            continue
+        length = length_of(name, given, "10 um")
+        if not least < length < most:
+            where = "two pixels" if length <= least else "the size of the scan"
+            raise InputError(
+                f"{name} must be between two pixels ({least:.4g} m) and the size of the scan "
+                f"({most:.4g} m), got {exact(length)} m: beyond {where}"
+            )
+        found.append(length)
+    short, long = found
+    if long is not None and (before := short or scan.cutoff) is not None and long <= before:
+        raise InputError(
+            f"long_cutoff must be longer than cutoff, got {exact(long)} m and {exact(before)} m"
+        )
+    if short is not None and scan.long_cutoff is not None and short >= scan.long_cutoff:
+        raise InputError(
+            f"cutoff must be shorter than the long_cutoff {exact(scan.long_cutoff)} m that was "
+            f"applied before, got {exact(short)} m"
+        )
+    return short, long
+
+
+def _threshold(given: Any) -> float | None:
+    if given is None:
+        return None
+    limit = number("outliers", given, "", 6.0)
+    if limit < 2.0:
+        raise InputError(
+            "outliers must be at least 2 robust standard deviations, or good points go too; "
+            f"got {exact(limit)}; 6 is usual"
+        )
+    return positive("outliers", limit)
+
+
+def _word(name: str, given: Any, words: tuple[str, ...]) -> None:
+    if given is not None and (not isinstance(given, str) or given not in words):
+        hint = did_you_mean(given, words) if isinstance(given, str) else ""
+        raise InputError(f"{name} must be {quoted(words)} or None, got {show(given)}{hint}")
+
+
+def _without_outliers(scan: Scan, limit: float) -> tuple[np.ndarray, str]:
+    found = outliers(scan.heights, limit)
+    count = int(np.count_nonzero(found))
+    heights = np.where(found, np.nan, scan.heights) if count else scan.heights
+    least = 4 if scan.is_profile else 9
+    if (left := int(np.count_nonzero(~np.isnan(heights)))) < least:
+        raise InputError(f"outliers: only {left} of {heights.size} points would be left")
+    return heights, (
+        f"outliers: {count} of {heights.size} points farther than {limit:g} robust standard "
+        "deviations from the median of their neighbours are missing now."
+    )

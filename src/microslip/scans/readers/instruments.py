@@ -1,0 +1,265 @@
+"""Files of profilometers and microscopes, by SurfaceTopography, DOI 10.1088/2051-672X/ac860a."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import warnings
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from microslip._units import LENGTH, QuantityError, engineering, to_si
+from microslip._wording import did_you_mean, shorten, show
+from microslip.scans.readers.base import Raw, Reader, Wishes, few, first_line
+from microslip.scans.readers.grid import on_grid
+
+INSTALL = (
+    "files of instruments are read by SurfaceTopography, which is not installed; "
+    'write: pip install "microslip[scan]" (text of any ending is read with format="text")'
+)
+
+# What microslip reads itself, and a reader that takes any file of a certain size.
+_NOT_ASKED = ("npy", "npz", "mat", "asc", "xyz", "hgt")
+_OF_NO_INTEREST = (DeprecationWarning, FutureWarning, ImportWarning, ResourceWarning)
+_BYTES_A_POINT = 64
+_BESIDE = 1 << 28  # pictures, logs and the like that are in a file with the heights
+
+# An NMS file states nanometres where SurfaceTopography expects millimetres.
+_WIDEST_NMS = 1e-3
+
+
+class Instrument(Reader):
+    """Whatever SurfaceTopography knows."""
+
+    names = ()
+    takes = ("channel",)
+
+    def knows(self, head: bytes, suffix: str) -> bool:
+        """Whatever no other reader knows."""
+        return True
+
+    def read(self, path: Path, wishes: Wishes) -> Raw:
+        """The channel that is meant."""
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always")
+            raw = _read(path, wishes)
+        said = dict.fromkeys(
+            shorten(str(w.message).strip(), 160)
+            for w in heard
+            if not issubclass(w.category, _OF_NO_INTEREST)
+        )
+        return Raw(
+            raw.kind,
+            raw.heights,
+            raw.unit,
+            raw.pixel,
+            notes=(*raw.notes, *(f"SurfaceTopography says: {text}" for text in list(said)[:5])),
+        )
+
+
+def formats() -> list[str]:
+    """Names of the formats that SurfaceTopography reads.
+
+    Raises
+    ------
+    ValueError
+        If it is not installed.
+    """
+    return sorted(_library().lookup_reader_by_format)
+
+
+def _library() -> Any:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            from SurfaceTopography import IO
+    except ImportError as error:
+        # One that is there but broken says why.
+        why = "" if isinstance(error, ModuleNotFoundError) else f" ({first_line(error)})"
+        raise ValueError(INSTALL + why) from None
+    return IO
+
+
+def _read(path: Path, wishes: Wishes) -> Raw:
+    _check_size(path, wishes.limit)
+    reader, name = _open(path, wishes.format)
+    try:
+        channels = list(reader.channels)
+        index = _chosen(channels, wishes.channel)
+        channel = channels[index]
+        shape = tuple(int(n) for n in np.atleast_1d(channel.nb_grid_pts))
+        few(shape, wishes.limit)
+        raw = _heights(reader, channel, index, shape)
+    except (ValueError, MemoryError):
+        raise
+    except Exception as error:  # damaged files break the library in many ways
+        raise ValueError(_broken(name, error)) from None
+    finally:
+        _close(reader)
+    heights, pixel, unit = raw
+    notes = []
+    others = [str(c.name) for i, c in enumerate(channels) if i != index]
+    if others:
+        notes.append(f"not read: {', '.join(shorten(text, 40) for text in others[:20])}.")
+    if name == "nms" and pixel is not None and min(pixel) > _WIDEST_NMS:
+        notes.append(
+            f"pixel: {engineering(pixel[0], 'm')} by SurfaceTopography, which takes an nms file's "
+            "nanometres for millimetres; divided by a million."
+        )
+        pixel = tuple(step * 1e-6 for step in pixel)
+    kind = f'{name} file by SurfaceTopography {_version()}, channel "{shorten(channel.name, 60)}"'
+    return Raw(kind, heights, unit, pixel, notes=tuple(notes))
+
+
+def _check_size(path: Path, limit: int) -> None:
+    """Refuse what would unpack to far more than the points that are allowed."""
+    most = limit * _BYTES_A_POINT + _BESIDE
+    size = path.stat().st_size
+    if zipfile.is_zipfile(path):
+        try:
+            with zipfile.ZipFile(path) as archive:
+                size = max(size, sum(entry.file_size for entry in archive.infolist()))
+        except (zipfile.BadZipFile, OSError) as error:
+            raise ValueError(f"damaged archive: {first_line(error)}") from None
+    if size > most:
+        raise ValueError(
+            f"unpacks to {size / 1e6:.0f} MB, more than limit={limit} points can need; "
+            "give a higher limit if there is memory for it"
+        )
+
+
+def _open(path: Path, wanted: Any) -> tuple[Any, str]:
+    """The library's reader of a file, and its format: the one wanted, or the first that can."""
+    library = _library()
+    known = library.lookup_reader_by_format
+    if wanted is not None:
+        if not isinstance(wanted, str) or wanted not in known:
+            names = ["npy", "npz", "text", "matrix", "xyz", "profile", "mat", *sorted(known)]
+            hint = did_you_mean(wanted, names) if isinstance(wanted, str) else ""
+            raise ValueError(f"no format {show(wanted)}{hint}; there are {', '.join(names)}")
+        try:
+            return known[wanted](str(path)), wanted
+        except MemoryError:
+            raise
+        except Exception as error:
+            raise ValueError(_broken(wanted, error)) from None
+    with path.open("rb") as file:
+        head = file.read(library.MAGIC_BUFFER_SIZE)
+    suffix = path.suffix.lower().lstrip(".")
+    failed = ""
+    for reader in _candidates(library, head, suffix):
+        name = reader.format()
+        try:
+            return reader(str(path)), name
+        except MemoryError:
+            raise
+        except Exception as error:
+            failed = failed or _broken(name, error)
+    raise ValueError(
+        failed
+        or "of no format that is known by its first bytes or its ending; write format=, one of "
+        f"text, npy, npz, {', '.join(sorted(known))}"
+    )
+
+
+def _candidates(library: Any, head: bytes, suffix: str) -> list[Any]:
+    """Readers that may know the file: those whose first bytes it has, then those of its ending.
+
+    The others are not tried: it takes long, and some take files that are not theirs.
+    """
+    sure: list[Any] = []
+    called: list[Any] = []
+    for reader in library.readers:
+        match = reader.can_read(head)
+        ending = suffix in [str(e).lower() for e in reader.file_extensions()]
+        if reader.format() in _NOT_ASKED or match == library.MagicMatch.NO:
+            continue
+        if match == library.MagicMatch.YES:
+            # Two formats may begin alike: the ending tells which is meant.
+            sure.insert(0, reader) if ending else sure.append(reader)
+        elif ending:
+            called.append(reader)
+    return sure + called
+
+
+def _chosen(channels: list[Any], wanted: Any) -> int:
+    """Index of the channel that is meant, or of the only one of heights."""
+    names = [str(channel.name) for channel in channels]
+    listed = ", ".join(f'{i}: "{shorten(name, 40)}"' for i, name in enumerate(names[:20]))
+    if wanted is None:
+        able = [i for i, channel in enumerate(channels) if channel.is_height_channel]
+        if len(able) == 1:
+            return able[0]
+        if not able:
+            raise ValueError(f"no channel of heights; there are {listed or 'none'}")
+        listed = ", ".join(f'{i}: "{shorten(names[i], 40)}"' for i in able[:20])
+        raise ValueError(f"{len(able)} channels of heights, {listed}; write channel=")
+    text = str(wanted)
+    if text in names and not isinstance(wanted, int):
+        if names.count(text) > 1:
+            raise ValueError(f"{names.count(text)} channels of this name, {listed}; write a number")
+        return names.index(text)
+    if text.isdecimal() and int(text) < len(names):
+        return int(text)
+    hint = did_you_mean(text, names)
+    raise ValueError(f"no channel {show(wanted)}{hint}; there are {listed}")
+
+
+def _heights(
+    reader: Any, channel: Any, index: int, shape: tuple[int, ...]
+) -> tuple[np.ndarray, tuple[float, ...] | None, str | None]:
+    """Heights in the unit of the file, pixel [m] and that unit."""
+    sizes = channel.physical_sizes
+    given = {} if sizes is not None else {"physical_sizes": tuple(float(n) for n in shape)}
+    topography = reader.topography(channel_index=index, **given)
+    heights = topography.heights()
+    if heights.size and heights.ndim == 2:
+        heights = heights.T
+    unit = channel.unit
+    if unit is None:
+        return heights, None, None
+    factor = _factor(unit)
+    if not topography.is_uniform:
+        if heights.ndim != 1:
+            raise ValueError("points on no regular grid; interpolate them on one first")
+        found, steps = on_grid(
+            [np.asarray(topography.positions(), dtype=float)],
+            np.asarray(heights, dtype=float),
+            10 * heights.size,
+        )
+        return found, (steps[0] * factor,), unit
+    if sizes is None:
+        return heights, None, unit
+    lengths = np.atleast_1d(np.asarray(sizes, dtype=float)) * factor
+    pixel = tuple(float(a / n) for a, n in zip(lengths, shape, strict=True))
+    if not all(math.isfinite(step) and step > 0.0 for step in pixel):
+        return heights, None, unit
+    return heights, pixel, unit
+
+
+def _factor(unit: str) -> float:
+    try:
+        return to_si(f"1 {unit}", LENGTH, "1 um")
+    except QuantityError as error:
+        raise ValueError(f"unit of its lengths: {error}") from None
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("SurfaceTopography")
+    except PackageNotFoundError:
+        return ""
+
+
+def _close(reader: Any) -> None:
+    with contextlib.suppress(Exception):  # what was read is read
+        reader.close()
+
+
+def _broken(name: str, error: Exception) -> str:
+    return f"cannot be read as {name}, wrong format or truncated: {first_line(error)}"

@@ -1,0 +1,201 @@
+"""From a file to a scan: format, units, distance of neighbours, what is missing, and the notes."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from microslip._files import reason
+from microslip._units import LENGTH, QuantityError, engineering, to_si
+from microslip._wording import did_you_mean, shorten, show
+from microslip.errors import InputError
+from microslip.scans.checks import pixel_of, spikes
+from microslip.scans.readers import Raw, Wishes, reader_of
+from microslip.scans.scan import Scan
+
+
+def read(path: Path, wishes: Wishes) -> Scan:
+    """Read a scan.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    wishes : Wishes
+        What is stated of it.
+
+    Returns
+    -------
+    Scan
+        The scan, as it is in the file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used; the message names it.
+    """
+    called = shorten(str(path), 200)
+    try:
+        _check(wishes)
+        if not path.is_dir() and path.exists() and not path.is_file():
+            raise ValueError("wanted a file, got a device or a pipe")
+        reader = reader_of(path, wishes.format)
+        for name in ("key", "channel"):
+            if getattr(wishes, name) is not None and name not in reader.takes:
+                raise ValueError(f"{name} means nothing for this kind of file; leave it out")
+        return _scan(reader.read(path, wishes), path, wishes)
+    except FileNotFoundError:
+        raise InputError(f"{called}: no such file{_near(path)}") from None
+    except OSError as error:
+        if path.is_dir():
+            raise InputError(f"{called}: wanted a scan, got a folder") from None
+        raise InputError(f"{called}: cannot be read: {reason(error)}") from None
+    except MemoryError:
+        raise InputError(f"{called}: too large for the memory of this machine") from None
+    except ValueError as error:
+        raise InputError(f"{called}: {error}") from None
+
+
+def _near(path: Path) -> str:
+    try:
+        names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
+    except OSError:
+        return ""
+    return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)
+
+
+def _check(wishes: Wishes) -> None:
+    limit = wishes.limit
+    if not isinstance(limit, numbers.Integral) or isinstance(limit, bool) or limit < 1:
+        raise ValueError(f"limit must be a number of points above zero, got {show(limit)}")
+    for name, given in (("format", wishes.format), ("key", wishes.key)):
+        if given is not None and not isinstance(given, str):
+            raise ValueError(f"{name} must be text, got {show(given)}")
+
+
+def _scan(raw: Raw, path: Path, wishes: Wishes) -> Scan:
+    factors, notes = _units(raw, wishes)
+    pixel, told = _pixel(raw, wishes, factors[0])
+    heights = _metres(raw.heights, factors[1])
+    notes += _valid(heights, wishes.valid)
+    name = shorten(path.name, 100)
+    counts = " x ".join(str(n) for n in heights.shape[::-1])
+    steps = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(pixel))
+    first = f"{name}: {raw.kind}, {counts} points, pixel {steps} {told}."
+    scan = Scan(heights, pixel, name=name, notes=(first, *raw.notes, *notes))
+    low, high = np.nanmin(scan.heights), np.nanmax(scan.heights)
+    if low == high:
+        raise ValueError(
+            f"all heights are {float(low):g} m: nothing to measure; another channel or key?"
+        )
+    more = []
+    if scan.missing:
+        more.append(f"missing: {scan.missing:.3g} of the points.")
+    if count := spikes(scan.heights):
+        more.append(
+            f"spikes: {count} points lie more than a million times farther from the median than "
+            f"usual, up to {float(max(abs(low), abs(high))):g} m; they must go, by outliers or "
+            "valid."
+        )
+    if not more:
+        return scan
+    return Scan(scan.heights, pixel, name=name, notes=(*scan.notes, *more))
+
+
+def _units(raw: Raw, wishes: Wishes) -> tuple[tuple[float, float], list[str]]:
+    """Metres of one unit of the coordinates and of the heights."""
+    if raw.unit is not None:
+        if wishes.unit is not None:
+            raise ValueError(
+                f'the file says that heights are in "{shorten(raw.unit, 20)}"; leave out unit'
+            )
+        factor = _factor(raw.unit)
+        return (factor, factor), [f"heights: in {shorten(raw.unit, 20)}, as the file says."]
+    if wishes.unit is None:
+        raise ValueError('the file does not say the unit of its heights; write unit="um", say')
+    pair = wishes.unit if isinstance(wishes.unit, (list, tuple)) else (wishes.unit,) * 2
+    if len(pair) != 2:
+        raise ValueError(
+            'unit: wanted one such as "um", or one of the coordinates and one of the heights, '
+            f'("mm", "um"), got {show(wishes.unit)}'
+        )
+    note = f"heights: in {shorten(str(pair[1]), 20)}, as stated."
+    return (_factor(pair[0]), _factor(pair[1])), [note]
+
+
+def _factor(unit: Any) -> float:
+    if not isinstance(unit, str) or not unit.strip():
+        raise ValueError(f'unit: wanted a unit of length such as "um", got {show(unit)}')
+    try:
+        return to_si(f"1 {unit.strip()}", LENGTH, "1 um")
+    except QuantityError as error:
+        raise ValueError(f"unit: {error}") from None
+
+
+def _pixel(raw: Raw, wishes: Wishes, factor: float) -> tuple[tuple[float, ...], str]:
+    """Distance of neighbours [m], and who says it."""
+    axes = np.ndim(raw.heights)
+    if wishes.pixel is not None:
+        if axes not in (1, 2):
+            axes = 2
+        before = raw.pixel
+        told = "as stated"
+        if before is not None:
+            steps = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(before))
+            told += f" (the file says {steps})"
+        return pixel_of(wishes.pixel, axes), told
+    if raw.pixel is not None:
+        return raw.pixel, "as the file says"
+    if raw.steps is not None:
+        return tuple(step * factor for step in raw.steps), "by its coordinates"
+    raise ValueError(
+        'the file does not say the distance of neighbouring points; write pixel="1.66 um", say'
+    )
+
+
+def _metres(heights: np.ndarray, factor: float) -> np.ndarray:
+    """Heights [m] in an array of our own, missing ones NaN."""
+    mask = np.ma.getmaskarray(heights) if np.ma.isMaskedArray(heights) else None
+    values = np.ma.getdata(heights)
+    if values.dtype.kind not in "iuf":
+        raise ValueError(f"wanted real heights, got an array of {values.dtype}")
+    values = values.astype(np.float64, copy=False)  # first: shorter floats would round
+    with np.errstate(all="ignore"):  # what overflows is refused as a height
+        # Through the reciprocal where it is whole: 0.3 um becomes 3e-7 and not its neighbour.
+        whole = round(1.0 / factor) if factor < 1.0 else 0
+        exact = whole and math.isclose(whole * factor, 1.0, rel_tol=1e-15)
+        result = values / float(whole) if exact else values * factor
+    result = np.ascontiguousarray(result, dtype=np.float64)
+    if mask is not None and mask.any():
+        result[mask] = np.nan
+    return result
+
+
+def _valid(heights: np.ndarray, given: Any) -> list[str]:
+    """Make what is beyond the possible heights missing, in place."""
+    if given is None:
+        return []
+    if not isinstance(given, (list, tuple)) or len(given) != 2:
+        raise ValueError(f'valid must be two heights such as ("-1 mm", "1 mm"), got {show(given)}')
+    low, high = (_height(one) for one in given)
+    if not low < high:
+        raise ValueError(f"valid: the first must be the lower, got {low:g} m and {high:g} m")
+    beyond = (heights < low) | (heights > high)
+    count = int(np.count_nonzero(beyond))
+    heights[beyond] = np.nan
+    return [f"valid: {count} points below {low:g} m or above {high:g} m are missing."]
+
+
+def _height(given: Any) -> float:
+    if isinstance(given, str):
+        try:
+            return to_si(given, LENGTH, "1 mm", sign="any")
+        except QuantityError as error:
+            raise ValueError(f"valid: {error}") from None
+    if isinstance(given, numbers.Real) and not isinstance(given, bool) and not math.isnan(given):
+        return float(given)
+    raise ValueError(f'valid: wanted a height [m] or such as "1 mm", got {show(given)}')

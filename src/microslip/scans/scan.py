@@ -1,0 +1,440 @@
+"""Floor 6: a measured surface: heights on a regular grid, and the story of where they are from."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._checks import exact, positive, show
+from microslip._frozen import Locked
+from microslip._units import engineering
+from microslip.errors import InputError
+from microslip.scans.checks import SPIKE, own, pixel_of, spikes
+
+if TYPE_CHECKING:
+    from microslip.scans.cutoffs import CutoffTable
+    from microslip.scans.density import HeightFit
+    from microslip.scans.moments import Moments
+    from microslip.scans.spectrum import Spectrum
+    from microslip.scans.statistics import Statistics
+    from microslip.scans.summits import Summits
+
+__all__ = ["LIMIT", "Level", "Scan", "pixel_of"]
+
+Level = Literal["plane", "quadratic", "cylinder", "mean"]
+
+LIMIT = 100_000_000
+"""Points that a file may hold unless more are asked for: 0.8 GB of heights."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Scan(Locked):
+    """Heights of a surface, or of a line on it, on a regular grid.
+
+    Heights count upwards, out of the material. Nothing is levelled or filtered unless
+    :meth:`condition` was asked to; the notes tell what was done.
+
+    Parameters
+    ----------
+    heights : array_like
+        Heights z [m]: rows along y, columns along x; or one-dimensional, a profile. Missing points
+        are NaN, or masked. At least two rows and two columns; a profile has at least four points.
+    pixel : float, str or pair of them
+        Distance of neighbours [m], or text with a unit such as "1.66 um": one for both axes, or
+        (along x, along y).
+    name : str
+        What messages and pictures call the scan.
+    notes : tuple of str
+        Where it is from, and what was done to it.
+    cutoff : float, optional
+        Wavelength [m] below which conditioning has removed the waves; None if it has not.
+    long_cutoff : float, optional
+        Wavelength [m] above which it has.
+
+    Raises
+    ------
+    InputError
+        Heights of another shape, none but missing ones, infinite ones or ones that no arithmetic
+        can use; a distance that is not above zero.
+    """
+
+    heights: NDArray[np.float64]
+    pixel: tuple[float, ...]
+    name: str
+    notes: tuple[str, ...]
+    cutoff: float | None
+    long_cutoff: float | None
+
+    def __init__(
+        self,
+        heights: ArrayLike,
+        pixel: float | str | tuple[float | str, ...],
+        *,
+        name: str = "scan",
+        notes: tuple[str, ...] = (),
+        cutoff: float | None = None,
+        long_cutoff: float | None = None,
+    ) -> None:
+        array = own(heights)
+        if not isinstance(name, str):
+            raise InputError(f"name must be text, got {show(name)}")
+        if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
+            raise InputError(f"notes must be a tuple of texts, got {show(notes)}")
+        for key, value in (
+            ("heights", array),
+            ("pixel", pixel_of(pixel, array.ndim)),
+            ("name", name),
+            ("notes", tuple(notes)),
+            ("cutoff", None if cutoff is None else positive("cutoff", cutoff, "m", 1e-5)),
+            (
+                "long_cutoff",
+                None if long_cutoff is None else positive("long_cutoff", long_cutoff, "m", 1e-3),
+            ),
+        ):
+            object.__setattr__(self, key, value)
+
+    def __repr__(self) -> str:
+        shape = " x ".join(str(n) for n in self.heights.shape[::-1])
+        steps = " x ".join(engineering(step, "m") for step in dict.fromkeys(self.pixel))
+        return f"Scan({self.name[:60]!r}, {shape} points, pixel {steps})"
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether this is a line and not an area."""
+        return self.heights.ndim == 1
+
+    @property
+    def size(self) -> tuple[float, ...]:
+        """Length [m] along x and along y; of a profile, along it."""
+        counts = self.heights.shape[::-1]
+        return tuple(n * step for n, step in zip(counts, self.pixel, strict=True))
+
+    @property
+    def area(self) -> float:
+        """Area [m^2] that the points stand for, missing ones among them.
+
+        Raises
+        ------
+        InputError
+            A profile has none.
+        """
+        if self.is_profile:
+            raise InputError(f"{self.name[:60]}: a profile has no area; wanted a scan of an area")
+        return math.prod(self.size)
+
+    @property
+    def missing(self) -> float:
+        """Share of the points that are missing [-]."""
+        return float(np.count_nonzero(np.isnan(self.heights)) / self.heights.size)
+
+    @classmethod
+    def read(
+        cls,
+        path: str | os.PathLike[str],
+        format: str | None = None,
+        *,
+        unit: str | tuple[str, str] | None = None,
+        pixel: Any = None,
+        key: str | None = None,
+        channel: str | int | None = None,
+        valid: tuple[float | str, float | str] | None = None,
+        limit: int = LIMIT,
+    ) -> Scan:
+        """Read a scan from a file.
+
+        NumPy's ``.npy`` and ``.npz``, text (a matrix of heights; x, y and z of points in columns;
+        x and z of a profile) and MATLAB's ``.mat`` up to version 7 need no more than microslip.
+        The files of instruments are read by SurfaceTopography, DOI 10.1088/2051-672X/ac860a
+        (``pip install "microslip[scan]"``).
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+        format : str, optional
+            Its format, the only one tried then: "npy", "npz", "mat", "text" (or what is in the
+            text: "matrix", "xyz", "profile"), or a name of SurfaceTopography's such as "plu",
+            "mnt" or "al3d".
+        unit : str or pair of str, optional
+            Unit of the heights, such as "um", where the file does not say it: needed for arrays
+            and text. It holds for coordinates in the file as well; ("mm", "um") are the units of
+            coordinates and of heights.
+        pixel : float, str or pair of them, optional
+            Distance of neighbours, [m] or such as "1.66 um", where the file does not say it; it
+            takes the place of what an instrument's file says.
+        key : str, optional
+            Array of an ``.npz`` or ``.mat`` that holds more than one.
+        channel : str or int, optional
+            Channel of an instrument's file, by name or from 0.
+        valid : pair of floats or str, optional
+            Lowest and highest possible height, [m] or such as ("-1 mm", "1 mm"); whatever is
+            beyond is missing. So are numbers such as -9999 that stand for "nothing measured".
+        limit : int
+            Points that the file may hold; it is refused before they are read.
+
+        Returns
+        -------
+        Scan
+            The scan, as it is in the file.
+
+        Raises
+        ------
+        InputError
+            A file that is absent, broken, of no known format, without units, too large; heights
+            that are all the same, or all missing.
+        """
+        from microslip.scans.readers import Wishes
+        from microslip.scans.reading import read
+
+        if not isinstance(path, (str, os.PathLike)):
+            raise InputError(f"path must be text or a path, got {show(path)}")
+        return read(Path(path), Wishes(format, unit, pixel, key, channel, valid, limit))
+
+    def condition(
+        self,
+        *,
+        level: Level | None = None,
+        outliers: float | None = None,
+        fill: Literal["interpolate"] | None = None,
+        cutoff: float | str | None = None,
+        long_cutoff: float | str | None = None,
+    ) -> Scan:
+        """Remove outliers, level, fill and limit the band of wavelengths, in this order.
+
+        Parameters
+        ----------
+        level : {"plane", "quadratic", "cylinder", "mean"}, optional
+            Form to be removed, by least squares on the points there are. "cylinder" is a plane
+            and a parabola across one direction, whichever fits best.
+        outliers : float, optional
+            Points farther than so many robust standard deviations from the median of their
+            neighbours go missing; 6 is usual.
+        fill : {"interpolate"}, optional
+            Fill missing points from those around them (see Notes).
+        cutoff : float or str, optional
+            Short-wave cut-off [m], or such as "10 um": shorter waves are removed.
+        long_cutoff : float or str, optional
+            Long-wave cut-off [m]: longer waves, the mean among them, are removed.
+
+        Returns
+        -------
+        Scan
+            The conditioned scan; its notes and cut-offs tell what was done.
+
+        Raises
+        ------
+        InputError
+            Words or numbers that are not understood; a cut-off of two pixels or less, or of the
+            size of the scan or more; too few points left.
+
+        Notes
+        -----
+        The Gaussian filters transmit half the amplitude at the cut-off (ISO 16610-61:2015; of
+        profiles, ISO 16610-21:2011). At edges and gaps the weights of the points there are sum to
+        one, by normalised convolution. Filling solves the discrete Laplace equation in the gaps
+        approximately, from coarse to fine grids: smooth, the same on every machine, and in a time
+        that grows with the number of points.
+        """
+        from microslip.scans.condition import Steps, condition
+
+        return condition(self, Steps(level, outliers, fill, cutoff, long_cutoff))
+
+    def statistics(self) -> Statistics:
+        """Height parameters: rms and mean deviation, skewness, kurtosis, flatness.
+
+        Returns
+        -------
+        Statistics
+            The parameters.
+
+        Raises
+        ------
+        InputError
+            Heights that are all the same, or with huge spikes.
+        """
+        from microslip.scans.statistics import statistics
+
+        return statistics(self.measurable())
+
+    def moments(self) -> Moments:
+        """Spectral moments m0, m2 and m4, from finite differences, and what follows from them.
+
+        Returns
+        -------
+        Moments
+            The moments, of each axis too.
+
+        Raises
+        ------
+        InputError
+            Heights that are all the same, or with huge spikes.
+        """
+        from microslip.scans.moments import moments
+
+        return moments(self.measurable())
+
+    def spectrum(self) -> Spectrum:
+        """Power spectrum of the heights, radial and along each axis.
+
+        Returns
+        -------
+        Spectrum
+            Wavelengths and densities.
+
+        Raises
+        ------
+        InputError
+            Heights that are all the same, or with huge spikes.
+        """
+        from microslip.scans.spectrum import spectrum
+
+        return spectrum(self.measurable())
+
+    def height_distribution(self) -> HeightFit:
+        """Density of the heights, and how well the usual distributions fit it.
+
+        Returns
+        -------
+        HeightFit
+            The density and the fits.
+
+        Raises
+        ------
+        InputError
+            Heights that are all the same, or with huge spikes.
+        """
+        from microslip.scans.density import height_distribution
+
+        return height_distribution(self.measurable())
+
+    def summits(
+        self,
+        cutoff: float | str | None,
+        *,
+        method: Literal["watershed", "neighbours"] = "watershed",
+        prominence: float | None = None,
+        level: Level | None = None,
+        window: int = 3,
+    ) -> Summits:
+        """Find the summits, after levelling if that is asked for, and the short-wave cut-off.
+
+        Parameters
+        ----------
+        cutoff : float, str or None
+            Short-wave cut-off [m], or such as "10 um". It decides the result and has no default;
+            None must be written and says that the pixel decides.
+        method : {"watershed", "neighbours"}
+            What counts: summits that rise enough above the saddle to a higher one, or every point
+            above its eight neighbours.
+        prominence : float, optional
+            Least rise above that saddle [m]; by default, of "watershed", some standard deviations
+            of the noise that passes the cut-off.
+        level : {"plane", "quadratic", "cylinder", "mean"}, optional
+            Form to be removed before, where :meth:`condition` has not done so.
+        window : int
+            Points along a side of the square that a quadric is fitted to: 3, 5, 7 ... 15.
+
+        Returns
+        -------
+        Summits
+            Positions, heights and radii.
+
+        Raises
+        ------
+        InputError
+            A profile; a cut-off that cannot be used; no summit found.
+        """
+        from microslip.scans.summits import find_summits
+
+        return find_summits(
+            self.measurable(),
+            cutoff,
+            method=method,
+            prominence=prominence,
+            level=level,
+            window=window,
+        )
+
+    def over_cutoffs(
+        self,
+        cutoffs: ArrayLike | None = None,
+        *,
+        level: Level | None = "plane",
+        counted: bool = True,
+        method: Literal["watershed", "neighbours"] = "watershed",
+        prominence: float | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> CutoffTable:
+        """Every parameter against the short-wave cut-off.
+
+        Parameters
+        ----------
+        cutoffs : array_like, optional
+            Cut-offs [m], one-dimensional, 0 for none; by default none, and from a few pixels to
+            an eighth of the scan.
+        level : {"plane", "quadratic", "cylinder", "mean"}, optional
+            Form to be removed before; None for none.
+        counted : bool
+            Whether to count the summits at each cut-off as well.
+        method, prominence
+            How they are counted: see :meth:`summits`.
+        progress : callable, optional
+            Called with the cut-offs done and those to do, after each.
+
+        Returns
+        -------
+        CutoffTable
+            The parameters, one column each.
+
+        Raises
+        ------
+        InputError
+            Cut-offs that cannot be used.
+        """
+        from microslip.scans.cutoffs import over_cutoffs
+
+        return over_cutoffs(
+            self.measurable(),
+            cutoffs,
+            level=level,
+            counted=counted,
+            method=method,
+            prominence=prominence,
+            progress=progress,
+        )
+
+    def measurable(self) -> Scan:
+        """The scan itself, if its heights vary and no spike drowns the others.
+
+        Returns
+        -------
+        Scan
+            This one.
+
+        Raises
+        ------
+        InputError
+            Heights that are all the same; points a million times farther from the median than
+            usual.
+        """
+        low, high = float(np.nanmin(self.heights)), float(np.nanmax(self.heights))
+        if low == high:
+            raise InputError(
+                f"{self.name[:60]}: all heights are {exact(low)} m: nothing to measure; "
+                "another channel, or more digits?"
+            )
+        if count := spikes(self.heights):
+            raise InputError(
+                f"{self.name[:60]}: {count} of {self.heights.size} points lie more than "
+                f"{SPIKE:g} times farther from the median than usual (lowest {low:g} m, highest "
+                f"{high:g} m): not heights; use condition(outliers=6), or read(..., "
+                'valid=("-1 mm", "1 mm"))'
+            )
+        return self

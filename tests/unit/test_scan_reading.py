@@ -1,0 +1,646 @@
+"""Files of scans: what is in them comes in to the last bit, and what cannot come in says why."""
+
+from __future__ import annotations
+
+import io
+import struct
+import subprocess
+import sys
+import tracemalloc
+import warnings
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.io import savemat
+
+import microslip as ms
+from microslip.scans.readers import READERS, instruments, text
+from microslip.scans.readers.grid import on_grid
+
+REAL = Path(__file__).parents[3] / "shared/data/scans"
+Z = np.array([[1.0, 2.5, -3.0], [0.5, 0.0, 4.0], [7.0, -8.0, 9.0], [1.0, 1.0, 2.0]])
+UM = {"unit": "um", "pixel": "2 um"}
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def real(name: str) -> Path:
+    path = REAL / name
+    if not path.exists():
+        pytest.skip(f"{name} is not at hand: ../shared/data/scans is absent")
+    return path
+
+
+def put(name: str, content: str | bytes) -> str:
+    Path(name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    return name
+
+
+def refused(says: str, name: str, *args: Any, **more: Any) -> str:
+    with pytest.raises(ms.InputError, match=says) as info:
+        ms.Scan.read(name, *args, **more)
+    message = str(info.value)
+    assert "\n" not in message
+    assert str(name)[:60] in message
+    return message
+
+
+# -- arrays ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["npy", "npz", "mat", "mat73", "csv", "xyz", "gwyddion"])
+def test_every_file_gives_the_same_scan(kind: str) -> None:
+    z = Z.copy()
+    z[1, 2] = np.nan
+    how: dict[str, Any] = dict(UM)
+    if kind == "npy":
+        np.save("a.npy", z)
+    elif kind == "npz":
+        np.savez("a.npz", heights=z, dx=2.0)
+    elif kind == "mat":
+        savemat("a.mat", {"Z": z, "comment": "by hand", "dx": 2.0})
+    elif kind == "mat73":
+        with h5py.File("a.mat73", "w", userblock_size=512) as file:
+            file["Z"] = z.T
+        head = b"MATLAB 7.3 MAT-file".ljust(512)
+        Path("a.mat73").write_bytes(head + Path("a.mat73").read_bytes()[512:])
+        how["format"] = "mat"
+    elif kind == "csv":
+        put("a.csv", "\n".join(",".join(f"{v:g}" for v in row) for row in z))
+        how["format"] = "matrix"  # three columns would be taken for x, y and z
+    elif kind == "xyz":
+        del how["pixel"]
+        rows = [f"{2 * j} {2 * i} {z[i, j]:g}" for i in range(4) for j in range(3)]
+        np.random.default_rng(0).shuffle(rows)
+        put("a.xyz", "\n".join(rows))
+    else:
+        lines = ["# Channel: Height", "# Width: 6 µm", "# Height: 8 µm", "# Value units: µm"]
+        rows = ["\t".join(f"{v:g}" for v in row) for row in z]
+        put("a.gwyddion", "\n".join([*lines, *rows]))
+        how = {"format": "matrix"}
+    scan = ms.Scan.read(f"a.{kind}", **how)
+    assert np.array_equal(scan.heights, z / 1e6, equal_nan=True)
+    assert scan.pixel == pytest.approx((2e-6, 2e-6), rel=1e-15)
+    assert scan.name == f"a.{kind}"
+    assert any(note.startswith("heights: in") for note in scan.notes)
+    assert "missing: 0.0833 of the points." in scan.notes
+
+
+def test_the_notes_tell_what_was_read() -> None:
+    np.save("a.npy", Z)
+    scan = ms.Scan.read("a.npy", unit="nm", pixel=("1 um", 2e-6))
+    assert scan.notes == (
+        "a.npy: NumPy's npy file, 3 x 4 points, pixel 1.000 µm x 2.000 µm as stated.",
+        "heights: in nm, as stated.",
+    )
+    assert scan.heights[0, 1] == 2.5e-9
+
+
+def test_profiles() -> None:
+    np.save("p.npy", Z[:, 0])
+    assert ms.Scan.read("p.npy", **UM).is_profile
+    savemat("p.mat", {"z": Z[:, 0]})
+    assert ms.Scan.read("p.mat", **UM).heights.shape == (4,)
+    put("p.txt", "1\n2\n\n3\n5\n")
+    assert ms.Scan.read("p.txt", **UM).heights.tolist() == [1e-6, 2e-6, 3e-6, 5e-6]
+    put("q.csv", "x;z\n0,5;1,5\n1,0;2,5\n2,0;3,5\n2,5;0,5\n")
+    scan = ms.Scan.read("q.csv", unit=("mm", "um"))
+    assert np.array_equal(scan.heights, [1.5e-6, 2.5e-6, np.nan, 3.5e-6, 0.5e-6], equal_nan=True)
+    assert scan.pixel == pytest.approx((5e-4,), rel=1e-14)
+    assert 'skipped above: "x;z".' in scan.notes
+
+
+@pytest.mark.parametrize("kind", ["f2", "f4", ">f8", "i2", "u1", "i8"])
+def test_no_type_of_number_loses_digits(kind: str) -> None:
+    z = np.abs(Z).astype(kind)
+    np.save("a.npy", np.asfortranarray(z))
+    scan = ms.Scan.read("a.npy", **UM)
+    assert np.array_equal(scan.heights, z.astype(float) / 1e6)
+    assert scan.heights.dtype == np.float64
+
+
+def test_which_array_is_said_or_clear() -> None:
+    np.savez("a.npz", a=Z, b=2 * Z, c=np.arange(3))
+    refused(r'more than one array: "a" \(4 x 3\), "b" .*; write key=', "a.npz", **UM)
+    assert ms.Scan.read("a.npz", key="b", **UM).heights[0, 0] == 2e-6
+    refused('has no array .d.; it has "a"', "a.npz", key="d", **UM)
+    np.savez("b.npz", name=np.array(["x"]), n=5)
+    refused("wanted a matrix of heights", "b.npz", **UM)
+    np.save("a.npy", Z)
+    refused("key means nothing for this kind of file", "a.npy", key="a", **UM)
+    refused("channel means nothing", "a.npy", channel=0, **UM)
+    savemat("a.mat", {"A": Z, "B": Z})
+    refused("this MAT-file holds more than one array", "a.mat", **UM)
+    assert ms.Scan.read("a.mat", key="B", **UM).heights.shape == (4, 3)
+
+
+def test_units_must_be_given_where_the_file_has_none() -> None:
+    np.save("a.npy", Z)
+    refused('does not say the unit of its heights; write unit="um"', "a.npy", pixel=1e-6)
+    refused('does not say the distance .*; write pixel="1.66 um"', "a.npy", unit="um")
+    refused('unit: .*unknown unit "umm"', "a.npy", unit="umm", pixel=1e-6)
+    refused("unit: .*a time", "a.npy", unit="s", pixel=1e-6)
+    refused("unit: wanted a unit of length", "a.npy", unit=1e-6, pixel=1e-6)
+    refused("unit: wanted one such as", "a.npy", unit=("um", "um", "um"), pixel=1e-6)
+    refused("pixel: .*no unit", "a.npy", unit="um", pixel="1.66")
+    refused("pixel must be above zero", "a.npy", unit="um", pixel=0.0)
+
+
+def test_what_no_height_can_be_is_missing_where_that_is_said() -> None:
+    z = Z.copy()
+    z[0, 0] = -9999.0
+    np.save("a.npy", z)
+    scan = ms.Scan.read("a.npy", valid=("-1 mm", 1e-3), **UM)
+    assert np.isnan(scan.heights[0, 0])
+    assert scan.missing == pytest.approx(1 / 12)
+    assert "valid: 1 points below -0.001 m or above 0.001 m are missing." in scan.notes
+    refused("valid must be two heights", "a.npy", valid="1 mm", **UM)
+    refused("valid: the first must be the lower", "a.npy", valid=(1.0, -1.0), **UM)
+    refused("valid: ", "a.npy", valid=("1 s", 1.0), **UM)
+    refused("all 12 heights are missing", "a.npy", valid=("1 m", "2 m"), **UM)
+
+
+def test_spikes_are_told() -> None:
+    z = np.random.default_rng(0).normal(size=(20, 20))
+    z[3, 3] = 1e9
+    np.save("a.npy", z)
+    scan = ms.Scan.read("a.npy", **UM)
+    assert any(note.startswith("spikes: 1 points lie more than a million") for note in scan.notes)
+    with pytest.raises(ms.InputError, match="not heights"):
+        scan.statistics()
+
+
+@pytest.mark.parametrize(
+    ("z", "says"),
+    [
+        (np.full((5, 5), np.nan), "all 25 heights are missing"),
+        (np.full((5, 5), 3.0), "all heights are 3e-06 m: nothing to measure"),
+        (np.ones((1, 9)) * np.arange(9), "at least two rows and two columns, got 1 x 9"),
+        (np.where(np.eye(5), np.inf, 1.0), "5 of 25 are infinite"),
+        (np.where(np.eye(5), 1e300, 1.0), "must be heights in metres"),
+        (np.arange(25).reshape(5, 5) * 1j, "wanted real numbers, got an array of complex128"),
+        (np.array([["a", "b"], ["c", "d"]]), "wanted real numbers, got an array of <U1"),
+    ],
+)
+def test_heights_that_are_none(z: np.ndarray, says: str) -> None:
+    np.save("a.npy", z)
+    refused(says, "a.npy", **UM)
+
+
+# -- files that are not what they should be --------------------------------------------------------
+
+
+def test_files_that_are_not_there_or_no_files() -> None:
+    np.save("plate.npy", Z)
+    refused('no such file; did you mean "plate.npy"', "plat.npy", **UM)
+    Path("folder").mkdir()
+    refused("wanted a scan, got a folder", "folder", **UM)
+    refused("wanted a scan, got an empty file", put("empty.txt", b""), **UM)
+    with pytest.raises(ms.InputError, match="path must be text or a path, got 5"):
+        ms.Scan.read(5)  # type: ignore[arg-type]
+    with pytest.raises(ms.InputError, match="null"):
+        ms.Scan.read("a\0b.txt")
+    refused("limit must be a number of points above zero", "plate.npy", limit=0)
+    refused("limit must be", "plate.npy", limit=1e6)
+    refused("format must be text", "plate.npy", 5)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no devices among its files")
+def test_a_device_is_no_file() -> None:
+    refused("wanted a file, got a device or a pipe", "/dev/zero", "text", **UM)
+
+
+@pytest.mark.parametrize("kept", [3, 60, 100, 130, 200])
+@pytest.mark.parametrize("kind", ["npy", "npz", "mat"])
+def test_truncated_files_say_so(kind: str, kept: int) -> None:
+    name = f"a.{kind}"
+    if kind == "npy":
+        np.save(name, Z)
+    elif kind == "npz":
+        np.savez_compressed(name, z=Z)
+    else:
+        savemat(name, {"z": Z}, do_compression=True)
+    put(name, Path(name).read_bytes()[:kept])
+    refused("truncated|not a usable|cannot be read", name, kind, **UM)
+
+
+def test_bytes_that_are_wrong_say_so() -> None:
+    np.savez_compressed("a.npz", z=np.random.default_rng(0).normal(size=(50, 50)))
+    content = bytearray(Path("a.npz").read_bytes())
+    content[5000:5400] = bytes(400)
+    put("a.npz", bytes(content))
+    refused("cannot be read|not a usable", "a.npz", **UM)
+
+
+def test_the_wrong_format_says_so() -> None:
+    put("a.txt", "1 2 3 4\n5 6 7 8\n")
+    for kind in ("npy", "npz", "mat"):
+        refused("not a usable", "a.txt", kind, **UM)
+    refused("not a usable MAT-file", put("a.mat", b"MATLAB 7.3 MAT-file".ljust(600)), **UM)
+    with zipfile.ZipFile("b.npz", "w") as archive:
+        archive.writestr("z.npy", b"no array")
+    refused("not a usable np", "b.npz", **UM)
+    np.save("a.npy", Z)
+    refused("wanted rows of numbers|not a usable", "a.npy", "text", **UM)
+    refused('no format "plux2"; did you mean "plux"', "a.npy", "plux2", **UM)
+
+
+def test_objects_are_not_unpickled() -> None:
+    np.save("a.npy", np.array([[print, print]] * 2, dtype=object), allow_pickle=True)
+    refused("wanted real numbers, got an array of object", "a.npy", **UM)
+
+
+def _npy(shape: tuple[int, ...], numbers: int) -> bytes:
+    """An npy file whose header promises more than follows."""
+    file = io.BytesIO()
+    np.lib.format.write_array_header_1_0(
+        file, {"descr": "<f8", "fortran_order": False, "shape": shape}
+    )
+    return file.getvalue() + bytes(8 * numbers)
+
+
+def test_more_points_than_allowed_are_refused_before_they_are_read() -> None:
+    put("a.npy", _npy((10**6, 10**6), 9))
+    put("b.npy", _npy((3000, 3000), 9))
+    for name, content in (("a", _npy((40_000, 40_000), 9)), ("b", _npy((3000, 3000), 9))):
+        with zipfile.ZipFile(f"{name}.npz", "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("z.npy", content)
+    big = np.zeros((3000, 3000))
+    np.savez_compressed("c.npz", z=big)
+    savemat("c.mat", {"z": big}, do_compression=True)
+    put("c.txt", "0 0 0 0 0\n" * 30_000)
+    put("d.txt", "0 0 0\n" * 30_000)
+    ms.Scan.read(put("e.txt", "1 2 3 4\n2 3 4 5"), **UM)  # imports are none of it
+    tracemalloc.start()
+    refused("1000000 x 1000000 = 1000000000000 points, more than limit=100000000", "a.npy", **UM)
+    refused("40000 x 40000", "a.npz", **UM)
+    refused("truncated: its 3000 x 3000 numbers take 72000000 bytes, 72 are there", "b.npy", **UM)
+    refused("truncated", "b.npz", **UM)
+    refused("3000 x 3000 = 9000000 points, more than limit=1000000", "c.npz", limit=10**6, **UM)
+    refused("30000 x 5|30001 x 5", "c.txt", limit=100_000, **UM)
+    refused("limit=", "d.txt", limit=20_000, unit="um")
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 24e6  # the arrays would take 72 MB
+    # SciPy unpacks the first 128 kB of a variable to see its size, which can be 135 MB, not more.
+    refused("3000 x 3000", "c.mat", limit=10**6, **UM)
+
+
+# -- text ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "1 2.5 -3 4\n0.5 0 4e0 1\n",
+        "# a comment\n% another\n1 2.5 -3 4\n\n0.5 0 4 1",
+        "1,2.5,-3,4\n0.5,0,4,1\n",
+        "1, 2.5, -3, 4\n0.5, 0, 4, 1\n",
+        "1;2,5;-3;4\n0,5;0;4;1\n",
+        "1\t2,5\t-3\t4\n0,5\t0\t4\t1\n",
+        "1,0 2,5 -3,0 4,0\n0,5 0,0 4,0 1,0\n",
+        "1;2.5;-3;4;\r\n0.5;0;4;1;\r\n",
+        "heights of the plate\nin um\n1 2.5 -3 4\n0.5 0 4 1",
+        "\ufeff1 2.5 -3 4\n0.5 0 4 1",
+        "  1  2.5  -3 4\n  0.5 0 4 1 \n",
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_ways_to_write_a_matrix(content: str, encoding: str) -> None:
+    put("a.txt", content.lstrip("\ufeff").encode(encoding) if encoding != "utf-8" else content)
+    scan = ms.Scan.read("a.txt", **UM)
+    assert scan.heights.tolist() == [[1e-6, 2.5e-6, -3e-6, 4e-6], [5e-7, 0.0, 4e-6, 1e-6]]
+
+
+@pytest.mark.parametrize(
+    ("gap", "separator"),
+    [
+        (gap, separator)
+        for gap in ("nan", "NaN", "BAD", "***", "--", "n/a", "1.#QNAN", "-1.#IND", "")
+        for separator in (",", ";", "\t", " ")
+        if gap or separator != " "  # blanks cannot stand for a number between blanks
+    ],
+)
+def test_ways_to_write_that_a_point_is_missing(gap: str, separator: str) -> None:
+    rows = [["1", gap, "-3", "2"], ["4", "5", gap, "6"], [gap, "1", "2", "3"]]
+    put("a.txt", "\n".join(separator.join(row) for row in rows))
+    scan = ms.Scan.read("a.txt", **UM)
+    expected = np.array([[1, np.nan, -3, 2], [4, 5, np.nan, 6], [np.nan, 1, 2, 3]]) / 1e6
+    assert np.array_equal(scan.heights, expected, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ("hello\nworld\n", "wanted rows of numbers, got text"),
+        ("1 2 3 4\n5 6 7\n", "wanted rows of 4 numbers"),
+        ("1 2 3 4\n5 6 x 8\n", "wanted rows of 4 numbers"),
+        ("1 2 3 4\n", "at least two rows and two columns, got 1 x 4"),
+        ("1 2 3 4\n1 2 inf 4\n", "1 of 8 are infinite"),
+        ("1 2 3 4\n1 2 1e999 4\n", "1 of 8 are infinite"),
+        ("1\n2\n3\n", "at least four points"),
+    ],
+)
+def test_text_that_is_no_scan(content: str, says: str) -> None:
+    refused(says, put("a.txt", content), **UM)
+
+
+def test_lines_have_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(text, "_LINE", 100)
+    refused("wanted lines of numbers", put("a.txt", "1 " * 500), **UM)
+
+
+def test_what_is_in_the_columns_may_be_said() -> None:
+    put("a.txt", "0 0 1\n1 0 2\n0 1 3\n1 1 5\n")
+    assert ms.Scan.read("a.txt", unit="um").heights.tolist() == [[1e-6, 2e-6], [3e-6, 5e-6]]
+    assert ms.Scan.read("a.txt", "matrix", **UM).heights.shape == (4, 3)
+    refused('its coordinates say .* format="matrix"', "a.txt", **UM)
+    refused('format="profile": wanted 1 or 2 columns, got 3', "a.txt", "profile", unit="um")
+
+
+# -- scattered order -------------------------------------------------------------------------------
+
+
+@given(
+    shape=st.tuples(st.integers(2, 12), st.integers(2, 12)),
+    steps=st.tuples(st.floats(1e-7, 1e3), st.floats(1e-7, 1e3)),
+    start=st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)),
+    seed=st.integers(0, 10_000),
+)
+def test_points_in_any_order_find_their_place(
+    shape: tuple[int, int], steps: tuple[float, float], start: tuple[float, float], seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    z = rng.normal(size=shape)
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    # Beside a start a thousand million steps away nothing is left of a step.
+    x = x * steps[0] + start[0] * min(1.0, 1e3 * steps[0])
+    y = y * steps[1] + start[1] * min(1.0, 1e3 * steps[1])
+    order = rng.permutation(z.size)
+    found, distance = on_grid([x.ravel()[order], y.ravel()[order]], z.ravel()[order], 1000)
+    assert np.array_equal(found, z)
+    assert distance == pytest.approx(steps, rel=1e-9)
+
+
+def test_coordinates_may_be_rounded_and_points_missing() -> None:
+    rng = np.random.default_rng(2)
+    y, x = np.mgrid[:80, :100]
+    kept = rng.permutation(x.size)[:5000]
+    z = rng.normal(size=x.size)
+    place = [np.round(v.ravel() * 0.3333, 2)[kept] for v in (x, y)]
+    found, steps = on_grid(place, z[kept], 10_000)
+    assert steps == pytest.approx((0.3333, 0.3333), rel=1e-4)
+    expected = np.full(x.size, np.nan)
+    expected[kept] = z[kept]
+    assert np.array_equal(found, expected.reshape(x.shape), equal_nan=True)
+
+
+def test_points_that_are_on_no_grid() -> None:
+    rng = np.random.default_rng(3)
+    x, y, z = rng.random((3, 200))
+    with pytest.raises(ValueError, match=r"regular grid|scattered|limit"):
+        on_grid([x, y], z, 10**6)
+    grid = [np.array([0.0, 1.0, 0.0, 1.0, 1.0]), np.array([0.0, 0.0, 1.0, 1.0, 1.0])]
+    with pytest.raises(ValueError, match="1 points lie where another one is already"):
+        on_grid(grid, np.arange(5.0), 100)
+    with pytest.raises(ValueError, match="all points have the same y"):
+        on_grid([np.arange(5.0), np.zeros(5)], np.arange(5.0), 100)
+    with pytest.raises(ValueError, match="x must be finite"):
+        on_grid([np.array([0.0, np.nan])], np.arange(2.0), 100)
+    line = np.arange(300.0)
+    with pytest.raises(ValueError, match="scattered points are no scan"):
+        on_grid([line, line], line, 10**6)
+    with pytest.raises(ValueError, match="more than limit=100"):
+        on_grid([line, line], line, 100)
+
+
+# -- instruments -----------------------------------------------------------------------------------
+
+
+def nms(dx: float, dy: float) -> bytes:
+    """A NanoFocus file of the matrix Z / 10, heights in micrometres."""
+    head = bytearray(3468)
+    struct.pack_into("<dd", head, 16, -1.0, 1.0)
+    struct.pack_into("<IIdd", head, 1368, 3, 4, dx, dy)
+    raw = np.rint((Z / 10 + 1.0) / 2.0 * (2**16 - 2)).astype("<u2")
+    return bytes(head) + raw.tobytes()
+
+
+def test_an_instruments_file_by_its_ending_and_by_its_name() -> None:
+    put("a.nms", nms(1600.0, 1700.0))
+    put("b.bin", nms(1600.0, 1700.0))
+    for scan in (ms.Scan.read("a.nms"), ms.Scan.read("b.bin", "nms")):
+        np.testing.assert_allclose(scan.heights, Z / 10 * 1e-6, atol=1e-6 / 2**15)
+        # The library takes these nanometres for millimetres.
+        assert scan.pixel == pytest.approx((1.6e-6, 1.7e-6), rel=1e-12)
+        assert any("divided by a million" in note for note in scan.notes)
+    scan = ms.Scan.read(put("c.nms", nms(1.6e-3, 1.6e-3)))
+    assert scan.pixel == pytest.approx((1.6e-6, 1.6e-6), rel=1e-12)
+    assert not any("divided" in note for note in scan.notes)
+    scan = ms.Scan.read("a.nms", pixel="1 um")
+    assert scan.pixel == (1e-6, 1e-6)
+    assert "as stated (the file says 1.600 µm x 1.700 µm)" in scan.notes[0]
+    refused('the file says that heights are in "µm"; leave out unit', "a.nms", unit="nm")
+    refused("3 x 4 = 12 points, more than limit=11", "a.nms", limit=11)
+    refused('no channel "B"; there are 0: "Default"', "a.nms", channel="B")
+    assert ms.Scan.read("a.nms", channel=0).notes == ms.Scan.read("a.nms", channel="Default").notes
+
+
+def test_a_broken_instruments_file() -> None:
+    put("a.nms", nms(1600.0, 1700.0)[:3470])
+    refused("cannot be read as nms, wrong format or truncated", "a.nms")
+    refused("cannot be read as plu, wrong format or truncated", "a.nms", "plu")
+    refused("of no format that is known .*; write format=", put("a.bin", bytes(range(256)) * 8))
+
+
+def test_archives_may_not_unpack_to_anything(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(instruments, "_BESIDE", 1000)
+    with zipfile.ZipFile("a.x3p", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("main.xml", bytes(1_000_000))
+    refused("unpacks to 1 MB, more than limit=1000 points can need", "a.x3p", limit=1000)
+
+
+class Channel(SimpleNamespace):
+    """What the library tells of a channel."""
+
+    def __init__(self, name: str = "topo", z: Any = Z, **more: Any) -> None:
+        usual: dict[str, Any] = {
+            "name": name,
+            "z": np.ma.masked_invalid(z),
+            "nb_grid_pts": np.shape(z)[::-1],
+            "physical_sizes": tuple(2.0 * n for n in np.shape(z)[::-1]),
+            "unit": "µm",
+            "is_height_channel": True,
+            "is_uniform": True,
+        }
+        super().__init__(**(usual | more))
+
+
+@pytest.fixture(name="holds")
+def _holds(monkeypatch: pytest.MonkeyPatch) -> Callable[..., str]:
+    """A file of an instrument with these channels, as the library would give them."""
+
+    def holds(*channels: Channel) -> str:
+        class Fake:
+            def __init__(self, path: str) -> None:
+                self.channels = channels
+
+            @classmethod
+            def format(cls) -> str:
+                return "fake"
+
+            @classmethod
+            def can_read(cls, head: bytes) -> str:
+                return "maybe"
+
+            @classmethod
+            def file_extensions(cls) -> list[str]:
+                return ["FAKE"]
+
+            def topography(self, channel_index: int, **given: Any) -> Any:
+                channel = channels[channel_index]
+                assert ("physical_sizes" in given) == (channel.physical_sizes is None)
+                warnings.warn("the scan was made on a Monday", UserWarning, stacklevel=1)
+                warnings.warn("soon gone", DeprecationWarning, stacklevel=1)
+                return SimpleNamespace(
+                    heights=lambda: channel.z.T,
+                    is_uniform=channel.is_uniform,
+                    positions=lambda: channel.positions,
+                )
+
+            def close(self) -> None:
+                raise OSError
+
+        library = SimpleNamespace(
+            lookup_reader_by_format={"fake": Fake},
+            readers=[Fake],
+            MAGIC_BUFFER_SIZE=512,
+            MagicMatch=SimpleNamespace(NO="no", YES="yes"),
+        )
+        monkeypatch.setattr(instruments, "_library", lambda: library)
+        return put("a.fake", b"\0\1\2")
+
+    return holds
+
+
+def test_a_channel_has_to_be_chosen_where_several_could_be_meant(
+    holds: Callable[..., str],
+) -> None:
+    name = holds(Channel("trace"), Channel("retrace", 2 * Z), Channel("phase", is_height_channel=0))
+    refused('2 channels of heights, 0: "trace", 1: "retrace"; write channel=', name)
+    for wanted in ("retrace", 1, "1"):
+        assert ms.Scan.read(name, channel=wanted).heights[0, 0] == 2e-6
+    refused('no channel "retrac"; did you mean "retrace"', name, channel="retrac")
+    refused("no channel 3", name, channel=3)
+    refused("no channel true", name, channel=True)
+    scan = ms.Scan.read(holds(Channel("photo", is_height_channel=False), Channel("topo")))
+    assert "not read: photo." in scan.notes
+    assert scan.pixel == (2e-6, 2e-6)
+    refused("no channel of heights; there are 0", holds(Channel(is_height_channel=None)))
+    refused("2 channels of this name", holds(Channel("z"), Channel("z")), channel="z")
+
+
+def test_what_the_library_says_is_in_the_notes(holds: Callable[..., str]) -> None:
+    scan = ms.Scan.read(holds(Channel()))
+    assert scan.notes[1] == "SurfaceTopography says: the scan was made on a Monday"
+    assert not any("soon gone" in note for note in scan.notes)
+
+
+def test_what_an_instrument_leaves_open_has_to_be_said(holds: Callable[..., str]) -> None:
+    name = holds(Channel(unit=None))
+    refused("does not say the unit", name)
+    refused("does not say the distance", name, unit="nm")
+    assert ms.Scan.read(name, **UM).heights.tolist() == (Z / 1e6).tolist()
+    name = holds(Channel(physical_sizes=None))
+    refused("does not say the distance", name)
+    assert ms.Scan.read(name, pixel="1 um").pixel == (1e-6, 1e-6)
+    refused("does not say the distance", holds(Channel(physical_sizes=(0.0, np.inf))))
+    refused("unit of its lengths: .*a time", holds(Channel(unit="s")))
+
+
+def test_lines_of_instruments(holds: Callable[..., str]) -> None:
+    line = np.array([1.0, np.nan, 3.0, 2.0, 5.0])
+    scan = ms.Scan.read(holds(Channel(z=line)))
+    assert np.array_equal(scan.heights, line / 1e6, equal_nan=True)
+    assert scan.pixel == (2e-6,)
+    places = np.array([0.0, 3.0, 6.0, 12.0, 15.0])
+    scan = ms.Scan.read(holds(Channel(z=np.arange(5.0), is_uniform=False, positions=places)))
+    assert np.array_equal(scan.heights * 1e6, [0.0, 1.0, 2.0, np.nan, 3.0, 4.0], equal_nan=True)
+    assert scan.pixel == pytest.approx((3e-6,), rel=1e-14)
+    places = places**2
+    name = holds(Channel(z=np.arange(5.0), is_uniform=False, positions=places))
+    refused("not on a regular grid", name)
+    refused("points on no regular grid", holds(Channel(is_uniform=False)))
+
+
+@pytest.mark.parametrize("name", ["a.plu", "a.x3p", "a.unknown"])
+def test_without_the_library_the_message_says_how_to_get_it(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
+    put(name, b"\0\1" * 1000)
+    refused(r'not installed; write: pip install "microslip\[scan\]"', name)
+    np.save("a.npy", Z)
+    assert ms.Scan.read("a.npy", **UM).heights.shape == (4, 3)
+
+
+def test_the_library_is_imported_for_instruments_only() -> None:
+    code = (
+        "import sys, numpy as np, microslip as ms\n"
+        "np.save('a.npy', np.arange(12.0).reshape(3, 4))\n"
+        "s = ms.Scan.read('a.npy', unit='um', pixel='1 um')\n"
+        "assert 'SurfaceTopography' not in sys.modules\n"
+        "assert not any(m.startswith(('scipy.ndimage', 'matplotlib')) for m in sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True)
+
+
+def test_names_of_formats_are_told_apart() -> None:
+    names = [name for reader in READERS for name in reader.names]
+    assert len(names) == len(set(names))
+    assert {"plu", "mnt", "al3d", "nms", "x3p"} <= set(instruments.formats())
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "pixel", "rms"),
+    [
+        ("plu-1.plu", (576, 768), 1.66e-6, 18.2e-9),
+        ("al3d-1.al3d", (296, 200), 0.438e-6, 259e-9),
+        ("mnt-1.mnt", (600, 960), 1.854e-6, None),
+    ],
+)
+@pytest.mark.parametrize("stated", [False, True])
+def test_real_scans(
+    name: str, shape: tuple[int, int], pixel: float, rms: float | None, stated: bool
+) -> None:
+    scan = ms.Scan.read(real(name), name.rpartition(".")[2] if stated else None)
+    assert scan.heights.shape == shape
+    assert scan.pixel == pytest.approx((pixel, pixel), rel=1e-3)
+    assert scan.missing == 0.0
+    if rms is not None:  # an independent reckoning, of three digits
+        level = scan.condition(level="quadratic").heights
+        assert level.std() == pytest.approx(rms, rel=3e-3)
+
+
+@pytest.mark.parametrize("name", ["plu-1.plu", "al3d-1.al3d", "mnt-1.mnt"])
+@pytest.mark.parametrize("share", [0.001, 0.1, 0.4])  # of plu and al3d half is a picture
+def test_truncated_real_scans(name: str, share: float) -> None:
+    content = real(name).read_bytes()
+    put(name, content[: int(share * len(content))])
+    refused("truncated|of no format|missing|wrong format", name)
+
+
+def test_a_table_of_gaps_is_no_scan() -> None:
+    message = refused("holds no scan but a table of gap densities", real("brb_surface_data.mat"))
+    assert "ms.TabulatedHeights" in message

@@ -212,6 +212,8 @@ def test_derivative_chain(heights, order):
     marks = np.linspace(low, high, 12) - 0.013 * (high - low)
     if isinstance(heights, ms.Discrete):
         marks = np.sort(np.concatenate((marks, heights.values)))
+    elif isinstance(heights, ms.TabulatedHeights):
+        marks = np.sort(np.append(marks, np.asarray(heights.height)))
     elif np.isfinite(heights.edge):
         marks = np.sort(np.append(marks, heights.edge))
     nodes, weights = np.polynomial.legendre.leggauss(40)

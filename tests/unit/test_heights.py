@@ -314,7 +314,8 @@ def test_discrete_refused(values: object, message: str) -> None:
 
 
 CHOICE = (
-    "heights must be ms.Gaussian(std=...), ms.Exponential(scale=...), a frozen scipy.stats "
+    "heights must be ms.Gaussian(std=...), ms.Exponential(scale=...), "
+    "ms.TabulatedHeights(height, density), a frozen scipy.stats "
     "distribution or an array of heights [m], got "
 )
 

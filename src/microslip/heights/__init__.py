@@ -13,6 +13,7 @@ from microslip.heights.discrete import Discrete
 from microslip.heights.exponential import Exponential
 from microslip.heights.gaussian import Gaussian
 from microslip.heights.statistical import Statistical
+from microslip.heights.tabulated import TabulatedHeights
 
 __all__ = [
     "HEIGHTS",
@@ -21,10 +22,17 @@ __all__ = [
     "Gaussian",
     "HeightDistribution",
     "Statistical",
+    "TabulatedHeights",
     "as_heights",
 ]
 
-HEIGHTS: tuple[type[HeightDistribution], ...] = (Gaussian, Exponential, Discrete, Statistical)
+HEIGHTS: tuple[type[HeightDistribution], ...] = (
+    Gaussian,
+    Exponential,
+    Discrete,
+    Statistical,
+    TabulatedHeights,
+)
 """Every height distribution; the shared tests run over it."""
 
 
@@ -43,6 +51,7 @@ def as_heights(value: Any) -> HeightDistribution:
     if isinstance(value, (list, tuple, np.ndarray)):
         return Discrete(value)
     raise InputError(
-        "heights must be ms.Gaussian(std=...), ms.Exponential(scale=...), a frozen scipy.stats "
+        "heights must be ms.Gaussian(std=...), ms.Exponential(scale=...), "
+        "ms.TabulatedHeights(height, density), a frozen scipy.stats "
         f"distribution or an array of heights [m], got {show(value)}"
     )

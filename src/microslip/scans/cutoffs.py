@@ -1,0 +1,202 @@
+"""Floor 6: every parameter of a scan against the short-wave cut-off, which decides them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._checks import floats
+from microslip._frozen import Locked, lock
+from microslip._units import engineering
+from microslip.errors import InputError
+
+if TYPE_CHECKING:
+    from microslip.scans.scan import Level, Scan
+    from microslip.scans.summits import Summits
+
+Floats = NDArray[np.float64]
+
+_COUNT = 8
+"""Cut-offs of the default table, besides none."""
+_LEAST = 4.0
+"""The least of them, in pixels: a Gaussian filter needs some."""
+
+
+@dataclass(frozen=True, eq=False)
+class CutoffTable(Locked):
+    """Parameters of a scan against the short-wave cut-off; one value for each in every array.
+
+    Parameters
+    ----------
+    cutoff : ndarray
+        Cut-offs [m], rising; 0 where there is none and the pixel decides.
+    rms : ndarray
+        Root mean square height [m].
+    m0, m2, m4 : ndarray
+        Moments [m^2], [-], [1/m^2].
+    nayak : ndarray
+        Nayak's alpha [-].
+    mccool_density, mccool_radius, mccool_std, mccool_mean_height : ndarray
+        McCool's (1987) parameters, DOI 10.1115/1.3261349 [1/m^2], [m], [m], [m].
+    counted : ndarray
+        Summits counted [-]; NaN where they were not.
+    counted_density, counted_radius, counted_std, counted_mean_height : ndarray
+        Parameters of the counted summits [1/m^2], [m], [m], [m].
+    notes : tuple of str
+        How the scan was conditioned, and what could not be had and why.
+    """
+
+    cutoff: Floats
+    rms: Floats
+    m0: Floats
+    m2: Floats
+    m4: Floats
+    nayak: Floats
+    mccool_density: Floats
+    mccool_radius: Floats
+    mccool_std: Floats
+    mccool_mean_height: Floats
+    counted: Floats
+    counted_density: Floats
+    counted_radius: Floats
+    counted_std: Floats
+    counted_mean_height: Floats
+    notes: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns, the cut-off first."""
+        return tuple(field.name for field in fields(self) if field.name != "notes")
+
+    def rows(self) -> list[dict[str, float]]:
+        """The table row by row.
+
+        Returns
+        -------
+        list of dict
+            One for each cut-off, by the names of the columns.
+        """
+        columns = {name: getattr(self, name) for name in self.names}
+        return [
+            {name: float(values[row]) for name, values in columns.items()}
+            for row in range(self.cutoff.size)
+        ]
+
+
+def default_cutoffs(scan: Scan) -> Floats:
+    """Cut-offs from none over four pixels to an eighth of the shorter side.
+
+    Parameters
+    ----------
+    scan : Scan
+        A scan, or a profile.
+
+    Returns
+    -------
+    ndarray
+        Cut-offs [m] in geometric steps, 0 for none first; above the cut-off that the scan has.
+    """
+    low = max(_LEAST * max(scan.pixel), 1.25 * (scan.cutoff or 0.0))
+    high = min(scan.size) / 8.0
+    if scan.long_cutoff is not None:
+        high = min(high, 0.5 * scan.long_cutoff)
+    if high < low:
+        return np.zeros(1)
+    return np.append(0.0, np.geomspace(low, high, _COUNT if high > 1.01 * low else 1))
+
+
+def over_cutoffs(
+    scan: Scan,
+    cutoffs: ArrayLike | None = None,
+    *,
+    level: Level | None = None,
+    counted: bool = True,
+    method: Literal["watershed", "neighbours"] = "watershed",
+    prominence: float | None = None,
+    window: int = 3,
+    progress: Callable[[int, int], None] | None = None,
+) -> CutoffTable:
+    """Every parameter against the short-wave cut-off.
+
+    Parameters
+    ----------
+    scan : Scan
+        A scan; of a profile there are no counted summits.
+    cutoffs : array_like, optional
+        Cut-offs [m], 0 for none; by default :func:`default_cutoffs`.
+    level : {"plane", "quadratic", "cylinder", "mean"}, optional
+        Form to be removed before, if it is not yet.
+    counted : bool
+        Whether to count the summits at each cut-off as well.
+    method, prominence, window
+        How they are counted: see :meth:`Scan.summits`.
+    progress : callable, optional
+        Called with the cut-offs done and those to do, after each.
+
+    Returns
+    -------
+    CutoffTable
+        The parameters; NaN where a cut-off leaves too little, with a note.
+
+    Raises
+    ------
+    InputError
+        Cut-offs that cannot be used: below zero, two pixels or less, the size of the scan.
+    """
+    wanted = default_cutoffs(scan) if cutoffs is None else np.atleast_1d(floats("cutoffs", cutoffs))
+    if wanted.ndim != 1 or (wanted < 0.0).any():
+        raise InputError("cutoffs must be a series of lengths [m], or 0 for none")
+    wanted = np.unique(wanted)
+    # Levelled once; the filter works on what is left.
+    levelled = scan if level is None else scan.condition(level=level)
+    notes = list(levelled.notes)
+    names = [field.name for field in fields(CutoffTable)[1:-1]]
+    columns = {name: np.full(wanted.size, math.nan) for name in names}
+    for row, cutoff in enumerate(wanted):
+        short = float(cutoff) or None
+        at = "no cut-off" if short is None else f"cut-off {engineering(short, 'm')}"
+        own = None
+        if counted and not scan.is_profile:
+            try:
+                # From the unfiltered scan: its noise decides which peaks are summits.
+                found = levelled.summits(
+                    short, method=method, prominence=prominence, level=None, window=window
+                )
+                own = found.scan
+                _count(found, columns, row)
+            except InputError as error:
+                notes.append(f"{at}: {error}")
+        try:
+            own = own or (levelled if short is None else levelled.condition(cutoff=short))
+            _measure(own, columns, row)
+        except InputError as error:
+            if cutoffs is not None and own is None:
+                raise  # a cut-off of the user's that cannot be used
+            notes.append(f"{at}: {error}")
+        if progress is not None:
+            progress(row + 1, wanted.size)
+    if scan.is_profile and counted:
+        notes.append("a profile has no summits to count")
+    arrays = {name: lock(values) for name, values in columns.items()}
+    return CutoffTable(lock(wanted), **arrays, notes=tuple(notes))
+
+
+def _measure(scan: Scan, columns: dict[str, Floats], row: int) -> None:
+    found = scan.moments()
+    for name in ("rms", "m0", "m2", "m4", "nayak"):
+        columns[name][row] = getattr(found, name)
+    summits = found.mccool()
+    for name in ("density", "radius", "std", "mean_height"):
+        columns[f"mccool_{name}"][row] = getattr(summits, name)
+
+
+def _count(found: Summits, columns: dict[str, Floats], row: int) -> None:
+    summits = found.statistics("counted")
+    columns["counted"][row] = found.count
+    for name in ("density", "radius", "std", "mean_height"):
+        columns[f"counted_{name}"][row] = getattr(summits, name)

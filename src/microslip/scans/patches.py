@@ -1,0 +1,229 @@
+"""Floor 6: error bars of what a scan says of its surface, from patches of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import number, show
+from microslip._frozen import Locked, lock
+from microslip._wording import did_you_mean, quoted
+from microslip.errors import InputError
+from microslip.scans.scan import Scan
+
+Parameter = Callable[[Scan], float]
+
+
+def _moments(name: str) -> Parameter:
+    return lambda scan: float(getattr(scan.moments(), name))
+
+
+def _mccool(name: str) -> Parameter:
+    return lambda scan: float(getattr(scan.moments().mccool(), name))
+
+
+def _heights(name: str) -> Parameter:
+    return lambda scan: float(getattr(scan.statistics(), name))
+
+
+PARAMETERS: dict[str, Parameter] = {
+    **{name: _heights(name) for name in ("rms", "mean_deviation", "skewness", "kurtosis")},
+    **{name: _moments(name) for name in ("m0", "m2", "m4", "nayak", "anisotropy")},
+    **{name: _mccool(name) for name in ("density", "radius", "std", "mean_height")},
+}
+"""Parameters that go by name; density, radius, std and mean height are McCool's."""
+
+
+@dataclass(frozen=True, eq=False)
+class PatchErrors(Locked):
+    """A parameter of a scan, and how it scatters from patch to patch.
+
+    Parameters
+    ----------
+    value : float
+        The parameter of the whole scan [its unit].
+    values : ndarray
+        That of each patch, rows of patches in turn; patches that give none are left out.
+    failed : int
+        How many gave none.
+    """
+
+    value: float
+    values: NDArray[np.float64]
+    failed: int = 0
+
+    @property
+    def mean(self) -> float:
+        """Mean over the patches."""
+        return float(self.values.mean())
+
+    @property
+    def std(self) -> float:
+        """Standard deviation from patch to patch: how alike places of the surface are."""
+        return float(self.values.std(ddof=1))
+
+    @property
+    def standard_error(self) -> float:
+        """Standard deviation of the mean over the patches, the error bar of the whole."""
+        return self.std / math.sqrt(self.values.size)
+
+    @property
+    def bias(self) -> float:
+        """Mean over the patches less the value of the whole.
+
+        Waves longer than a patch are level in it: beyond a few error bars the parameter depends
+        on the size of the scan, and the error bar is too small.
+        """
+        return self.mean - self.value
+
+    def interval(self, confidence: float = 0.95) -> tuple[float, float]:
+        """Interval about the value of the whole, by Student's t of the patches.
+
+        Parameters
+        ----------
+        confidence : float
+            Share of such intervals that hold the truth, from 0.5 to below 1, if the patches are
+            independent: much larger than the longest wave that counts.
+
+        Returns
+        -------
+        tuple of float
+            Lower and upper end [unit of the parameter].
+
+        Raises
+        ------
+        InputError
+            Another confidence.
+        """
+        from scipy.special import stdtrit
+
+        confidence = number("confidence", confidence)
+        if not 0.5 <= confidence < 1.0:
+            raise InputError(f"confidence must be from 0.5 to below 1, got {confidence:g}")
+        reach = float(stdtrit(self.values.size - 1, 0.5 + 0.5 * confidence)) * self.standard_error
+        return self.value - reach, self.value + reach
+
+
+def patch_errors(
+    scan: Scan, parameter: str | Callable[[Scan], float], patches: tuple[int, int] | int = (3, 3)
+) -> PatchErrors:
+    """Error bar of a parameter from patches of the scan.
+
+    Parameters
+    ----------
+    scan : Scan
+        A scan, levelled and limited in its band as it is to be judged, or a profile. The patches
+        are cut from it as it is and not levelled again.
+    parameter : str or callable
+        A name of :data:`PARAMETERS`, such as "rms" or "radius", or a function of a scan that
+        returns a number, such as ``lambda s: s.summits(cutoff=1e-5).density``.
+    patches : tuple of int or int
+        Rows and columns of patches; of a profile, their number. Two in all at least.
+
+    Returns
+    -------
+    PatchErrors
+        The value of the whole scan and those of the patches.
+
+    Raises
+    ------
+    InputError
+        No such parameter; patches that are too small; fewer than two that give a number.
+    """
+    if isinstance(parameter, str):
+        if parameter not in PARAMETERS:
+            hint = did_you_mean(parameter, PARAMETERS)
+            raise InputError(
+                f"parameter must be {quoted(PARAMETERS)} or a function of a scan, "
+                f"got {show(parameter)}{hint}"
+            )
+        function = PARAMETERS[parameter]
+    elif callable(parameter):
+        function = parameter
+    else:
+        raise InputError(f"parameter must be a name or a function of a scan, got {show(parameter)}")
+    parts = cut(scan, patches)
+    value = number("the parameter", function(scan))
+    values = []
+    for part in parts:
+        try:
+            values.append(number("the parameter", function(part)))
+        except InputError:  # such as a patch without a summit
+            continue
+    if len(values) < 2:
+        raise InputError(
+            f"only {len(values)} of {len(parts)} patches give a number; choose fewer, larger ones"
+        )
+    return PatchErrors(value, lock(np.array(values)), len(parts) - len(values))
+
+
+def cut(scan: Scan, patches: tuple[int, int] | int = (3, 3)) -> list[Scan]:
+    """Patches of a scan, of the same size but for a point.
+
+    Parameters
+    ----------
+    scan : Scan
+        A scan, or a profile.
+    patches : tuple of int or int
+        Rows and columns of patches; of a profile, their number.
+
+    Returns
+    -------
+    list of Scan
+        The patches that hold points, row by row.
+
+    Raises
+    ------
+    InputError
+        Fewer than two patches, or some of fewer than eight points along a side.
+    """
+    counts = _counts(patches, scan.heights.ndim)
+    if math.prod(counts) < 2:
+        raise InputError(f"patches must be two or more, got {show(patches)}")
+    if any(n // count < 8 for n, count in zip(scan.heights.shape, counts, strict=True)):
+        raise InputError(
+            f"patches must have eight points along a side, got {show(patches)} patches of "
+            f"{' x '.join(str(n) for n in scan.heights.shape)} points"
+        )
+    edges = [
+        np.linspace(0, n, count + 1).astype(int)
+        for n, count in zip(scan.heights.shape, counts, strict=True)
+    ]
+    found = []
+    for index in np.ndindex(*counts):
+        where = tuple(
+            slice(int(edge[i]), int(edge[i + 1])) for edge, i in zip(edges, index, strict=True)
+        )
+        heights = scan.heights[where]
+        if np.isnan(heights).all():
+            continue
+        found.append(
+            Scan(
+                heights,
+                scan.pixel,
+                name=f"{scan.name}, patch {index}",
+                notes=(*scan.notes, f"patch {index} of {counts}"),
+                cutoff=scan.cutoff,
+                long_cutoff=scan.long_cutoff,
+            )
+        )
+    return found
+
+
+def _counts(patches: Any, axes: int) -> tuple[int, ...]:
+    given = patches if isinstance(patches, (tuple, list)) else (patches,) * axes
+    # The default is for an area; along a profile it makes as many patches.
+    if axes == 1 and len(given) == 2 and all(isinstance(n, int) for n in given):
+        given = (math.prod(given),)
+    if len(given) != axes or not all(
+        isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n > 0 for n in given
+    ):
+        raise InputError(
+            f"patches must be whole numbers above zero, one for each axis, got {show(patches)}"
+        )
+    return tuple(int(n) for n in given)

@@ -1,0 +1,284 @@
+"""Floor 6: the power spectrum of a measured surface, radial and along each axis."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import show
+from microslip._frozen import Locked, lock
+from microslip._wording import quoted
+from microslip.errors import InputError
+from microslip.scans.moments import Moments
+
+if TYPE_CHECKING:
+    from microslip.scans.scan import Scan
+
+Floats = NDArray[np.float64]
+Window = Literal["hann"] | None
+
+
+@dataclass(frozen=True, eq=False)
+class AxisSpectrum(Locked):
+    """One-sided power spectrum of the profiles along one axis, in the mean over all of them.
+
+    Parameters
+    ----------
+    wavenumber : ndarray
+        Wavenumbers q = 2 pi/wavelength [rad/m], rising from one wave on the length of the scan.
+    power : ndarray
+        Variance [m^2] in the band about each; they sum to m0 less the variance of the profiles'
+        means, which do not vary along this axis.
+    density : ndarray
+        The same per wavenumber [m^3]: its integral over q is the sum.
+    pixel : float
+        Distance of neighbours [m].
+    """
+
+    wavenumber: Floats
+    power: Floats
+    density: Floats
+    pixel: float
+
+    @property
+    def wavelength(self) -> Floats:
+        """Wavelengths [m], falling."""
+        return 2.0 * math.pi / self.wavenumber
+
+    def moment(self, order: int, *, differences: bool = False) -> float:
+        """Spectral moment of the profiles.
+
+        Parameters
+        ----------
+        order : int
+            0, 2 or 4; of order 0 it is the sum of the power.
+        differences : bool
+            Whether to take what finite differences see, (2/h) sin(q h/2), in place of q.
+
+        Returns
+        -------
+        float
+            m0 [m^2], m2 [-] or m4 [1/m^2].
+
+        Raises
+        ------
+        InputError
+            Another order.
+        """
+        if order not in (0, 2, 4):
+            raise InputError(f"order must be 0, 2 or 4, got {show(order)}")
+        q = self.wavenumber
+        if differences:
+            q = 2.0 / self.pixel * np.sin(0.5 * self.pixel * q)
+        return float(self.power @ q**order)
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum(Locked):
+    """Power spectrum of a scan; of a profile, there is the one axis only.
+
+    Normalised so that the integral of the density over the plane of wavenumbers is m0; see
+    Jacobs, Junge and Pastewka (2017), DOI 10.1088/2051-672X/aa51f8, for other habits.
+
+    Parameters
+    ----------
+    wavenumber : ndarray
+        Wavenumbers q [rad/m] of the rings, rising; only rings that hold waves.
+    density : ndarray
+        Mean density C [m^4] of a ring; of a profile, that along it [m^3].
+    power : ndarray
+        Variance in each ring [m^2]; they sum to m0.
+    axes : tuple of AxisSpectrum
+        Spectra along x and along y; of a profile, along it.
+    window : {"hann", None}
+        Taper at the edges of the scan.
+    cutoff, long_cutoff : float or None
+        Band of wavelengths [m] that conditioning has left.
+    """
+
+    wavenumber: Floats
+    density: Floats
+    power: Floats
+    axes: tuple[AxisSpectrum, ...]
+    window: Window
+    cutoff: float | None = None
+    long_cutoff: float | None = None
+
+    @property
+    def wavelength(self) -> Floats:
+        """Wavelengths of the rings [m], falling."""
+        return 2.0 * math.pi / self.wavenumber
+
+    @property
+    def m0(self) -> float:
+        """Integral of the spectrum [m^2]."""
+        return float(self.power.sum())
+
+    def moments(self, *, differences: bool = False) -> Moments:
+        """Moments of the spectrum, in the mean over the axes.
+
+        Parameters
+        ----------
+        differences : bool
+            Whether to take what finite differences see in place of the wavenumber: then they are
+            those of :meth:`Scan.moments`, but for taper and edges; without, each wave counts in
+            full, noise at the pixel too.
+
+        Returns
+        -------
+        Moments
+            m0, m2 and m4, of each axis too.
+
+        Raises
+        ------
+        InputError
+            A surface without waves.
+        """
+        second = tuple(axis.moment(2, differences=differences) for axis in self.axes)
+        fourth = tuple(axis.moment(4, differences=differences) for axis in self.axes)
+        count = len(self.axes)
+        return Moments(
+            self.m0, math.fsum(second) / count, math.fsum(fourth) / count, second, fourth
+        )
+
+
+def spectrum(scan: Scan, *, window: Window = "hann") -> Spectrum:
+    """Power spectrum of a scan, as it is: level it first.
+
+    Parameters
+    ----------
+    scan : Scan
+        A scan, or a profile. Missing points count as points on the mean, with no weight.
+    window : {"hann", None}
+        Taper. Without one the step from edge to edge adds power at short waves, like q^-2 along
+        the axes; None is for surfaces that are periodic.
+
+    Returns
+    -------
+    Spectrum
+        Radial spectrum in rings as wide as one wave on the shorter side, and axial spectra.
+
+    Raises
+    ------
+    InputError
+        Another window; heights that are all the same.
+    """
+    if window not in ("hann", None):
+        raise InputError(f"window must be {quoted(['hann'])} or None, got {show(window)}")
+    heights, steps = scan.heights, scan.pixel
+    tapers = [_taper(n, window) for n in heights.shape]
+    weight: Any = tapers[0] if heights.ndim == 1 else tapers[0][:, None]
+    missing = np.isnan(heights)
+    some = bool(missing.any())
+    z = np.where(missing, 0.0, heights) if some else heights.copy()
+    here = [(~missing).astype(float) if some else None]
+    z -= _weighted_mean(z, tapers, here[0])
+    if some:
+        z[missing] = 0.0
+    z *= weight
+    if heights.ndim == 2:
+        z *= tapers[1]
+    square = _weighted_sum([taper * taper for taper in tapers], here[0])
+    del missing, here
+    if heights.ndim == 1:
+        power = np.abs(np.fft.rfft(z)) ** 2
+        power *= _sides(heights.size) / (heights.size * square)
+        axis = _axis(power, heights.size, steps[0])
+        return Spectrum(
+            axis.wavenumber,
+            axis.density,
+            axis.power,
+            (axis,),
+            window,
+            scan.cutoff,
+            scan.long_cutoff,
+        )
+    rows, columns = z.shape
+    dx, dy = steps
+    waves = np.fft.rfft2(z)
+    del z
+    full = waves.real**2
+    full += waves.imag**2
+    del waves
+    full *= _sides(columns) / (rows * columns * square)
+    along_x = full.sum(axis=0)
+    both = full.sum(axis=1)
+    # Fold negative wavenumbers along y onto the positive ones.
+    along_y = both[: rows // 2 + 1].copy()
+    along_y[1 : (rows + 1) // 2] += both[: rows // 2 : -1]
+    q, power, count = _rings(full, (dx, dy), columns)
+    cell = (2.0 * math.pi) ** 2 / (rows * dx * columns * dy)
+    return Spectrum(
+        lock(q),
+        lock(power / (count * cell)),
+        lock(power),
+        (_axis(along_x, columns, dx), _axis(along_y, rows, dy)),
+        window,
+        scan.cutoff,
+        scan.long_cutoff,
+    )
+
+
+def _taper(count: int, window: Window) -> Floats:
+    if window is None:
+        return np.ones(count)
+    # Half a step off the edges, so that no point is without weight.
+    return np.sin(math.pi * (np.arange(count) + 0.5) / count) ** 2
+
+
+def _weighted_sum(tapers: list[Floats], present: Floats | None) -> float:
+    if present is None:
+        return math.prod(float(taper.sum()) for taper in tapers)
+    if len(tapers) == 1:
+        return float(present @ tapers[0])
+    return float(tapers[0] @ present @ tapers[1])
+
+
+def _weighted_mean(z: Floats, tapers: list[Floats], present: Floats | None) -> float:
+    # The mean under the taper, so that the mean itself leaks into no wave.
+    return _weighted_sum(tapers, z) / _weighted_sum(tapers, present)
+
+
+def _sides(count: int) -> Floats:
+    """How many waves of the full transform each one of the half stands for; the mean is none."""
+    sides = np.full(count // 2 + 1, 2.0)
+    if count % 2 == 0:
+        sides[-1] = 1.0
+    sides[0] = 1.0
+    return sides
+
+
+def _axis(power: Floats, count: int, step: float) -> AxisSpectrum:
+    unit = 2.0 * math.pi / (count * step)
+    own = power[1:].copy()  # without what does not vary along this axis
+    q = unit * np.arange(1, own.size + 1)
+    return AxisSpectrum(lock(q), lock(own), lock(own / unit), step)
+
+
+def _rings(full: Floats, steps: tuple[float, float], columns: int) -> tuple[Floats, Floats, Floats]:
+    """Mean wavenumber, power and number of waves of each ring."""
+    rows = full.shape[0]
+    qx = 2.0 * math.pi * np.fft.rfftfreq(columns, steps[0])
+    qy = 2.0 * math.pi * np.fft.fftfreq(rows, steps[1])
+    # As wide as the coarser step of the grid: no ring is empty for want of waves.
+    width = max(float(qx[1]), abs(float(qy[1])))
+    sides = _sides(columns)
+    bins = int(math.hypot(float(qx[-1]), float(np.abs(qy).max())) / width + 0.5) + 1
+    sums = np.zeros((3, bins))
+    for row in range(rows):
+        q = np.hypot(qx, qy[row])
+        ring = (q / width + 0.5).astype(np.intp)
+        # Rings are about multiples of the width; what is nearer to zero joins the first.
+        ring = np.maximum(ring, 1)
+        waves = sides.copy()
+        if row == 0:
+            waves[0] = 0.0
+        sums[0] += np.bincount(ring, waves, minlength=bins)
+        sums[1] += np.bincount(ring, waves * q, minlength=bins)
+        sums[2] += np.bincount(ring, full[row], minlength=bins)
+    count, radial, power = sums[:, sums[0] > 0.0]
+    return radial / count, power, count

@@ -1,0 +1,205 @@
+"""Floor 6: find the summits of a scan: where they are, how high, and how round."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import number, show
+from microslip._units import engineering, significant
+from microslip._wording import quoted
+from microslip.errors import InputError
+from microslip.scans.condition import band
+from microslip.scans.curvature import by_differences, equivalent_radii, fitted
+from microslip.scans.noise import noise_passed, noise_std, present
+from microslip.scans.parameters import SummitStatistics
+from microslip.scans.prominence import Peaks, find_peaks
+from microslip.scans.scan import Level, Scan
+from microslip.scans.summit_set import ESTIMATES, METHODS, Estimate, Method, Summits
+
+__all__ = [
+    "ESTIMATES",
+    "METHODS",
+    "TIMES_NOISE",
+    "Estimate",
+    "Method",
+    "Summits",
+    "find_summits",
+]
+
+TIMES_NOISE = 3.0
+"""Prominence that makes a summit, in standard deviations of the noise.
+
+Of the peaks that white noise makes by itself one in two hundred is as prominent.
+"""
+
+
+def find_summits(
+    scan: Scan,
+    cutoff: float | str | None,
+    *,
+    method: Method = "watershed",
+    prominence: float | None = None,
+    level: Level | None = None,
+    window: int = 3,
+) -> Summits:
+    """Find the summits of a scan.
+
+    Parameters
+    ----------
+    scan : Scan
+        An area.
+    cutoff : float, str or None
+        Short-wave cut-off [m], or such as "10 um". None has to be written: then the pixel decides.
+    method : {"watershed", "neighbours"}
+        "watershed": peaks prominent enough, their shape by a quadric through the points around
+        them. "neighbours": every point above its eight neighbours, curvatures by differences.
+    prominence : float, optional
+        Least rise above the saddle to a higher summit [m]. By default, of "watershed",
+        :data:`TIMES_NOISE` standard deviations of the noise that passes the cut-off.
+    level : {"plane", "quadratic", "cylinder", "mean"}, optional
+        Form to be removed before.
+    window : int
+        Points along a side of the square that a quadric is fitted to: 3, 5, 7 ... 15.
+
+    Returns
+    -------
+    Summits
+        Positions, heights and radii.
+
+    Raises
+    ------
+    InputError
+        A profile; a word or a number that is not understood; no summit found.
+
+    Notes
+    -----
+    The threshold stands on the noise and not on the 5 % of the total height that ISO 25178-3 gives,
+    because one scratch changes the total height, and all that is counted with it.
+
+    An elliptic summit with principal curvatures k1 and k2 becomes a sphere of radius 1/sqrt(k1 k2),
+    as by Greenwood (2006), Wear 261, 191-200. Hertz's load at a given indentation is then low by
+    1 % for k1/k2 = 2, by 2.4 % for 3 and by 10 % for 10; a sphere of the mean curvature is off by
+    9 % for 3 and by 32 % for 10. Fits that do not curve down in every direction are dropped and
+    counted.
+    """
+    if not isinstance(scan, Scan):
+        raise InputError(f"scan must be a Scan, got {show(scan)}")
+    if scan.is_profile:
+        raise InputError(
+            f"{scan.name[:60]}: a profile has peaks but no summits; use moments().mccool()"
+        )
+    if method not in METHODS:
+        raise InputError(f"method must be one of {quoted(METHODS)}, got {show(method)}")
+    if not isinstance(window, (int, np.integer)) or window not in range(3, 16, 2):
+        raise InputError(f"window must be an odd number from 3 to 15, got {show(window)}")
+    if prominence is not None and (prominence := number("prominence", prominence, "m")) < 0.0:
+        raise InputError(f"prominence must not be below zero [m], got {prominence:g}")
+    short, _ = band(scan, cutoff, None)
+    noise = noise_passed(noise_std(scan.heights), scan.pixel, short)
+    scan = scan.condition(level=level, cutoff=short)
+    heights = scan.heights
+    peaks = find_peaks(heights)
+    # What rises by less may be a plateau that levelling tilted.
+    rounding = 16.0 * np.finfo(float).eps * float(np.nanmax(np.abs(heights)))
+    peaks = _keep(peaks, peaks.prominences > rounding)
+    inner = present(heights, 1).reshape(-1)
+    whole = _keep(peaks, inner[peaks.places])
+    if not whole.places.size:
+        raise InputError(
+            f"{scan.name[:60]}: no point is above its eight neighbours: no summit; is it levelled? "
+            'level="plane"'
+        )
+    pixel_area = math.prod(scan.pixel)
+    flat = heights.reshape(-1)
+    mean = float(np.nanmean(heights))
+    axes = by_differences(heights, whole.places, scan.pixel)
+    every = SummitStatistics(
+        whole.places.size / (np.count_nonzero(inner) * pixel_area),
+        1.0 / float(axes.mean()),
+        float(flat[whole.places].std()),
+        float(flat[whole.places].mean()) - mean,
+        "neighbours",
+    )
+    by_fit = method == "watershed"
+    threshold = (TIMES_NOISE * noise if by_fit else 0.0) if prominence is None else prominence
+    reach = window // 2 if by_fit else 1
+    if reach > 1:
+        inner = present(heights, reach).reshape(-1)
+    candidates = _keep(whole, inner[whole.places] & (whole.prominences >= threshold))
+    places = candidates.places
+    shifts, rises = np.zeros((places.size, 2)), np.zeros(places.size)
+    clamped = 0
+    if by_fit:
+        tops = fitted(heights, places, scan.pixel, int(window))
+        curvatures = tops.curvatures
+        radii, good = equivalent_radii(curvatures)
+        shifts, rises = tops.shifts, tops.rises
+        clamped = int(np.count_nonzero(good & ~tops.inside))
+    else:
+        curvatures = by_differences(heights, places, scan.pixel)
+        # A peak is above its neighbours: neither can be below zero, one may be zero.
+        middle = curvatures.mean(axis=1)
+        good = middle > 0.0
+        radii = np.divide(1.0, middle, out=np.zeros_like(middle), where=good)
+    if not good.any():
+        raise InputError(
+            f"{scan.name[:60]}: none of {whole.places.size} peaks rises "
+            f"{engineering(threshold, 'm')} above the saddle to a higher one and is round; try a "
+            "smaller prominence or another cutoff"
+        )
+    rows, columns = np.divmod(places, heights.shape[1])
+    positions = (np.stack([columns, rows], axis=1) + shifts) * np.array(scan.pixel)
+    notes = (
+        *scan.notes,
+        *_notes(scan, method, int(window), threshold, prominence is None, noise),
+        f"summits: {np.count_nonzero(good)} counted of {whole.places.size} points above their "
+        f"eight neighbours; {np.count_nonzero(~good)} dropped as not round; {clamped} kept where "
+        "they are, since their fit puts the top outside its points.",
+    )
+    return Summits(
+        positions=positions[good],
+        heights=(flat[places] + rises - mean)[good],
+        radii=radii[good],
+        curvatures=curvatures[good],
+        prominences=candidates.prominences[good],
+        scan=scan,
+        cutoff=scan.cutoff,
+        area=float(np.count_nonzero(inner) * pixel_area),
+        method=method,
+        threshold=float(threshold),
+        dropped=int(np.count_nonzero(~good)),
+        neighbours=every,
+        notes=notes,
+    )
+
+
+def _keep(peaks: Peaks, which: NDArray[np.bool_]) -> Peaks:
+    return Peaks(peaks.places[which], peaks.prominences[which])
+
+
+def _notes(
+    scan: Scan, method: str, window: int, threshold: float, chosen: bool, noise: float
+) -> tuple[str, ...]:
+    pixel = " x ".join(engineering(step, "m") for step in dict.fromkeys(scan.pixel))
+    band = (
+        f"summits: no short-wave cut-off: the pixel of {pixel} decides density and radius."
+        if scan.cutoff is None
+        else f"summits: short-wave cut-off {engineering(scan.cutoff, 'm')}; it decides density and "
+        "radius."
+    )
+    if method == "neighbours":
+        how = "summits: points above their eight neighbours, curvature by differences"
+        why = "" if threshold == 0.0 else f", prominence at least {engineering(threshold, 'm')}"
+        return band, f"{how}{why}."
+    why = (
+        f", {significant(TIMES_NOISE, 1)} times the noise of {engineering(noise, 'm')}"
+        if chosen
+        else ""
+    )
+    return band, (
+        f"summits: prominence at least {engineering(threshold, 'm')}{why}; quadric through "
+        f"{window} x {window} points; radius 1/sqrt(k1 k2)."
+    )

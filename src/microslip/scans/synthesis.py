@@ -1,0 +1,343 @@
+"""Floor 6: surfaces made to order: moments prescribed, or summits known exactly.
+
+A random surface is a sum of waves of random phases, of a self-affine band: a power spectrum
+C(q) ~ q^(-2 - 2 H) between two wavenumbers and nothing beside them. The ends of the band are solved
+for m2/m0 and m4/m2 on the discrete grid, for the very differences that :meth:`Scan.moments` takes;
+the height of the spectrum makes m0 exact. The amplitudes are those of the spectrum, not drawn, so
+the surface has its moments and not only its ensemble; many waves of random phases are Gaussian
+all the same.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._checks import exact, floats, number, positive, show
+from microslip._frozen import lock
+from microslip.errors import InputError
+from microslip.scans.checks import pixel_of
+from microslip.scans.scan import Scan
+
+Floats = NDArray[np.float64]
+
+_LARGEST = 1 << 27  # points of a grid: a gigabyte
+
+
+def random_surface(
+    shape: tuple[int, int],
+    pixel: float | tuple[float, float],
+    *,
+    m0: float,
+    m2: float,
+    m4: float,
+    hurst: float = 0.8,
+    seed: int = 0,
+    name: str = "random surface",
+) -> Scan:
+    """Make a random isotropic surface with prescribed moments.
+
+    It is periodic, Gaussian as far as its waves are many, and self-affine between two wavelengths
+    (Nayak 1971, DOI 10.1115/1.3451608, on the moments of such surfaces).
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Rows (along y) and columns (along x), at least 16 of each.
+    pixel : float or pair of float
+        Distance of neighbours [m].
+    m0, m2, m4 : float
+        Variance of heights [m^2], mean square slope [-] and curvature [1/m^2] of profiles, as
+        :meth:`Scan.moments` is to find them; met within 2 %.
+    hurst : float
+        Exponent H of the spectrum q^(-2 - 2 H), from -1 (white) to 2.
+    seed : int
+        Seed of the phases; the same seed gives the same surface.
+    name : str
+        Name of the scan.
+
+    Returns
+    -------
+    Scan
+        The surface; its notes tell the band.
+
+    Raises
+    ------
+    InputError
+        Moments that no band of waves on this grid has.
+    """
+    rows, columns = _shape(shape)
+    dx, dy = _pair(pixel)
+    for key, value, unit in (("m0", m0, "m^2"), ("m2", m2, ""), ("m4", m4, "1/m^2")):
+        positive(key, value, unit)
+    hurst = number("hurst", hurst)
+    if not -1.0 <= hurst <= 2.0:
+        raise InputError(f"hurst must be from -1 to 2, got {hurst:g}")
+    if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or seed < 0:
+        raise InputError(f"seed must be a whole number from 0, got {show(seed)}")
+    qx: Floats = 2.0 * math.pi * np.fft.rfftfreq(columns, dx).astype(float)
+    qy: Floats = 2.0 * math.pi * np.fft.fftfreq(rows, dy).astype(float)
+    q = np.hypot(qy[:, None], qx[None, :])
+    q[0, 0] = math.inf  # the mean has no amplitude
+    band = _Band(q, qx, qy, (dx, dy), hurst)
+    low, high = band.solve(m0, m2, m4)
+    amplitude = np.sqrt(band.power(q, low, high), out=q)
+    phase = np.random.default_rng(seed).uniform(0.0, 2.0 * math.pi, amplitude.shape)
+    waves = amplitude * np.exp(1j * phase)
+    del phase, amplitude, q
+    # Waves along y alone come twice in this half of the plane: as conjugates, for real heights.
+    for column in {0, waves.shape[1] - 1} if columns % 2 == 0 else {0}:
+        half = (rows - 1) // 2
+        waves[-half:, column] = waves[half:0:-1, column].conj()
+        if rows % 2 == 0:
+            waves[rows // 2, column] = abs(waves[rows // 2, column])
+    heights = np.fft.irfft2(waves, s=(rows, columns))
+    heights -= heights.mean()
+    heights *= math.sqrt(m0 / float(np.mean(heights * heights)))
+    return Scan(
+        lock(heights),
+        (dx, dy),
+        name=name,
+        notes=(
+            f"random surface, seed {seed}: waves from {2.0 * math.pi / high:.4g} m to "
+            f"{2.0 * math.pi / low:.4g} m, spectrum q^{-2.0 - 2.0 * hurst:g}",
+        ),
+    )
+
+
+class _Band:
+    """Moments of a band of the grid's waves, from its waves gathered by wavenumber."""
+
+    def __init__(
+        self, q: Floats, qx: Floats, qy: Floats, pixel: tuple[float, float], hurst: float
+    ) -> None:
+        self.exponent = -2.0 - 2.0 * hurst
+        self.least = min(float(qx[1]), float(qy[1]))
+        self.most = math.pi / max(pixel)
+        # Finite differences see K = (2/h) sin(q h/2) in place of q.
+        kx, ky = (
+            (2.0 / h * np.sin(0.5 * along * h)) ** 2
+            for along, h in zip((qx, qy), pixel, strict=True)
+        )
+        # Waves with 0 < qx stand for their conjugates too, but for the last of an even number.
+        twice = np.full(qx.size, 2.0)
+        twice[0] = 1.0
+        if (2.0 * math.pi / pixel[0] - 2.0 * qx[-1]) < 1e-6 * qx[1]:
+            twice[-1] = 1.0
+        self.edge = 0.5 * self.least
+        bins = max(8, int(16.0 * self.most / self.least))
+        width = self.most * 1.001 / bins
+        sums: list[Any] = [np.zeros(bins) for _ in range(4)]
+        for row in range(qy.size):
+            at = np.minimum(q[row] / width, bins).astype(np.intp)
+            inside = at < bins
+            at = at[inside]
+            weight = twice[inside]
+            second = 0.5 * (kx[inside] + ky[row])
+            fourth = 0.5 * (kx[inside] ** 2 + ky[row] ** 2)
+            for total, part in zip(
+                sums,
+                (weight, weight * q[row][inside], weight * second, weight * fourth),
+                strict=True,
+            ):
+                total += np.bincount(at, part, minlength=bins)
+        full = sums[0] > 0.0
+        self.count, radial, self.second, self.fourth = (total[full] for total in sums)
+        self.q = radial / self.count
+
+    def power(self, q: Floats, low: float, high: float) -> Floats:
+        """Relative power of a wave."""
+        # The ends are soft by half a step of the grid, so that sums vary smoothly with them.
+        rise = np.clip((q - low) / self.edge + 0.5, 0.0, 1.0)
+        rise *= np.clip((high - q) / self.edge + 0.5, 0.0, 1.0)
+        with np.errstate(invalid="ignore"):
+            rise *= np.where(np.isfinite(q), (q / self.most) ** self.exponent, 0.0)
+        return rise
+
+    def moments(self, low: float, high: float) -> tuple[float, float, float]:
+        power = self.power(self.q, low, high)
+        return (
+            float(power @ self.count),
+            float(power @ self.second),
+            float(power @ self.fourth),
+        )
+
+    def solve(self, m0: float, m2: float, m4: float) -> tuple[float, float]:
+        """Ends of the band with these ratios of moments.
+
+        For each lower end the upper one that gives m4/m2, and of these the pair that gives m2/m0.
+        """
+        from scipy.optimize import brentq
+
+        wanted, slope = m4 / m2, m2 / m0
+        least, most = self.least, self.most
+
+        def upper(low: float) -> float:
+            def excess(high: float) -> float:
+                _, second, fourth = self.moments(low, high)
+                return math.log(fourth / second / wanted)
+
+            start = low + 2.0 * self.edge
+            if start >= most or excess(start) >= 0.0:
+                return start
+            if excess(most) <= 0.0:
+                return most
+            return float(brentq(excess, start, most, rtol=1e-10))
+
+        def off(low: float) -> float:
+            first, second, _ = self.moments(low, upper(low))
+            return math.log(second / first / slope)
+
+        top = most - 3.0 * self.edge
+        alpha = m0 / m2 * wanted
+        within = self._ratio(least, least + 2.0 * self.edge), self._ratio(top, most)
+        if not within[0] < wanted < within[1]:
+            raise InputError(
+                f"m4/m2 = {exact(wanted)} 1/m^2 cannot be had on this grid: its waves give from "
+                f"{within[0]:.3g} to {within[1]:.3g} 1/m^2; choose another pixel or more points"
+            )
+        if self._ratio(least, most) < wanted:
+            # Even up to the shortest waves the band has to begin higher.
+            least = float(brentq(lambda low: self._ratio(low, most) - wanted, least, top))
+        if off(least) > 0.0:
+            first, second, fourth = self.moments(least, upper(least))
+            reach = first / second * (fourth / second)
+            raise InputError(
+                f"Nayak's alpha = m0 m4/m2^2 = {alpha:.4g} cannot be had on this grid: with this "
+                f"m4/m2 and hurst it goes up to {reach:.4g}; choose more points, a smaller pixel "
+                "or another hurst"
+            )
+        if off(top) < 0.0:
+            raise InputError(
+                f"Nayak's alpha = m0 m4/m2^2 must be above 1.5 for an isotropic surface, "
+                f"got {alpha:.4g}"
+            )
+        low = float(brentq(off, least, top, rtol=1e-10))
+        high = upper(low)
+        first, second, fourth = self.moments(low, high)
+        if not (
+            0.995 < second / first / slope < 1.005 and 0.995 < fourth / second / wanted < 1.005
+        ):
+            raise InputError(
+                f"Nayak's alpha = m0 m4/m2^2 = {alpha:.4g} is below 1.5, which no isotropic "
+                "surface has, or so near to it that the waves of this grid are too few for the band"
+            )
+        return low, high
+
+    def _ratio(self, low: float, high: float) -> float:
+        _, second, fourth = self.moments(low, high)
+        return fourth / second
+
+
+def paraboloids(
+    shape: tuple[int, int],
+    pixel: float | tuple[float, float],
+    *,
+    positions: ArrayLike,
+    heights: ArrayLike,
+    radii: ArrayLike,
+    base: float = 0.0,
+    name: str = "paraboloids",
+) -> Scan:
+    """Make a surface whose summits are known exactly: paraboloids on a plane.
+
+    The height is the largest of z_i - (x - x_i)^2/(2 R_ix) - (y - y_i)^2/(2 R_iy) and the plane:
+    summits as Greenwood and Williamson (1966) have them, DOI 10.1098/rspa.1966.0242.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Rows (along y) and columns (along x), at least 16 of each.
+    pixel : float or pair of float
+        Distance of neighbours [m].
+    positions : array_like
+        (n, 2) positions (x, y) of the summits [m]; the first point of the scan is at (0, 0).
+    heights : array_like
+        (n,) heights z_i [m] of the summits, all above `base`.
+    radii : array_like
+        Radii of curvature [m]: one, (n,), or (n, 2) along x and y.
+    base : float
+        Height of the plane [m].
+    name : str
+        Name of the scan.
+
+    Returns
+    -------
+    Scan
+        The surface.
+
+    Raises
+    ------
+    InputError
+        Arrays that do not belong together, a summit off the grid, under the plane or buried by
+        another.
+    """
+    rows, columns = _shape(shape)
+    dx, dy = _pair(pixel)
+    base = number("base", base, "m", 0.0)
+    at = floats("positions", positions)
+    if at.ndim != 2 or at.shape[1] != 2:
+        raise InputError(f"positions must be (n, 2), x and y of each summit, got {at.shape}")
+    count = at.shape[0]
+    tops = _per_summit("heights", floats("heights", heights), count)
+    given = floats("radii", radii)
+    both = given if given.shape == (count, 2) else _per_summit("radii", given, count)[:, None]
+    curved = np.broadcast_to(both, (count, 2))
+    if not (curved > 0.0).all():
+        raise InputError(f"radii must be above zero [m], got {curved.min():g}")
+    if not (tops > base).all():
+        raise InputError(f"heights must be above base = {base:g} m, got {tops.min():g}")
+    ends = np.array([(columns - 1) * dx, (rows - 1) * dy])
+    if ((at < 0.0) | (at > ends)).any():
+        raise InputError(f"positions must be from (0, 0) to ({ends[0]:g}, {ends[1]:g}) m")
+    z = np.full((rows, columns), base)
+    reach = np.sqrt(2.0 * curved * (tops - base)[:, None])
+    for (x, y), top, (rx, ry), (across, along) in zip(at, tops, curved, reach, strict=True):
+        i = slice(max(0, math.floor((y - along) / dy)), math.ceil((y + along) / dy) + 1)
+        j = slice(max(0, math.floor((x - across) / dx)), math.ceil((x + across) / dx) + 1)
+        part = z[i, j]
+        ys = np.arange(i.start, i.start + part.shape[0]) * dy - y
+        xs = np.arange(j.start, j.start + part.shape[1]) * dx - x
+        np.maximum(part, top - (ys * ys / (2.0 * ry))[:, None] - xs * xs / (2.0 * rx), out=part)
+    for own in range(count):
+        off = at[own] - at
+        other = tops - (off * off / (2.0 * curved)).sum(axis=1)
+        other[own] = -math.inf
+        if count > 1 and other.max() >= tops[own]:
+            raise InputError(
+                f"summit {own} at ({at[own, 0]:g}, {at[own, 1]:g}) m is buried by summit "
+                f"{int(other.argmax())}: place them farther apart, or sharper"
+            )
+    return Scan(lock(z), (dx, dy), name=name, notes=(f"{count} paraboloids on a plane",))
+
+
+def _per_summit(name: str, values: Floats, count: int) -> Floats:
+    if values.ndim > 1 or values.size not in (1, count):
+        raise InputError(
+            f"{name} must be one, or one for each of {count} summits, got shape {values.shape}"
+        )
+    return np.broadcast_to(values.reshape(-1), (count,))
+
+
+def _shape(shape: Any) -> tuple[int, int]:
+    good = (
+        isinstance(shape, (tuple, list))
+        and len(shape) == 2
+        and all(isinstance(n, (int, np.integer)) and not isinstance(n, bool) for n in shape)
+        and min(shape) >= 16
+        and shape[0] * shape[1] <= _LARGEST
+    )
+    if not good:
+        raise InputError(
+            "shape must be (rows, columns), each 16 or more and not above "
+            f"{_LARGEST} points in all, got {show(shape)}"
+        )
+    return int(shape[0]), int(shape[1])
+
+
+def _pair(pixel: Any) -> tuple[float, float]:
+    steps = pixel_of(pixel, 2)
+    return steps[0], steps[1]

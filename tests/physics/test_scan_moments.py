@@ -1,0 +1,431 @@
+"""Moments, summit theory, spectra and made surfaces: closed forms and independent answers."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from microslip.scans import (
+    Moments,
+    Scan,
+    combine,
+    moments_from,
+    over_cutoffs,
+    paraboloids,
+    patch_errors,
+    random_surface,
+    verdicts,
+)
+from microslip.scans.moments import moments_of
+from microslip.scans.nayak import NayakSummits
+from microslip.scans.spectrum import spectrum
+
+SCANS = Path(__file__).parents[3] / "shared/data/scans"
+
+
+def made(shape: tuple[int, int], alpha: float, fine: float, seed: int, m2: float = 0.01) -> Scan:
+    """A random surface with this alpha; ``fine`` is m4/m2 with the pixel of 1 um as unit."""
+    m4 = m2 * fine / 1e-12
+    return random_surface(shape, 1e-6, m0=alpha * m2 * m2 / m4, m2=m2, m4=m4, seed=seed)
+
+
+# Sines: everything is known.
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "both"])
+def test_a_sine_has_its_moments(axis: str) -> None:
+    rows, columns, dx, dy = 400, 600, 1e-6, 1.5e-6
+    x, y = np.arange(columns) * dx, np.arange(rows)[:, None] * dy
+    qx, qy, a = 2 * math.pi * 12 / (columns * dx), 2 * math.pi * 10 / (rows * dy), 3e-7
+    z = np.zeros((rows, columns))
+    if axis in ("x", "both"):
+        z = z + a * np.sin(qx * x)
+    if axis in ("y", "both"):
+        z = z + a * np.sin(qy * y)
+    found = moments_of(z, (dx, dy))
+    parts = [(qx if axis in ("x", "both") else 0.0), (qy if axis in ("y", "both") else 0.0)]
+    # Whole waves on the grid: the mean of a square is half the amplitude's, but for the edge.
+    waves = sum(q > 0 for q in parts)
+    assert found.m0 == pytest.approx(0.5 * a * a * waves, rel=1e-12)
+    for power, got in ((2, found.m2_axes), (4, found.m4_axes)):
+        for q, h, value in zip(parts, (dx, dy), got, strict=True):
+            seen = 2 / h * math.sin(0.5 * q * h)
+            assert value == pytest.approx(0.5 * a * a * seen**power, rel=1e-2, abs=1e-30)
+            assert value == pytest.approx(0.5 * a * a * q**power, rel=2e-2, abs=1e-30)
+    assert found.m2 == pytest.approx(np.mean(found.m2_axes))
+    if axis != "both":
+        # Ridges along y have slopes along x only.
+        assert found.anisotropy > 1e6
+        assert found.lay == pytest.approx(math.pi / 2 if axis == "x" else 0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [-60.0, -45.0, 10.0, 30.0, 75.0])
+def test_the_lay_is_the_direction_of_the_ridges(degrees: float) -> None:
+    angle, h = math.radians(degrees), 1e-6
+    x, y = np.arange(500) * h, np.arange(400)[:, None] * h
+    across = angle + math.pi / 2
+    q = 2 * math.pi / 40e-6
+    z = 1e-7 * np.sin(q * (x * math.cos(across) + y * math.sin(across)))
+    found = moments_of(z, (h, h))
+    # Differences see a wave of 40 pixels short by parts in a thousand, and differently along x, y.
+    assert found.lay == pytest.approx(angle, abs=5e-3)
+    assert found.anisotropy > 15.0
+
+
+def test_differences_converge_with_the_square_of_the_pixel() -> None:
+    errors = []
+    for count in (200, 400, 800):
+        h = 1e-3 / count
+        x = np.arange(count) * h
+        z = 1e-7 * np.sin(2 * math.pi * 10 * x / 1e-3)
+        q = 2 * math.pi * 10 / 1e-3
+        # Whole periods of the differences themselves: one point more on either side.
+        z = np.concatenate([z[-1:], z, z[:1]])
+        d2 = np.diff(z, 2)[:count] / h**2
+        errors.append(1 - np.mean(d2**2) / (0.5e-14 * q**4))
+    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert orders == pytest.approx([2.0, 2.0], abs=0.02)
+
+
+def test_blocks_and_gaps_change_nothing() -> None:
+    rng = np.random.default_rng(1)
+    z = rng.normal(size=(700, 900))  # several blocks of rows
+    z[rng.random(z.shape) < 0.05] = np.nan
+    found = moments_of(z, (2.0, 3.0))
+    for axis, step, k in ((1, 2.0, 0), (0, 3.0, 1)):
+        slopes, curves = np.diff(z, axis=axis) / step, np.diff(z, 2, axis=axis) / step**2
+        assert found.m2_axes[k] == pytest.approx(np.nanmean(slopes**2), rel=1e-12)
+        assert found.m4_axes[k] == pytest.approx(np.nanmean(curves**2), rel=1e-12)
+    assert found.m0 == pytest.approx(np.nanvar(z), rel=1e-12)
+
+
+# White noise and scaling.
+
+
+@given(height=st.floats(1e-9, 1e-5), length=st.floats(1e-8, 1e-4), seed=st.integers(0, 2**16))
+def test_moments_scale(height: float, length: float, seed: int) -> None:
+    z = np.random.default_rng(seed).normal(size=(20, 30))
+    one, other = moments_of(z, (1.0, 1.0)), moments_of(z * height, (length, length))
+    assert other.m0 == pytest.approx(one.m0 * height**2)
+    assert other.m2 == pytest.approx(one.m2 * (height / length) ** 2)
+    assert other.m4 == pytest.approx(one.m4 * (height / length**2) ** 2)
+    assert other.nayak == pytest.approx(one.nayak)
+    turned = moments_of(np.ascontiguousarray(z.T), (1.0, 1.0))
+    assert turned.m2_axes == pytest.approx(one.m2_axes[::-1])
+    assert turned.m11 == pytest.approx(one.m11)
+
+
+# Made surfaces.
+
+
+@pytest.mark.parametrize(
+    ("alpha", "fine"),
+    [(1.51, 0.2), (1.7, 0.02), (1.7, 1.0), (3.0, 0.2), (8.0, 0.02), (8.0, 1.0), (30.0, 0.2)],
+)
+def test_a_made_surface_has_the_moments_asked_for(alpha: float, fine: float) -> None:
+    scan = made((400, 512), alpha, fine, seed=5)
+    found = scan.moments()
+    m2 = 0.01
+    m4 = m2 * fine / 1e-12
+    # m0 exactly; the others but for the differences across the edge, which are not taken.
+    assert found.m0 == pytest.approx(alpha * m2 * m2 / m4, rel=1e-12)
+    assert found.m2 == pytest.approx(m2, rel=0.01)
+    assert found.m4 == pytest.approx(m4, rel=0.01)
+    assert found.anisotropy == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize("pixel", [(1e-6, 1e-6), (1e-6, 1.4e-6)])
+@pytest.mark.parametrize("shape", [(301, 257), (300, 258)])
+def test_odd_grids_and_oblong_pixels_have_them_too(
+    shape: tuple[int, int], pixel: tuple[float, float]
+) -> None:
+    wanted = {"m0": 4e-14, "m2": 0.004, "m4": 0.004 * 0.1 / 1e-12}
+    wanted["m0"] = 4.0 * wanted["m2"] ** 2 / wanted["m4"]
+    found = random_surface(shape, pixel, **wanted, seed=2).moments()
+    for name, value in wanted.items():
+        assert getattr(found, name) == pytest.approx(value, rel=0.02)
+
+
+def test_the_seed_decides() -> None:
+    a, b, c = (made((64, 64), 3.0, 0.2, seed) for seed in (1, 1, 2))
+    assert np.array_equal(a.heights, b.heights)
+    assert not np.array_equal(a.heights, c.heights)
+
+
+# Nayak's theory.
+
+
+def test_the_summits_of_a_gaussian_field_are_nayaks() -> None:
+    # Waves of 18 pixels at least, so that eight neighbours miss and make no summits; some four
+    # thousand summits, of which a count scatters by 1 to 2 %.
+    scan = made((1500, 1500), 3.0, 0.06, seed=11)
+    z = scan.heights
+    inner = z[1:-1, 1:-1]
+    top = np.ones(inner.shape, dtype=bool)
+    for i in range(3):
+        for j in range(3):
+            if (i, j) != (1, 1):
+                top &= inner > z[i : i + inner.shape[0], j : j + inner.shape[1]]
+    heights = inner[top]
+    theory = scan.moments().nayak_summits()
+    assert heights.size > 3500
+    assert heights.size / (inner.size * 1e-12) == pytest.approx(theory.density, rel=0.05)
+    assert heights.mean() == pytest.approx(theory.mean_height, rel=0.05)
+    assert heights.std() == pytest.approx(theory.std, rel=0.05)
+    kxx = (2 * z - np.roll(z, 1, 1) - np.roll(z, -1, 1))[1:-1, 1:-1][top] / 1e-12
+    kyy = (2 * z - np.roll(z, 1, 0) - np.roll(z, -1, 0))[1:-1, 1:-1][top] / 1e-12
+    mean = 0.5 * (kxx + kyy)
+    assert mean.mean() == pytest.approx(theory.mean_curvature, rel=0.05)
+    # The whole distribution: 4000 heights, not quite independent, differ by 0.02 or so.
+    at = np.sort(heights)
+    share = (np.arange(at.size) + 0.5) / at.size
+    assert np.abs(theory.share_below(at) - share).max() < 0.04
+    # And the high ones are sharper.
+    high = heights > np.quantile(heights, 0.8)
+    expected = np.mean(theory.curvature_at(heights[high]))
+    assert mean[high].mean() == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("alpha", [1.5, 1.501, 2.0, 5.0, 100.0])
+def test_mccools_formulas_are_the_means_of_nayaks_density(alpha: float) -> None:
+    m0, m2 = 2.5e-14, 0.003
+    m4 = alpha * m2 * m2 / m0
+    theory, formulas = NayakSummits(m0, m2, m4), Moments(m0, m2, m4).mccool()
+    z = np.linspace(-8.0, 12.0, 40001) * math.sqrt(m0)
+    density, step = theory.height_density(z), z[1] - z[0]
+    assert density.sum() * step == pytest.approx(1.0, rel=1e-6)
+    mean = (density * z).sum() * step
+    assert mean == pytest.approx(formulas.mean_height, rel=1e-6)
+    assert (density * (z - mean) ** 2).sum() * step == pytest.approx(formulas.std**2, rel=1e-5)
+    curvature = (density * theory.curvature_at(z)).sum() * step
+    assert curvature == pytest.approx(1 / formulas.radius, rel=1e-6)
+    assert theory.density == formulas.density
+
+
+def test_nayaks_density_by_the_determinant_of_random_curvatures() -> None:
+    """Another road: draw second derivatives of the field and weigh summits by hand."""
+    rng = np.random.default_rng(3)
+    m0, m2, m4 = 1.0, 1.0, 2.5
+    cov = np.array(
+        [
+            [m0, -m2, -m2, 0.0],
+            [-m2, m4, m4 / 3, 0.0],
+            [-m2, m4 / 3, m4, 0.0],
+            [0.0, 0.0, 0.0, m4 / 3],
+        ]
+    )
+    z, xx, yy, xy = rng.multivariate_normal(np.zeros(4), cov, size=1_000_000).T
+    det = xx * yy - xy * xy
+    weight = np.where((det > 0) & (xx + yy < 0), det, 0.0)
+    theory = NayakSummits(m0, m2, m4)
+    # A million draws: parts in a thousand.
+    assert weight.mean() / (2 * math.pi * m2) == pytest.approx(theory.density, rel=5e-3)
+    assert (weight @ z) / weight.sum() == pytest.approx(theory.mean_height, rel=5e-3)
+    roots = np.where(weight > 0, np.abs(det), 1.0) ** -0.25
+    radius = ((weight @ roots) / weight.sum()) ** 2
+    assert radius == pytest.approx(theory.equivalent_radius, rel=5e-3)
+
+
+def test_a_narrow_band_has_no_alpha_below_three_halves() -> None:
+    with pytest.raises(ValueError, match=r"at least 1\.5"):
+        NayakSummits(1.0, 1.0, 1.4)
+
+
+# Two surfaces.
+
+
+@given(alpha=st.floats(1.0, 1e3), m0=st.floats(1e-18, 1e-8), m2=st.floats(1e-8, 1.0))
+def test_summits_and_moments_are_the_same_knowledge(alpha: float, m0: float, m2: float) -> None:
+    moments = Moments(m0, m2, alpha * m2 * m2 / m0)
+    back = moments_from(moments.mccool())
+    for name in ("m0", "m2", "m4"):
+        assert getattr(back, name) == pytest.approx(getattr(moments, name), rel=1e-9)
+
+
+def test_the_moments_of_two_surfaces_add() -> None:
+    a, b = made((512, 512), 3.0, 0.1, seed=1), made((512, 512), 6.0, 0.2, seed=2, m2=0.005)
+    gap = Scan(a.heights + b.heights, 1e-6).moments()
+    both = combine(a.moments(), b.moments())
+    # Independent but for chance: products of the two average to parts in a hundred.
+    for name in ("m0", "m2", "m4"):
+        assert getattr(both, name) == pytest.approx(getattr(gap, name), rel=0.05)
+    summits = combine(a.moments().mccool(), b.moments().mccool())
+    direct = both.mccool()
+    for name in ("density", "radius", "std", "mean_height"):
+        assert getattr(summits, name) == pytest.approx(getattr(direct, name), rel=1e-9)
+    twin = combine(a.moments().mccool(), a.moments().mccool())
+    one = a.moments().mccool()
+    assert twin.density == pytest.approx(one.density)
+    assert twin.radius == pytest.approx(one.radius / math.sqrt(2.0))
+    assert twin.std == pytest.approx(one.std * math.sqrt(2.0))
+
+
+# Spectra.
+
+
+@pytest.mark.parametrize("shape", [(300, 420), (301, 421)])
+def test_the_spectrum_of_a_periodic_surface_integrates_to_its_moments(
+    shape: tuple[int, int],
+) -> None:
+    scan = made(shape, 4.0, 0.1, seed=4)
+    found, own = spectrum(scan, window=None), scan.moments()
+    assert found.m0 == pytest.approx(own.m0, rel=1e-12)  # Parseval
+    seen = found.moments(differences=True)
+    # But for the differences across the edge.
+    assert seen.m2 == pytest.approx(own.m2, rel=5e-3)
+    assert seen.m4 == pytest.approx(own.m4, rel=5e-3)
+    # True wavenumbers: K^2 = q^2 (1 - q^2 h^2/12 ...) along an axis, so m2 gains m4 h^2/12 in all,
+    # and m4 twice what m6 is of it; of this short band m6/m4 is below 3 m4/m2.
+    true = found.moments()
+    assert true.m2 / seen.m2 == pytest.approx(1.0 + 0.1 / 12, rel=1e-3)
+    assert 1.0 + 0.2 / 12 < true.m4 / seen.m4 < 1.0 + 3 * 0.2 / 12
+    # The density of the rings, integrated over the plane of wavenumbers.
+    widths = np.diff(found.wavenumber, prepend=0.0)
+    assert np.sum(2 * math.pi * found.wavenumber * found.density * widths) == pytest.approx(
+        own.m0, rel=0.05
+    )
+
+
+def test_a_window_keeps_the_power_in_the_mean() -> None:
+    ratios = []
+    for seed in range(6):
+        # Short waves, many of them: the taper sees a fair sample.
+        scan = made((256, 256), 2.0, 0.3, seed)
+        found, own = scan.spectrum().moments(differences=True), scan.moments()
+        ratios.append([found.m0 / own.m0, found.m2 / own.m2, found.m4 / own.m4])
+    # One taper sees m0 with a scatter of 6 %, m2 and m4 with one of 3 %.
+    error = np.std(ratios, axis=0, ddof=1) / math.sqrt(len(ratios))
+    assert (error < [0.03, 0.015, 0.015]).all()
+    assert (np.abs(np.mean(ratios, axis=0) - 1.0) < [0.05, 0.03, 0.03]).all()
+
+
+def test_a_sine_stands_in_its_ring() -> None:
+    h, wave = 1e-6, 20e-6
+    x = np.arange(400) * h
+    z = 1e-7 * np.sin(2 * math.pi * x / wave) + np.zeros((300, 1))
+    for window in ("hann", None):
+        found = spectrum(Scan(z, h), window=window)
+        top = int(np.argmax(found.power))
+        assert found.wavelength[top] == pytest.approx(wave, rel=0.05)
+        assert found.m0 == pytest.approx(0.5e-14, rel=1e-3)
+        assert found.axes[0].moment(0) == pytest.approx(0.5e-14, rel=1e-3)
+
+
+def test_a_profile_has_a_spectrum() -> None:
+    h = 1e-6
+    z = 1e-7 * np.sin(2 * math.pi * np.arange(1000) * h / 25e-6)
+    found = spectrum(Scan(z, h), window=None)
+    assert found.m0 == pytest.approx(0.5e-14, rel=1e-9)
+    assert found.wavelength[int(np.argmax(found.power))] == pytest.approx(25e-6)
+    assert found.moments().m2 == pytest.approx(0.5e-14 * (2 * math.pi / 25e-6) ** 2, rel=1e-9)
+
+
+def test_few_missing_points_hardly_change_a_spectrum() -> None:
+    scan = made((256, 256), 3.0, 0.1, seed=8)
+    z = scan.heights.copy()
+    z[100:110, 50:60] = np.nan
+    whole, gappy = scan.spectrum(), Scan(z, 1e-6).spectrum()
+    # 0.15 % of the points are gone, and where they are the taper weighs more than in the mean.
+    assert gappy.m0 == pytest.approx(whole.m0, rel=0.02)
+
+
+# Error bars.
+
+
+def test_error_bars_cover_the_truth() -> None:
+    held, count = {"rms": 0, "m2": 0, "radius": 0}, 20
+    # A random surface of long and many waves, cut out of a larger one: the truth is the larger's.
+    for seed in range(count):
+        whole = made((256, 256), 2.5, 0.3, seed)
+        part = Scan(whole.heights[:160, :160], 1e-6)
+        truth = {
+            "rms": whole.moments().rms,
+            "m2": whole.moments().m2,
+            "radius": whole.moments().mccool().radius,
+        }
+        for name in held:
+            low, high = patch_errors(part, name).interval(0.95)
+            held[name] += low <= truth[name] <= high
+    # Of 20 intervals of 95 % 19 hold on average, and 16 or more in 997 of 1000 trials.
+    for name, number in held.items():
+        assert number >= 16, name
+
+
+# The files.
+
+RECKONING = {
+    # rms, McCool's density, radius and std by an independent reckoning
+    "plu-1.plu": (18.2e-9, 1.66e10, 276e-6, 17.7e-9),
+    "al3d-1.al3d": (259e-9, 2.07e10, 12.7e-6, 249e-9),
+}
+NEEDS = pytest.mark.skipif(not SCANS.exists(), reason="the scans in ../shared/data are not here")
+
+
+def real(name: str) -> Scan:
+    pytest.importorskip("SurfaceTopography", reason="the extra microslip[scan] is not installed")
+    return Scan.read(SCANS / name, name.split(".")[-1]).condition(level="quadratic")
+
+
+@NEEDS
+@pytest.mark.parametrize("name", sorted(RECKONING))
+def test_measured_surfaces_have_their_parameters(name: str) -> None:
+    scan = real(name)
+    rms, density, radius, std = RECKONING[name]
+    assert scan.statistics().rms == pytest.approx(rms, rel=0.01)
+    found = scan.moments().mccool()
+    assert found.density == pytest.approx(density, rel=0.01)
+    assert found.radius == pytest.approx(radius, rel=0.01)
+    assert found.std == pytest.approx(std, rel=0.01)
+
+
+@NEEDS
+def test_a_scratch_is_told() -> None:
+    scan = real("mnt-1.mnt")
+    assert scan.statistics().kurtosis > 300.0
+    words = {verdict.name: verdict.word for verdict in verdicts(scan)}
+    assert words["kurtosis"] == "outside"
+    assert words["share of m0 in 0.1 % of points"] == "outside"
+    assert words["m4 pixel^2 / m2"] == "outside"
+    fine = {verdict.name: verdict.word for verdict in verdicts(real("al3d-1.al3d"))}
+    assert fine == dict.fromkeys(fine, "ok")
+
+
+# The cut-off decides.
+
+
+def test_a_cutoff_makes_summits_fewer_and_rounder() -> None:
+    scan = made((200, 240), 6.0, 0.4, seed=7)
+    table = over_cutoffs(scan, [0.0, 6e-6, 12e-6, 20e-6])
+    assert table.cutoff.tolist() == [0.0, 6e-6, 12e-6, 20e-6]
+    for name in ("rms", "m2", "m4", "mccool_density", "counted_density"):
+        assert (np.diff(getattr(table, name)) < 0.0).all(), name
+    assert (np.diff(table.mccool_radius) > 0.0).all()
+    assert table.m4[0] == scan.moments().m4
+    assert table.m4[2] == scan.condition(cutoff=12e-6).moments().m4
+    summits = scan.summits(12e-6)
+    assert table.counted[2] == summits.count
+    assert table.counted_radius[2] == summits.statistics("counted").radius
+
+
+# Paraboloids.
+
+
+def test_paraboloids_stand_where_they_are_put() -> None:
+    h = 0.5e-6
+    at = np.array([[20e-6, 20e-6], [60.2e-6, 30.1e-6], [40e-6, 70e-6]])
+    tops, radii = np.array([1e-6, 1.5e-6, 0.8e-6]), np.array([[50e-6, 20e-6]] * 3)
+    scan = paraboloids((200, 160), h, positions=at, heights=tops, radii=radii)
+    z = scan.heights
+    for (x, y), top, (rx, ry) in zip(at, tops, radii, strict=True):
+        i, j = round(y / h), round(x / h)
+        off = (j * h - x) ** 2 / (2 * rx) + (i * h - y) ** 2 / (2 * ry)
+        assert z[i, j] == pytest.approx(top - off, rel=1e-12)
+        # Second differences of a paraboloid are exact.
+        assert z[i, j - 1] - 2 * z[i, j] + z[i, j + 1] == pytest.approx(-h * h / rx, rel=1e-6)
+        assert z[i - 1, j] - 2 * z[i, j] + z[i + 1, j] == pytest.approx(-h * h / ry, rel=1e-6)
+    assert z.min() == 0.0

@@ -1,0 +1,313 @@
+"""Summits of scans: what counts, what is noted, what is refused."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.friction import Verdict
+from microslip.scans import SummitStatistics, find_summits, paraboloids
+from microslip.scans.joint import from_statistics, resample
+from microslip.scans.noise import noise_passed, noise_std, present
+
+AL = ms.Material(69e9, 0.33)
+PAIR = ms.MaterialPair(AL, AL)
+
+
+def dome(shape: tuple[int, int] = (9, 11), at: tuple[int, int] = (4, 5)) -> np.ndarray:
+    y, x = np.indices(shape)
+    return -1e-9 * ((x - at[1]) ** 2 + (y - at[0]) ** 2)
+
+
+def noisy(seed: int = 0, shape: tuple[int, int] = (60, 80)) -> ms.Scan:
+    return ms.Scan(1e-7 * np.random.default_rng(seed).standard_normal(shape), 1e-6)
+
+
+# -- what counts -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["watershed", "neighbours"])
+def test_one_summit(method: Any) -> None:
+    scan = ms.Scan(dome(), 1e-6)
+    found = scan.summits(None, method=method)
+    assert found.count == 1
+    np.testing.assert_allclose(found.positions, [[5e-6, 4e-6]], atol=1e-15)
+    np.testing.assert_allclose(found.radii, [5e-4], rtol=1e-9)
+    np.testing.assert_allclose(found.heights, [-scan.heights.mean()], rtol=1e-12)
+    np.testing.assert_allclose(found.prominences, [-scan.heights.min()], rtol=1e-12)
+    assert found.area == pytest.approx(7 * 9 * 1e-12, rel=1e-12)
+    assert found.density == pytest.approx(1.0 / found.area, rel=1e-12)
+    assert found.std == 0.0
+    assert found.mean_radius == pytest.approx(5e-4, rel=1e-9)
+
+
+@pytest.mark.parametrize("at", [(0, 5), (4, 0), (8, 10)], ids=["top", "left", "corner"])
+def test_edges_have_no_summits(at: tuple[int, int]) -> None:
+    with pytest.raises(ms.InputError, match="no point is above its eight neighbours"):
+        ms.Scan(dome(at=at), 1e-6).summits(None)
+
+
+def test_edges_of_gaps_have_no_summits() -> None:
+    heights = np.concatenate([dome(), dome()], axis=1)
+    heights[3, 4] = np.nan  # a neighbour of the first top
+    found = ms.Scan(heights, 1e-6).summits(None, method="neighbours")
+    np.testing.assert_allclose(found.positions, [[16e-6, 4e-6]], atol=1e-15)
+    # A square of nine points is lost with one; a larger window needs more points.
+    assert found.area == pytest.approx((7 * 20 - 9) * 1e-12, rel=1e-12)
+    wider = ms.Scan(heights, 1e-6).summits(None, window=5)
+    assert wider.area == pytest.approx((5 * 18 - 4 * 5) * 1e-12, rel=1e-12)
+
+
+@pytest.mark.parametrize("method", ["watershed", "neighbours"])
+def test_plateaus_count_once(method: Any) -> None:
+    heights = np.maximum(np.concatenate([dome(), dome()], axis=1), -8e-9)
+    heights = np.minimum(heights, -1.5e-9)  # flat tops of five points, a flat ground
+    found = ms.Scan(heights, 1e-6).summits(None, method=method, prominence=0.0)
+    assert found.count == 2
+    np.testing.assert_allclose(found.prominences, 6.5e-9, rtol=1e-9)
+
+
+def test_terraces_are_no_summits() -> None:
+    """Flat steps on a slope: no point of theirs is above the next step."""
+    heights = np.floor(np.indices((12, 20))[1] / 4.0) * 1e-7
+    with pytest.raises(ms.InputError, match="no point is above its eight neighbours"):
+        ms.Scan(heights, 1e-6).summits(None)
+
+
+def test_methods_differ_by_the_threshold() -> None:
+    scan = noisy()
+    every = scan.summits(None, method="neighbours")
+    low = scan.summits(None, prominence=0.0)
+    high = scan.summits(None, prominence=3e-7)
+    assert low.count + low.dropped == every.count
+    assert high.count < 0.1 * every.count
+    assert high.prominences.min() >= 3e-7
+    assert scan.summits(None).threshold == pytest.approx(3e-7, rel=0.1)
+    assert every.threshold == 0.0
+    for other in (low, high):
+        assert other.statistics("neighbours") == every.statistics("neighbours")
+
+
+def test_cutoff_in_every_way() -> None:
+    scan = noisy()
+    number, text = scan.summits(1e-5), scan.summits("10 um")
+    assert number.cutoff == text.cutoff == pytest.approx(1e-5)
+    np.testing.assert_array_equal(number.radii, text.radii)
+    before = find_summits(scan.condition(cutoff=1e-5), None)
+    assert before.cutoff == pytest.approx(1e-5)
+    assert "short-wave cut-off 10.0 µm" in " ".join(before.notes)
+    notes = " ".join(scan.summits(None).notes)
+    assert "no short-wave cut-off: the pixel of 1.00 µm decides density and radius" in notes
+    assert "3 times the noise of" in notes
+    assert "dropped as not round" in notes
+    # The noise that passes, and so the threshold, falls about as the cut-off rises.
+    assert number.threshold < 0.35 * scan.summits(None).threshold
+    with pytest.raises(TypeError, match="cutoff"):
+        scan.summits()  # type: ignore[call-arg]
+
+
+def test_level() -> None:
+    y, x = np.indices((60, 80))
+    tilted = ms.Scan(noisy().heights + 1e-6 * x + 2e-6 * y, 1e-6)
+    found = tilted.summits(None, level="plane")
+    assert abs(found.count - noisy().summits(None).count) <= 3
+    assert "plane removed" in " ".join(found.notes)
+    with pytest.raises(ms.InputError, match='level="plane"'):
+        tilted.summits(None)
+
+
+# -- noise -----------------------------------------------------------------------------------------
+
+
+def test_noise_of_white_noise() -> None:
+    rng = np.random.default_rng(0)
+    noise = 2e-9 * rng.standard_normal((300, 400))
+    y, x = np.indices(noise.shape) * 1e-6
+    assert noise_std(noise) == pytest.approx(2e-9, rel=0.02)
+    assert noise_std(noise + 5.0 * x**3 + 0.1 * x * y + 3.0 * y) == pytest.approx(2e-9, rel=0.02)
+    spikes = noise.copy()
+    spikes[rng.integers(0, 300, 60), rng.integers(0, 400, 60)] += 1e-6
+    assert noise_std(spikes) == pytest.approx(2e-9, rel=0.05)
+    smooth = ms.Scan(noise, (1e-6, 2e-6)).condition(cutoff=12e-6).heights
+    passed = noise_passed(2e-9, (1e-6, 2e-6), 12e-6)
+    assert smooth[20:-20, 20:-20].std() == pytest.approx(passed, rel=0.1)
+    assert noise_passed(2e-9, (1e-6, 2e-6), None) == 2e-9
+    assert noise_std(np.zeros((2, 9))) == 0.0
+
+
+@pytest.mark.parametrize("reach", [1, 2, 3])
+def test_points_with_all_their_neighbours(reach: int) -> None:
+    heights = np.where(np.random.default_rng(1).random((20, 30)) < 0.02, np.nan, 0.0)
+    found = present(heights, reach)
+    for (i, j), value in np.ndenumerate(found):
+        inside = reach <= i < 20 - reach and reach <= j < 30 - reach
+        square = heights[max(i - reach, 0) : i + reach + 1, max(j - reach, 0) : j + reach + 1]
+        assert value == (inside and not np.isnan(square).any())
+    assert not present(np.zeros((2, 3)), 2).any()
+
+
+# -- the result ------------------------------------------------------------------------------------
+
+
+def test_summits_are_frozen() -> None:
+    found = noisy().summits(None)
+    for thing in (found, pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
+        with pytest.raises(ValueError, match="read-only"):
+            thing.heights[0] = 0.0
+        with pytest.raises(AttributeError):
+            thing.cutoff = 1.0  # type: ignore[misc]
+    assert repr(found) == f"Summits({found.count} of 'scan', cut-off none)"
+    assert "cut-off 10 µm" in repr(noisy().summits(1e-5))
+
+
+def test_statistics() -> None:
+    found = noisy().summits(1e-5, prominence=0.0)
+    counted = found.statistics()
+    assert counted.density == found.density
+    assert counted.radius == found.equivalent_radius
+    assert (counted.std, counted.mean_height) == (found.std, found.mean_height)
+    assert found.equivalent_radius > found.mean_radius
+    assert found.statistics("mccool") == found.scan.moments().mccool()
+    assert found.statistics("nayak").estimate == "nayak"
+    same = noisy().summits(1e-5, method="neighbours")
+    assert same.statistics().radius == same.mean_radius
+    assert same.statistics("neighbours").radius == pytest.approx(same.mean_radius, rel=1e-12)
+    assert same.statistics("neighbours").density == pytest.approx(same.density, rel=1e-12)
+
+
+# -- joints ----------------------------------------------------------------------------------------
+
+
+def test_surfaces() -> None:
+    found = noisy().summits(1e-5, prominence=0.0)
+    surface = found.to_surface(PAIR)
+    assert isinstance(surface, ms.GreenwoodWilliamson)
+    assert surface.area == found.scan.area
+    assert (surface.radius, surface.density) == (found.equivalent_radius, found.density)
+    assert surface.heights == ms.Gaussian(found.std, found.mean_height)
+    mccool = found.to_surface(PAIR, 1e-4, estimate="mccool")
+    assert mccool.radius == found.statistics("mccool").radius
+    own = ms.Exponential(1e-7)
+    assert found.to_surface(PAIR, 1e-4, heights=own).heights is own
+    assert isinstance(found.to_surface(PAIR, 1e-4, heights="discrete").heights, ms.Discrete)
+    table = found.to_surface(PAIR, 1e-4, heights="table").heights
+    assert isinstance(table, ms.TabulatedHeights)
+    assert table.mean == pytest.approx(found.mean_height, abs=0.1 * found.std)
+    population = found.to_surface(PAIR, estimate="population")
+    assert isinstance(population, ms.AsperityPopulation)
+    # A little more than was counted, for the edge on which none could be.
+    assert found.count <= population.summit_count < 1.2 * found.count
+
+
+def test_equivalent_surface_of_two() -> None:
+    statistics = SummitStatistics(1e10, 1e-5, 1e-7, 2e-7, "given")
+    surface = from_statistics(statistics, PAIR, 1e-4)
+    assert surface.heights == ms.Gaussian(1e-7, 2e-7)
+    flat = SummitStatistics(1e10, 1e-5, 0.0)
+    with pytest.raises(ms.InputError, match='heights="discrete"'):
+        from_statistics(flat, PAIR, 1e-4)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 7, 10, 23])
+def test_resample(count: int) -> None:
+    heights = np.array([3.0, 1.0, 2.0, 5.0, 4.0])
+    chosen = np.sort(heights[resample(heights, count)])
+    assert chosen.size == count
+    if count % 5 == 0:
+        np.testing.assert_array_equal(chosen, np.repeat([1.0, 2.0, 3.0, 4.0, 5.0], count // 5))
+    if count % 2 == 1:
+        assert np.median(chosen) == 3.0
+
+
+# -- verdicts --------------------------------------------------------------------------------------
+
+
+def test_verdicts() -> None:
+    scan = noisy(shape=(200, 200))
+    words = {v.name: v for v in scan.summits(None, method="neighbours").validity()}
+    assert all(isinstance(v, Verdict) for v in words.values())
+    # Noise has a peak in every nine pixels.
+    assert words["summit spacing in pixels"].word == "outside"
+    assert words["summit spacing in pixels"].value == pytest.approx(3.0, rel=0.02)
+    assert "summit spacing over cut-off" not in words
+    assert words["summits"].word == "ok"
+    assert words["kurtosis of the heights"].word == "ok"
+    filtered = scan.summits(2e-5, method="neighbours")
+    words = {v.name: v for v in filtered.validity()}
+    assert words["summit spacing over cut-off"].value == pytest.approx(0.87, rel=0.1)
+    assert words["summit spacing over cut-off"].word == "outside"
+    assert words["summit spacing in pixels"].word == "ok"
+    joint = ms.Interface(filtered.to_surface(PAIR), 0.5, normal_load=1.0)
+    both = filtered.validity(joint)
+    assert both[-len(joint.validity) :] == joint.validity
+    assert [v.name for v in both[: -len(joint.validity)]] == list(words)
+
+
+def test_sharp_summits_are_told() -> None:
+    """A radius of two pixels is no radius; so few summits are no statistics."""
+    places = (np.stack(np.meshgrid(np.arange(3), np.arange(4)), -1).reshape(-1, 2) * 12 + 6) * 1e-6
+    heights = np.linspace(1e-6, 2e-6, 12)
+    scan = paraboloids((48, 40), 1e-6, positions=places, heights=heights, radii=1.5e-6)
+    words = {v.name: v for v in scan.summits(None).validity()}
+    assert words["summit radius in pixels"].word == "outside"
+    assert words["summit radius in pixels"].value == pytest.approx(1.5, rel=1e-6)
+    assert words["summits"].word == "watch"
+    assert words["kurtosis of the heights"].word != "ok"
+    scan = paraboloids((48, 40), 1e-6, positions=places, heights=heights, radii=4e-6)
+    words = {v.name: v for v in scan.summits(None).validity()}
+    assert words["summit radius in pixels"].word == "watch"
+
+
+# -- mistakes --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("wishes", "says"),
+    [
+        ({"method": "flood"}, 'method must be one of "watershed" or "neighbours"'),
+        ({"window": 4}, "window must be an odd number from 3 to 15, got 4"),
+        ({"window": 17}, "window must be an odd number"),
+        ({"window": 3.0}, "window must be an odd number"),
+        ({"prominence": -1e-9}, "prominence must not be below zero"),
+        ({"prominence": "high"}, "prominence must be a finite number"),
+        ({"prominence": 1.0}, "try a smaller prominence"),
+        ({"level": "sphere"}, "level"),
+        ({"cutoff": 1e-6}, "cutoff must be between two pixels"),
+        ({"cutoff": "10"}, "cutoff"),
+    ],
+)
+def test_wrong_wishes(wishes: dict[str, Any], says: str) -> None:
+    with pytest.raises(ms.InputError, match=says):
+        noisy().summits(**({"cutoff": None} | wishes))
+
+
+def test_wrong_scans() -> None:
+    with pytest.raises(ms.InputError, match="a profile has peaks but no summits"):
+        ms.Scan(np.sin(np.arange(50.0)) * 1e-7, 1e-6).summits(None)
+    with pytest.raises(ms.InputError, match="scan must be a Scan"):
+        find_summits(np.zeros((9, 9)), None)  # type: ignore[arg-type]
+    with pytest.raises(ms.InputError, match="all heights are"):
+        ms.Scan(np.zeros((9, 9)), 1e-6).summits(None)
+
+
+def test_wrong_joints() -> None:
+    found = noisy().summits(1e-5)
+    with pytest.raises(ms.InputError, match='"counted"'):
+        found.statistics("guess")  # type: ignore[arg-type]
+    with pytest.raises(ms.InputError, match='heights must be "gaussian"'):
+        found.to_surface(PAIR, 1e-4, heights="flat")  # type: ignore[arg-type]
+    with pytest.raises(ms.InputError, match="left out for a population"):
+        found.to_surface(PAIR, 1e-4, estimate="population", heights="table")
+    with pytest.raises(ms.InputError, match="at most 2000000 summits"):
+        found.to_surface(PAIR, 10.0, estimate="population")
+    with pytest.raises(ms.InputError, match="area must hold at least one summit"):
+        found.to_surface(PAIR, 1e-15, estimate="population")
+    with pytest.raises(ms.InputError, match="area must be above zero"):
+        found.to_surface(PAIR, -1.0)
+    with pytest.raises(ms.InputError, match="joint must be an Interface"):
+        found.validity(PAIR)  # type: ignore[arg-type]

@@ -1,0 +1,283 @@
+"""Heights by a table of their density: moments against high precision, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import io
+
+import microslip as ms
+from microslip.heights.base import TWICE_ORDERS
+
+AL = ms.Material(69e9, 0.33)
+PAIR = ms.MaterialPair(AL, AL)
+
+
+def exact(x: np.ndarray, f: np.ndarray, order: float, threshold: float) -> float:
+    """Antiderivatives of each piece, in forty digits, which cancel but have enough of them."""
+    with mp.workdps(60):
+        xs, fs = [mp.mpf(float(v)) for v in x], [mp.mpf(float(v)) for v in f]
+        t, n, total, whole = mp.mpf(threshold), mp.mpf(order), mp.mpf(0), mp.mpf(0)
+        for a, b, left, right in zip(xs, xs[1:], fs, fs[1:], strict=False):
+            whole += (b - a) * (left + right) / 2
+            if b <= t or a == b:
+                continue
+            slope = (right - left) / (b - a)
+            here = left + slope * (t - a)
+            low, high = max(a, t) - t, b - t
+            total += here * (high ** (n + 1) - low ** (n + 1)) / (n + 1)
+            total += slope * (high ** (n + 2) - low ** (n + 2)) / (n + 2)
+        return float(total / whole)
+
+
+def tables() -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    rng = np.random.default_rng(1)
+    uneven = np.cumsum(rng.random(30) ** 12) * 1e-7
+    jumps = np.array([-3e-7, -1e-7, -1e-7, 1e-7, 2e-7])
+    return {
+        "ramp": (np.array([-1e-7, 3e-7]), np.array([0.0, 2.0])),
+        "jumps": (jumps, np.array([1.0, 3.0, 0.5, 0.0, 2.0])),
+        "triangle": (np.array([-4e-7, 1e-7, 3e-7]), np.array([0.0, 1e6, 0.0])),
+        "gap": (np.arange(6) * 1e-7, np.array([1.0, 0.0, 0.0, 0.0, 2.0, 0.0])),
+        "uneven": (uneven, rng.random(30)),
+        "even": (np.linspace(-2e-6, 1e-6, 60), rng.random(60)),
+    }
+
+
+TABLES = tables()
+
+
+@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("order", list(TWICE_ORDERS))
+def test_moments_against_high_precision(name: str, order: float) -> None:
+    """Asked: 1e-12; reached: rounding, and 2e-13 where widths differ by orders of magnitude."""
+    x, f = TABLES[name]
+    heights = ms.TabulatedHeights(x, f)
+    low, high = heights.span
+    width = high - low
+    inner = low + width * np.array([1e-9, 0.01, 0.3, 0.55, 0.8, 0.99, 1.0 - 1e-9])
+    below = low - width * np.array([0.0, 1e-6, 0.2, 3.0, 1e3, 1e5, 1e9])
+    t = np.concatenate([inner, below, x[:-1][:: max(1, len(x) // 8)]])
+    wanted = [exact(x, f, order, float(v)) for v in t]
+    np.testing.assert_allclose(heights.partial_moment(order, t), wanted, rtol=5e-13)
+    assert heights.partial_moment(order, high + 1e-7) == 0.0
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_mean_std_and_tails(name: str) -> None:
+    x, f = TABLES[name]
+    heights = ms.TabulatedHeights(x, f)
+    low, high = heights.span
+    first = exact(x, f, 1.0, low)
+    second = exact(x, f, 2.0, low)
+    assert heights.mean == pytest.approx(low + first, rel=1e-13, abs=1e-15 * (high - low))
+    assert heights.std == pytest.approx(math.sqrt(second - first**2), rel=1e-9)
+    assert heights.spread == heights.std
+    assert heights.top == high
+    assert heights.edge == low
+    y = np.linspace(low, high, 101)
+    np.testing.assert_allclose(heights.cdf(y) + heights.probability_above(y), 1.0, rtol=1e-14)
+    mirrored = ms.TabulatedHeights(-x[::-1], f[::-1])
+    np.testing.assert_allclose(heights.cdf(y), mirrored.probability_above(-y), rtol=1e-12)
+    assert heights.pdf(low - 1e-9) == heights.pdf(high + 1e-9) == 0.0
+    integral = np.sum(np.diff(x) * (f[1:] + f[:-1])) / 2
+    assert heights.integral == pytest.approx(integral, rel=1e-14)
+    middle = 0.5 * (x[1:] + x[:-1])
+    there = np.diff(x) > 0
+    # In a narrow piece a rounding of the height is a change of the density.
+    np.testing.assert_allclose(
+        heights.pdf(middle[there]), (0.5 * (f[1:] + f[:-1]) / integral)[there], rtol=1e-7
+    )
+
+
+@given(
+    st.lists(st.floats(1e-3, 1.0), min_size=2, max_size=12),
+    st.lists(st.floats(0.0, 1.0), min_size=13, max_size=13),
+    st.floats(-2.0, 0.9),
+)
+def test_chain_and_refinement(steps: list[float], densities: list[float], at: float) -> None:
+    """A table with a point put on each straight line is the same distribution."""
+    x = np.append(0.0, np.cumsum(steps)) * 1e-6
+    f = np.array(densities[: x.size])
+    f[0] += 0.1
+    heights = ms.TabulatedHeights(x, f)
+    fine = np.sort(np.append(x, 0.5 * (x[1:] + x[:-1])))
+    same = ms.TabulatedHeights(fine, np.interp(fine, x, f))
+    t = at * heights.span[1]
+    for order in TWICE_ORDERS:
+        one, two = heights.partial_moment(order, t), same.partial_moment(order, t)
+        assert one == pytest.approx(two, rel=1e-11, abs=0)
+
+
+def test_gaussian_by_table() -> None:
+    """A fine table of a Gaussian's density is the Gaussian, to the square of its step."""
+    x = np.linspace(-5e-6, 5e-6, 2001)
+    table = ms.TabulatedHeights(x, np.exp(-0.5 * (x / 5e-7) ** 2))
+    assert table.std == pytest.approx(5e-7, rel=1e-4)
+    gaussian = ms.Gaussian(5e-7)
+    t = np.linspace(-1e-6, 2e-6, 31)
+    got, wanted = table.partial_moment(1.5, t), gaussian.partial_moment(1.5, t)
+    np.testing.assert_allclose(got, wanted, rtol=2e-4)
+    joint, other = (
+        ms.Interface(ms.GreenwoodWilliamson(PAIR, h, 1e-3, 1e8, 2e-4), 0.5, normal_load=2e3)
+        for h in (table, gaussian)
+    )
+    u = np.geomspace(1e-9, 1e-6, 7)
+    np.testing.assert_allclose(joint.backbone(u), other.backbone(u), rtol=1e-4)
+    np.testing.assert_allclose(joint.dissipated_energy(u), other.dissipated_energy(u), rtol=1e-3)
+
+
+def test_joint_on_a_triangle_is_consistent() -> None:
+    """Across the kinks of a short table, energies hold to the accuracy of the laws."""
+    heights = ms.TabulatedHeights([-1e-6, 2e-7, 5e-7], [0.0, 1.0, 0.0])
+    surface = ms.GreenwoodWilliamson(PAIR, heights, 1e-3, 1e8, 2e-4)
+    joint = ms.Interface(surface, 0.5, separation=1e-7)
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    for u in (1e-9, 1e-8, 4e-8, 1e-7):
+        kink = joint.slip_per_indentation * (2e-7 - 1e-7)
+        marks = [0.0, *(v for v in (kink,) if v < u), u]
+        area = 0.0
+        for a, b in pairwise(marks):
+            # In the root of the distance to the kink.
+            y = b - (b - a) * (0.5 * (1 + nodes)) ** 2
+            area += float((b - a) * (weights * 0.5 * (1 + nodes)) @ joint.backbone(y))
+        # Masing's rule: 8 times the area under the backbone less 4 times its end.
+        loss = 8.0 * area - 4.0 * u * joint.backbone(u)
+        assert joint.dissipated_energy(u) == pytest.approx(loss, rel=1e-8, abs=1e-13 * area)
+
+
+# -- from samples ----------------------------------------------------------------------------------
+
+
+def test_from_samples() -> None:
+    values = np.random.default_rng(0).normal(1e-7, 5e-7, 20_000)
+    table = ms.TabulatedHeights.from_samples(values)
+    assert table.integral == pytest.approx(1.0, rel=1e-12)
+    assert table.mean == pytest.approx(values.mean(), abs=0.01 * values.std())
+    assert table.std == pytest.approx(values.std(), rel=0.02)
+    y = np.linspace(-1e-6, 1e-6, 21)
+    empirical = np.searchsorted(np.sort(values), y) / values.size
+    assert np.abs(table.cdf(y) - empirical).max() < 0.01
+    assert ms.TabulatedHeights.from_samples([0.0, 1e-7], bins=1).span == (-0.5e-7, 1.5e-7)
+
+
+# -- mistakes --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("height", "density", "says"),
+    [
+        ([0.0, 1e-7], [1.0], "one value for each of the 2 heights, got 1"),
+        ([0.0], [1.0], "at least two heights"),
+        ([0.0, 0.0], [1.0, 1.0], "at least two heights"),
+        ([0.0, 2e-7, 1e-7], [1.0, 1.0, 1.0], "1 fall"),
+        ([0.0, 1e-7], [1.0, -0.5], "must not be below zero"),
+        ([0.0, 1e-7], [0.0, 0.0], "integral above zero, got 0"),
+        ([0.0, np.nan], [0.0, 1.0], "height must be finite"),
+        ([0.0, 1e-7], [0.0, np.inf], "density must be finite"),
+        ("high", [0.0, 1.0], "height must be a number"),
+        ([[0.0, 1e-7]], [0.0, 1.0], "height must be one-dimensional"),
+        (np.arange(3000.0), np.ones(3000), "at most 2500 heights, got 3000"),
+    ],
+)
+def test_refused(height: Any, density: Any, says: str) -> None:
+    with pytest.raises(ms.InputError, match=says):
+        ms.TabulatedHeights(height, density)
+
+
+def test_refused_samples() -> None:
+    with pytest.raises(ms.InputError, match="at least two different heights"):
+        ms.TabulatedHeights.from_samples([1e-7, 1e-7])
+    with pytest.raises(ms.InputError, match="whole number from 1"):
+        ms.TabulatedHeights.from_samples([1e-7, 2e-7], bins=0)
+
+
+# -- gap tables ------------------------------------------------------------------------------------
+
+GAPS, SHARE = np.linspace(0.0, 1.0, 11), np.array([0, 1, 2, 3, 4, 5, 4, 3, 2, 1, 0], dtype=float)
+
+
+def write(path: Path, **more: Any) -> Path:
+    held = {"z": GAPS, "p": SHARE, "top": 2e-6, "R": 1e-3, "n": 1e6} | more
+    if path.suffix == ".npz":
+        np.savez(path, **held)
+    elif path.suffix == ".mat":
+        io.savemat(path, held)
+    else:
+        rows = np.column_stack([np.broadcast_to(v, GAPS.shape) for v in held.values()])
+        np.savetxt(path, rows, delimiter=",", header=",".join(held), comments="", fmt="%.17g")
+    return path
+
+
+NAMES: dict[str, Any] = {
+    "gap": "z", "probability": "p", "scale": "top", "radius": "R", "density": "n",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".mat", ".csv"])
+def test_gap_tables(suffix: str, tmp_path: Path) -> None:
+    table = ms.read_gap_table(write(tmp_path / f"gaps{suffix}"), **NAMES)
+    assert (table.radius, table.density) == (1e-3, 1e6)
+    assert table.heights.mean == pytest.approx(-1e-6, rel=1e-12)
+    assert table.heights.span == pytest.approx((-2e-6, 0.0), abs=1e-20)
+    assert "2.5" in table.notes[1]
+    numbers = {"gap": "z", "probability": "p", "scale": 2e-6, "radius": 1e-3, "density": 1e6}
+    again = ms.read_gap_table(tmp_path / f"gaps{suffix}", **numbers)  # type: ignore[arg-type]
+    assert again.heights.mean == table.heights.mean
+    # Contact begins at no closure, as for one sphere.
+    surface = table.to_surface(PAIR, 1e-4)
+    assert surface.load(0.0) == 0.0
+    assert surface.load(-1e-8) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"gap": "zz"}, 'has no "zz"'),
+        ({"scale": -1.0}, "scale must be above zero"),
+        ({"radius": "z"}, '"z" must be one number'),
+        ({"probability": "top"}, "must be of one length"),
+        ({"density": 0.0}, "density must be above zero"),
+    ],
+)
+def test_wrong_wishes(change: dict[str, Any], says: str, tmp_path: Path) -> None:
+    path = write(tmp_path / "gaps.npz")
+    with pytest.raises(ms.InputError, match=says):
+        ms.read_gap_table(path, **(NAMES | change))
+
+
+def test_wrong_files(tmp_path: Path) -> None:
+    with pytest.raises(ms.InputError, match=r"none\.mat: cannot be read: No such file"):
+        ms.read_gap_table(tmp_path / "none.mat")
+    for name in ("broken.mat", "broken.npz"):
+        path = tmp_path / name
+        path.write_bytes(b"MATLAB 5.0 MAT-file, and then nothing of the kind" * 9)
+        with pytest.raises(ms.InputError, match=name):
+            ms.read_gap_table(path, **NAMES)
+        whole = write(tmp_path / f"whole{path.suffix}").read_bytes()
+        path.write_bytes(whole[: len(whole) // 2])
+        with pytest.raises(ms.InputError, match=name):
+            ms.read_gap_table(path, **NAMES)
+    path = tmp_path / "gaps.csv"
+    path.write_text("z,p,top,R,n\n0,1,2e-6,1e-3,1e6\n0.5,oops,2e-6,1e-3,1e6\n", encoding="utf-8")
+    with pytest.raises(ms.InputError, match="line 3 must have numbers"):
+        ms.read_gap_table(path, **NAMES)
+    path.write_text("z,p,top,R,n\n", encoding="utf-8")
+    with pytest.raises(ms.InputError, match="finite numbers"):
+        ms.read_gap_table(path, **NAMES)
+    with pytest.raises(ms.InputError, match=r"wanted a \.mat, \.npz, \.csv or \.txt"):
+        ms.read_gap_table(write(tmp_path / "gaps.npz").rename(tmp_path / "gaps.xls"))
+    with pytest.raises(ms.InputError, match="must hold finite numbers"):
+        ms.read_gap_table(write(tmp_path / "nan.npz", p=SHARE * np.nan), **NAMES)
+    with pytest.raises(ms.InputError, match="must hold numbers"):
+        ms.read_gap_table(write(tmp_path / "text.npz", p=np.array(["a"])), **NAMES)
+    with pytest.raises(ms.InputError, match="TabulatedHeights"):
+        ms.GapTable(1e-3, 1e6, ms.Gaussian(1e-6))  # type: ignore[arg-type]

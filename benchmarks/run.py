@@ -212,6 +212,7 @@ def measure_kernel(name: str) -> list[Row]:
         seconds = best(lambda x=history: joint.force(x), 7 if compiled else 3)
         rows.append(Row(task, name, SAMPLES / seconds, True, wanted if compiled else 2e6))
 
+    rows += measure_varying_load(joint, name)
     add("loop(), 1024 samples", best(lambda: joint.loop(3e-7, 1024), 7, 200), 50e-6)
 
     # Many different joints, so that nothing is found ready made; the time is that of a mean one.
@@ -259,6 +260,62 @@ def measure_kernel(name: str) -> list[Row]:
     forces = 0.95 * joint.force_limit / AMPLITUDE * sine(100_000, 1000)
     seconds = best(lambda: joint.displacement(forces), 3)
     rows.append(Row("displacement(), 1e5 samples of a sine", name, forces.size / seconds, True))
+    return rows
+
+
+def measure_varying_load(joint: ms.Interface, name: str) -> list[Row]:
+    """The engine of a load that varies, here by a half, in quadrature with the displacement."""
+    compiled = name == "compiled"
+    # A step in plain Python costs the twin tens of microseconds.
+    samples = SAMPLES if compiled else SAMPLES // 20
+    x = sine(samples, 1000)
+    load = joint.normal_load * (
+        1.0 + 0.5 * np.cos(2.0 * math.pi / 1000 * np.arange(1, samples + 1))
+    )
+    separation = joint.surface.separation(load)
+    noise = gaussian_noise(samples)
+    noisy_load = joint.normal_load * np.random.default_rng(3).uniform(0.25, 1.75, samples)
+    force = 0.4 * joint.force_limit / AMPLITUDE * x
+    response = joint.coupled_response
+
+    def losses() -> Floats:
+        return response(x, separation=separation).dissipated_energy
+
+    rows = []
+    for task, call, wanted in (
+        (
+            "coupled_force() of normal loads, a sine",
+            lambda: joint.coupled_force(x, normal_load=load),
+            5e6,
+        ),
+        (
+            "coupled_force() of separations, a sine",
+            lambda: joint.coupled_force(x, separation=separation),
+            5e6,
+        ),
+        (
+            "coupled_force() of normal loads, Gaussian noise",
+            lambda: joint.coupled_force(noise, normal_load=noisy_load),
+            None,
+        ),
+        ("coupled_response() with dissipated_energy, a sine", losses, None),
+        (
+            "coupled_displacement() of separations, a sine",
+            lambda: joint.coupled_displacement(force, separation=separation),
+            None,
+        ),
+    ):
+        seconds = best(call, 5 if compiled else 1)
+        rows.append(Row(task, name, samples / seconds, True, wanted if compiled else None))
+
+    state, path = joint.start(), list(zip(x[:5000].tolist(), load[:5000].tolist(), strict=True))
+
+    def steps() -> None:
+        for place, normal_load in path:
+            state.try_(place, normal_load)
+            state.commit()
+
+    rows.append(Row("state.try_() with a load and commit(), a step", name, best(steps, 3) / 5000))
     return rows
 
 

@@ -408,9 +408,139 @@ def test_a_load_that_ripples_under_a_held_force_ratchets() -> None:
     t = 2.0 * np.pi * np.arange(1, 20 * n + 1) / n
     load = SPHERE.normal_load * (1.0 + 0.5 * np.sin(t))
     force = np.full(t.size, 0.3 * SPHERE.force_limit)
-    x = SPHERE.coupled_displacement(force, normal_load=load)[n - 1 :: n]
+    response = SPHERE.coupled_response(force=force, normal_load=load)
+    x = response.displacement[n - 1 :: n]
+    np.testing.assert_array_equal(response.ratcheting(n), np.diff(x))
     assert np.all(np.diff(x) >= -1e-15 * x[0])
-    assert x[1] >= x[0]
+    assert x[1] >= (1.0 - 1e-15) * x[0]
+
+
+@pytest.mark.parametrize("joint", [SPHERE, WORKED], ids=["sphere", "rough"])
+def test_below_gross_slip_no_periodic_force_ratchets(joint) -> None:
+    """One cycle settles it; a thousandth below the limit that holds to rounding."""
+    rng = np.random.default_rng(4)
+    n = 40
+    t = 2.0 * np.pi * np.arange(1, 4 * n + 1) / n
+    for _ in range(8):
+        share, phases = rng.uniform(0.1, 0.9), rng.uniform(0.0, 6.0, 3)
+        load = joint.normal_load * (1.0 + share * np.sin(t + phases[0]))
+        force = rng.uniform(-1, 1) + np.sin(t + phases[1]) + 0.5 * np.sin(2 * t + phases[2])
+        force *= 0.999 * joint.friction_coefficient / np.abs(force / load).max()
+        response = joint.coupled_response(force=force, normal_load=load)
+        assert np.abs(response.ratcheting(n)).max() < 1e-11 * np.abs(response.displacement).max()
+
+
+def test_what_is_dragged_on_ratchets() -> None:
+    """A slip of so much a cycle, in gross slip, is reported as such."""
+    n = 100
+    t = 2.0 * np.pi * np.arange(1, 3 * n + 31) / n
+    x = reach_of(WORKED) * (0.1 * t + 2.0 * np.sin(t))
+    load = WORKED.normal_load * (1.0 + 0.5 * np.cos(t))
+    advance = WORKED.coupled_response(x, normal_load=load).ratcheting(n)
+    np.testing.assert_allclose(advance, 0.2 * np.pi * reach_of(WORKED), rtol=1e-12)
+    assert advance.size == 3
+
+
+@pytest.mark.parametrize("bad", [0, -1, 3, 2.5, "3", True])
+def test_a_cycle_must_be_whole_and_within_the_record(bad) -> None:
+    response = WORKED.coupled_response([1e-7, 2e-7, 1e-7], normal_load=2000.0)
+    with pytest.raises(ms.InputError, match="samples_per_cycle must be"):
+        response.ratcheting(bad)
+
+
+# The load curve as a profile
+
+
+PROFILED = [
+    pytest.param(joint, id=f"Interface-{i}")
+    for i, joint in enumerate(ms.Interface.examples())
+    if joint._coupling.profile(0.0, 0.0) is not None
+]
+
+
+def plainly(joint: ms.Interface) -> ms.Interface:
+    """The same joint, whose load curve is asked of the law itself."""
+    other = joint.at(separation=joint.separation)
+    other._coupling._refused = np.inf, -np.inf
+    return other
+
+
+def test_smooth_laws_have_a_profile() -> None:
+    assert len(PROFILED) == 6
+    assert plainly(WORKED)._coupling.profile(0.0, 0.0) is None
+
+
+@pytest.mark.usefixtures("kernel")
+@pytest.mark.parametrize("joint", PROFILED)
+def test_profiles_are_the_law(joint) -> None:
+    coupling = joint._coupling
+    length = joint.normal_load / joint.normal_stiffness
+    profile = coupling.profile(-length, 3.0 * length)
+    rng = np.random.default_rng(6)
+    edges = profile.anchor + np.arange(-2, 8) / profile.inverse_width
+    edges = edges[(edges > profile.low) & (edges < profile.high)]
+    d = np.concatenate((rng.uniform(profile.low, profile.high, 500), edges, edges - 1e-5 * length))
+    # Of small steps each digit counts, across the edges of panels, too.
+    for share in (0.0, 1e-12, 3e-5, 0.1, 0.9, 2.0, 7.0, 1e4):
+        width = np.full(d.size, share * length)
+        drop = np.empty(d.size)
+        kernels.active.drops(d, width, drop, *profile.arguments)
+        np.testing.assert_allclose(drop, coupling.drop(d, width), rtol=1e-13, atol=0)
+    load, fall = np.empty(d.size), np.empty(d.size)
+    kernels.active.loads(d, load, fall, *profile.arguments)
+    np.testing.assert_allclose(load, coupling.load(d), rtol=1e-13)
+    wanted = -joint.surface._derivative(d + joint.separation, 1)
+    np.testing.assert_allclose(fall, wanted, rtol=1e-13)
+    loads = rng.uniform(*profile.span, 500)
+    wanted = joint.surface.separation(loads) - joint.separation
+    np.testing.assert_allclose(profile.separations(loads), wanted, rtol=0, atol=5e-14 * length)
+
+
+@pytest.mark.usefixtures("kernel")
+@pytest.mark.parametrize("joint", PROFILED)
+@given(moves=paths)
+def test_profiles_change_nothing(joint, moves):
+    d, x = walk(joint, moves)
+    other = plainly(joint)
+    one, wanted = (j.coupled_response(x, separation=d) for j in (joint, other))
+    limit = joint.friction_coefficient * max(wanted.normal_load.max(), joint.normal_load)
+    np.testing.assert_allclose(one.force, wanted.force, rtol=0, atol=2e-14 * limit)
+    lost = wanted.dissipated_energy
+    np.testing.assert_allclose(one.dissipated_energy, lost, rtol=1e-10, atol=1e-14 * lost.max())
+    held = wanted.force
+    assume(np.all(np.abs(held) < 0.999 * joint.friction_coefficient * wanted.normal_load))
+    one, wanted = (j.coupled_displacement(held, separation=d) for j in (joint, other))
+    # Where hardly anything sticks a displacement is as uncertain as the force over its stiffness.
+    np.testing.assert_allclose(one, wanted, rtol=0, atol=1e-10 * np.abs(wanted).max())
+
+
+def test_profiles_grow_with_what_is_asked() -> None:
+    joint, other = WORKED.at(normal_load=2000.0), plainly(WORKED)
+    x = 1e-7 * np.sin(np.arange(1.0, 41.0))
+    for least, most in ((1900.0, 2100.0), (1000.0, 3000.0), (1e-3, 1e4), (1e-120, 2e5), (5, 6)):
+        load = np.geomspace(least, most, 40)[::-1]
+        force, wanted = (j.coupled_force(x, normal_load=load) for j in (joint, other))
+        np.testing.assert_allclose(force, wanted, rtol=0, atol=1e-13 * np.abs(wanted).max())
+    profile = joint._coupling._profile
+    assert profile.span[0] < 1e-20
+    assert profile.span[1] > 2e5
+    # Hardly any load from the start to the end is beyond it, and still right.
+    d = WORKED.separation + np.array([1e-4, 1e-3, 1e-3])
+    force = joint.coupled_force([1e-7, 2e-7, 5e-7], separation=d)
+    np.testing.assert_allclose(force, other.coupled_force([1e-7, 2e-7, 5e-7], separation=d))
+
+
+def test_below_the_lowest_summit_the_law_is_asked_itself() -> None:
+    """There N'' of a bounded height distribution has a root: no panel resolves it."""
+    joint = next(
+        j for j in ms.Interface.examples() if j.surface._edge == 0.0 and j.separation > 0.0
+    )
+    heavy = 1.5 * joint.surface.load(0.0)
+    load = [joint.normal_load, heavy, joint.normal_load]
+    x = reach_of(joint) * np.array([0.3, 0.5, 0.1])
+    force = joint.at(normal_load=joint.normal_load).coupled_force(x, normal_load=load)
+    wanted = plainly(joint).coupled_force(x, normal_load=load)
+    np.testing.assert_allclose(force, wanted, rtol=1e-13)
 
 
 # Errors

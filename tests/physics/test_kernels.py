@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from reference.make_reference import dominant_extremes
 
 from microslip import kernels
-from microslip.kernels import twin
+from microslip.kernels import twin, twin_profile
+from microslip.kernels.profile import LOSS_RULES
 
 ROUNDING = 1e-14  # of the force limit
 
@@ -363,6 +364,155 @@ def test_accumulate_alike(data, size, open_ends, compiled):
         got = rise.copy()
         module.accumulate(parent, got, base)
         np.testing.assert_allclose(got, wanted, rtol=0, atol=ROUNDING)
+
+
+# Load curves and memory diagrams
+
+
+def curve():
+    return JOINT._coupling.profile(-1e-6, 2e-6)
+
+
+def drive(seed, size=400):
+    """Separations and places of every kind: held, in leaps, beyond the curve, again and again."""
+    rng = np.random.default_rng(seed)
+    length = REACH / JOINT.slip_per_indentation
+    d = np.where(rng.random(size) < 0.3, 0.0, rng.choice([0.01, 0.3, 1.0]) * rng.normal(size=size))
+    d = np.clip(length * (np.cumsum(d) if seed % 2 else d), -9e-7, 1.9e-6)
+    d[rng.random(size) < 0.01] = 1.0  # far beyond
+    x = length * rng.choice([1e-6, 0.1, 1.0, 5.0]) * rng.normal(size=size)
+    x[rng.random(size) < 0.2] = 0.0
+    return np.ascontiguousarray(d), np.ascontiguousarray(np.cumsum(x) if seed % 3 else x)
+
+
+def rows_of(n):
+    return np.full((n, 3), np.nan), np.full(n, np.nan)
+
+
+def test_curves_alike(compiled):
+    profile = curve()
+    inverse = profile._inverse
+    rng = np.random.default_rng(3)
+    edges = profile.anchor + np.arange(-5, 90) / profile.inverse_width
+    d = np.concatenate((rng.uniform(profile.low, 9e-6, 5000), edges, [1.0, 1e40]))
+    d = d[d >= profile.low]
+    w = 10.0 ** rng.uniform(-16, -5, d.size)
+    w[::7] = 0.0
+    loads = rng.uniform(*profile.span, 5000)
+    results = []
+    for module in (compiled, twin):
+        load, fall, drop = np.empty(d.size), np.empty(d.size), np.empty(d.size)
+        alone, there = np.empty(d.size), np.empty(loads.size)
+        module.loads(d, load, fall, *profile.arguments)
+        module.loads(d, alone, None, *profile.arguments)
+        np.testing.assert_array_equal(load, alone)
+        module.drops(d, w, drop, *profile.arguments)
+        module.separations(loads, there, *profile.arguments, *inverse)
+        results.append((load, fall, drop, there))
+    for one, other in zip(*results, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-14, atol=1e-15 * np.abs(other).max())
+    for i in range(0, d.size, 97):
+        drop = twin_profile.drop_at(float(d[i]), float(w[i]), *profile.arguments)
+        assert drop == pytest.approx(results[0][2][i], rel=1e-14, abs=0)
+        load, fall = twin_profile.load_at(float(d[i]), *profile.arguments)
+        assert (load, fall) == pytest.approx((results[0][0][i], results[0][1][i]), rel=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_coupled_alike(seed, compiled):
+    """Both kernels, in one piece, in pieces and step by step; losses and force control."""
+    d, x = drive(seed)
+    arguments, n = curve().arguments, d.size
+    ends = []
+    for module in (compiled, twin):
+        stack, values = rows_of(n)
+        out = np.empty(n)
+        end = module.coupled(d, x, out, stack, values, 0, 0.0, 0.0, *arguments)
+        ends.append((out, end, stack[: end[0]], values[: end[0]]))
+    scale = JOINT.surface.load(JOINT.separation - 9e-7)
+    for one, other in zip(*ends, strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-14 * scale)
+    np.testing.assert_array_equal(ends[0][2], ends[1][2])  # geometry to the last bit
+    value = ends[0][0]
+    for module in (compiled, twin):
+        stack, values = rows_of(n)
+        state = (0, 0.0, 0.0)
+        for i in range(0, n, 37):
+            out = np.empty(d[i : i + 37].size)
+            state = module.coupled(
+                d[i : i + 37], x[i : i + 37], out, stack, values, *state, *arguments
+            )
+            np.testing.assert_allclose(out, value[i : i + 37], rtol=0, atol=1e-14 * scale)
+            if state[0]:
+                before = stack.copy(), values.copy()
+                for to in ((state[1] - 1e-8, x[i]), (state[1] + 1e-7, x[i]), (state[1], x[0])):
+                    steps = [
+                        m.coupled_step(*to, stack, values, *state, *arguments)
+                        for m in (compiled, twin)
+                    ]
+                    assert steps[0][:4] == steps[1][:4]
+                    np.testing.assert_allclose(*steps, rtol=1e-12, atol=1e-14 * scale)
+                np.testing.assert_array_equal(stack, before[0])
+                np.testing.assert_array_equal(values, before[1])
+    lost = []
+    for module in (compiled, twin):
+        loss = np.empty(n)
+        module.losses(d, x, loss, rows_of(n)[0], 0, 0.0, 0.0, LOSS_RULES, *arguments)
+        assert loss.min() >= 0.0
+        lost.append(loss)
+    np.testing.assert_allclose(*lost, rtol=1e-9, atol=1e-14 * lost[0].max())
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_hold_alike(seed, compiled):
+    rng = np.random.default_rng(seed)
+    profile = curve()
+    d = rng.uniform(-9e-7, 1.9e-6, 200) if seed % 2 else 1e-6 * np.sin(0.1 * np.arange(200.0))
+    load = np.empty(d.size)
+    compiled.loads(d, load, None, *profile.arguments)
+    share = 0.999 * rng.uniform(-1, 1, d.size) if seed % 3 else 0.9 * np.sin(0.03 * np.arange(200))
+    wanted = share * load
+    found = []
+    for module in (compiled, twin):
+        place, out = np.empty(d.size), np.empty(d.size)
+        end = module.hold(d, wanted, place, *rows_of(d.size), 0, 0.0, 0.0, 0.0, *profile.arguments)
+        module.coupled(d, place, out, *rows_of(d.size), 0, 0.0, 0.0, *profile.arguments)
+        np.testing.assert_allclose(out, wanted, rtol=0, atol=1e-13 * load.max())
+        assert end[1:3] == (d[-1], place[-1])
+        found.append(place)
+    np.testing.assert_allclose(*found, rtol=0, atol=1e-11 * np.abs(found[0]).max())
+
+
+def test_short_buffers_are_refused(compiled):
+    """Nothing is read or written past the end of a buffer."""
+    profile = curve()
+    a, d, x, out = profile.arguments, np.zeros(4), np.zeros(4), np.empty(4)
+    short, stack, values = np.empty(3), np.empty((4, 3)), np.empty(4)
+    none = (np.empty(0), *a[1:])
+    calls = [
+        lambda: compiled.loads(d, short, None, *a),
+        lambda: compiled.loads(d, out, short, *a),
+        lambda: compiled.loads(d, out, None, *none),
+        lambda: compiled.drops(d, short, out, *a),
+        lambda: compiled.drops(d, x, short, *a),
+        lambda: compiled.drops(d, x, out, *none),
+        lambda: compiled.separations(d, short, *a, *profile._inverse),
+        lambda: compiled.separations(d, out, *a, np.empty(0), 1.0, 0.0),
+        lambda: compiled.coupled(d, short, out, stack, values, 0, 0.0, 0.0, *a),
+        lambda: compiled.coupled(d, x, short, stack, values, 0, 0.0, 0.0, *a),
+        lambda: compiled.coupled(d, x, out, stack, values, 1, 0.0, 0.0, *a),
+        lambda: compiled.coupled(d, x, out, stack, short, 0, 0.0, 0.0, *a),
+        lambda: compiled.coupled(d, x, out, stack, values, -1, 0.0, 0.0, *a),
+        lambda: compiled.coupled(d, x, out, stack, values, 0, 0.0, 0.0, *none),
+        lambda: compiled.coupled_step(0.0, 0.0, stack, values, 5, 0.0, 0.0, *a),
+        lambda: compiled.losses(d, x, out, stack, 1, 0.0, 0.0, LOSS_RULES, *a),
+        lambda: compiled.losses(d, x, out, stack, 0, 0.0, 0.0, np.empty(55), *a),
+        lambda: compiled.hold(d, x, short, stack, values, 0, 0.0, 0.0, 0.0, *a),
+        lambda: compiled.hold(d, x, out, stack, values, 1, 0.0, 0.0, 0.0, *a),
+    ]
+    for call in calls:
+        with pytest.raises(ValueError, match="too short"):
+            call()
 
 
 @pytest.mark.slow

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -11,11 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, exact, record
+from microslip._checks import Floats, exact, record, show
 from microslip._frozen import Locked, lock
 from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
+from microslip.friction.curves import LawCurve, SpheresCurve
+from microslip.kernels.profile import Profile
+from microslip.kernels.twin_hold import Curve
 from microslip.memory import Diagram, Slips, along, loads_along
+from microslip.normal.grids import pairs_of
 
 if TYPE_CHECKING:
     from microslip.friction.interface import Interface
@@ -26,6 +29,9 @@ _ANGLES = 0.5 * math.pi * _NODES
 _PLACES = np.sin(_ANGLES) ** 2
 _SHARES = 0.5 * math.pi * _WEIGHTS * np.sin(2.0 * _ANGLES)
 _BLOCK = 1 << 14  # pieces at a time
+_FEW_SUMMITS = 64
+_REACHES = 1.1 ** np.arange(-60.0, 150.0)  # decay lengths
+_FAINT = 1e-30  # of the largest load: what is lighter need not be resolved
 
 
 class Coupling:
@@ -37,10 +43,64 @@ class Coupling:
         self._origin = joint.separation
         self.friction = joint._friction
         self.slip = joint.slip_per_indentation
+        self._pairs = pairs_of(self._law)
+        self._profile: Profile | None = None
+        self._faint = False  # whether it ends where the load is too light to matter
+        self._refused: tuple[float, float] | None = None
 
     def drop(self, base: Floats, width: Floats) -> Floats:
         """N(b) - N(b + w)."""
-        return self._law._drop(base + self._origin, width) if base.size else base
+        if not base.size:
+            return base
+        if self._pairs is None:
+            return self._law._drop(base + self._origin, width)
+        return self._pairs(self._law, "drop", base + self._origin, width)
+
+    def profile(self, low: float, high: float) -> Profile | None:
+        """N from low to high and from there on, as a profile; None where it cannot be one.
+
+        Where the load is less than can matter, ``high`` may lie further out.
+        """
+        known = self._profile
+        if known is not None:
+            if known.low <= low and high <= (math.inf if self._faint else known.high):
+                return known if low <= known.high else None
+            low, high = min(low, known.low), max(high, known.high)
+        low, high = min(low, 0.0), max(high, 0.0)
+        refused = self._refused
+        if refused is not None and low <= refused[0] and high >= refused[1]:
+            return None
+        made, faint = self._make_profile(low, high)
+        if made is None:
+            self._refused = low, high
+            return None
+        self._profile, self._faint = made, faint
+        return made
+
+    def _make_profile(self, low: float, high: float) -> tuple[Profile | None, bool]:
+        """A profile, and whether it ends where the load is too light to matter."""
+        law, origin = self._law, self._origin
+        edge, breaks = law._edge - origin, law._breaks
+        if low < edge or (breaks.size and breaks[-1] > low + origin):
+            return None, False
+        # A little further, so that the next record is likely to be covered, too.
+        length = self._joint.normal_load / self._joint.normal_stiffness
+        more = length + 0.5 * min(high - low, 20.0 * length)
+        begin, end = max(low - more, edge), high + more
+        least = _FAINT * law._derivative_at(begin + origin, 0)
+        faint = law._derivative_at(end + origin, 0) < least
+        if faint:
+            grid = begin + length * _REACHES
+            end = float(grid[law._derivative(grid + origin, 0) >= least][-1])
+        reach = law._table_reach(end + origin)
+        if reach is None:
+            return None, False
+        return (
+            Profile.sample(
+                lambda x, order: law._derivative(x + origin, order), begin, end, end + reach, edge
+            ),
+            faint,
+        )
 
     def fall(self, separation: float) -> float:
         """-N' there [N/m]."""
@@ -50,10 +110,20 @@ class Coupling:
         """N there [N]."""
         return self._law._derivative(separation + self._origin, 0)
 
+    def curve(self) -> Curve:
+        """N asked one separation at a time, for a law without a profile."""
+        spheres = self._law._spheres
+        if spheres is not None and spheres.heights.size <= _FEW_SUMMITS:
+            return SpheresCurve(spheres, self._origin)
+        return LawCurve(self._law, self._origin)
+
     def step_of(self, load: float) -> float:
         """Separation at one load [N]."""
         if load == self._joint.normal_load:
             return 0.0
+        known = self._profile
+        if known is not None and known.span[0] <= load <= known.span[1]:
+            return float(known.separations(np.array([load]))[0])
         return float(self.steps_of(np.array([load]))[0])
 
     def steps_of(self, load: Floats) -> Floats:
@@ -71,10 +141,42 @@ class Coupling:
                 )
             steps[none] = top - self._origin
         other = ~(own | none)
+        if other.all():
+            return self._steps_of(load)
         if other.any():
-            values, which = np.unique(load[other], return_inverse=True)
-            steps[other] = (np.asarray(self._law.separation(values)) - self._origin)[which]
+            steps[other] = self._steps_of(load[other])
         return steps
+
+    def _steps_of(self, load: Floats) -> Floats:
+        """The same of loads that are neither none nor the joint's own."""
+        lightest, heaviest = float(load.min()), float(load.max())
+        known = self._profile
+        if known is None or not (known.span[0] <= lightest and heaviest <= known.span[1]):
+            ends = np.asarray(self._law.separation(np.array([heaviest, lightest])))
+            if load.size == 1:
+                return ends[:1] - self._origin
+            low, high = (ends - self._origin).tolist()
+            known = self.profile(low, high)
+        if known is None:
+            values, which = np.unique(load, return_inverse=True)
+            return (np.asarray(self._law.separation(values)) - self._origin)[which]
+        least, most = known.span
+        if least <= lightest and heaviest <= most:
+            return known.separations(load)
+        steps = np.empty_like(load)
+        inside = (load >= least) & (load <= most)
+        steps[inside] = known.separations(load[inside])
+        values, which = np.unique(load[~inside], return_inverse=True)
+        steps[~inside] = (np.asarray(self._law.separation(values)) - self._origin)[which]
+        return steps
+
+    def losses(self, separation: Floats, displacement: Floats) -> Floats:
+        """Energy dissipated in each step [J] of a history from rest."""
+        places = displacement / self.slip
+        profile = self.profile(float(separation.min()), float(separation.max()))
+        if profile is None:
+            return self.dissipated(Diagram().slips(separation, places), places.size)
+        return self.friction * self.slip * Diagram().losses(separation, places, profile)
 
     def dissipated(self, slips: Slips, samples: int) -> Floats:
         """Energy dissipated in each step [J]: positive integrands only.
@@ -107,7 +209,11 @@ class Coupling:
         q = start[run, None] + u * (end - start)[run, None]
         d = first[run, None] + u * (last - first)[run, None]
         gap = np.maximum(q - d, 0.0).ravel()
-        heights = self._law._excess_slope((d + self._origin).ravel(), gap).reshape(u.shape)
+        separation = (d + self._origin).ravel()
+        if self._pairs is None:
+            heights = self._law._excess_slope(separation, gap).reshape(u.shape)
+        else:
+            heights = self._pairs(self._law, "excess_slope", separation, gap).reshape(u.shape)
         value = np.bincount(run, width * (heights @ _SHARES), minlength=start.size)
         return np.asarray(2.0 * (end - start) * (1.0 - sign * density) * value)
 
@@ -129,6 +235,8 @@ class CoupledResponse(Locked):
     separation: Floats
     """Separations [m]."""
     _coupling: Coupling
+    _steps: Floats
+    """Separations from the joint's own [m]."""
 
     @cached_property
     def dissipated_energy(self) -> Floats:
@@ -137,10 +245,50 @@ class CoupledResponse(Locked):
         Once a periodic history has settled, the rise over a cycle is the area of its loop. In the
         first cycles the area also holds energy that is stored.
         """
-        slips = Diagram().slips(
-            self.separation - self._coupling._origin, self.displacement / self._coupling.slip
-        )
-        return lock(np.cumsum(self._coupling.dissipated(slips, self.force.size)))
+        return lock(np.cumsum(self._coupling.losses(self._steps, self.displacement)))
+
+    def ratcheting(self, samples_per_cycle: int) -> Floats:
+        """How far the displacement gets in each cycle of a periodic history.
+
+        Under force control a load that varies moves a joint on: contacts slip when it is light.
+        Where the entries fade to rounding the joint has settled; where they do not, it ratchets,
+        which near gross slip is physical.
+
+        Parameters
+        ----------
+        samples_per_cycle : int
+            Samples in a cycle; cycles are counted back from the last sample.
+
+        Returns
+        -------
+        ndarray
+            Displacement at the end of each whole cycle less that at its beginning [m]. What comes
+            before the first whole cycle is left out.
+
+        Raises
+        ------
+        InputError
+            Not a whole number above zero, or no more samples than one cycle has.
+        """
+        if isinstance(samples_per_cycle, bool) or not isinstance(
+            samples_per_cycle, (int, np.integer)
+        ):
+            raise InputError(
+                f"samples_per_cycle must be a whole number, got {show(samples_per_cycle)}"
+            )
+        count, size = int(samples_per_cycle), self.displacement.size
+        if not 0 < count < size:
+            raise InputError(
+                f"samples_per_cycle must be above zero and below the {size} samples there are, "
+                f"got {count}"
+            )
+        return np.diff(self.displacement[(size - 1) % count :: count])
+
+
+def forces(joint: Interface, displacement: ArrayLike, normal_load: Any, separation: Any) -> Floats:
+    """See :meth:`microslip.Interface.coupled_force`."""
+    x = record("displacement", displacement).reshape(-1)
+    return _forces(joint._coupling, x, _steps(joint, x.size, normal_load, separation))
 
 
 def respond(
@@ -148,10 +296,8 @@ def respond(
 ) -> CoupledResponse:
     """See :meth:`microslip.Interface.coupled_response`."""
     x = record("displacement", displacement).reshape(-1)
-    coupling = Coupling(joint)
-    steps = _steps(coupling, joint, x.size, normal_load, separation)
-    values = Diagram().respond(steps, x / coupling.slip, coupling.drop)
-    return _response(coupling, joint, x, coupling.friction * values, steps)
+    steps = _steps(joint, x.size, normal_load, separation)
+    return _response(joint, x, _forces(joint._coupling, x, steps), steps)
 
 
 def respond_to_force(
@@ -159,8 +305,8 @@ def respond_to_force(
 ) -> CoupledResponse:
     """The same under force control."""
     f = record("force", force).reshape(-1)
-    coupling = Coupling(joint)
-    steps = _steps(coupling, joint, f.size, normal_load, separation)
+    coupling = joint._coupling
+    steps = _steps(joint, f.size, normal_load, separation)
     limit = joint.friction_coefficient * coupling.load(steps)
     beyond = np.flatnonzero(np.abs(f) >= limit)
     if beyond.size:
@@ -169,25 +315,31 @@ def respond_to_force(
             "force must stay below the force limit mu N in size (no displacement holds it beyond), "
             f"got {exact(f[i])} N at sample {i}, where the limit is {limit[i]:.10g} N"
         )
-    places = _ForceWalk(coupling).walk(steps, f / coupling.friction)
-    return _response(coupling, joint, coupling.slip * places, f, steps)
+    profile = coupling.profile(float(steps.min()), float(steps.max()))
+    places = Diagram().hold(steps, f / coupling.friction, profile or coupling.curve())
+    return _response(joint, coupling.slip * places, f, steps)
 
 
-def _response(
-    coupling: Coupling, joint: Interface, x: Floats, force: Floats, steps: Floats
-) -> CoupledResponse:
+def _forces(coupling: Coupling, x: Floats, steps: Floats) -> Floats:
+    profile = coupling.profile(float(steps.min()), float(steps.max()))
+    values = Diagram().respond(steps, x / coupling.slip, coupling.drop, profile)
+    values *= coupling.friction
+    return values
+
+
+def _response(joint: Interface, x: Floats, force: Floats, steps: Floats) -> CoupledResponse:
+    coupling = joint._coupling
     return CoupledResponse(
         lock(x.copy()),
         lock(np.array(force)),
         lock(coupling.load(steps)),
         lock(steps + joint.separation),
         coupling,
+        lock(steps),
     )
 
 
-def _steps(
-    coupling: Coupling, joint: Interface, size: int, normal_load: Any, separation: Any
-) -> Floats:
+def _steps(joint: Interface, size: int, normal_load: Any, separation: Any) -> Floats:
     """Separations from the joint's own along the history."""
     if (normal_load is None) == (separation is None):
         came = "neither" if normal_load is None else "both"
@@ -197,88 +349,4 @@ def _steps(
     if separation is not None:
         values = along("separation", separation, size)
         return np.asarray(joint.surface._separations(values)) - joint.separation
-    return coupling.steps_of(loads_along("normal_load", normal_load, size))
-
-
-class _ForceWalk:
-    """Places that hold given values T/mu, one step at a time."""
-
-    def __init__(self, coupling: Coupling) -> None:
-        self._coupling = coupling
-        self._diagram = Diagram()
-
-    def walk(self, steps: Floats, values: Floats) -> Floats:
-        places = np.empty_like(values)
-        for i, (step, value) in enumerate(zip(steps.tolist(), values.tolist(), strict=True)):
-            places[i] = self._place(step, value)
-            probed = self._diagram.probe(step, float(places[i]), self._coupling.drop)
-            self._diagram.move(probed)
-        return places
-
-    def _drop(self, base: float, width: float) -> float:
-        return float(self._coupling.drop(np.array([base]), np.array([width]))[0])
-
-    def _place(self, step: float, value: float) -> float:
-        """Place at which the value is the wanted one, at the separation ``step``."""
-        g = self._diagram
-        fall, change = g.separation - step, value - g.value
-        depth = g.depth
-        if fall >= 0.0:
-            gain = self._drop(step, fall) if fall > 0.0 else 0.0
-            if abs(change) <= gain:
-                return g.place + (change / gain * fall if gain > 0.0 else 0.0)
-            held, sign = g.value, 1.0 if change > 0.0 else -1.0
-            begin = g.separation
-        else:
-            while depth and g.stack[depth - 1, 0] <= step:
-                depth -= 1
-            held, place = 0.0, 0.0
-            if depth:
-                end, density, beyond = g.stack[depth - 1].tolist()
-                outer = float(g.values[depth - 2]) if depth > 1 else 0.0
-                held = outer + density * self._drop(step, end - step)
-                place = density * (end - step) + beyond
-            if value == held:
-                return place
-            sign = 1.0 if value > held else -1.0
-            begin = step
-        # The front runs out to where sign N(q) and what lies beyond give the value.
-        while depth:
-            end, density, beyond = g.stack[depth - 1].tolist()
-            outer = float(g.values[depth - 2]) if depth > 1 else 0.0
-            at_end = sign * self._drop(step, end - step) + outer
-            if density != sign and sign * (at_end - value) >= 0.0:
-                # sign [N(step) - N(q)] + density [N(q) - N(end)] + outer = value
-                wanted = sign * (at_end - value) / (1.0 - sign * density)
-                q = self._before(end, wanted, max(begin, step))
-                return float(sign * (q - step) + density * (end - q) + beyond)
-            begin = max(begin, end)
-            depth -= 1
-        wanted = sign * value
-        q = self._after(step, wanted, begin)
-        return sign * (q - step)
-
-    def _before(self, end: float, fall: float, low: float) -> float:
-        """Where N is higher by ``fall`` than at ``end``; not below ``low``."""
-        return self._solve(lambda q: self._drop(q, end - q) - fall, low, end)
-
-    def _after(self, start: float, fall: float, low: float) -> float:
-        """Where N is lower by ``fall`` than at ``start``."""
-        wide = max(low - start, 1e-12 * abs(self._coupling._origin), 1e-30)
-        high = start + wide
-        while self._drop(start, high - start) < fall:
-            wide *= 2.0
-            high = start + wide
-        return self._solve(lambda q: fall - self._drop(start, q - start), low, high)
-
-    @staticmethod
-    def _solve(miss: Callable[[float], float], low: float, high: float) -> float:
-        """Root of a falling function between low and high."""
-        if miss(low) <= 0.0:
-            return low
-        if miss(high) >= 0.0:
-            return high
-        from scipy.optimize import brentq
-
-        root: Any = brentq(miss, low, high, xtol=1e-300, rtol=8.9e-16, maxiter=300)
-        return float(root)
+    return joint._coupling.steps_of(loads_along("normal_load", normal_load, size))

@@ -12,7 +12,13 @@ from numpy.typing import ArrayLike
 from microslip._checks import Floats, exact, floats, number, plain, positive, show
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
-from microslip.friction.coupled import CoupledResponse, Coupling, respond, respond_to_force
+from microslip.friction.coupled import (
+    CoupledResponse,
+    Coupling,
+    forces,
+    respond,
+    respond_to_force,
+)
 from microslip.friction.surface_guesses import guessed_surface
 from microslip.friction.validity import Verdict, validity
 from microslip.friction.views import Sliders
@@ -313,8 +319,8 @@ class Interface(BackboneLaw):
         across the direction of motion are approximate as in Cattaneo and Mindlin's theory.
         Amortised O(1) a sample.
         """
-        response = respond(self, displacement, normal_load, separation)
-        return float(response.force[0]) if np.ndim(displacement) == 0 else response.force.copy()
+        found = forces(self, displacement, normal_load, separation)
+        return float(found[0]) if np.ndim(displacement) == 0 else found
 
     def coupled_displacement(
         self,
@@ -325,8 +331,10 @@ class Interface(BackboneLaw):
     ) -> Any:
         """Displacement along a record of force and normal load: the inverse of coupled_force.
 
-        Under force control a load that varies can make the joint ratchet: each cycle then ends
-        further on. That is physical, and the displacements show it.
+        A load that varies moves a joint on under its force, since contacts slip when it is light.
+        Below mu N a periodic history settles in its first cycle. In gross slip, where no force
+        holds a displacement, a joint may ratchet, a step further each cycle: that is physical, and
+        :meth:`microslip.friction.CoupledResponse.ratcheting` of a response reports it.
 
         Parameters
         ----------

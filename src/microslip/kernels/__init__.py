@@ -14,11 +14,12 @@ import numpy as np
 
 from microslip._kernel_choice import kernel_name
 from microslip.kernels import twin
-from microslip.kernels.twin import MOMENT_TERMS, TERMS, Floats, Integers
+from microslip.kernels.twin import MOMENT_TERMS, PROFILE_TERMS, TERMS, Floats, Integers
 
 __all__ = [
     "MOMENT_TERMS",
     "NAME",
+    "PROFILE_TERMS",
     "TERMS",
     "Floats",
     "Integers",
@@ -34,7 +35,8 @@ def _choose() -> ModuleType:
     if NAME == "numpy":
         return twin
     compiled = import_module("microslip.kernels._compiled")
-    if compiled.TERMS != TERMS:
+    made_for = compiled.TERMS, getattr(compiled, "PROFILE_TERMS", None)
+    if made_for != (TERMS, PROFILE_TERMS):
         raise ImportError("the compiled kernel is older than the package: install microslip again")
     return compiled
 

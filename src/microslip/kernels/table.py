@@ -24,7 +24,7 @@ TO_SERIES[:, 0] *= 0.5
 """Takes samples on a panel, in rows, to its Chebyshev series."""
 # Series to powers of s in a step of its own: high coefficients are at rounding level by then, so
 # that the large numbers in here do not matter.
-_TO_POWERS = np.array(
+TO_POWERS = np.array(
     [
         np.pad(chebyshev.cheb2poly(row), (0, kernels.TERMS))[: kernels.TERMS]
         for row in np.eye(kernels.TERMS)
@@ -77,7 +77,7 @@ class Table(Locked):
         cls, series: Floats, end: float, power: int, limit: float, rate: float = 0.0
     ) -> Table:
         """A table of Chebyshev series, one a panel, in rows of at least TERMS terms."""
-        powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ _TO_POWERS)
+        powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ TO_POWERS)
         return cls(lock(powers), len(series) / end, power, limit, rate)
 
     @cached_property

@@ -15,6 +15,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip.kernels.twin_diagram import coupled as coupled
+from microslip.kernels.twin_diagram import coupled_step as coupled_step
+from microslip.kernels.twin_diagram import diagram as diagram
+from microslip.kernels.twin_diagram import step_front as step_front
+from microslip.kernels.twin_hold import hold as hold
+from microslip.kernels.twin_losses import losses as losses
+from microslip.kernels.twin_profile import PROFILE_TERMS as PROFILE_TERMS
+from microslip.kernels.twin_profile import drops as drops
+from microslip.kernels.twin_profile import loads as loads
+from microslip.kernels.twin_profile import separations as separations
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
@@ -302,109 +313,6 @@ def respond(
     new, old = value[np.maximum(origin, 0)], base[-2 - np.minimum(origin, -2)]
     stack[:depth, 1] = np.where(origin >= 0, new, old)
     return depth, last, float(value[-1]), direction
-
-
-def step_front(
-    separation: float,
-    place: float,
-    stack: Any,
-    depth: int,
-    last_separation: float,
-    last_place: float,
-) -> tuple[int, float, float, int]:
-    """What a straight step of (separation, place) makes of the diagram D(eta), eta >= separation.
-
-    The diagram is piecewise constant (THEORY of memory diagrams: Aleshin and others): row k of
-    ``stack``, counted from outside, is (end, D, integral of D beyond end), and reaches inwards to
-    the end of the next row or to ``last_separation``; beyond row 0 D is 0. ``place`` is the
-    integral of all D that the step must lead to.
-
-    Returns how many rows stay, where the last of them then begins (q), the D that fills the rest
-    down to ``separation``, and 0 where nothing has slipped, 1 where the front ran from
-    ``last_separation`` out to q, 2 where D was only cut off at q.
-    """
-    fall, move = last_separation - separation, place - last_place
-    if abs(move) <= fall:
-        # The new contact sticks wholly; the old one goes with it.
-        return depth, last_separation, move / fall if fall > 0.0 else 0.0, 0
-    if fall >= 0.0:
-        sign = 1.0 if move > 0.0 else -1.0
-        q = last_separation
-    else:
-        while depth and stack[depth - 1][0] <= separation:
-            depth -= 1
-        held = 0.0
-        if depth:
-            end, density, beyond = stack[depth - 1]
-            held = density * (end - separation) + beyond
-        if place == held:
-            return depth, separation, 0.0, 2
-        sign = 1.0 if place > held else -1.0
-        q = separation
-    while depth:
-        end, density, beyond = stack[depth - 1]
-        if density != sign:
-            front = (place + sign * separation - density * end - beyond) / (sign - density)
-            # Nearer to the end of the row than rounding can tell, the row is used up.
-            if front < end - 4e-16 * (abs(end) + abs(separation)):
-                return depth, max(front, q), sign, 1
-        q = max(end, q)
-        depth -= 1
-    return 0, max(separation + sign * place, q), sign, 1
-
-
-def diagram(
-    separation: Floats,
-    place: Floats,
-    base: Floats,
-    width: Floats,
-    density: Floats,
-    parent: Integers,
-    top: Integers,
-    stack: Floats,
-    codes: Integers,
-    depth: int,
-    last_separation: float,
-    last_place: float,
-) -> tuple[int, int, float, float]:
-    """The diagrams of a record as a tree of rows, see :func:`step_front`.
-
-    Row i of the tree begins at ``base[i]``, is ``width[i]`` wide, has the D ``density[i]`` and
-    lies before row ``parent[i]``: an index, -1 for none, -2 - k for row k of the stack at the
-    start. Sample j sees row ``top[j]`` and all before it. ``stack`` (capacity, 3) and ``codes``
-    hold the diagram at the start and at the end.
-
-    Returns the depth, the number of rows in the tree, and the last separation and place.
-    """
-    rows: list[tuple[float, float, float]] = [tuple(row) for row in stack[:depth].tolist()]
-    names: list[int] = codes[:depth].tolist()
-    tree: list[tuple[float, float, float, int]] = []
-    for j, (d, x) in enumerate(zip(separation.tolist(), place.tolist(), strict=True)):
-        depth, q, D, kind = step_front(d, x, rows, len(rows), last_separation, last_place)
-        if depth:
-            end, old, beyond = rows[depth - 1]
-            outer = old * (end - q) + beyond
-        else:
-            outer = 0.0
-        del rows[depth:], names[depth:]
-        if depth and kind:
-            names[-1] = len(tree)
-            tree.append((q, end - q, old, names[-2] if depth > 1 else -1))
-        if q > d:
-            tree.append((d, q - d, D, names[-1] if depth else -1))
-            rows.append((q, D, last_place if kind == 0 else outer))
-            names.append(len(tree) - 1)
-        top[j] = names[-1] if names else -1
-        last_separation, last_place = d, x
-    count, depth = len(tree), len(rows)
-    if count:
-        columns = zip(*tree, strict=True)
-        for target, column in zip((base, width, density, parent), columns, strict=True):
-            target[:count] = column
-    if depth:
-        stack[:depth] = rows
-        codes[:depth] = names
-    return depth, count, last_separation, last_place
 
 
 def _chebyshev(c: Floats, t: Floats) -> Floats:

@@ -10,20 +10,23 @@ do not lead to the place, slip spreads from d outwards, D = 1 or -1, until it do
 superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998, J. Appl. Mech. 65,
 998) carried along a history, known as the method of memory diagrams (Aleshin and others 2020,
 DOI 10.3389/fmech.2020.00030). Which D there is where is geometry: the surface enters once,
-vectorised, with the falls of N over the rows of all diagrams.
+vectorised, with the falls of N over the rows of all diagrams, or as a profile of N(d), with which
+the kernel does it all in one pass.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from microslip import kernels
 from microslip._checks import Floats
-from microslip.kernels import Integers, twin
+from microslip.kernels import Integers, twin_diagram
+from microslip.kernels.profile import LOSS_RULES, Profile
+from microslip.kernels.twin_hold import Curve, place_of
+from microslip.kernels.twin_losses import slip_runs
 
 Drop = Callable[[Floats, Floats], Floats]
 """N(b) - N(b + w) for separations b and widths w."""
@@ -70,6 +73,7 @@ class Step(NamedTuple):
     kind: int
     value: float
     outer: float  # share of the value that the rows which stay hold
+    fall: float | None  # -N' where the front goes on; None where it was not asked for
 
 
 class Diagram:
@@ -98,23 +102,90 @@ class Diagram:
         other.place, other.value = self.place, self.value
         return other
 
-    def respond(self, separation: Floats, place: Floats, drop: Drop) -> Floats:
-        """Values T/mu at the samples (one-dimensional), after which the diagram is updated."""
+    def respond(
+        self, separation: Floats, place: Floats, drop: Drop, profile: Profile | None = None
+    ) -> Floats:
+        """Values T/mu at the samples (one-dimensional), after which the diagram is updated.
+
+        A profile of the load curve, if there is one, must reach down to all separations.
+        """
+        if profile is not None:
+            return self._respond(separation, place, profile)
         rows, stack, codes, separation_, place_ = self._walk(separation, place)
-        values = rows.density * drop(rows.base, rows.width)
-        before = self.values[: max(self.depth, 1)]
-        kernels.active.accumulate(rows.parent, values, before)
-        whole = np.append(values, 0.0)  # so that -1 is the empty diagram
-        old = np.where(codes < 0, -2 - codes, 0)
-        self.values = np.where(codes >= 0, whole[np.maximum(codes, 0)], self.values[old])
-        self.stack, self.depth = stack, codes.size
+        falls = drop(rows.base, rows.width)
+        tree = rows.base, rows.width, rows.density, rows.parent
+        result, values = twin_diagram.values_along(
+            tree, rows.top, codes, falls, self.values[: self.depth], kernels.active.accumulate
+        )
+        self._keep(stack, values, codes.size)
         self.separation, self.place = separation_, place_
-        at_start = before[-2 - np.minimum(rows.top, -2)]
-        result = np.where(rows.top >= -1, whole[np.maximum(rows.top, -1)], at_start)
         self.value = float(result[-1])
-        if not self.depth:
-            self.stack, self.values = np.empty((8, 3)), np.empty(8)
         return result
+
+    def _respond(self, separation: Floats, place: Floats, profile: Profile) -> Floats:
+        result = np.empty(separation.size)
+        stack, values = self._reserve(separation.size)
+        depth, self.separation, self.place = kernels.active.coupled(
+            np.ascontiguousarray(separation),
+            np.ascontiguousarray(place),
+            result,
+            stack,
+            values,
+            self.depth,
+            self.separation,
+            self.place,
+            *profile.arguments,
+        )
+        self._keep(stack, values, depth)
+        self.value = float(result[-1])
+        return result
+
+    def hold(self, separation: Floats, value: Floats, curve: Profile | Curve) -> Floats:
+        """Places at which the values T/mu are given ones, after which the diagram is updated."""
+        if not isinstance(curve, Profile):
+            places = np.empty(value.size)
+            for i, (d, wanted) in enumerate(zip(separation.tolist(), value.tolist(), strict=True)):
+                place = place_of(
+                    curve, d, wanted, self.stack, self.values, self.depth, self.separation,
+                    self.place, self.value,
+                )  # fmt: skip
+                places[i] = place
+                self.move(self._probe(d, place, curve.drop))
+            return places
+        result = np.empty(value.size)
+        stack, values = self._reserve(value.size)
+        depth, self.separation, self.place, self.value = kernels.active.hold(
+            np.ascontiguousarray(separation),
+            np.ascontiguousarray(value),
+            result,
+            stack,
+            values,
+            self.depth,
+            self.separation,
+            self.place,
+            self.value,
+            *curve.arguments,
+        )
+        self._keep(stack, values, depth)
+        return result
+
+    def _reserve(self, extra: int) -> tuple[Floats, Floats]:
+        """A stack and its values with room for ``extra`` more rows."""
+        if len(self.values) >= self.depth + extra:
+            return self.stack, self.values
+        # Doubling keeps one-sample chunks at amortised constant cost.
+        room = max(self.depth + extra, 2 * self.depth)
+        stack, values = np.empty((room, 3)), np.empty(room)
+        stack[: self.depth] = self.stack[: self.depth]
+        values[: self.depth] = self.values[: self.depth]
+        return stack, values
+
+    def _keep(self, stack: Floats, values: Floats, depth: int) -> None:
+        if len(values) > 4 * depth + 64 or len(values) < 8:
+            kept, held = np.empty((2 * depth + 8, 3)), np.empty(2 * depth + 8)
+            kept[:depth], held[:depth] = stack[:depth], values[:depth]
+            stack, values = kept, held
+        self.stack, self.values, self.depth = stack, values, depth
 
     def rows(self, separation: Floats, place: Floats) -> Rows:
         """The rows of a record from here on; the diagram stays as it is."""
@@ -147,6 +218,44 @@ class Diagram:
         tree = Rows(base[:count], width[:count], density[:count], parent[:count], top)
         return tree, stack[:depth].copy(), codes[:depth].copy(), last_separation, last_place
 
+    # -- one step at a time -------------------------------------------------------------------
+
+    def probe(
+        self, separation: float, place: float, drop: Drop, profile: Profile | None = None
+    ) -> Step:
+        """Where a step would lead; the diagram stays as it is."""
+        if profile is None:
+            return self._probe(
+                separation, place, lambda b, w: float(drop(np.array([b]), np.array([w]))[0])
+            )
+        found = kernels.active.coupled_step(
+            separation,
+            place,
+            self.stack,
+            self.values,
+            self.depth,
+            self.separation,
+            self.place,
+            *profile.arguments,
+        )
+        return Step(separation, place, *found)
+
+    def _probe(
+        self, separation: float, place: float, drop: Callable[[float, float], float]
+    ) -> Step:
+        depth, front, density, kind = kernels.active.step_front(
+            separation, place, self.stack, self.depth, self.separation, self.place
+        )
+        outer = float(self.values[depth - 1]) if depth else 0.0
+        if depth and kind:  # the last row that stays is cut
+            end, old, _ = self.stack[depth - 1].tolist()
+            outer = float(self.values[depth - 2]) if depth > 1 else 0.0
+            outer += old * drop(front, end - front)
+        value = outer
+        if front > separation:
+            value += density * drop(separation, front - separation)
+        return Step(separation, place, depth, front, density, kind, value, outer, None)
+
     def front(self) -> float:
         """Separation up to which the front slips as it last did; the diagram's own where none does.
 
@@ -156,112 +265,37 @@ class Diagram:
             return float(self.stack[self.depth - 1, 0])
         return self.separation
 
-    # -- one step at a time -------------------------------------------------------------------
-
-    def probe(self, separation: float, place: float, drop: Drop) -> Step:
-        """Where a step would lead; the diagram stays as it is."""
-        depth, front, density, kind = kernels.active.step_front(
-            separation, place, self.stack, self.depth, self.separation, self.place
-        )
-        base, width, share = [separation], [front - separation], [density]
-        outer = float(self.values[depth - 1]) if depth else 0.0
-        if depth and kind:  # the last row that stays is cut
-            end, old, _ = self.stack[depth - 1].tolist()
-            base.append(front)
-            width.append(end - front)
-            share.append(old)
-            outer = float(self.values[depth - 2]) if depth > 1 else 0.0
-        falls = np.array(share) * drop(np.array(base), np.array(width))
-        outer += float(falls[1:].sum())
-        return Step(separation, place, depth, front, density, kind, outer + float(falls[0]), outer)
-
     def move(self, step: Step) -> None:
         """Go along a probed step."""
-        depth, front = step.depth, step.front
-        beyond = 0.0
-        if depth:
-            end, density, rest = self.stack[depth - 1].tolist()
-            beyond = density * (end - front) + rest
-            self.values[depth - 1] = step.outer
-        if front > step.separation:
-            if depth == len(self.values):
-                self.stack = np.concatenate((self.stack, np.empty((depth + 8, 3))))
-                self.values = np.concatenate((self.values, np.empty(depth + 8)))
-            self.stack[depth] = front, step.density, self.place if step.kind == 0 else beyond
-            self.values[depth] = step.value
-            depth += 1
-        self.depth, self.value = depth, step.value
+        self.stack, self.values = self._reserve(1)
+        self.depth = twin_diagram.push(
+            self.stack, self.values, step.depth, step.separation, step.front, step.density,
+            step.kind, step.value, step.outer, self.place,
+        )  # fmt: skip
+        self.value = step.value
         self.separation, self.place = step.separation, step.place
 
     # -- slip -----------------------------------------------------------------------------------
 
     def slips(self, separation: Floats, place: Floats) -> Slips:
         """The runs of the slip front along a record from here on; the diagram stays as it is."""
-        stack = [tuple(row) for row in self.stack[: self.depth].tolist()]
-        d0, x0 = self.separation, self.place
-        runs: list[Run] = []
-        for j, (d, x) in enumerate(zip(separation.tolist(), place.tolist(), strict=True)):
-            depth, front, density, kind = twin.step_front(d, x, stack, len(stack), d0, x0)
-            if kind:
-                runs += [(j, *run) for run in _runs(stack, d0, d, x - x0)]
-            beyond = x0
-            if kind and depth:
-                end, old, rest = stack[depth - 1]
-                beyond = old * (end - front) + rest
-            elif kind:
-                beyond = 0.0
-            del stack[depth:]
-            if front > d:
-                stack.append((front, density, beyond))
-            d0, x0 = d, x
-        columns = np.array(runs, dtype=float).reshape(-1, 7).T
+        columns = slip_runs(separation, place, self.stack, self.depth, self.separation, self.place)
         return Slips(columns[0].astype(np.int64), *columns[1:])
 
-
-Run = tuple[int, float, float, float, float, float, float]
-
-
-def _runs(
-    stack: list[tuple[float, float, float]], first: float, last: float, move: float
-) -> Iterator[tuple[float, float, float, float, float, float]]:
-    """Runs of one step that slips: start, end, density, sign, and the separations meanwhile.
-
-    The front covers the integral of 1 - sign D at a constant pace. While contact is lost, the
-    separation may catch up with it, and slip then begins anew in the other direction.
-    """
-    rows = [*reversed(stack), (math.inf, 0.0, 0.0)]
-    rise = last - first
-    q, time, row = first, 0.0, 0
-    while time < 1.0:
-        while rows[row][0] <= q:
-            row += 1
-        end, density, _ = rows[row]
-        drive = move + density * max(rise, 0.0)
-        if abs(drive) <= 4e-16 * (abs(move) + abs(rise)):  # what is lost takes just its share along
-            time = min((end - first) / rise, 1.0) if rise > 0.0 else 1.0
-            q = end
-            continue
-        sign = 1.0 if drive > 0.0 else -1.0
-        pace = sign * move + rise
-        while time < 1.0:
-            end, density, _ = rows[row]
-            here = first + rise * time
-            rate = 1.0 - sign * density
-            if rate == 0.0:  # slips already
-                q = end
-                row += 1
-                continue
-            speed = pace / rate
-            until = min(time + (end - q) / speed, 1.0)
-            # Slower than the separation, the front is caught.
-            if speed < rise and (caught := time + (q - here) / (rise - speed)) < until:
-                until = caught
-            ahead = until == caught if speed < rise else False
-            stop = end if until < 1.0 and not ahead else min(q + speed * (until - time), end)
-            if stop > q:
-                yield q, stop, density, sign, here, first + rise * until
-            q, time = stop, until
-            if ahead:
-                break
-            if q >= end:
-                row += 1
+    def losses(self, separation: Floats, place: Floats, profile: Profile) -> Floats:
+        """What slip loses in each step, over mu kappa; the diagram stays as it is."""
+        stack = np.empty((self.depth + separation.size, 3))
+        stack[: self.depth] = self.stack[: self.depth]
+        result = np.empty(separation.size)
+        kernels.active.losses(
+            np.ascontiguousarray(separation),
+            np.ascontiguousarray(place),
+            result,
+            stack,
+            self.depth,
+            self.separation,
+            self.place,
+            LOSS_RULES,
+            *profile.arguments,
+        )
+        return result

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, exact, floats, number, record, show
 from microslip.errors import InputError
+from microslip.kernels.profile import Profile
 from microslip.kernels.table import Table
 from microslip.memory.diagram import Diagram, Step
 from microslip.memory.record import Memory
@@ -27,6 +28,9 @@ class Load(Protocol):
 
     def fall(self, separation: float) -> float:
         """-N' [N/m] at a separation [m]."""
+
+    def profile(self, low: float, high: float) -> Profile | None:
+        """N over the separations from low to high [m], if it can be tabulated."""
 
     def step_of(self, load: float) -> float:
         """Separation [m] at a load [N]."""
@@ -264,9 +268,12 @@ class State:
 
     def _try_coupled(self, x: float, step: float) -> tuple[float, float]:
         load, diagram = self._coupling(), self._current()
-        probed = diagram.probe(step, x / load.slip, load.drop)
+        profile = load.profile(min(step, diagram.separation), max(step, diagram.separation))
+        probed = diagram.probe(step, x / load.slip, load.drop, profile)
         self._trial = _Coupled(x, diagram, probed)
-        if probed.kind == 1:
+        if probed.fall is not None:
+            fall = probed.fall
+        elif probed.kind == 1:
             fall = load.fall(probed.front)
         elif probed.front > step:  # new contact that sticks: its share of the load
             width = probed.front - step
@@ -281,13 +288,17 @@ class State:
             steps = np.full(x.size, diagram.separation)
         else:
             steps = load.steps_of(loads_along("normal_load", normal_load, x.size))
-        forces = load.friction * diagram.respond(steps, x / load.slip, load.drop)
+        profile = load.profile(
+            min(float(steps.min()), diagram.separation), max(float(steps.max()), diagram.separation)
+        )
+        forces = load.friction * diagram.respond(steps, x / load.slip, load.drop, profile)
         self._settle(diagram, float(x[-1]), float(forces[-1]))
         return forces
 
     def _settle(self, diagram: Diagram, displacement: float, force: float) -> None:
+        if self._diagram is None:
+            self._memory = Memory()
         self._diagram = diagram
-        self._memory = Memory()
         self._memory.last, self._memory.value = displacement, force
 
     def __repr__(self) -> str:

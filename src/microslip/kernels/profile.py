@@ -1,0 +1,147 @@
+"""Load curves N(d) as piecewise polynomials, with their slopes, differences and inverse."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from microslip import kernels
+from microslip._checks import Floats
+from microslip._frozen import Locked, lock
+from microslip._quadrature import gauss_legendre
+from microslip.kernels.table import NODES, TO_POWERS, TO_SERIES
+from microslip.kernels.twin_losses import RULES
+
+Derivative = Callable[[Floats, int], Floats]
+"""Derivatives of N by the separation, of order 0, 1 and 2."""
+
+_ROUNDING = 2e-15  # of N'' on a panel, for the terms left out
+_TOLERANCE = 1e-13  # the same where they no longer fall: the rounding of the law itself
+_WIDTHS = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18)  # of panels, in decay lengths
+_MOST = 4096  # panels
+_ROUGHLY = 1e-9  # decay lengths, for the inverse before a step of Newton's method
+LOSS_RULES = lock(np.concatenate([np.concatenate(gauss_legendre(count)) for _, count in RULES]))
+"""Nodes and weights for what slip loses, as the kernels take them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Profile(Locked):
+    """A decreasing convex N(d) on [low, high]; past it N only fades away and is known roughly.
+
+    N'' is what is sampled: it keeps its relative accuracy then, and so do N' and N with it.
+    """
+
+    coefficients: Floats  # (panels, PROFILE_TERMS)
+    anchor: float
+    inverse_width: float
+    first: int
+    low: float
+    high: float
+
+    @classmethod
+    def sample(
+        cls, derivative: Derivative, low: float, high: float, end: float, edge: float
+    ) -> Profile | None:
+        """A profile on [low, high]; None where panels do not resolve N'' there.
+
+        At ``end`` no load is left; below ``edge`` <= low the function is not smooth.
+        """
+        load, slope, bend = (float(derivative(np.array([high]), k)[0]) for k in range(3))
+        if not (load > 0.0 and slope < 0.0 and bend > 0.0):
+            return None
+        length = load / -slope
+        before = math.inf
+        for share in _WIDTHS:
+            width = share * length
+            count = (end - low) / width
+            if not count < _MOST:
+                return None
+            # A panel begins at 0, or at the edge, so that places near it keep their digits.
+            anchor = 0.0 if low - width >= edge else edge
+            first = -math.floor((low - anchor) / width)
+            panels = first + math.ceil((end - anchor) / width)
+            middle = np.asarray(anchor + width * (np.arange(panels) - first + 0.5), dtype=float)
+            x = middle[:, None] + 0.5 * width * NODES
+            with np.errstate(all="ignore"):
+                series: Floats = np.asarray(
+                    derivative(x.reshape(-1), 2).reshape(x.shape) @ TO_SERIES, dtype=np.float64
+                )
+                left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
+                worst = float((left_out / np.maximum(np.abs(series[:, 0]), bend)).max())
+            if worst <= _ROUNDING or (worst <= _TOLERANCE and worst > 0.3 * before):
+                return cls._integrated(derivative, series, middle, width, anchor, first, low, high)
+            before = worst
+        return None
+
+    @classmethod
+    def _integrated(
+        cls,
+        derivative: Derivative,
+        series: Floats,
+        middle: Floats,
+        width: float,
+        anchor: float,
+        first: int,
+        low: float,
+        high: float,
+    ) -> Profile:
+        half = 0.5 * width
+        powers = series[:, : kernels.TERMS] @ TO_POWERS
+        k = np.arange(kernels.TERMS)
+        coefficients = np.empty((len(middle), kernels.PROFILE_TERMS))
+        coefficients[:, 0] = derivative(middle, 0)
+        coefficients[:, 1] = half * derivative(middle, 1)
+        coefficients[:, 2:] = half * half * powers / ((k + 1) * (k + 2))
+        return cls(lock(coefficients), anchor, 1.0 / width, first, low, high)
+
+    @cached_property
+    def arguments(self) -> tuple[Any, ...]:
+        """The profile as every kernel takes it, after its other arguments."""
+        return self.coefficients, self.anchor, self.inverse_width, self.first
+
+    def load(self, separation: Floats) -> Floats:
+        """N at separations (one-dimensional)."""
+        value = np.empty(separation.size)
+        kernels.active.loads(separation, value, None, *self.arguments)
+        return value
+
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """The least and the largest load whose separations :meth:`separations` gives."""
+        least, most = self.load(np.array([self.high, self.low])).tolist()
+        return (least, most) if self._inverse is not None else (math.inf, 0.0)
+
+    @cached_property
+    def _inverse(self) -> tuple[Any, ...] | None:
+        """Separations over log N, roughly."""
+        grid = np.linspace(self.low, self.high, 8 * len(self.coefficients) + 1)
+        heights = np.log(self.load(grid))
+        start, reach = heights[-1], float(heights[0] - heights[-1])
+        if not reach > 0.0 or not np.all(np.diff(heights) < 0.0):
+            return None
+        for panels in (16, 32, 64, 128, 256, 512):
+            x = reach / panels * (np.arange(panels)[:, None] + 0.5 * (1.0 + NODES))
+            flat = x.reshape(-1)
+            d = np.interp(flat, heights[::-1] - start, grid[::-1])
+            value, fall = np.empty(d.size), np.empty(d.size)
+            for _ in range(4):
+                kernels.active.loads(d, value, fall, *self.arguments)
+                d = np.clip(d + (np.log(value) - start - flat) * value / fall, self.low, self.high)
+            series = d.reshape(x.shape) @ TO_SERIES
+            length = (value / fall).reshape(x.shape).min(axis=1)
+            left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
+            if np.all(left_out <= _ROUGHLY * length):
+                powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ TO_POWERS)
+                return lock(powers), panels / reach, float(start)
+        return None
+
+    def separations(self, load: Floats) -> Floats:
+        """Separations of loads (one-dimensional) within :attr:`span`."""
+        result = np.empty(load.size)
+        kernels.active.separations(load, result, *self.arguments, *(self._inverse or ()))
+        return result

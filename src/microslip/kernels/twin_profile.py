@@ -1,0 +1,231 @@
+"""Load curves N(d) as piecewise polynomials, in NumPy: part of :mod:`microslip.kernels.twin`.
+
+A *profile* is passed as ``coefficients, anchor, inverse_width, first``: panels of equal width, each
+with ``PROFILE_TERMS`` coefficients in s, -1 <= s <= 1; panel ``first`` begins at ``anchor``, and
+past the last panel N is 0. What is a difference of N or of N' is taken from divided differences, so
+that no digits are lost where it is small; between panels that are not neighbours it is not small.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+PROFILE_TERMS = 14
+
+
+def _value(c: Any, s: Any) -> Any:
+    q = s * s
+    even = c[12]
+    for k in (10, 8, 6, 4, 2, 0):
+        even = even * q + c[k]
+    odd = c[13]
+    for k in (11, 9, 7, 5, 3, 1):
+        odd = odd * q + c[k]
+    return odd * s + even
+
+
+def _slope(c: Any, s: Any) -> Any:
+    q = s * s
+    even = 13 * c[13]
+    for k in (11, 9, 7, 5, 3, 1):
+        even = even * q + k * c[k]
+    odd = 12 * c[12]
+    for k in (10, 8, 6, 4, 2):
+        odd = odd * q + k * c[k]
+    return odd * s + even
+
+
+def _first_difference(c: Any, s0: Any, s1: Any) -> Any:
+    """[P(s1) - P(s0)] / (s1 - s0)."""
+    q0, q1 = s0 * s0, s1 * s1
+    even, odd = c[12], c[13]
+    even_rise, odd_rise = 0.0 * q0, 0.0 * q0
+    for k in (10, 8, 6, 4, 2, 0):
+        even_rise = even_rise * q1 + even
+        odd_rise = odd_rise * q1 + odd
+        even = even * q0 + c[k]
+        odd = odd * q0 + c[k + 1]
+    return (s0 + s1) * (even_rise + s1 * odd_rise) + odd
+
+
+def _second_difference(c: Any, s0: Any, s1: Any) -> Any:
+    """{P(s1) - P(s0) - P'(s0) (s1 - s0)} / (s1 - s0)^2."""
+    value, rise, bend = c[13], 0.0 * s0, 0.0 * s0
+    for k in range(12, -1, -1):
+        bend = bend * s1 + rise
+        rise = rise * s0 + value
+        value = value * s0 + c[k]
+    return bend
+
+
+def _slope_difference(c: Any, s0: Any, s1: Any) -> Any:
+    """[P'(s1) - P'(s0)] / (s1 - s0)."""
+    slope, rise = 13 * c[13], 0.0 * s0
+    for k in range(12, 0, -1):
+        rise = rise * s1 + slope
+        slope = slope * s0 + k * c[k]
+    return rise
+
+
+class Panels:
+    """The panels, found for arrays of places."""
+
+    def __init__(self, coefficients: Floats, anchor: float, inverse_width: float, first: int):
+        self.columns = np.ascontiguousarray(coefficients.reshape(-1, PROFILE_TERMS).T)
+        self.count = self.columns.shape[1]
+        self.anchor, self.inverse_width, self.first = anchor, inverse_width, first
+
+    def find(self, z: Floats) -> tuple[Any, Floats]:
+        """Panel (``count`` past the last) and s, of places in widths from the anchor."""
+        whole = np.floor(z)
+        s = 2.0 * (z - whole) - 1.0
+        return np.clip(whole + self.first, 0, self.count).astype(np.int64), s
+
+    def at(self, panel: Any) -> list[Floats]:
+        """The coefficients there, one array for each."""
+        return [column.take(panel, mode="clip") for column in self.columns]
+
+    def widths(self, x: Floats) -> Floats:
+        """Places in widths from the anchor."""
+        return (x - self.anchor) * self.inverse_width
+
+
+def loads(x: Floats, value: Floats, fall: Floats | None, *profile: Any) -> None:
+    """N and, if an array is given for it, -N' at separations ``x``."""
+    panels = Panels(*profile)
+    panel, s = panels.find(panels.widths(x))
+    c = panels.at(panel)
+    inside = panel < panels.count
+    value[:] = np.where(inside, _value(c, s), 0.0)
+    if fall is not None:
+        fall[:] = np.where(inside, -2.0 * panels.inverse_width * _slope(c, s), 0.0)
+
+
+def drops(base: Floats, width: Floats, drop: Floats, *profile: Any) -> None:
+    """N(b) - N(b + w)."""
+    panels = Panels(*profile)
+    z = panels.widths(base)
+    low, s0 = panels.find(z)
+    high, s1 = panels.find(z + width * panels.inverse_width)
+    step = 2.0 * width * panels.inverse_width
+    c0 = panels.at(low)
+    one = (low == high) & (low < panels.count)
+    next_ = (high == low + 1) & (high < panels.count)
+    far = ~(one | next_) & (low < panels.count)
+    drop[:] = 0.0
+    if one.any():
+        c = [v[one] for v in c0]
+        drop[one] = -step[one] * _first_difference(c, s0[one], s1[one])
+    if next_.any():
+        c, d = [v[next_] for v in c0], panels.at(high[next_])
+        left = 1.0 - s0[next_]
+        right = step[next_] - left
+        ones = np.ones_like(left)
+        drop[next_] = -(
+            left * _first_difference(c, s0[next_], ones)
+            + right * _first_difference(d, -ones, right - 1.0)
+        )
+    if far.any():
+        end = np.where(high[far] < panels.count, _value(panels.at(high[far]), s1[far]), 0.0)
+        drop[far] = _value([v[far] for v in c0], s0[far]) - end
+
+
+def excesses(base: Floats, width: Floats, excess: Floats, *profile: Any) -> None:
+    """N(b) - N(q) + N'(q) (q - b) with q = b + w: the integral of (v - b) N''(v) over [b, q]."""
+    panels = Panels(*profile)
+    z = panels.widths(base)
+    low, s0 = panels.find(z)
+    high, s1 = panels.find(z + width * panels.inverse_width)
+    step = 2.0 * width * panels.inverse_width
+    c0, c1 = panels.at(low), panels.at(high)
+    one = (low == high) & (low < panels.count)
+    next_ = (high == low + 1) & (high < panels.count)
+    far = ~(one | next_) & (low < panels.count)
+    excess[:] = 0.0
+    if one.any():
+        c = [v[one] for v in c0]
+        excess[one] = step[one] * step[one] * _second_difference(c, s1[one], s0[one])
+    if next_.any():
+        c, d = [v[next_] for v in c0], [v[next_] for v in c1]
+        left = 1.0 - s0[next_]
+        right = step[next_] - left
+        end, ones = right - 1.0, np.ones_like(left)
+        excess[next_] = (
+            left * left * _second_difference(c, ones, s0[next_])
+            + right * right * _second_difference(d, end, -ones)
+            + left * right * _slope_difference(d, -ones, end)
+        )
+    if far.any():
+        c, d = [v[far] for v in c0], [v[far] for v in c1]
+        there = step[far] * _slope(d, s1[far]) - _value(d, s1[far])
+        excess[far] = _value(c, s0[far]) + np.where(high[far] < panels.count, there, 0.0)
+
+
+def load_at(x: float, *profile: Any) -> tuple[float, float]:
+    """N and -N' at one separation."""
+    coefficients, anchor, inverse_width, first = profile
+    z = (x - anchor) * inverse_width
+    whole = np.floor(z)
+    panel = int(whole) + first
+    if panel >= coefficients.size // PROFILE_TERMS:
+        return 0.0, 0.0
+    c = coefficients.reshape(-1, PROFILE_TERMS)[max(panel, 0)].tolist()
+    s = float(2.0 * (z - whole) - 1.0)
+    return _value(c, s), -2.0 * inverse_width * _slope(c, s)
+
+
+def drop_at(base: float, width: float, *profile: Any) -> float:
+    """N(b) - N(b + w) once, in the order of operations of :func:`drops`."""
+    coefficients, anchor, inverse_width, first = profile
+    rows = coefficients.reshape(-1, PROFILE_TERMS)
+    z0 = (base - anchor) * inverse_width
+    z1 = z0 + width * inverse_width
+    low, high = float(np.floor(z0)), float(np.floor(z1))
+    s0, s1 = 2.0 * (z0 - low) - 1.0, 2.0 * (z1 - high) - 1.0
+    count = len(rows)
+    i = int(min(max(low + first, 0), count))
+    j = int(min(max(high + first, 0), count))
+    if i >= count:
+        return 0.0
+    c = rows[i].tolist()
+    step = 2.0 * width * inverse_width
+    if i == j:
+        return float(-step * _first_difference(c, s0, s1))
+    if j == i + 1 and j < count:
+        left = 1.0 - s0
+        right = step - left
+        return float(
+            -(
+                left * _first_difference(c, s0, 1.0)
+                + right * _first_difference(rows[j].tolist(), -1.0, right - 1.0)
+            )
+        )
+    end = _value(rows[j].tolist(), s1) if j < count else 0.0
+    return float(_value(c, s0) - end)
+
+
+def separations(
+    load: Floats,
+    separation: Floats,
+    coefficients: Floats,
+    anchor: float,
+    inverse_width: float,
+    first: int,
+    inverse: Floats,
+    inverse_step: float,
+    start: float,
+) -> None:
+    """Separations of loads: a table of them over log N from ``start``, and a step of Newton's."""
+    from microslip.kernels.twin import TERMS, evaluate
+
+    panels = inverse.size // TERMS
+    x = np.clip(np.log(load) - start, 0.0, np.nextafter(panels / inverse_step, 0.0))
+    evaluate(x, separation, None, inverse, inverse_step, 0, 0.0, 0.0)
+    there, fall = np.empty(load.size), np.empty(load.size)
+    loads(separation, there, fall, coefficients, anchor, inverse_width, first)
+    separation += np.divide(there - load, fall, out=np.zeros_like(load), where=fall > 0.0)

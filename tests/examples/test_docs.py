@@ -11,7 +11,8 @@ out, to the digits shown; the name of an error on the line below is the error wi
 
 TOML blocks are studies, or parts that replace those of the first study of the page; where the
 first line is a comment with a file name, the block is that file for the commands and the code of
-the page. A CSV block is the file that its fence names (```csv heights.csv).
+the page. A CSV block is the file that its fence names (```csv heights.csv), and a Python block
+whose fence names a file makes that file (```python ground.npy).
 
 Commands run in the order of the page, in a folder with the examples. One that is meant to fail has
 its exit code in a comment (# exit code 2). The lines of a text block are printed by the commands
@@ -89,6 +90,9 @@ def write_files(page: Path) -> None:
     for block in all_blocks(page):
         if block.language in ("toml", "csv") and re.fullmatch(r"[\w-]+\.(toml|csv)", block.name):
             Path(block.name).write_text(block.text, encoding="utf-8")
+        elif block.language == "python" and block.name:
+            exec(compile(block.text, f"{page.name}:{block.line}", "exec"), {})
+            assert Path(block.name).is_file(), f"{page.name}:{block.line}: makes no {block.name}"
 
 
 def pages_with(language: str) -> list[Any]:
@@ -403,7 +407,7 @@ def test_the_reference_has_every_public_name() -> None:
     missing = set(ms.__all__) - {"__version__"} - set(names)
     assert not missing, "a public name needs a line in docs/api.md"
     other = set(names) - set(ms.__all__)
-    assert other <= {"metals", "Metal"}
+    assert other <= {"metals", "Metal"} | set(scans.__all__) | set(identify.__all__)
 
 
 def test_the_site_fetches_nothing() -> None:

@@ -113,6 +113,27 @@ released: 55.93 nm remain, slips back outside 0.8780
   0.707 to 0.878: stuck
   0.878 to 1.000: slip
 """,
+    "13_from_a_scan": """
+rms height 200.0 nm, Nayak's alpha 25.04
+at a cut-off of 5 µm: 4735 summits/mm^2, radius 121 µm, std 195 nm (counted)
+at a cut-off of 5 µm: 4989 summits/mm^2, radius 93.6 µm, std 194 nm (mccool)
+no cut-off: 1052 summits of 85 µm; 39412 touch, ζ = 0.358 at 0.2 µm
+cut-off 10 µm: 314 summits of 221 µm; 23473 touch, ζ = 0.355 at 0.2 µm
+cut-off 20 µm: 98 summits of 503 µm; 14847 touch, ζ = 0.352 at 0.2 µm
+""",
+    "14_identify": """
+interface: converged, reduced chi-squared 1.0
+friction_coefficient: identified
+slip_scale: identified
+standardised_separation: identified
+rig_stiffness: identified
+std: identified
+spread of the heights 497 nm
+friction_coefficient: identified
+slip_scale: not identified
+standardised_separation: not identified
+rig_stiffness: identified
+""",
 }
 
 
@@ -198,4 +219,4 @@ def test_script_is_a_page_of_the_gallery(script: Path) -> None:
         for alias in node.names
     }
     allowed = {"matplotlib", "numpy", "microslip", "scipy", "itertools", "pathlib", "tempfile"}
-    assert modules <= allowed | {"matplotlib.colors"}
+    assert modules <= allowed | {"matplotlib.colors", "microslip.scans"}

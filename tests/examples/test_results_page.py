@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
@@ -26,11 +27,13 @@ FULL = edited(
     (CURVE, f"{CURVE}\n{HISTORY}"),
     FORMATS,
 )
+SCAN = 'law = "scan"\nscan = "z.npy"\nunit = "um"\npixel = "1 um"\ncutoff = "5 um"\n'
 STUDIES = {
     "full": FULL + '\n[oscillator]\nmass = "2 kg"\nstiffness = "1 N/um"\n',
     "by force": edited((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N"]'), FORMATS),
     "varying": edited((CURVE, f"{CURVE}\n{LOADS_VARY}"), FORMATS),
     "table": edited((SURFACE, SURFACES["table"]), (LOADS, '"1 kN"'), FORMATS),
+    "scan": edited((SURFACE, SCAN), (LOADS, '"0.1 N"'), FORMATS),
 }
 
 
@@ -38,6 +41,8 @@ STUDIES = {
 def results(tmp_path_factory: pytest.TempPathFactory) -> list[ms.Result]:
     home = tmp_path_factory.mktemp("page")
     (home / "record.csv").write_text("x [um],N [kN]\n0,1\n1,2\n-1,1\n")
+    x = np.arange(64) / 8.0
+    np.save(home / "z.npy", 0.1 * np.outer(np.sin(x), np.cos(x)))
     return [ms.Study.from_toml(text, folder=home).run() for text in STUDIES.values()]
 
 
@@ -118,7 +123,8 @@ def keys_of(value: Any, path: str = "") -> Iterator[str]:
     if isinstance(value, dict):
         for key, inner in value.items():
             yield f"{path}{key}"
-            if f"{path}{key}" not in ("study", "units"):  # keys of a study, names of quantities
+            # Keys of a study, names of quantities; a scan has a test of its own.
+            if f"{path}{key}" not in ("study", "units", "scan"):
                 yield from keys_of(inner, f"{path}{key}.")
     elif isinstance(value, list):
         for inner in value:
@@ -151,3 +157,9 @@ def test_every_key_of_the_summary_is_named(results: list[ms.Result]) -> None:
     assert {name for place, name in marked if place == "oscillator"} == set(below) - {
         *("amplitude", "amplitudes")
     }
+
+
+def test_every_key_of_a_scan_is_named(results: list[ms.Result]) -> None:
+    told = next(row[1] for row in rows(section("summary.json")) if names(row[0]) == ["scan"])
+    found = next(result.summary["scan"] for result in results if "scan" in result.summary)
+    assert set(names(told)) == {*found, *found["counted"]}

@@ -223,10 +223,12 @@ def test_metals_of_the_table_are_offered() -> None:
 def test_laws_and_kinds_are_named() -> None:
     surfaces = SCHEMA["properties"]["surface"]["oneOf"]
     assert [surface["title"] for surface in surfaces] == [
-        *("greenwood-williamson", "population", "sphere", "table")
+        *("greenwood-williamson", "population", "sphere", "table", "scan")
     ]
     heights = surfaces[0]["properties"]["heights"]["oneOf"]
-    assert [kind["title"] for kind in heights] == ["gaussian", "exponential", "values", "scipy"]
+    assert [kind["title"] for kind in heights] == [
+        *("gaussian", "exponential", "values", "scipy", "table")
+    ]
 
 
 def test_it_holds_no_references() -> None:

@@ -11,7 +11,7 @@ from studies import AMPLITUDES, CURVE, GAUSSIAN, LOADS, MATERIAL, STUDY, SURFACE
 
 import microslip as ms
 
-LAWS = '"greenwood-williamson", "population", "sphere" or "table"'
+LAWS = '"greenwood-williamson", "population", "sphere", "table" or "scan"'
 LINE = f"amplitudes = {AMPLITUDES}"
 
 
@@ -57,7 +57,7 @@ WRONG = [
     ('"greenwood-williamson"', "7", f"surface.law: wanted {LAWS}, got 7"),
     ('"greenwood-williamson"', '"sphere"', 'surface.heights: unknown key here; it belongs in [surface] with law = "greenwood-williamson" (and 2 more errors)'),
     ('"greenwood-williamson"', '"population"', 'surface.heights.kind: wanted "values", got "gaussian" (and 2 more errors)'),
-    ('"gaussian"', '"gauss"', 'surface.heights.kind: wanted "gaussian", "exponential", "values" or "scipy", got "gauss"; did you mean "gaussian"?'),
+    ('"gaussian"', '"gauss"', 'surface.heights.kind: wanted "gaussian", "exponential", "values", "scipy" or "table", got "gauss"; did you mean "gaussian"?'),
     ("kind", "knd", 'surface.heights.knd: unknown key; did you mean "kind"?'),
     (GAUSSIAN, '{ kind = "values", values = [] }', 'surface.heights.values: wanted a list such as ["0.4 um", "0.7 um"], got an empty list'),
     # materials
@@ -155,7 +155,7 @@ WRONG = [
     (LOADS, '"500..2000 N"', 'joint.normal_load: wanted a force such as "2 kN", got "500..2000 N" (more than one decimal point)'),
     (LOADS, many("N"), "joint.normal_load: wanted at most 1000 items, got 1001"),
     # heights
-    (GAUSSIAN, '{ kind = "weibull_min", c = 2 }', 'surface.heights.kind: wanted "gaussian", "exponential", "values" or "scipy", got "weibull_min"; write kind = "scipy", distribution = "weibull_min"'),
+    (GAUSSIAN, '{ kind = "weibull_min", c = 2 }', 'surface.heights.kind: wanted "gaussian", "exponential", "values", "scipy" or "table", got "weibull_min"; write kind = "scipy", distribution = "weibull_min"'),
     (GAUSSIAN, '{ kind = "values" }', 'surface.heights.values: missing; write for example values = ["0.4 um", "0.7 um"]'),
     (GAUSSIAN, '{ kind = "values", values = [1e-6] }', 'surface.heights.values, item 1: wanted a length such as "0.5 um", got 1e-06 (a number without a unit)'),
     (GAUSSIAN, '{ kind = "values", values = ["1 um"], file = "y.csv" }', "surface.heights.file: wanted values or a file, got both"),

@@ -17,8 +17,20 @@ from microslip.study.overrides import Override
 
 Loc = tuple[int | str, ...]
 
-_SURFACES = (u.GreenwoodWilliamsonSurface, u.PopulationSurface, u.SphereSurface, u.TableSurface)
-_HEIGHTS = (u.GaussianHeights, u.ExponentialHeights, u.GivenHeights, u.ScipyHeights)
+_SURFACES = (
+    u.GreenwoodWilliamsonSurface,
+    u.PopulationSurface,
+    u.SphereSurface,
+    u.TableSurface,
+    u.ScanSurface,
+)
+_HEIGHTS = (
+    u.GaussianHeights,
+    u.ExponentialHeights,
+    u.GivenHeights,
+    u.ScipyHeights,
+    u.TableHeights,
+)
 
 
 def _tag(model: type[u.Part], key: str) -> str:
@@ -37,7 +49,7 @@ _MODELS: dict[str, type[u.Part]] = {
     "normal_load": s.LoadColumn,
     "oscillator": s.OscillatorPart,
     "output": s.Output,
-    **dict.fromkeys(("radius", "separation", "load"), Column),
+    **dict.fromkeys(("radius", "separation", "load", "height", "density"), Column),
     **{_tag(model, "law"): model for model in _SURFACES},
     **{_tag(model, "kind"): model for model in _HEIGHTS},
 }
@@ -117,6 +129,8 @@ def _place(loc: Loc) -> int:
 
 def _model_at(loc: Loc) -> type[u.Part]:
     """Model whose key is the last part of a location."""
+    if loc[-2:-1] == ("table",) and "heights" in loc:  # a law and a kind of this name
+        return u.TableHeights
     return s.Study if len(loc) == 1 else _MODELS[str(loc[-2])]
 
 

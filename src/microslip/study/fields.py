@@ -248,6 +248,17 @@ TabulatedLoads = Annotated[
     array('["2 kN", "0.5 kN", "0 N"]', MAX_VALUES),
     FromFile(FORCE, "surface.load"),
 ]
+PER_LENGTH = Kind("number per length", "1/m", ("1/nm", "1/um", "1/mm", "1/m", "um^-1"))
+TabulatedDensity = Annotated[
+    tuple[Annotated[float, quantity(PER_LENGTH, "0.5 1/um", "any")], ...],
+    array('["0 1/um", "0.5 1/um", "0 1/um"]', MAX_VALUES),
+    FromFile(PER_LENGTH, "surface.heights.density"),
+]
+RisingHeights = Annotated[
+    tuple[Height, ...],
+    array('["-1 um", "0 um", "1 um"]', MAX_VALUES),
+    FromFile(LENGTH, "surface.heights.height"),
+]
 Loads = Annotated[
     tuple[Load, ...], array('["500 N", "2 kN"]', single=True), AfterValidator(different)
 ]

@@ -48,6 +48,7 @@ heights = { kind = "gaussian", std = "0.5 um" }  # of the summits; or one of the
 radius = "0.5 mm"  # of the summits
 density = "200 1/mm^2"  # summits per apparent area
 area = "2 cm^2"  # apparent area
+# Or all of it from a scan of the surface: `microslip surface` writes such a block.
 """,
     "population": """
 [surface]

@@ -20,7 +20,8 @@ KIND = "microslip-check"
 _UNITS = {
     **dict.fromkeys(("young_modulus", "hardness"), "Pa"),
     **dict.fromkeys(("std", "mean", "scale", "location", "values", "radius", "separation"), "m"),
-    **dict.fromkeys(("amplitudes", "from", "to"), "m"),
+    **dict.fromkeys(("height", "amplitudes", "from", "to"), "m"),
+    **dict.fromkeys(("cutoff", "long_cutoff", "pixel"), "m"),
     **dict.fromkeys(("load", "normal_load", "force_amplitudes"), "N"),
     "density": "1/m^2",
     "area": "m^2",
@@ -88,6 +89,8 @@ def _quantities(study: Study) -> Iterator[dict[str, Any]]:
     }
     for key, written, value in _walk({"material": material, **given}, found):
         unit = _UNITS.get(key.rpartition(".")[2], "-")
+        if key == "surface.heights.density":  # of the heights, not of the summits
+            unit = "1/m"
         if key == "excitation.history" and history is not None:
             value, unit = history.values.tolist(), "N" if history.quantity == "force" else "m"
         if isinstance(written, dict):

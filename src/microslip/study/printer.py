@@ -22,6 +22,8 @@ _PLAIN = str.maketrans(
     {
         "\N{MICRO SIGN}": "u",
         "\N{GREEK SMALL LETTER MU}": "mu ",
+        "α": "alpha",
+        "±": "+/-",
         "η": "eta",
         "ζ": "zeta",
         "ν": "nu",

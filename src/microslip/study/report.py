@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -13,6 +14,8 @@ from microslip.study import report_tables as tables
 from microslip.study.summary import REMINDER
 
 if TYPE_CHECKING:
+    from jinja2 import Environment
+
     from microslip.study.result import Progress, Result
 
 MOST_TEXT = 20_000
@@ -25,6 +28,7 @@ _LAWS = {
     "population": "of a given population of summits",
     "sphere": "of one sphere on a flat",
     "table": "with a tabulated normal law",
+    "scan": "of a scanned surface",
 }
 _HEADLINES = {
     "ok": "All assumptions of the model hold.",
@@ -89,43 +93,51 @@ def page(result: Result, progress: Progress | None = None) -> str:
     str
         One page of HTML5 without scripts and without anything to fetch.
     """
+    summary = result.summary
+    judged = tables.judgements(summary)
+    text = result.study.text
+    drawn = _pictures(result, progress)
+    meaning = summary["joints"][0]["slip_scale_meaning"]
+    return (
+        environment()
+        .get_template("report.html")
+        .render(
+            title=summary["title"] or "Joint",
+            predicted=predicted(result),
+            word=judged[0].word if judged else "none",
+            headline=_HEADLINES[judged[0].word if judged else "none"],
+            doubts=[j for j in judged if j.word != "ok"],
+            judged=judged,
+            groups=tables.study_groups(result.study),
+            toml=text[:MOST_TEXT],
+            cut=len(text) > MOST_TEXT,
+            joint=tables.joint_table(summary),
+            scale=_SCALES.get(meaning, meaning),
+            cycles=tables.cycle_table(summary),
+            varying=tables.varying_table(summary) if result.varying else None,
+            oscillator=tables.oscillator_table(summary) if result.oscillators else None,
+            history=tables.history_table(summary) if result.histories else None,
+            pictures=drawn,
+            notes=[note for note in summary["notes"] if note != REMINDER],  # it is in the head
+            law=tables.law_of(result.study),
+            known=result.joints[0].contact_area is not None,
+            generator=summary["generator"],
+            files=tables.file_groups(summary["files"]),
+        )
+    )
+
+
+def environment() -> Environment:
+    """Where the templates of all pages are, and how they are filled in."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    environment = Environment(
+    return Environment(
         loader=FileSystemLoader(Path(__file__).parent),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
-    )
-    summary = result.summary
-    judged = tables.judgements(summary)
-    text = result.study.text
-    drawn = _pictures(result, progress)
-    meaning = summary["joints"][0]["slip_scale_meaning"]
-    return environment.get_template("report.html").render(
-        title=summary["title"] or "Joint",
-        predicted=predicted(result),
-        word=judged[0].word if judged else "none",
-        headline=_HEADLINES[judged[0].word if judged else "none"],
-        doubts=[j for j in judged if j.word != "ok"],
-        judged=judged,
-        groups=tables.study_groups(result.study),
-        toml=text[:MOST_TEXT],
-        cut=len(text) > MOST_TEXT,
-        joint=tables.joint_table(summary),
-        scale=_SCALES.get(meaning, meaning),
-        cycles=tables.cycle_table(summary),
-        varying=tables.varying_table(summary) if result.varying else None,
-        oscillator=tables.oscillator_table(summary) if result.oscillators else None,
-        history=tables.history_table(summary) if result.histories else None,
-        pictures=drawn,
-        notes=[note for note in summary["notes"] if note != REMINDER],  # it is in the head
-        law=result.study.surface.law,
-        known=result.joints[0].contact_area is not None,
-        generator=summary["generator"],
-        files=tables.file_groups(summary["files"]),
     )
 
 
@@ -186,12 +198,31 @@ def _pictures(result: Result, progress: Progress | None) -> list[Picture]:
 
 
 def _source(result: Result, name: str) -> str:
-    """A figure as a data URI: apart from the page, so that its names and styles stay its own."""
-    svg = _packed(figures.picture(result, name, "svg"))
+    return data_uri(
+        figures.picture(result, name, "svg"), lambda: figures.picture(result, name, "png")
+    )
+
+
+def data_uri(svg: bytes, png: Callable[[], bytes]) -> str:
+    """A figure as a data URI: apart from the page, so that its names and styles stay its own.
+
+    Parameters
+    ----------
+    svg : bytes
+        The figure as SVG.
+    png : callable
+        Gives it as PNG; called where the SVG is large.
+
+    Returns
+    -------
+    str
+        The smaller one, or the SVG if it is small enough in any case.
+    """
+    svg = _packed(svg)
     if len(svg) > LARGEST_SVG:
-        png = figures.picture(result, name, "png")
-        if len(png) < len(svg):
-            return _uri("image/png", png)
+        pixels = png()
+        if len(pixels) < len(svg):
+            return _uri("image/png", pixels)
     return _uri("image/svg+xml", svg)
 
 

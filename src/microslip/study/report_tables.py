@@ -19,6 +19,8 @@ from microslip.study.cells import (
     verdict_value,
 )
 from microslip.study.result import some
+from microslip.study.scanned_surface import NO_CUTOFF
+from microslip.study.surfaces import TableHeights
 
 MOST_JOINTS = 20
 MOST_CYCLES = 60
@@ -32,6 +34,7 @@ _KEYS = {
     "std": ("Their standard deviation", "m"),
     "mean": ("Their mean", "m"),
     "values": ("Heights", "m"),
+    "height": ("Tabulated heights", "m"),
     "distribution": ("Distribution of scipy.stats", ""),
     "parameters": ("Its shape parameters", ""),
     "location": ("Its location", "m"),
@@ -42,6 +45,17 @@ _KEYS = {
     "separation": ("Tabulated separations", "m"),
     "load": ("Their loads", "N"),
     "tail": ("Beyond the table", ""),
+    "scan": ("Scan", ""),
+    "cutoff": ("Short-wave cut-off", "m"),
+    "long_cutoff": ("Long-wave cut-off", "m"),
+    "level": ("Form removed", ""),
+    "outliers": ("Outliers beyond, in robust standard deviations", ""),
+    "method": ("Summits by", ""),
+    "estimate": ("Surface by", ""),
+    "format": ("Format of the scan", ""),
+    "pixel": ("Distance of neighbours in the scan", "m"),
+    "key": ("Array of its file", ""),
+    "channel": ("Channel of its file", ""),
     "friction_coefficient": ("Friction coefficient μ", ""),
     "normal_load": ("Normal load", "N"),
     "amplitudes": ("Displacement amplitudes", "m"),
@@ -55,6 +69,7 @@ _KEYS = {
 # Powers of a length are not written with prefixes, but in the unit that suits them.
 _POWERS = {
     "m²": ((1.0, "m²"), (1e-4, "cm²"), (1e-6, "mm²"), (1e-12, "µm²")),
+    "1/m": ((1e9, "per nm"), (1e6, "per µm"), (1e3, "per mm"), (1.0, "per m")),
     "1/m²": ((1e12, "per µm²"), (1e6, "per mm²"), (1e4, "per cm²"), (1.0, "per m²")),
 }
 _LAWS = {
@@ -62,6 +77,7 @@ _LAWS = {
     "population": "given summits",
     "sphere": "one sphere on a flat",
     "table": "a table",
+    "scan": "summits of a scan",
 }
 # What is said with something else, or in the notes.
 _ELSEWHERE = ("rigid", "materials", "law", "file", "column", "unit", "start", "to", "points")
@@ -133,11 +149,20 @@ def study_groups(study: Any) -> list[Group]:
     return groups
 
 
+def law_of(study: Any) -> str:
+    """The law whose equation holds: a scan gives one of two."""
+    if study.surface.law != "scan":
+        return str(study.surface.law)
+    return "population" if study.surface.estimate == "population" else "greenwood-williamson"
+
+
 def _rows(part: BaseModel) -> list[tuple[str, str]]:
     """What the keys of a part stand for and hold, those of the parts in it included."""
     rows: list[tuple[str, str]] = []
     for name in type(part).model_fields:
         value = getattr(part, name)
+        if name == "cutoff" and value is None:
+            rows.append((_KEYS[name][0], NO_CUTOFF))
         if value is None or name in _ELSEWHERE:
             continue
         if name == "curve":
@@ -158,6 +183,8 @@ def _rows(part: BaseModel) -> list[tuple[str, str]]:
             rows += _rows(value)
         else:
             meaning, unit = _KEYS[name]
+            if name == "density" and isinstance(part, TableHeights):
+                meaning, unit = "Their density", "1/m"
             rows.append((meaning, quantity(value, unit)))
     return rows
 

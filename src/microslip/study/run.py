@@ -184,6 +184,8 @@ def build_surface(study: Study) -> NormalLaw:
             )
         if isinstance(surface, u.SphereSurface):
             return ms.SphereOnFlat(pair, radius=surface.radius)
+        if isinstance(surface, u.ScanSurface):
+            return surface.build(pair)
         return ms.TabulatedNormalLaw(
             pair,
             separation=np.array(surface.separation),
@@ -193,14 +195,18 @@ def build_surface(study: Study) -> NormalLaw:
 
 
 def _heights(
-    heights: u.GaussianHeights | u.ExponentialHeights | u.GivenHeights | u.ScipyHeights,
+    heights: u.GaussianHeights
+    | u.ExponentialHeights
+    | u.GivenHeights
+    | u.ScipyHeights
+    | u.TableHeights,
 ) -> Any:
     """What a surface takes for heights: a distribution of its own or SciPy's, or an array."""
     if isinstance(heights, u.GaussianHeights):
         return ms.Gaussian(std=heights.std, mean=heights.mean)
     if isinstance(heights, u.ExponentialHeights):
         return ms.Exponential(scale=heights.scale)
-    if isinstance(heights, u.ScipyHeights):
+    if isinstance(heights, (u.ScipyHeights, u.TableHeights)):
         return heights.frozen()
     return np.array(heights.values)
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from microslip._kernel_choice import kernel_name
 from microslip._units import engineering
 from microslip._version import __version__
+from microslip.heights import Gaussian
 from microslip.normal import GreenwoodWilliamson
 from microslip.study import surfaces as u
 from microslip.study.quantities import UNITS
@@ -17,7 +18,7 @@ from microslip.study.result import OscillatorCurve
 from microslip.study.schema import OscillatorPart, Study
 
 if TYPE_CHECKING:
-    from microslip.friction import Interface
+    from microslip.friction import Interface, Verdict
     from microslip.structures import Oscillator
     from microslip.study.result import AmplitudeCurve, Columns, HistoryResponse, Result
 
@@ -76,7 +77,9 @@ def slip_scale(study: Study, joint: Interface) -> tuple[float, str]:
         return joint.slip_per_indentation * heights.std, "slip_per_indentation * heights.std"
     if isinstance(heights, u.ExponentialHeights):
         return joint.slip_per_indentation * heights.scale, "slip_per_indentation * heights.scale"
-    if isinstance(heights, u.ScipyHeights) and isinstance(joint.surface, GreenwoodWilliamson):
+    other = isinstance(heights, (u.ScipyHeights, u.TableHeights))
+    other = other or isinstance(study.surface, u.ScanSurface)
+    if other and isinstance(joint.surface, GreenwoodWilliamson):
         spread = joint.surface.heights.spread
         return joint.slip_per_indentation * spread, "slip_per_indentation * spread of the heights"
     return joint.force_limit / joint.tangential_stiffness, "force_limit / tangential_stiffness"
@@ -156,15 +159,22 @@ def summarise(result: Result, defaults: Defaults) -> dict[str, Any]:
         "title": study.title,
         "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
         "notes": notes,
+        **_scan(study),
         "joints": [_joint(result, index) for index in range(len(result.joints))],
         "units": dict(UNITS),
         "files": list(names),
     }
 
 
+def _scan(study: Study) -> dict[str, Any]:
+    """What was found in a scan, if the surface comes from one."""
+    surface = study.surface
+    return {"scan": surface.summary()} if isinstance(surface, u.ScanSurface) else {}
+
+
 def load_notes(study: Study) -> list[str]:
-    """What is at constant normal load and what is not, in sentences."""
-    notes = []
+    """What is at constant normal load and what is not, in sentences, and what a scan has given."""
+    notes = study.surface.sentences() if isinstance(study.surface, u.ScanSurface) else []
     variation, history = study.excitation.load_variation, study.excitation.history
     if variation is not None:
         size = (
@@ -211,7 +221,7 @@ def scalars(study: Study, joint: Interface) -> dict[str, float | None]:
     dict
         Numbers by name [SI units].
     """
-    area, contact = getattr(study.surface, "area", None), joint.contact_area
+    area, contact = _area(study), joint.contact_area
     return {
         "separation": joint.separation,
         "standardised_separation": _standardised(study, joint),
@@ -224,6 +234,14 @@ def scalars(study: Study, joint: Interface) -> dict[str, float | None]:
         "slip_per_indentation": joint.slip_per_indentation,
         "slip_scale": slip_scale(study, joint)[0],
     }
+
+
+def _area(study: Study) -> float | None:
+    """Apparent area [m^2], where there is one."""
+    if isinstance(study.surface, u.ScanSurface):
+        return study.surface.area or study.surface.read_scan.area
+    area: float | None = getattr(study.surface, "area", None)
+    return area
 
 
 def joint_entry(study: Study, joint: Interface) -> dict[str, Any]:
@@ -253,9 +271,15 @@ def joint_entry(study: Study, joint: Interface) -> dict[str, Any]:
                 "word": verdict.word,
                 "meaning": verdict.meaning,
             }
-            for verdict in joint.validity
+            for verdict in (*joint.validity, *_scan_verdicts(study))
         ],
     }
+
+
+def _scan_verdicts(study: Study) -> tuple[Verdict, ...]:
+    """What a scan adds to the assumptions of the model."""
+    surface = study.surface
+    return surface.verdicts() if isinstance(surface, u.ScanSurface) else ()
 
 
 def _joint(result: Result, index: int) -> dict[str, Any]:
@@ -307,6 +331,9 @@ def _standardised(study: Study, joint: Interface) -> float | None:
         return float((joint.separation - heights.mean) / heights.std)
     if isinstance(heights, u.ExponentialHeights):
         return float(joint.separation / heights.scale)
+    found = getattr(joint.surface, "heights", None)
+    if isinstance(study.surface, u.ScanSurface) and isinstance(found, Gaussian):
+        return float((joint.separation - found.mean) / found.std)
     return None
 
 

@@ -18,14 +18,17 @@ from microslip.study.fields import (
     PoissonRatio,
     Radii,
     Radius,
+    RisingHeights,
     Roughness,
     Separations,
     ShapeParameter,
+    TabulatedDensity,
     TabulatedLoads,
     TwoNames,
     one_of,
 )
 from microslip.study.part import KeyedError, Part
+from microslip.study.scanned_surface import ScanSurface
 
 __all__ = [
     "AnyMaterial",
@@ -39,8 +42,10 @@ __all__ = [
     "Part",
     "PopulationSurface",
     "Rigid",
+    "ScanSurface",
     "ScipyHeights",
     "SphereSurface",
+    "TableHeights",
     "TableSurface",
 ]
 
@@ -157,6 +162,37 @@ class ScipyHeights(Part):
         return self
 
 
+class TableHeights(Part):
+    """Summit heights by a table of their density: straight between its points, zero outside."""
+
+    kind: Literal["table"] = Field(description="A density of heights as a table.")
+    height: RisingHeights = Field(
+        description="Heights, not falling: a list or a column of a CSV file.",
+        examples=['["-1 um", "0 um", "1 um"]'],
+    )
+    density: TabulatedDensity = Field(
+        description="Density at these, of any scale: a list or a column of a CSV file.",
+        examples=['["0 1/um", "1 1/um", "0 1/um"]'],
+    )
+
+    def frozen(self) -> Any:
+        """The distribution."""
+        from microslip.heights import TabulatedHeights
+
+        return TabulatedHeights(self.height, self.density)
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        from microslip.errors import InputError
+
+        try:
+            self.frozen()
+        except InputError as error:
+            name, _, message = str(error).partition(" ")
+            raise KeyedError(f"surface.heights.{name}", message) from None
+        return self
+
+
 class GreenwoodWilliamsonSurface(Part):
     """Many summits of one radius [m], so many per area [1/m²], over an apparent area [m²]."""
 
@@ -168,7 +204,7 @@ class GreenwoodWilliamsonSurface(Part):
         examples=['["steel", "steel"]'],
     )
     heights: Annotated[
-        GaussianHeights | ExponentialHeights | GivenHeights | ScipyHeights,
+        GaussianHeights | ExponentialHeights | GivenHeights | ScipyHeights | TableHeights,
         Field(discriminator="kind"),
     ] = Field(
         description="Distribution of the summit heights.",
@@ -290,6 +326,6 @@ AnyMaterial = Annotated[
     Discriminator(_material_tag),
 ]
 AnySurface = Annotated[
-    GreenwoodWilliamsonSurface | PopulationSurface | SphereSurface | TableSurface,
+    GreenwoodWilliamsonSurface | PopulationSurface | SphereSurface | TableSurface | ScanSurface,
     Field(discriminator="law"),
 ]

@@ -1,0 +1,133 @@
+"""Floor 9: what a scan of a surface says, and what joint it makes."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from microslip.cli.frame import OneOf, echo_json
+from microslip.cli.work import progress, stoppable
+
+if TYPE_CHECKING:
+    from microslip.study.scanned import Request
+
+LEVELS = ("plane", "quadratic", "cylinder", "mean", "none")
+METHODS = ("watershed", "neighbours")
+
+
+@click.command(short_help="Measure the roughness and the summits in a scan.")
+@click.argument("scan", metavar="SCAN", type=click.Path(path_type=Path, readable=False))
+@click.option(
+    "--cutoff",
+    metavar="LENGTH",
+    help='Short-wave cut-off, such as "10 um", or none. It decides the result.',
+)
+@click.option("--long-cutoff", metavar="LENGTH", help='Long-wave cut-off, such as "0.8 mm".')
+@click.option(
+    "--level",
+    type=OneOf(LEVELS),
+    default=LEVELS[0],
+    show_default=True,
+    help="Form that is removed first.",
+)
+@click.option(
+    "--outliers",
+    type=float,
+    metavar="X",
+    help="Leave out points beyond so many robust standard deviations; 6 is usual.",
+)
+@click.option(
+    "--method",
+    type=OneOf(METHODS),
+    default=METHODS[0],
+    show_default=True,
+    help="What counts as a summit.",
+)
+@click.option("--area", metavar="AREA", help='Apparent area of the joint, such as "2 cm^2".')
+@click.option("--format", "kind", metavar="FORMAT", help="Format of the file, such as plu or npy.")
+@click.option("--unit", metavar="UNIT", help="Unit of the heights, where the file has none.")
+@click.option(
+    "--pixel",
+    "pixels",
+    metavar="LENGTH",
+    multiple=True,
+    help='Distance of neighbours, such as "1.66 um"; twice, for x and for y.',
+)
+@click.option("--key", metavar="NAME", help="Array of a file that holds several.")
+@click.option("--channel", metavar="NAME", help="Channel of an instrument's file, or its number.")
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder for report, tables and figures; without it nothing is written.",
+)
+@click.option("--overwrite", is_flag=True, help="Replace an earlier one in that folder.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables.")
+def surface(
+    scan: Path,
+    cutoff: str | None,
+    long_cutoff: str | None,
+    level: str,
+    outliers: float | None,
+    method: str,
+    area: str | None,
+    kind: str | None,
+    unit: str | None,
+    pixels: tuple[str, ...],
+    key: str | None,
+    channel: str | None,
+    folder: Path | None,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    """Measure heights, spectrum and summits in SCAN, an instrument's file or an array.
+
+    Every parameter hangs on the short-wave cut-off: it stands in each table and figure, and the
+    parameters over cut-offs are always shown. The scan is only read.
+    """
+    with stoppable():
+        from contextlib import ExitStack
+
+        from microslip.study.scanned import Request, analyse
+        from microslip.study.scanned_files import write
+        from microslip.study.scanned_summary import KIND, summarise
+        from microslip.study.scanned_tables import show
+
+        request: Request = Request.of(
+            scan,
+            cutoff=cutoff,
+            long_cutoff=long_cutoff,
+            level=level,
+            outliers=outliers,
+            method=method,
+            area=area,
+            format=kind,
+            unit=unit,
+            pixel=pixels,
+            key=key,
+            channel=channel,
+        )
+        with ExitStack() as stack:
+            stage = None
+            if folder is not None:  # first, so that nothing is read in vain
+                from microslip.study.folder import staged
+
+                stage = stack.enter_context(staged(folder, overwrite, KIND, "measured scan"))
+            with progress("Measuring") as report:
+                found = analyse(request, report)
+            if stage is None:
+                summary = summarise(found)
+            else:
+                with progress("Drawing and writing") as report:
+                    summary = write(found, stage, report)
+    if as_json:
+        echo_json(summary)
+        return
+    show(summary, sys.stdout)
+    if folder is not None:
+        click.echo(f"{len(summary['files'])} files in {folder}")

@@ -1,0 +1,364 @@
+"""Floor 8: a scan looked at: what was asked, what was found, and what summary.json says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from microslip._units import AREA, LENGTH, Kind, engineering, to_si
+from microslip.errors import InputError
+from microslip.scans import Scan
+from microslip.scans.statistics import verdicts
+from microslip.study.scanned_errors import errors_of
+
+if TYPE_CHECKING:
+    from microslip.friction import Verdict
+    from microslip.scans.cutoffs import CutoffTable
+    from microslip.scans.density import HeightFit
+    from microslip.scans.moments import Moments
+    from microslip.scans.parameters import SummitStatistics
+    from microslip.scans.spectrum import Spectrum
+    from microslip.scans.statistics import Statistics
+    from microslip.scans.summits import Summits
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is wanted of a scan; lengths in metres."""
+
+    path: Path
+    cutoff: float | None
+    given: bool
+    """Whether the cut-off was said, be it that there is none."""
+    long_cutoff: float | None
+    level: str
+    outliers: float | None
+    method: str
+    area: float | None
+    reading: Mapping[str, Any]
+    """How the file is read, by the keys of :meth:`Scan.read`; what is not said is None."""
+
+    @classmethod
+    def of(
+        cls,
+        path: Path,
+        *,
+        cutoff: str | None = None,
+        long_cutoff: str | None = None,
+        level: str = "plane",
+        outliers: float | None = None,
+        method: str = "watershed",
+        area: str | None = None,
+        pixel: tuple[str, ...] = (),
+        channel: str | None = None,
+        **reading: str | None,
+    ) -> Request:
+        """What the words of a command ask for.
+
+        Parameters
+        ----------
+        path : pathlib.Path
+            The file.
+        cutoff, long_cutoff : str, optional
+            Lengths such as "10 um"; the first one may be "none".
+        level : str
+            Form that is removed; "none" for none.
+        outliers : float, optional
+            Robust standard deviations.
+        method : str
+            What counts as a summit.
+        area : str, optional
+            Apparent area such as "2 cm^2".
+        pixel : tuple of str
+            No, one or two lengths.
+        channel : str, optional
+            Name or number.
+        **reading : str, optional
+            The other keys of :meth:`Scan.read`.
+
+        Returns
+        -------
+        Request
+            The same in SI units.
+
+        Raises
+        ------
+        InputError
+            A quantity that cannot be used.
+        """
+        if len(pixel) > 2:
+            raise InputError(f"--pixel: wanted once, or twice for x and y, got {len(pixel)} times")
+        steps = tuple(_si("--pixel", text, LENGTH, "1.66 um") for text in pixel)
+        number = channel is not None and channel.isdecimal() and channel.isascii()
+        none = cutoff is None or cutoff.strip().casefold() == "none"
+        return cls(
+            path=path,
+            cutoff=None if none else _si("--cutoff", cutoff, LENGTH, "10 um"),
+            given=cutoff is not None,
+            long_cutoff=None
+            if long_cutoff is None
+            else _si("--long-cutoff", long_cutoff, LENGTH, "0.8 mm"),
+            level=level,
+            outliers=outliers,
+            method=method,
+            area=None if area is None else _si("--area", area, AREA, "2 cm^2"),
+            reading={
+                **reading,
+                "pixel": None if not steps else steps[0] if len(steps) == 1 else steps,
+                "channel": int(channel) if channel is not None and number else channel,
+            },
+        )
+
+
+def _si(option: str, text: str | None, kind: Kind, example: str) -> float:
+    try:
+        return to_si(text, kind, example)
+    except ValueError as error:
+        message = str(error)
+        if option == "--cutoff":
+            message = message.replace('"10 um"', '"10 um", or "none"', 1)
+        raise InputError(f"{option}: {message}") from None
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All that was found in a scan."""
+
+    request: Request
+    raw: Scan
+    """As it is in the file."""
+    levelled: Scan
+    """Without outliers, form and long waves."""
+    scan: Scan
+    """The same without short waves: what all parameters are of."""
+    statistics: Statistics
+    moments: Moments
+    estimates: dict[str, SummitStatistics | None]
+    """Summit statistics by the name of the estimate; None where there are none."""
+    reasons: tuple[str, ...]
+    """Why there are none, and why estimates differ."""
+    summits: Summits | None
+    whole_spectrum: Spectrum
+    """Of the scan without outliers and form, before any cut-off."""
+    spectrum: Spectrum
+    fit: HeightFit
+    table: CutoffTable
+    errors: dict[str, float]
+    """Standard errors from patches, by names such as "rms" and "mccool.density"."""
+    verdicts: tuple[Verdict, ...]
+
+    def cutoff_text(self) -> str:
+        """The cut-off in words; there is always something to say."""
+        if self.request.cutoff is not None:
+            text = f"cut-off {engineering(self.request.cutoff, 'm', 4, trim=True)}"
+        elif self.request.given:
+            text = "no cut-off: the pixel decides"
+        else:
+            text = "no cut-off given: the pixel decides"
+        if self.request.long_cutoff is None:
+            return text
+        return f"{text}, long-wave {engineering(self.request.long_cutoff, 'm', 4, trim=True)}"
+
+    def title(self, what: str) -> str:
+        """Title of a figure, which names the scan and the cut-off."""
+        from microslip._wording import shorten
+
+        return f"{what} of {shorten(self.raw.name, 50)}, {self.cutoff_text()}"
+
+
+def analyse(request: Request, progress: Progress | None = None) -> Findings:
+    """Measure a scan.
+
+    Parameters
+    ----------
+    request : Request
+        What is wanted.
+    progress : callable, optional
+        Called now and then with the share that is done, 0 … 1.
+
+    Returns
+    -------
+    Findings
+        Parameters, spectra, summits and their dependence on the cut-off.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read, or heights that cannot be measured.
+    """
+    report = progress or (lambda share: None)
+    raw = Scan.read(request.path, **request.reading)
+    report(0.1)
+    level: Any = None if request.level == "none" else request.level
+    whole = raw.condition(outliers=request.outliers, level=level)
+    levelled = whole.condition(long_cutoff=request.long_cutoff)
+    report(0.2)
+    summits, reasons = _summits(request, levelled)
+    scan = levelled.condition(cutoff=request.cutoff) if summits is None else summits.scan
+    statistics, moments = scan.statistics(), scan.moments()
+    report(0.3)
+    estimates: dict[str, SummitStatistics | None] = {}
+    makers: dict[str, Callable[[], SummitStatistics]] = {
+        "mccool": moments.mccool,
+        "nayak": lambda: moments.nayak_summits().statistics(),
+    }
+    if summits is not None:
+        makers["counted"] = lambda: summits.statistics("counted")
+        makers["neighbours"] = lambda: summits.statistics("neighbours")
+    for name, make in makers.items():
+        try:
+            estimates[name] = make()
+        except InputError as error:
+            estimates[name] = None
+            reasons.append(f"No summits by {NAMES[name]}: {error}.")
+    report(0.4)
+    whole_spectrum = whole.spectrum()
+    cut = request.cutoff is not None or request.long_cutoff is not None
+    spectrum = scan.spectrum() if cut else whole_spectrum
+    fit = scan.height_distribution()
+    report(0.5)
+    judged = _verdicts(scan, summits)
+    table = _over_cutoffs(levelled, request, lambda share: report(0.5 + 0.4 * share))
+    found = Findings(
+        request=request,
+        raw=raw,
+        levelled=levelled,
+        scan=scan,
+        statistics=statistics,
+        moments=moments,
+        estimates=estimates,
+        reasons=(),
+        summits=summits,
+        whole_spectrum=whole_spectrum,
+        spectrum=spectrum,
+        fit=fit,
+        table=table,
+        errors=errors_of(scan, summits),
+        verdicts=judged,
+    )
+    report(1.0)
+    return replace(found, reasons=(*reasons, *differences(found)))
+
+
+NAMES = {
+    "mccool": "McCool's moments",
+    "nayak": "Nayak's moments",
+    "counted": "counting",
+    "neighbours": "eight neighbours",
+}
+"""Estimates of summits in words."""
+
+
+def _summits(request: Request, levelled: Scan) -> tuple[Summits | None, list[str]]:
+    if levelled.is_profile:
+        return None, ["A profile has peaks but no summits: only moments tell of them."]
+    try:
+        method: Any = request.method
+        return levelled.summits(request.cutoff, method=method, level=None), []
+    except InputError as error:
+        return None, [f"No summits were counted: {error}."]
+
+
+def _over_cutoffs(levelled: Scan, request: Request, report: Progress) -> CutoffTable:
+    """Parameters against the usual cut-offs and the one that was asked for."""
+    import numpy as np
+
+    from microslip.scans.cutoffs import default_cutoffs, over_cutoffs
+
+    cutoffs = default_cutoffs(levelled)
+    if request.cutoff is not None:
+        apart = np.abs(cutoffs - request.cutoff) > 0.1 * request.cutoff
+        cutoffs = np.append(cutoffs[apart], request.cutoff)
+    return over_cutoffs(
+        levelled,
+        cutoffs,
+        level=None,
+        method=request.method,  # type: ignore[arg-type]
+        progress=lambda done, count: report(done / count),
+    )
+
+
+def _verdicts(scan: Scan, summits: Summits | None) -> tuple[Verdict, ...]:
+    found = list(verdicts(scan))
+    if summits is not None:
+        # Of moments of no Gaussian surface the verdicts of the scan tell, as of the kurtosis.
+        with suppress(InputError):
+            found += [v for v in summits.validity() if not v.name.startswith("kurtosis")]
+    return tuple(found)
+
+
+def differences(found: Findings) -> list[str]:
+    """Why two estimates of the summits differ, in sentences.
+
+    Parameters
+    ----------
+    found : Findings
+        What was found.
+
+    Returns
+    -------
+    list of str
+        Empty where counting and moments agree within a half.
+    """
+    mccool, counted = found.estimates.get("mccool"), found.estimates.get("counted")
+    if mccool is None or counted is None or found.summits is None:
+        return []
+    factors = {
+        name: getattr(counted, name) / getattr(mccool, name)
+        for name in ("density", "radius", "std")
+        if getattr(counted, name) > 0.0
+    }
+    apart = {name: factor for name, factor in factors.items() if not 1.0 / 1.5 < factor < 1.5}
+    if not apart:
+        return []
+    told = ", ".join(f"{name} {factor:.2g}" for name, factor in apart.items())
+    judged = sorted(
+        (v for v in found.verdicts if v.word != "ok" and v.name in _CAUSES),
+        key=lambda verdict: (verdict.word != "outside", [*_CAUSES].index(verdict.name)),
+    )
+    causes = [_CAUSES[verdict.name](verdict.value, found) for verdict in judged]
+    every = found.summits.neighbours.density
+    if counted.density < every / 1.5:
+        causes.insert(
+            0,
+            f"of the points above their eight neighbours {100.0 * counted.density / every:.2g} % "
+            f"rise {engineering(found.summits.threshold, 'm')} above the saddle to a higher one; "
+            "the others may be noise, which moments count in full",
+        )
+    causes = causes[:_MOST_CAUSES] or ["heights are not Gaussian, which moments take for granted"]
+    return [f"Counted over McCool's: {told}. Why: {'; '.join(causes)}."]
+
+
+_MOST_CAUSES = 3
+
+
+def _carried(what: str) -> Callable[[float, Findings], str]:
+    return lambda value, found: (
+        f"one point in a thousand carries {100.0 * value:.2g} % of the {what}"
+    )
+
+
+_CAUSES: dict[str, Callable[[float, Findings], str]] = {
+    "kurtosis": lambda value, found: (
+        f"the kurtosis is {value:.3g} (3 if Gaussian): few points, a scratch, pits or spikes, make "
+        "the variance of the heights, on which moments are built, while counting takes each summit "
+        "once"
+    ),
+    "m4 pixel^2 / m2": lambda value, found: (
+        "curvatures are of waves of a few pixels, so that noise and the pixel make them"
+        + ("" if found.request.cutoff else ": choose a short-wave cut-off")
+    ),
+    "anisotropy": lambda value, found: (
+        f"slopes across the lay are {value:.2g} times those along it, but moments are averaged "
+        "over directions"
+    ),
+    "share of m0 in 0.1 % of points": _carried("variance of the heights"),
+    "share of m2 in 0.1 % of points": _carried("mean square slope"),
+    "share of m4 in 0.1 % of points": _carried("mean square curvature"),
+}
+"""Verdicts that tell why counting and moments differ, in words; the most telling first."""

@@ -1,0 +1,100 @@
+"""Floor 8: the surface of a scan as a block of a study file."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import TYPE_CHECKING, Any
+
+from microslip._units import engineering
+
+if TYPE_CHECKING:
+    from microslip.study.scanned import Findings
+
+_HEAD = """\
+# The surface of a study, from a scan: put it in place of [surface] in one that
+# `microslip new` writes, and name the two bodies.
+"""
+
+
+def block(found: Findings) -> str:
+    """The surface as a study file has it.
+
+    Parameters
+    ----------
+    found : Findings
+        Of an area; a profile has no summits and makes no surface.
+
+    Returns
+    -------
+    str
+        TOML: the scan with its cut-off, and as a comment the same in numbers.
+    """
+    request = found.request
+    said = "decides what a summit is" if request.given else "none was given: the pixel decides"
+    lines = [
+        "[surface]",
+        'law = "scan"',
+        'materials = ["steel", "steel"]  # the two bodies: put yours here',
+        f"scan = {_text(os.fspath(request.path))}  # relative to the folder of the study",
+        f"cutoff = {_length(request.cutoff)}  # {said}",
+    ]
+    if request.long_cutoff is not None:
+        lines.append(f"long_cutoff = {_length(request.long_cutoff)}")
+    if request.level != "plane":
+        lines.append(f"level = {_text(request.level)}")
+    if request.outliers is not None:
+        lines.append(f"outliers = {request.outliers:g}")
+    if request.method != "watershed":
+        lines.append(f"method = {_text(request.method)}")
+    lines.append('estimate = "counted"  # or "neighbours", "mccool", "nayak", "population"')
+    area = request.area
+    lines.append(
+        '# area = "2 cm^2"  # apparent area of the joint; without it that of the scan'
+        if area is None
+        else f"area = {_text(f'{_number(area * 1e4)} cm^2')}"
+    )
+    lines += [f"{key} = {_value(value)}" for key, value in request.reading.items() if value]
+    if request.reading.get("channel") == 0:
+        lines.append("channel = 0")
+    lines += _numbers(found)
+    return _HEAD + "\n".join(lines) + "\n"
+
+
+def _numbers(found: Findings) -> list[str]:
+    """The same in numbers, as comments."""
+    lines = []
+    for name, part in found.estimates.items():
+        if part is None:
+            continue
+        lines += [
+            "",
+            f"# In numbers, {name}:",
+            '# law = "greenwood-williamson"',
+            f'# heights = {{ kind = "gaussian", std = {_length(part.std)}, '
+            f"mean = {_length(part.mean_height)} }}",
+            f"# radius = {_length(part.radius)}",
+            f"# density = {_text(f'{_number(part.density * 1e-6)} 1/mm^2')}",
+        ]
+    return lines
+
+
+def _text(text: str) -> str:
+    # A basic string of TOML is written as one of JSON.
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}"
+
+
+def _length(value: float | None) -> str:
+    if value is None:
+        return '"none"'
+    return _text(engineering(value, "m", 6, trim=True).replace("\N{MICRO SIGN}", "u"))
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_length, value))}]"
+    return _length(value) if isinstance(value, float) else _text(value) if value else str(value)

@@ -1,0 +1,132 @@
+"""Floor 8: error bars of what a scan says, from nine patches of it; and what its parameters are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from microslip.errors import InputError
+from microslip.scans import Scan
+
+if TYPE_CHECKING:
+    from microslip.scans.parameters import SummitStatistics
+    from microslip.scans.summits import Summits
+
+HEIGHTS = {
+    "rms": ("rms height Sq", "m"),
+    "mean_deviation": ("mean deviation Sa", "m"),
+    "skewness": ("skewness Ssk", "-"),
+    "kurtosis": ("kurtosis Sku", "-"),
+    "flatness": ("flatness Sz, lowest to highest", "m"),
+}
+"""Parameters of the heights: what they are called, and their unit."""
+
+MOMENTS = {
+    "m0": ("m0, variance of heights", "m^2"),
+    "m2": ("m2, mean square slope", "-"),
+    "m4": ("m4, mean square curvature", "1/m^2"),
+    "nayak": ("Nayak's α = m0 m4/m2²", "-"),
+    "anisotropy": ("anisotropy of slopes", "-"),
+}
+"""Parameters of the spectrum."""
+
+SUMMITS = {
+    "density": ("density", "1/m^2"),
+    "radius": ("radius", "m"),
+    "std": ("std of heights", "m"),
+    "mean_height": ("mean height", "m"),
+}
+"""Parameters of the summits."""
+
+UNITS = {name: unit for group in (HEIGHTS, MOMENTS, SUMMITS) for name, (_, unit) in group.items()}
+
+
+def errors_of(scan: Scan, summits: Summits | None) -> dict[str, float]:
+    """Standard errors of the means over nine patches; of a profile as well.
+
+    Parameters
+    ----------
+    scan : Scan
+        The scan as its parameters are taken from it.
+    summits : Summits or None
+        Those found in it.
+
+    Returns
+    -------
+    dict
+        By names such as "rms" and "mccool.density"; what has none is left out.
+    """
+    from microslip.scans.patches import cut
+
+    try:
+        patches = cut(scan)
+    except InputError:  # too small for patches
+        return {}
+    rows = [_of_patch(patch) for patch in patches]
+    if summits is not None:
+        rows += _counted_in_patches(scan, summits)
+    values: dict[str, list[float]] = {}
+    for row in rows:
+        for name, value in row.items():
+            values.setdefault(name, []).append(value)
+    return {name: _standard_error(found) for name, found in values.items() if len(found) > 1}
+
+
+def _standard_error(values: list[float]) -> float:
+    mean = math.fsum(values) / len(values)
+    square = math.fsum((value - mean) ** 2 for value in values)
+    return math.sqrt(square / (len(values) - 1) / len(values))
+
+
+def _of_patch(patch: Scan) -> dict[str, float]:
+    """Parameters of a patch; those that it has none of are left out."""
+    row: dict[str, float] = {}
+    try:
+        statistics, moments = patch.statistics(), patch.moments()
+    except InputError:
+        return row
+    row |= {name: getattr(statistics, name) for name in HEIGHTS}
+    row |= {name: getattr(moments, name) for name in MOMENTS}
+    makers: dict[str, Callable[[], SummitStatistics]] = {
+        "mccool": moments.mccool,
+        "nayak": lambda: moments.nayak_summits().statistics(),
+    }
+    for estimate, make in makers.items():
+        try:
+            found = make()
+        except InputError:
+            continue
+        row |= {f"{estimate}.{name}": getattr(found, name) for name in SUMMITS}
+    return row
+
+
+def _counted_in_patches(scan: Scan, summits: Summits) -> list[dict[str, float]]:
+    """What is counted in each of three by three patches, each summit in the one it lies in."""
+    places = [
+        np.clip((3.0 * summits.positions[:, axis] / scan.size[axis]).astype(int), 0, 2)
+        for axis in (0, 1)
+    ]
+    patch = 3 * places[1] + places[0]
+    rows = []
+    for number in range(9):
+        inside = patch == number
+        if np.count_nonzero(inside) < 2:
+            continue
+        heights, radii = summits.heights[inside], summits.radii[inside]
+        radius = (
+            float(np.sqrt(radii).mean()) ** 2
+            if summits.method == "watershed"
+            else 1.0 / float(summits.curvatures[inside].mean())
+        )
+        rows.append(
+            {
+                "counted.density": 9.0 * heights.size / summits.area,
+                "counted.radius": radius,
+                "counted.std": float(heights.std()),
+                "counted.mean_height": float(heights.mean()),
+            }
+        )
+    return rows

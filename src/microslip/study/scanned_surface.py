@@ -1,0 +1,264 @@
+"""Floor 8: the surface of a study that comes from a scan: its keys, its file and its summits."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+
+from microslip._units import LENGTH, engineering, to_si
+from microslip._wording import shorten, show
+from microslip.errors import InputError
+from microslip.study.columns import UnitName, text
+from microslip.study.fields import Area, TwoNames, array, number, one_of, quantity
+from microslip.study.part import Check, JsonSchema, KeyedError, Part, Reading
+
+if TYPE_CHECKING:
+    from microslip.friction import Verdict
+    from microslip.materials import MaterialPair
+    from microslip.normal import NormalLaw
+    from microslip.scans import Scan
+    from microslip.scans.parameters import SummitStatistics
+    from microslip.scans.summits import Summits
+
+LEVELS = ("plane", "quadratic", "cylinder", "mean", "none")
+METHODS = ("watershed", "neighbours")
+ESTIMATES = ("counted", "neighbours", "mccool", "nayak", "population")
+
+NO_CUTOFF = "none: the pixel decides"
+"""What stands wherever a cut-off would, if there is none."""
+
+
+def _cutoff() -> Check:
+    """A length, or the word that says that there is none."""
+
+    def check(given: object) -> float | None:
+        if given == "none":
+            return None
+        try:
+            return to_si(given, LENGTH, "10 um")
+        except ValueError as error:
+            raise ValueError(str(error).replace('"10 um"', '"10 um", or "none"', 1)) from None
+
+    def describe(_: JsonSchema) -> JsonSchema:
+        length = quantity(LENGTH, "10 um").describe({})
+        return {"anyOf": [length, {"const": "none"}], "examples": ["10 um", "none"]}
+
+    return Check(check, describe)
+
+
+def _channel(given: object) -> object:
+    if isinstance(given, bool) or not isinstance(given, (str, int)) or given == "":
+        raise ValueError(f'wanted a channel such as "Topography" or 0, got {show(given)}')
+    return given
+
+
+def _pair(given: object) -> object:
+    if isinstance(given, (list, tuple)) and len(given) > 2:
+        raise ValueError(f"wanted one pixel, or one along x and one along y, got {len(given)}")
+    return given
+
+
+ScanName = Annotated[str, text('the name of a scan such as "ground.plu"')]
+FormatName = Annotated[str, text('the name of a format such as "plu"')]
+KeyName = Annotated[str, text('the name of an array such as "z"')]
+Channel = Annotated[
+    str | int,
+    Check(_channel, lambda _: {"anyOf": [{"type": "string"}, {"type": "integer"}]}),
+]
+Cutoff = Annotated[float | None, _cutoff()]
+LongCutoff = Annotated[float, quantity(LENGTH, "0.8 mm")]
+Pixels = Annotated[
+    tuple[Annotated[float, quantity(LENGTH, "1.66 um")], ...],
+    Check(_pair, lambda inner: inner),
+    array('["1 um", "2 um"]', 2, single=True),
+]
+Outliers = Annotated[
+    float,
+    number("a number of at least 2 such as 6", lambda value: 2.0 <= value <= 1e6, {"minimum": 2}),
+]
+
+
+class ScanSurface(Part):
+    """Summits of a scanned surface; its short-wave cut-off [m] decides what a summit is."""
+
+    law: Literal["scan"] = Field(description="Summits found in a scan of a surface.")
+    materials: TwoNames = Field(
+        description="Names of the two bodies: materials of this file or metals of the table.",
+        examples=['["steel", "steel"]'],
+    )
+    scan: ScanName = Field(
+        description="File of the scan, relative to the folder of the study.",
+        examples=['"ground.plu"'],
+    )
+    cutoff: Cutoff = Field(
+        description="Short-wave cut-off, by which the result stands or falls; none must be said.",
+        examples=['"10 um"'],
+    )
+    long_cutoff: LongCutoff | None = Field(
+        default=None, description="Long-wave cut-off.", examples=['"0.8 mm"']
+    )
+    level: Annotated[str, one_of(*LEVELS)] = Field(
+        default="plane", description="Form that is removed first."
+    )
+    outliers: Outliers | None = Field(
+        default=None,
+        description="Robust standard deviations beyond which points are left out.",
+        examples=["6"],
+    )
+    method: Annotated[str, one_of(*METHODS)] = Field(
+        default="watershed", description="What counts as a summit."
+    )
+    estimate: Annotated[str, one_of(*ESTIMATES)] = Field(
+        default="counted",
+        description="How the summits become a surface: one radius and Gaussian heights, counted "
+        "(counted, neighbours) or from spectral moments (mccool, nayak), or all of them, one by "
+        "one (population).",
+    )
+    area: Area | None = Field(
+        default=None,
+        description="Apparent area of the joint; that of the scan if absent.",
+        examples=['"2 cm^2"'],
+    )
+    format: FormatName | None = Field(
+        default=None, description="Format of the file; found if absent.", examples=['"plu"']
+    )
+    unit: UnitName | None = Field(
+        default=None,
+        description="Unit of the heights, where the file does not say it.",
+        examples=['"um"'],
+    )
+    pixel: Pixels | None = Field(
+        default=None,
+        description="Distance of neighbours, one or one along x and one along y, where the file "
+        "does not say it.",
+        examples=['"1.66 um"'],
+    )
+    key: KeyName | None = Field(
+        default=None, description="Array of a file that holds several.", examples=['"z"']
+    )
+    channel: Channel | None = Field(
+        default=None, description="Channel of an instrument's file.", examples=["0"]
+    )
+
+    _scan: Any = PrivateAttr(default=None)
+    _summits: Any = PrivateAttr(default=None)
+
+    @model_validator(mode="after")
+    def _read(self, info: ValidationInfo) -> Self:
+        from microslip.scans import Scan
+
+        reading = info.context if isinstance(info.context, Reading) else Reading()
+        name, path = shorten(self.scan, 100), Path(self.scan)
+        here = (reading.folder or Path()) / path
+        try:
+            self._scan = Scan.read(
+                here,
+                self.format,
+                unit=self.unit,
+                pixel=self.pixel[0] if self.pixel and len(self.pixel) == 1 else self.pixel,
+                key=self.key,
+                channel=self.channel,
+            )
+        except InputError as error:
+            message = " ".join(str(error).split()).replace(str(here), name)
+            message = message if message.startswith(name) else f"{name}: {message}"
+            if not here.exists() and reading.folder and not path.is_absolute():
+                message = message.replace("no such file", "no such file in the folder of the study")
+            raise KeyedError("surface.scan", message) from None
+        reading.notes.append(f"surface.scan: {' '.join(self._scan.notes)}")
+        return self
+
+    @property
+    def read_scan(self) -> Scan:
+        """The scan as it is in the file."""
+        scan: Scan = self._scan
+        return scan
+
+    @property
+    def conditioned(self) -> Scan:
+        """The scan without outliers, form and long waves; short waves are the summits' affair."""
+        return self.read_scan.condition(
+            outliers=self.outliers,
+            level=None if self.level == "none" else self.level,  # type: ignore[arg-type]
+            long_cutoff=self.long_cutoff,
+        )
+
+    @property
+    def summits(self) -> Summits:
+        """Summits at the cut-off; they are found once."""
+        if self._summits is None:
+            found = self.conditioned.summits(self.cutoff, method=self.method, level=None)  # type: ignore[arg-type]
+            self._summits = found
+        summits: Summits = self._summits
+        return summits
+
+    def build(self, pair: MaterialPair) -> NormalLaw:
+        """Normal law of the summits.
+
+        Parameters
+        ----------
+        pair : MaterialPair
+            The two bodies.
+
+        Returns
+        -------
+        NormalLaw
+            A Greenwood–Williamson surface, or a population of the summits themselves.
+        """
+        surface: NormalLaw = self.summits.to_surface(
+            pair,
+            area=self.area,
+            estimate=self.estimate,  # type: ignore[arg-type]
+        )
+        return surface
+
+    def cutoff_text(self) -> str:
+        """The cut-off as text; there is always something to say."""
+        return NO_CUTOFF if self.cutoff is None else engineering(self.cutoff, "m", 6, trim=True)
+
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """How far the summits bear a joint, apart from what its load decides."""
+        with suppress(InputError):  # moments of no Gaussian surface; counting is not asked for them
+            return self.summits.validity()
+        return ()
+
+    def summary(self) -> dict[str, Any]:
+        """What was found in the scan, in SI units: what summary.json says of it."""
+        found = self.summits
+        return {
+            "name": found.scan.name,
+            "cutoff": self.cutoff,
+            "long_cutoff": self.long_cutoff,
+            "estimate": self.estimate,
+            "count": found.count,
+            "area": found.scan.area,
+            **{
+                name: None if part is None else asdict(part)
+                for name, part in self._estimates().items()
+            },
+            "notes": list(found.notes),
+        }
+
+    def _estimates(self) -> dict[str, SummitStatistics | None]:
+        estimates: dict[str, SummitStatistics | None] = {}
+        for name in ESTIMATES[:-1]:
+            try:
+                estimates[name] = self.summits.statistics(name)  # type: ignore[arg-type]
+            except InputError:
+                estimates[name] = None
+        return estimates
+
+    def sentences(self) -> list[str]:
+        """Summits and cut-off in words; the cut-off comes first."""
+        name = shorten(Path(self.scan).name, 100)
+        part = self._estimates().get("counted" if self.estimate == "population" else self.estimate)
+        said = f"cut-off {self.cutoff_text()}" if self.cutoff else "no cut-off: the pixel decides"
+        what = "" if part is None else f" {part}"
+        population = ", each summit by itself" if self.estimate == "population" else ""
+        return [
+            f"surface.scan: {name}, {said}:{what}{population}. The cut-off decides these numbers."
+        ]

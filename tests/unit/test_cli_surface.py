@@ -1,0 +1,209 @@
+"""`microslip surface`: what it prints and writes of a scan, and that no cut-off is ever hidden."""
+
+from __future__ import annotations
+
+import csv
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import fails, run
+
+import microslip as ms
+from microslip.scans import random_surface
+
+SHARED = Path(__file__).parents[3] / "shared" / "data" / "scans"
+AS_IS = ("--unit", "um", "--pixel", "1 um")
+FILES = [
+    *("cutoffs.csv", "cutoffs.png", "cutoffs.svg", "density.png", "density.svg"),
+    *("heights.png", "heights.svg", "report.html", "spectrum.png", "spectrum.svg"),
+    *("summary.json", "summits.csv", "surface.toml"),
+]
+STUDY = """\
+schema = 1
+{surface}
+[joint]
+friction_coefficient = 0.3
+normal_load = "1 N"
+"""
+
+
+@pytest.fixture(name="folder")
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    scan = random_surface((96, 96), 1e-6, m0=1e-13, m2=1e-3, m4=4e7, seed=3)
+    np.save("ground.npy", scan.heights * 1e6)
+    return tmp_path
+
+
+def test_all_files_and_the_cutoff_in_each(folder: Path) -> None:
+    outcome = run("surface", "ground.npy", *AS_IS, "--cutoff", "6 um", "-o", "out")
+    assert outcome.exit_code == 0, outcome.output
+    assert outcome.stdout.startswith("ground.npy: 96 x 96 points, pixel 1.000 µm, 96.0 µm")
+    assert "short-wave cut-off" in outcome.stdout
+    assert "6 µm" in outcome.stdout
+    assert "6.00 µm *" in outcome.stdout  # in the table over cut-offs
+    assert outcome.stdout.endswith("13 files in out\n")
+    assert sorted(path.name for path in (folder / "out").iterdir()) == FILES
+    summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
+    assert sorted(summary["files"]) == FILES
+    assert summary["cutoff"] == 6e-6
+    assert summary["cutoff_given"] is True
+    assert summary["warnings"] == []
+    page = (folder / "out/report.html").read_text("utf-8")
+    # In the head, in a table, in the captions of all four figures, in the block for a study.
+    assert page.count("ut-off 6 µm") >= 5
+    assert "cutoff = &#34;6 um&#34;" in page
+    # The summits, from the highest down.
+    found = ms.Scan.read("ground.npy", unit="um", pixel=1e-6).summits(6e-6, level="plane")
+    rows = list(csv.DictReader((folder / "out/summits.csv").read_text("utf-8").splitlines()))
+    assert len(rows) == found.count == summary["count"]
+    assert float(rows[0]["height [m]"]) == found.heights.max()
+    heads = (folder / "out/cutoffs.csv").read_text("utf-8").splitlines()[0]
+    assert heads.startswith(
+        "cutoff [m],rms [m],m0 [m^2],m2 [-],m4 [1/m^2],nayak [-],mccool_density"
+    )
+    # Never overwritten unasked.
+    assert "out: exists; replace it" in run("surface", "ground.npy", *AS_IS, "-o", "out").stderr
+
+
+@pytest.fixture(name="undrawn")
+def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures take most of the time, and are drawn by another test."""
+    from matplotlib.figure import Figure
+
+    empty = b'<svg xmlns="http://www.w3.org/2000/svg"></svg>'
+    monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: path.write_bytes(empty))
+
+
+def test_the_block_is_a_surface_of_a_study(folder: Path, undrawn: None) -> None:
+    scan = "--level", "quadratic", "--outliers", "6", "--area", "2 cm^2", "--cutoff", "6 um"
+    assert run("surface", "ground.npy", *AS_IS, *scan, "-o", "out").exit_code == 0
+    text = (folder / "out/surface.toml").read_text("utf-8")
+    study = ms.Study.from_toml(STUDY.format(surface=text))
+    given = tomllib.loads(text)["surface"]
+    assert given["cutoff"] == "6 um"
+    assert given["area"] == "2 cm^2"
+    assert given["level"] == "quadratic"
+    summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
+    joint = study.run().joints[0]
+    counted = summary["summits"]["counted"]
+    assert joint.surface.density == counted["density"]["value"]
+    assert joint.surface.radius == counted["radius"]["value"]
+    assert joint.surface.heights.std == counted["std"]["value"]
+    # The numbers in its comments are the same surface.
+    numbers = text.split("# In numbers, counted:\n")[1].split("\n\n")[0]
+    written = tomllib.loads("\n".join(line.removeprefix("# ") for line in numbers.splitlines()))
+    assert float(written["density"].split()[0]) * 1e6 == pytest.approx(
+        counted["density"]["value"], rel=1e-5
+    )
+
+
+def test_without_a_cutoff_the_first_things_said_are_that(folder: Path) -> None:
+    before = sorted(folder.iterdir())
+    outcome = run("surface", "ground.npy", *AS_IS)
+    assert sorted(folder.iterdir()) == before
+    lines = outcome.stdout.splitlines()
+    assert lines[1].startswith("  watch   No short-wave cut-off was given: the pixel decides.")
+    table = lines[lines.index("Heights and moments") + 3]
+    assert table.split("  ")[0] == "short-wave cut-off"
+    assert table.endswith("not given: the pixel decides")
+    assert "summits by (cut-off not given: the pixel decides)" in outcome.stdout
+    assert "Every parameter against the cut-off" in outcome.stdout
+
+
+def test_no_cutoff_can_be_said(folder: Path) -> None:
+    summary = json.loads(run("surface", "ground.npy", *AS_IS, "--cutoff", "none", "--json").stdout)
+    assert (summary["cutoff"], summary["cutoff_given"]) == (None, True)
+    assert not any("was given" in text for text in summary["warnings"])
+    assert summary["notes"][-3].startswith("summits: no short-wave cut-off: the pixel of 1.00 µm")
+    # The table over cut-offs is part of the summary, with one row for none.
+    table = summary["over_cutoffs"]
+    assert [row["cutoff"] is None for row in table] == [True] + [False] * (len(table) - 1)
+    radii = [row["mccool_radius"] for row in table]
+    assert radii == sorted(radii)
+    for name in ("rms", "nayak"):
+        assert 0.0 < summary["parameters"][name]["error"] < summary["parameters"][name]["value"]
+
+
+def test_error_bars_hold_the_truth(folder: Path) -> None:
+    """Of a surface whose longest wave is small beside a patch, four errors do."""
+    scan = random_surface((300, 300), 1e-6, m0=1e-14, m2=2e-3, m4=9e8, seed=5)
+    np.save("fine.npy", scan.heights)
+    options = "--unit", "m", "--pixel", "1 um", "--cutoff", "none", "--level", "none"
+    summary = json.loads(run("surface", "fine.npy", *options, "--json").stdout)
+    for name, true in (("m0", 1e-14), ("m2", 2e-3), ("m4", 9e8)):
+        part = summary["parameters"][name]
+        assert abs(part["value"] - true) < 0.02 * true
+        assert 0.0 < part["error"] < 0.05 * true
+
+
+def test_a_profile(folder: Path, undrawn: None) -> None:
+    x = np.arange(600)
+    rng = np.random.default_rng(1)
+    heights = np.convolve(rng.standard_normal(660), np.hanning(61), mode="valid")
+    np.savetxt("trace.txt", np.column_stack([x, heights]), header="x [um] z [um]")
+    outcome = run("surface", "trace.txt", "--unit", "um", "--cutoff", "20 um", "-o", "out")
+    assert outcome.exit_code == 0, outcome.output
+    assert "A profile has peaks but no summits" in outcome.stdout
+    names = sorted(path.name for path in (folder / "out").iterdir())
+    assert names == [name for name in FILES if name not in ("summits.csv", "surface.toml")]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--cutoff", "10"), '--cutoff: wanted a length such as "10 um", or "none", got "10"'),
+        (("--cutoff", "2 kg"), '--cutoff: wanted a length such as "10 um", or "none", got "2 kg"'),
+        (("--long-cutoff", "0"), '--long-cutoff: wanted a length such as "0.8 mm", got "0"'),
+        (("--area", "2 cm"), '--area: wanted an area such as "2 cm^2", got "2 cm" (a length)'),
+        (("--cutoff", "1 um"), "cutoff must be between two pixels (2e-06 m)"),
+        (("--cutoff", "1 m"), "cutoff must be between two pixels (2e-06 m)"),
+        (("--outliers", "1"), "outliers must be at least 2 robust standard deviations"),
+        (("--level", "cubic"), "level: wanted plane, quadratic, cylinder, mean, none, got"),
+        (("--pixel", "1 um", "--pixel", "1 um"), "--pixel: wanted once, or twice for x and y, got"),
+    ],
+)
+def test_wrong_options_are_one_line(folder: Path, options: tuple[str, ...], message: str) -> None:
+    line = fails("surface", "ground.npy", *AS_IS, *options, "-o", "out")
+    assert message in line
+
+
+def test_wrong_files_are_one_line(folder: Path) -> None:
+    assert 'groud.npy: no such file; did you mean "ground.npy"?' in fails("surface", "groud.npy")
+    assert "does not say the unit" in fails("surface", "ground.npy")
+    np.save("flat.npy", np.ones((40, 40)))
+    assert "nothing to measure" in fails("surface", "flat.npy", *AS_IS)
+    np.save("empty.npy", np.full((40, 40), np.nan))
+    assert "missing" in fails("surface", "empty.npy", *AS_IS)
+    Path("cut.npy").write_bytes(Path("ground.npy").read_bytes()[:5000])
+    assert fails("surface", "cut.npy", *AS_IS).startswith("error: cut.npy: ")
+
+
+def test_the_reasons_of_a_scratch_are_told(folder: Path) -> None:
+    """A scratch makes the variance, and few summits: the report says why estimates differ."""
+    scan = random_surface((128, 128), 1e-6, m0=1e-16, m2=1e-6, m4=4e4, seed=2)
+    heights = scan.heights.copy()
+    heights[60:62] -= 4e-7
+    heights[63] += 3e-7
+    np.save("scratched.npy", heights)
+    options = "--unit", "m", "--pixel", "1 um", "--cutoff", "none", "--json"
+    summary = json.loads(run("surface", "scratched.npy", *options).stdout)
+    told = next(text for text in summary["warnings"] if text.startswith("Counted over McCool's"))
+    assert "the kurtosis is" in told
+    assert "a scratch" in told
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the shared scans are not here")
+def test_the_scan_with_a_scratch(folder: Path) -> None:
+    pytest.importorskip("SurfaceTopography")
+    scan, quadratic = str(SHARED / "mnt-1.mnt"), ("--level", "quadratic")
+    summary = json.loads(run("surface", scan, "--cutoff", "none", *quadratic, "--json").stdout)
+    assert summary["parameters"]["kurtosis"]["value"] > 300.0
+    ratio = summary["summits"]["neighbours"]["radius"]["value"]
+    ratio /= summary["summits"]["mccool"]["radius"]["value"]
+    assert 3.0 < ratio < 5.0  # fourfold
+    assert any("a scratch" in text for text in summary["warnings"])

@@ -20,10 +20,10 @@ from .heights import Gaussian as Gaussian
 from .heights import HeightDistribution as HeightDistribution
 from .heights import Statistical as Statistical
 from .heights import TabulatedHeights as TabulatedHeights
-from .identify import Comparison as Comparison
-from .identify import Identification as Identification
-from .identify import compare as compare
-from .identify import identify as identify
+from .identification import Comparison as Comparison
+from .identification import Identification as Identification
+from .identification import compare as compare
+from .identification import identify as identify
 from .loops import Loop as Loop
 from .materials import Material as Material
 from .materials import MaterialPair as MaterialPair

@@ -41,6 +41,7 @@ import pytest
 from click.testing import CliRunner
 
 import microslip as ms
+from microslip import identification, scans
 from microslip.cli import main
 
 ROOT = Path(__file__).parents[2]
@@ -407,7 +408,7 @@ def test_the_reference_has_every_public_name() -> None:
     missing = set(ms.__all__) - {"__version__"} - set(names)
     assert not missing, "a public name needs a line in docs/api.md"
     other = set(names) - set(ms.__all__)
-    assert other <= {"metals", "Metal"} | set(scans.__all__) | set(identify.__all__)
+    assert other <= {"metals", "Metal"} | set(scans.__all__) | set(identification.__all__)
 
 
 def test_the_site_fetches_nothing() -> None:

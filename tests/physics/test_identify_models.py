@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 import microslip as ms
 from microslip._checks import Floats
-from microslip.identify.models import MODELS, Model, model_of
-from microslip.identify.models.template import Template
+from microslip.identification.models import MODELS, Model, model_of
+from microslip.identification.models.template import Template
 from microslip.normal.base import aluminium
 
 PAIR = aluminium()

@@ -20,7 +20,7 @@ from matplotlib.text import Text
 import microslip as ms
 from microslip.chapter import KIND, LEFT_OUT, PLATES, Drawn, Plate, select, write
 from microslip.chapter.contact import summit
-from microslip.chapter.rig import RIG, SAMPLES, series_loop, synthetic_record
+from microslip.chapter.rig import RIG, SAMPLES, identified, virtual_rig
 from microslip.chapter.surface import CORRELATION, ROUGHNESS, profile, summits, worked_example
 from microslip.cli import main
 from microslip.study.folder import staged
@@ -239,36 +239,24 @@ def test_summits_of_a_rough_surface() -> None:
     assert inner[top].std() == pytest.approx(spread, rel=0.05)
 
 
-def test_synthetic_record() -> None:
+def test_virtual_rig() -> None:
+    """What the figures assume of the rig is what it does; the joint behind it is exact."""
     joint, top = worked_example(), 2e-5
-    ideal = synthetic_record(joint, top, load_ripple=0.0, third_harmonic=0.0, noise=0.0)
-    # Without faults: the closed loop of the model with a spring in series.
-    np.testing.assert_allclose(np.ptp(ideal.displacement), 2.0 * top, rtol=1e-12)
-    np.testing.assert_array_equal(ideal.normal_load, joint.normal_load)
-    place, force = series_loop(joint, top, RIG)
-    half = place.size // 2 + 1
-    cycle = slice(SAMPLES + SAMPLES // 4, SAMPLES + 3 * SAMPLES // 4)
-    down = np.interp(-ideal.displacement[cycle], -place[:half], force[:half])
-    np.testing.assert_allclose(ideal.force[cycle], down, rtol=0, atol=1e-6 * joint.force_limit)
-    # With them: the force is the joint's own, the load stays within 2 %, slip and rig add up.
-    real = synthetic_record(joint, top, noise=0.0)
-    np.testing.assert_array_equal(
-        real.force, joint.coupled_force(real.slip, normal_load=real.normal_load)
-    )
-    ripple = real.normal_load / joint.normal_load - 1.0
-    assert np.abs(ripple).max() == pytest.approx(0.02, rel=1e-6, abs=0)
-    np.testing.assert_allclose(real.slip + real.force / RIG, real.displacement, rtol=1e-15)
-    # Sliding meets the friction of the load of the moment.
-    assert real.force.max() == pytest.approx(1.02 * joint.force_limit, rel=1e-6, abs=0)
-    assert real.force.min() == pytest.approx(-0.98 * joint.force_limit, rel=1e-6, abs=0)
-    wave = np.fft.rfft(real.slip[SAMPLES:] + real.force[SAMPLES:] / RIG)
-    assert abs(wave[3]) / abs(wave[1]) == pytest.approx(0.05, abs=2e-3)
-    # Noise is added, nothing else, and the same each time.
-    noisy = synthetic_record(joint, top)
-    np.testing.assert_array_equal(noisy.force, synthetic_record(joint, top).force)
-    for name, scale in (("displacement", top), ("force", joint.force_limit)):
-        added = getattr(noisy, name) - getattr(real, name)
-        assert added.std() == pytest.approx(0.005 * scale, rel=0.1)
+    rig = virtual_rig(joint, seed=1)
+    assert "rig of 100 N/µm in series" in NUMBERS["19.7"].parameters
+    assert rig.rig_stiffness == RIG == 1e8
+    for number, value in (("load ripple", rig.load_ripple), ("harmonic", rig.third_harmonic)):
+        assert f"{number} {100.0 * value:g} %" in NUMBERS["19.22"].parameters
+    record = rig.record(amplitude=top, frequency=10.0, cycles=1)
+    x, force = record.displacement[-SAMPLES - 1 :], record.force[-SAMPLES - 1 :]
+    load = record.normal_load[-SAMPLES - 1 :]
+    # From peak to peak, with noise of half a per cent.
+    assert x[0] == pytest.approx(top, rel=0.03)
+    assert x[-1] == pytest.approx(top, rel=0.03)
+    # Sliding meets the friction of the load of the moment, 2 % up or down.
+    assert force.max() == pytest.approx(1.02 * joint.force_limit, rel=0.02)
+    assert force.min() == pytest.approx(-0.98 * joint.force_limit, rel=0.02)
+    assert np.corrcoef(force, load)[0, 1] > 0.9
 
 
 def test_rig_figures() -> None:
@@ -277,13 +265,41 @@ def test_rig_figures() -> None:
         force = data[f"force at {load:g} N [N]"]
         assert abs(force).max() < 5000.0  # what the rig can do
         assert force.max() / load == pytest.approx(0.561, abs=0.015)
-        assert abs(data[f"displacement at {load:g} N [m]"]).max() == pytest.approx(3.9e-5, abs=1e-6)
+        assert abs(data[f"displacement at {load:g} N [m]"]).max() == pytest.approx(4e-5, rel=0.02)
     data = columns("19.22")
-    np.testing.assert_array_equal(
+    np.testing.assert_allclose(
         data["residual [N]"],
         data["synthetic force [N]"] - data["force of model and rig [N]"],
+        rtol=0,
+        atol=1e-9,
     )
-    assert np.abs(data["residual [N]"]).max() < 0.05 * worked_example().force_limit
+    assert np.abs(data["residual [N]"]).max() < 0.01 * worked_example().force_limit
+
+
+def test_the_overlay_is_identified() -> None:
+    """What the caption of 19.22 says of the fit is so, and its intervals hold the truth."""
+    result = identified()
+    assert result.status == "converged"
+    assert result.reduced_chi_squared < 1.3
+    verdicts = {name: one.verdict for name, one in result.parameters.items()}
+    assert verdicts == {
+        "friction_coefficient": "identified",
+        "rig_stiffness": "identified",
+        "slip_scale": "not identified",
+        "standardised_separation": "not identified",
+    }
+    joint = worked_example()
+    slip_scale = joint.slip_per_indentation * 5e-7
+    for name, truth in (("rig_stiffness", RIG), ("slip_scale", slip_scale)):
+        one = result.parameters[name]
+        assert one.low < truth < one.high
+    # The load in step with the force moves its middle, and the mean load is the joint's.
+    assert result.parameters["friction_coefficient"].value == pytest.approx(0.55, rel=2e-3)
+    texts = [t.get_text() for t in drawn("19.22").figure.findobj(Text)]
+    assert any("κσ: not identified\nh: not identified" in text for text in texts)
+
+
+def test_rig_figures_say_what_they_are() -> None:
     # It says what it is, in the heading and in the assumptions.
     for number in ("19.6", "19.7", "19.22"):
         assert NUMBERS[number].title.endswith("(synthetic)")

@@ -12,7 +12,7 @@ from scipy import stats
 
 import microslip as ms
 from microslip.friction.surface_guesses import conventional_radius, scaled
-from microslip.identify.models import MODELS, Parameter, model_of, template_of
+from microslip.identification.models import MODELS, Parameter, model_of, template_of
 
 PAIR = ms.Interface.examples()[0].surface.pair
 NAMES = {

@@ -8,10 +8,12 @@ from microslip._kernel_choice import kernel_name
 from microslip._version import __version__
 from microslip.cli.chapter import figures
 from microslip.cli.frame import Group
+from microslip.cli.identify import identify
 from microslip.cli.lists import materials, schema
 from microslip.cli.measure import measure
 from microslip.cli.shell import completion
 from microslip.cli.studies import check, demo, new, predict
+from microslip.cli.surface import surface
 
 __all__ = ["main"]
 
@@ -48,5 +50,17 @@ def main(context: click.Context) -> None:
 
 
 # Help lists them in this order.
-for _command in (demo, new, check, predict, measure, materials, schema, figures, completion):
+for _command in (
+    demo,
+    new,
+    check,
+    predict,
+    measure,
+    identify,
+    surface,
+    materials,
+    schema,
+    figures,
+    completion,
+):
     main.add_command(_command)

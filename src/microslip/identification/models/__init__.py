@@ -12,13 +12,13 @@ from microslip.friction.iwan import Iwan
 from microslip.friction.jenkins import Jenkins
 from microslip.friction.segalman import SegalmanIwan
 from microslip.friction.surface_guesses import conventional_radius
-from microslip.identify.models.base import Branch, Derived, Model, Parameter
-from microslip.identify.models.bouc_wen import BoucWenModel
-from microslip.identify.models.interface import InterfaceModel
-from microslip.identify.models.iwan import IwanModel
-from microslip.identify.models.jenkins import JenkinsModel
-from microslip.identify.models.segalman import SegalmanModel
-from microslip.identify.models.template import template_of
+from microslip.identification.models.base import Branch, Derived, Model, Parameter
+from microslip.identification.models.bouc_wen import BoucWenModel
+from microslip.identification.models.interface import InterfaceModel
+from microslip.identification.models.iwan import IwanModel
+from microslip.identification.models.jenkins import JenkinsModel
+from microslip.identification.models.segalman import SegalmanModel
+from microslip.identification.models.template import template_of
 
 __all__ = [
     "MODELS",
@@ -60,7 +60,7 @@ def model_of(law: Any, **options: Any) -> Model:
     Returns
     -------
     Model
-        What :mod:`microslip.identify` fits.
+        What :func:`microslip.identify` fits.
 
     Raises
     ------

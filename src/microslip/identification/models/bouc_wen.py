@@ -12,7 +12,7 @@ from microslip._checks import Floats
 from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
 from microslip.friction.bouc_wen import BoucWen
-from microslip.identify.models.base import Branch, Derived, Model, Parameter
+from microslip.identification.models.base import Branch, Derived, Model, Parameter
 
 _NODES, _WEIGHTS = gauss_legendre(16)
 _FULL = 37.0  # exp(-37) is nothing beside 1

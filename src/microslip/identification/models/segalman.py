@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip._checks import Floats
 from microslip.friction.segalman import SegalmanIwan
-from microslip.identify.models.base import Branch, Derived, Model, Parameter
+from microslip.identification.models.base import Branch, Derived, Model, Parameter
 
 
 @dataclass(frozen=True)

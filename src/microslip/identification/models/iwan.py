@@ -14,7 +14,7 @@ from microslip._frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.iwan import Iwan
-from microslip.identify.models.base import Branch, Derived, Model, Parameter
+from microslip.identification.models.base import Branch, Derived, Model, Parameter
 
 MOST_CELLS = 64
 _LEAST = 1e-12  # of the largest stiffness: a cell that is none

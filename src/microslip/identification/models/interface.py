@@ -15,8 +15,8 @@ from microslip.errors import InputError
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.friction.surface_guesses import CONVENTIONAL_AREA, Shape, interface_values
-from microslip.identify.models.base import Branch, Derived, Model, Parameter
-from microslip.identify.models.template import Template, template_of
+from microslip.identification.models.base import Branch, Derived, Model, Parameter
+from microslip.identification.models.template import Template, template_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 

@@ -1,0 +1,316 @@
+"""Floor 9: the joint that made a tribometer's records."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from microslip.cli.frame import OneOf, echo_json
+from microslip.cli.records import Reading, pairs, reads
+from microslip.cli.shell import complete_study
+from microslip.cli.work import progress, stoppable
+
+if TYPE_CHECKING:
+    from microslip.study.schema import Study
+    from microslip.tribometer import Record
+
+LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
+LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
+
+
+@click.command(short_help="Identify a joint from a tribometer's records.")
+@click.argument("records", metavar="RECORD...", nargs=-1, required=True, type=click.Path())
+@click.option(
+    "--law",
+    "laws",
+    multiple=True,
+    type=OneOf(LAWS),
+    metavar="LAW",
+    help=f"{', '.join(LAWS)}; by default the first. Repeated, the laws are compared.",
+)
+@click.option(
+    "--study",
+    type=click.Path(path_type=Path, readable=False),
+    metavar="STUDY",
+    shell_complete=complete_study,
+    help="Study with the materials, the kind of heights and the values to start from.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder for report, tables and figures; without it nothing is written.",
+)
+@click.option("--overwrite", is_flag=True, help="Replace an earlier identification there.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables.")
+@click.option(
+    "--fix",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help='A parameter that is known, such as slip_scale="0.3 um"; may be repeated.',
+)
+@click.option(
+    "--bound",
+    multiple=True,
+    metavar="NAME=LOW..HIGH",
+    help='Where a parameter may be, such as slip_scale="0.1..1 um"; may be repeated.',
+)
+@click.option(
+    "--rig-stiffness",
+    default="free",
+    show_default=True,
+    metavar="VALUE",
+    help='Rig in series: free, rigid, "2e8 N/m", or as it was measured, "200±5 N/um".',
+)
+@click.option(
+    "--rig",
+    "rigs",
+    multiple=True,
+    metavar="LABEL",
+    help="Name of the rig of each record, in their order, where there are several rigs.",
+)
+@click.option(
+    "--contact-area",
+    metavar="AREA",
+    help='A real contact area that was measured, its uncertainty and load: "6 mm^2, 1 mm^2, 2 kN".',
+)
+@click.option(
+    "--loss",
+    type=OneOf(LOSSES),
+    default=LOSSES[0],
+    show_default=True,
+    metavar="LOSS",
+    help=f"How outliers count: {', '.join(LOSSES)}.",
+)
+@click.option("--free-delay", is_flag=True, help="Fit a delay between the channels, too.")
+@click.option(
+    "--held-back",
+    type=float,
+    default=0.25,
+    show_default=True,
+    metavar="SHARE",
+    help="Share of the cycles that is predicted, not fitted.",
+)
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Of the intervals.")
+@click.option(
+    "--accept-unconverged", is_flag=True, help="Show and write a fit that has not converged, too."
+)
+@reads(many_loads=True)
+def identify(
+    records: tuple[str, ...],
+    laws: tuple[str, ...],
+    study: Path | None,
+    folder: Path | None,
+    overwrite: bool,
+    as_json: bool,
+    fix: tuple[str, ...],
+    bound: tuple[str, ...],
+    rig_stiffness: str,
+    rigs: tuple[str, ...],
+    contact_area: str | None,
+    loss: str,
+    free_delay: bool,
+    held_back: float,
+    confidence: float,
+    accept_unconverged: bool,
+    reading: Reading,
+) -> None:
+    """Identify the joint that made each RECORD, several loads and amplitudes at once.
+
+    Values with intervals, what the records cannot tell and what would settle it, residuals and a
+    comparison of laws. With -o a page, figures, tables and, given the materials by --study,
+    joint.toml, which microslip predict takes as it is.
+    """
+    from microslip.errors import InputError
+
+    laws = tuple(dict.fromkeys(laws)) or LAWS[:1]
+    with stoppable():
+        from contextlib import ExitStack
+
+        from microslip.study.folder import staged
+        from microslip.study.identified import KIND, identified, show, summarise, write
+
+        options: dict[str, Any] = {
+            "fixed": _values(fix, laws),
+            "bounds": _bounds(bound, laws),
+            "rig_stiffness": _rig_stiffness(rig_stiffness),
+            "rigs": _each("--rig", rigs, len(records)),
+            "contact_area": _contact_area(contact_area),
+            "loss": loss,
+            "delay": "free" if free_delay else 0.0,
+            "held_back": held_back,
+            "confidence": confidence,
+        }
+        with ExitStack() as stack:
+            known = None if study is None else _study(study)
+            stage = None
+            if folder is not None:  # first, so that nothing is fitted in vain
+                stage = stack.enter_context(staged(folder, overwrite, KIND, "identification"))
+            with progress("Reading") as report:
+                read = _read(records, reading, report)
+            with progress("Fitting") as report:
+                found = identified(read, laws, known, options, report)
+            if not accept_unconverged and (failed := found.failed) is not None:
+                raise InputError(
+                    f"{failed.law}: {failed.status}: {failed.message} (--accept-unconverged shows "
+                    "it all the same)"
+                )
+            if stage is None:
+                summary = summarise(found)
+            else:
+                with progress("Drawing and writing") as report:
+                    summary = write(found, stage, report)
+    if as_json:
+        echo_json(summary)
+        return
+    show(summary, sys.stdout)
+    if folder is not None:
+        click.echo(f"{len(summary['files'])} files in {folder}")
+
+
+def _study(path: Path) -> Study:
+    from microslip.study.load import read
+
+    return read(path)
+
+
+def _read(paths: Sequence[str], reading: Reading, report: Any) -> list[Record]:
+    loads = _each("--normal-load", reading.normal_load, len(paths)) or ()
+    how = reading._replace(normal_load=tuple(loads))
+    found = []
+    for index, path in enumerate(paths):
+        found.append(how.read(path, index))
+        report((index + 1) / len(paths))
+    return found
+
+
+def _each(option: str, given: tuple[str, ...], count: int) -> list[str] | None:
+    """One text for each record, where there is one for all or one for each."""
+    if not given:
+        return None
+    if len(given) not in (1, count):
+        records = "1 record" if count == 1 else f"{count} records"
+        raise click.UsageError(
+            f"{option} wants one for all records or one for each of the {records}, got {len(given)}"
+        )
+    return list(given) * count if len(given) == 1 else list(given)
+
+
+# -- quantities ------------------------------------------------------------------------------------
+
+
+def _values(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, float]:
+    units = _units_of(laws)
+    return {
+        name: _quantity("--fix", name, text, units) for name, text in pairs("fix", given).items()
+    }
+
+
+def _bounds(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
+    units = _units_of(laws)
+    found = {}
+    for name, text in pairs("bound", given).items():
+        low, dots, high = (part.strip() for part in text.partition(".."))
+        if not dots or not low or not high:
+            raise click.UsageError(f'--bound wants {name}=LOW..HIGH, got "{text}"')
+        if _is_number(low) and not _is_number(high):  # the unit is written once
+            low = f"{low} {_unit(high)}"
+        ends = tuple(_quantity("--bound", name, end, units) for end in (low, high))
+        if not ends[0] < ends[1]:
+            raise click.UsageError(
+                f'--bound wants {name}=LOW..HIGH with LOW below HIGH, got "{text}"'
+            )
+        found[name] = (ends[0], ends[1])
+    return found
+
+
+def _units_of(laws: Sequence[str]) -> dict[str, str]:
+    """Units of the parameters of some laws."""
+    from microslip.study.identified import units_of
+
+    return units_of(laws)
+
+
+def _quantity(option: str, name: str, text: str, units: dict[str, str]) -> float:
+    """A value of a parameter [SI unit]."""
+    from microslip._units import FORCE, LENGTH, STIFFNESS, QuantityError, to_si
+    from microslip._wording import did_you_mean
+
+    if name not in units:
+        near = did_you_mean(name, units)
+        raise click.UsageError(
+            f'{option}: no parameter "{name}"{near} (parameters: {", ".join(units)})'
+        )
+    kind = {"m": LENGTH, "N": FORCE, "N/m": STIFFNESS}.get(units[name])
+    if kind is None:
+        if not _is_number(text):
+            raise click.UsageError(f'{option}: {name} is a plain number, got "{text}"')
+        return float(text)
+    examples = {"m": "0.3 um", "N": "1 kN", "N/m": "200 N/um"}
+    try:
+        return to_si(text, kind, examples[kind.unit])
+    except QuantityError as error:
+        raise click.UsageError(f"{option}: {name}: {error}") from None
+
+
+def _rig_stiffness(text: str) -> Any:
+    """What is known of the rig: "free", None for a rigid one, a value, or with its deviation."""
+    words = text.strip()
+    if words in ("free", "rigid"):
+        return "free" if words == "free" else None
+    value, sign, deviation = (
+        part.strip() for part in words.replace("+-", "±").replace("+/-", "±").partition("±")
+    )
+    if sign and _is_number(value) and not _is_number(deviation):  # the unit is written once
+        value = f"{value} {_unit(deviation)}"
+    elif sign and _is_number(deviation) and not _is_number(value):
+        deviation = f"{deviation} {_unit(value)}"
+    first = _stiffness(value)
+    return (first, _stiffness(deviation)) if sign else first
+
+
+def _stiffness(text: str) -> float:
+    """A stiffness with its unit; a plain number is in N/m, as for measure."""
+    from microslip._units import STIFFNESS, QuantityError, to_si
+
+    try:
+        return to_si(f"{text} N/m" if _is_number(text) else text, STIFFNESS, "200 N/um")
+    except QuantityError as error:
+        raise click.UsageError(f"--rig-stiffness: {error}") from None
+
+
+def _contact_area(text: str | None) -> tuple[float, float, float] | None:
+    from microslip._units import AREA, FORCE, QuantityError, to_si
+
+    if text is None:
+        return None
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 3:
+        raise click.UsageError(
+            '--contact-area wants an area, its uncertainty and the load, such as "6 mm^2, 1 mm^2, '
+            f'2 kN", got "{text}"'
+        )
+    try:
+        area, deviation = (to_si(part, AREA, "6 mm^2") for part in parts[:2])
+        return area, deviation, to_si(parts[2], FORCE, "2 kN")
+    except QuantityError as error:
+        raise click.UsageError(f"--contact-area: {error}") from None
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _unit(text: str) -> str:
+    """What follows the number of a quantity."""
+    return text.lstrip("+-0123456789.eE ").strip()

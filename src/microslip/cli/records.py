@@ -1,0 +1,128 @@
+"""Floor 9: how the commands read records: options that say what a file does not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import click
+
+if TYPE_CHECKING:
+    from microslip.tribometer import Record
+
+Command = Callable[..., Any]
+
+_KEYS = "displacement, force, normal_load, time or commanded"
+
+
+class Reading(NamedTuple):
+    """What the options say of the files."""
+
+    displacement: str | None
+    force: str | None
+    normal_load: tuple[str, ...]
+    """One for all files, or one for each."""
+    time: str | None
+    sample_rate: float | None
+    turn: bool
+    units: tuple[str, ...]
+    factors: tuple[str, ...]
+    zeros: tuple[str, ...]
+
+    def read(self, path: str, index: int = 0) -> Record:
+        """Read one file, the so many-th."""
+        from microslip.tribometer import Record
+
+        loads = self.normal_load
+        return Record.read(
+            path,
+            displacement=self.displacement,
+            force=self.force,
+            normal_load=loads[index if len(loads) > 1 else 0] if loads else None,
+            time=self.time,
+            sample_rate=self.sample_rate,
+            sign=-1 if self.turn else None,
+            units=pairs("unit", self.units) or None,
+            calibration=pairs("calibration", self.factors) or None,
+            zero=pairs("zero", self.zeros) or None,
+        )
+
+
+def reads(many_loads: bool = False) -> Callable[[Command], Command]:
+    """Give a command the options of reading, as one argument, `reading`.
+
+    Parameters
+    ----------
+    many_loads : bool
+        Whether there may be a normal load for each record.
+
+    Returns
+    -------
+    callable
+        A decorator.
+    """
+    several = "; one for all records, or one for each" if many_loads else ""
+    options = (
+        click.option("--displacement", metavar="COLUMN", help="Column of the displacement."),
+        click.option("--force", metavar="COLUMN", help="Column of the tangential force."),
+        click.option(
+            "--normal-load",
+            metavar="COLUMN",
+            multiple=many_loads,
+            help=f'Column of the normal load, or "500 N"{several}.',
+        ),
+        click.option("--time", metavar="COLUMN", help="Column of the time."),
+        click.option(
+            "--sample-rate", type=float, metavar="HZ", help="Samples a second, without a time."
+        ),
+        click.option("--turn", is_flag=True, help="Turn the sign of the force."),
+        click.option(
+            "--unit",
+            "units",
+            multiple=True,
+            metavar="WHAT=UNIT",
+            help=f"Unit of {_KEYS}; may be repeated.",
+        ),
+        click.option(
+            "--calibration",
+            "factors",
+            multiple=True,
+            metavar="WHAT=FACTOR",
+            help='Factor of a sensor, such as force="12.5 N/V"; may be repeated.',
+        ),
+        click.option(
+            "--zero",
+            "zeros",
+            multiple=True,
+            metavar="WHAT=ZERO",
+            help='What counts as zero, such as force="0.3 N" or force=middle; may be repeated.',
+        ),
+    )
+
+    def decorate(command: Command) -> Command:
+        @wraps(command)
+        def read(**given: Any) -> Any:
+            how = {name: given.pop(name) for name in Reading._fields}
+            load = how["normal_load"]
+            if not isinstance(load, tuple):
+                how["normal_load"] = () if load is None else (load,)
+            return command(reading=Reading(**how), **given)
+
+        wrapped: Command = read
+        for option in reversed(options):
+            wrapped = option(wrapped)
+        return wrapped
+
+    return decorate
+
+
+def pairs(option: str, given: tuple[str, ...]) -> dict[str, str]:
+    """What an option that may be repeated was given as WHAT=..., by WHAT."""
+    found = {}
+    for text in given:
+        key, equals, value = text.partition("=")
+        if not equals or not key or not value:
+            raise click.UsageError(f'--{option} wants WHAT=..., such as force=..., got "{text}"')
+        found[key.strip()] = value.strip()
+    return found

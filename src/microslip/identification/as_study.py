@@ -1,0 +1,77 @@
+"""Floor 6: an interface as the keys of a study file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from microslip._checks import show
+from microslip.errors import InputError
+from microslip.friction import Interface
+from microslip.heights import Discrete, Exponential, Gaussian
+from microslip.materials import Material
+from microslip.normal import GreenwoodWilliamson
+
+
+def study_of(
+    joint: Interface, loads: Sequence[float], amplitudes: Sequence[float], area_known: bool
+) -> dict[str, Any]:
+    """A study of a joint at loads [N] and amplitudes [m]; quantities are text with their unit."""
+    surface = joint.surface
+    if not isinstance(surface, GreenwoodWilliamson):
+        raise InputError(
+            f"a study is made of a surface with a distribution of heights, got {show(surface)}"
+        )
+    first, second = _material(surface.pair.first), _material(surface.pair.second)
+    materials = {"first": first} if first == second else {"first": first, "second": second}
+    names = ["first", "first"] if first == second else ["first", "second"]
+    title = "Identified joint" if area_known else "Identified joint, its area a convention"
+    return {
+        "schema": 1,
+        "title": title,
+        "material": materials,
+        "surface": {
+            "materials": names,
+            "law": "greenwood-williamson",
+            "heights": _heights(surface.heights),
+            "radius": f"{surface.radius!r} m",
+            "density": f"{surface.density!r} 1/m^2",
+            "area": f"{surface.area!r} m^2",
+        },
+        "joint": {
+            "friction_coefficient": float(joint.friction_coefficient),
+            "normal_load": [f"{float(load)!r} N" for load in loads or [joint.normal_load]],
+        },
+        "excitation": {"amplitudes": [f"{float(a):.6g} m" for a in amplitudes]},
+    }
+
+
+def _material(body: Material) -> dict[str, Any]:
+    if not np.isfinite(body.young_modulus):
+        return {"rigid": True}
+    found: dict[str, Any] = {
+        "young_modulus": f"{body.young_modulus!r} Pa",
+        "poisson_ratio": float(body.poisson_ratio),
+    }
+    if body.hardness is not None:
+        found["hardness"] = f"{body.hardness!r} Pa"
+    return found
+
+
+def _heights(heights: Any) -> dict[str, Any]:
+    if isinstance(heights, Gaussian):
+        found: dict[str, Any] = {"kind": "gaussian", "std": f"{heights.std!r} m"}
+        if heights.mean:
+            found["mean"] = f"{heights.mean!r} m"
+        return found
+    if isinstance(heights, Exponential):
+        return {"kind": "exponential", "scale": f"{heights.scale!r} m"}
+    if isinstance(heights, Discrete):
+        values = [f"{float(value)!r} m" for value in np.asarray(heights.values)]
+        return {"kind": "values", "values": values}
+    raise InputError(
+        "a study is made of Gaussian, exponential or given heights, got "
+        f"{show(heights)}; joint() gives the interface itself"
+    )

@@ -1,0 +1,243 @@
+"""Floor 6: what a fit must stand: cycles it has not seen, energies, and rigs that are the same."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip import kernels
+from microslip._checks import Floats
+from microslip._frozen import Locked, lock
+from microslip.identification.fit import Fit, settle
+from microslip.identification.folding import Folded
+from microslip.identification.problem import Problem
+
+_CERTAIN = 1e-4
+_LARGE = 0.1
+"""Spread of the rigs' compliances over their mean from which on they are told to be different."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordFit(Locked):
+    """One record as it was folded, and what the law answers."""
+
+    folded: Folded
+    """Measured: displacement as a series, force in bins of the phase."""
+    phase: NDArray[np.float64]
+    """Phases of the bins [rad]."""
+    displacement: NDArray[np.float64]
+    """Displacement [m] at the phases."""
+    measured: NDArray[np.float64]
+    """Mean force [N] of each bin."""
+    model: NDArray[np.float64]
+    """Force [N] of the law, its offset that of the record."""
+    residual: NDArray[np.float64]
+    """Measured minus model [N]."""
+    error: NDArray[np.float64]
+    """Standard deviation of the noise in each bin [N]."""
+    measured_energy: float
+    """Energy dissipated in the mean cycle [J]."""
+    model_energy: float
+    """That of the model in its place [J]."""
+    energy_residual: float
+    """Measured minus model over measured energy [-]."""
+    energy_error: float
+    """Standard deviation of that by the noise [-]."""
+    rig_stiffness: float | None
+    """Stiffness of its rig [N/m]; None for a rigid one."""
+    delay: float | None
+    """Time [s] by which its force was taken to lag behind; None without a time base."""
+    slip_share: float
+    """Share of the force limit that the cycle reaches [-], by the fall of its stiffness."""
+
+    @property
+    def name(self) -> str:
+        """What the record is called."""
+        return self.folded.name
+
+    @property
+    def normal_load(self) -> float | None:
+        """Mean normal load [N]."""
+        return self.folded.normal_load
+
+
+def record_fits(problem: Problem, q: Floats) -> tuple[RecordFit, ...]:
+    """Each record beside the answer of the law."""
+    forces = problem.model_force(q)
+    shares = slip_shares(problem, q)
+    found = []
+    for i, (folded, force) in enumerate(zip(problem.folded, forces, strict=True)):
+        error = folded.force_noise / np.sqrt(folded.count)
+        width = 0.5 * (np.roll(folded.phase, -1) - np.roll(folded.phase, 1)) % math.pi
+        way = folded.displacement(folded.phase, 1) * width
+        # White noise has no bias on the area of a loop.
+        measured, answered = float(folded.force @ way), float(force @ way)
+        noise = float(np.linalg.norm(error * way))
+        size, rate = abs(measured) or 1.0, folded.frequency
+        found.append(
+            RecordFit(
+                folded,
+                folded.phase,
+                lock(folded.displacement(folded.phase)),
+                folded.force,
+                lock(force),
+                lock(folded.force - force),
+                lock(error),
+                measured,
+                answered,
+                (measured - answered) / size,
+                noise / size,
+                problem.rig_of(i, q),
+                None if rate is None else problem.lags[i] / (2.0 * math.pi * rate),
+                shares[i],
+            )
+        )
+    return tuple(found)
+
+
+def slip_shares(problem: Problem, q: Floats) -> list[float]:
+    """Share of the force limit that each record reaches, by the fall of the joint's stiffness."""
+    _, stiffness, _ = problem.respond(q)
+    shares = [0.0] * len(problem.folded)
+    for at, i in enumerate(problem.order):
+        local = stiffness[problem.starts[at] : problem.starts[at + 1]]
+        rig = problem.rig_of(i, q)
+        compliance = 0.0 if rig is None else 1.0 / rig
+        low, high = (float(end) for end in (local.min(), local.max()))
+        rest = max(1.0 - compliance * high, 1e-12) / max(1.0 - compliance * low, 1e-12)
+        shares[i] = 1.0 - low / high * rest if high > 0.0 else 1.0
+    return shares
+
+
+def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
+    """RMS error over noise with which a fit of the other cycles predicts those held back [-]."""
+    every = max(2, round(1.0 / share))
+    kept = []
+    for folded in problem.folded:
+        rows = np.arange(folded.cycles) % every == every - 1
+        if not rows.any():
+            rows[-1] = True
+        kept.append(~rows)
+    parts = [folded.part(rows) for folded, rows in zip(problem.folded, kept, strict=True)]
+    rest = Problem(
+        parts,
+        problem.model,
+        problem.coordinates,
+        problem.columns,
+        problem.rigs,
+        free_delay=problem.free_delay,
+        lags=problem.lags,
+    )
+    rest.data = problem.data
+    rest.take_weights(problem)
+    rest.update(best.q)
+    fit = settle(rest, best.q, np.arange(best.q.size))
+    if not fit.finite:
+        return None
+    total, number = 0.0, 0
+    for folded, rows, part, force in zip(
+        problem.folded, kept, parts, rest.model_force(fit.q), strict=True
+    ):
+        full = folded.cycle_count[rows].sum(axis=0) > 0.0
+        count = folded.cycle_count[~rows].sum(axis=0)[full]
+        sums = folded.cycle_force[~rows].sum(axis=0)[full]
+        seen = count > 0.0
+        miss = (sums[seen] / count[seen] - force[seen]) * np.sqrt(count[seen]) / part.force_noise
+        total, number = total + float(miss @ miss), number + int(miss.size)
+    return math.sqrt(total / number) if number else None
+
+
+def rigs_differ(problem: Problem, best: Fit, reduced: float) -> str | None:
+    """What says that records of one rig want compliances of their own; None where they do not.
+
+    A score test: by how much the sum of squares would fall, in the linear approximation, if each
+    record had its own. Told only if that is certain and large.
+    """
+    from scipy.special import chdtrc
+
+    mine = [i for i, rig in enumerate(problem.rigs) if rig is not None]
+    if len(mine) < 2:
+        return None
+    residual, by = problem.residuals(best.q)
+    own = _own_compliances(problem, best.q, residual.size)
+    names = list(dict.fromkeys(problem.rigs[i] for i in mine))
+    # One record of each rig stands for what its free stiffness does already.
+    free = set(problem.free.tolist())
+    columns, owners = [], []
+    for rig in names:
+        members = [i for i in mine if problem.rigs[i] == rig]
+        if len(members) < 2:
+            continue
+        kept = members[1:] if rig in free else members
+        columns += [own[:, i] for i in kept]
+        owners += kept
+    if not columns:
+        return None
+    whole = np.column_stack((by, *columns))
+    scale = np.linalg.norm(whole, axis=0)
+    scale[scale == 0.0] = 1.0
+    whole = whole / scale
+    values, vectors = np.linalg.eigh(whole.T @ whole)
+    told = values > 1e-10 * values[-1]
+    right = vectors[:, told].T @ (whole.T @ residual)
+    step = -vectors[:, told] @ (right / values[told])
+    fall = float(right @ (right / values[told]))
+    if chdtrc(len(columns), fall / max(reduced, 1.0)) > _CERTAIN:
+        return None
+    change = np.zeros(len(problem.folded))
+    change[owners] = (step / scale)[by.shape[1] :]
+    worst, label = 0.0, ""
+    for rig in names:
+        members = [i for i in mine if problem.rigs[i] == rig]
+        one = problem.coordinates[rig] if rig is not None else None
+        if one is None or len(members) < 2:
+            continue
+        now = 1.0 / max(problem.physical(best.q)[rig], 1e-300)  # type: ignore[index]
+        spread = float(np.ptp(change[members]))
+        if spread > worst * max(now, 1e-300):
+            worst = spread / max(now, 1e-3 / one.scale)
+            label = problem.folded[members[int(np.argmax(np.abs(change[members])))]].name
+    if worst < _LARGE:
+        return None
+    return (
+        f"the records want rigs whose compliances differ by {100.0 * worst:.3g} % (most: "
+        f"{label!r}); if they are of different rigs, say so: rigs=[one label a record]"
+    )
+
+
+def _own_compliances(problem: Problem, q: Floats, size: int) -> Floats:
+    """Whitened derivatives by a compliance of each record alone [N/m times its scale]."""
+    columns = np.zeros((size, len(problem.folded)))
+    by = _by_compliance(problem, q)
+    for at, i in enumerate(problem.order):
+        span = problem.bins[at]
+        columns[span, i] = problem.metrics[at].apply(by[span] * problem.weight[span])
+    return columns
+
+
+def _by_compliance(problem: Problem, q: Floats) -> Floats:
+    by = np.zeros_like(problem.half)
+    outer = problem.physical(q)
+    for number, group in enumerate(problem.groups):
+        if group.rig is None or not problem.model.is_backbone:
+            continue
+        values = {n: outer[j] for n, j in zip(problem.model.names, group.columns, strict=True)}
+        answer = problem.in_series(number, group, values, 1.0 / outer[group.rig])
+        by[group.places] = answer[3]
+    by *= problem.sign
+    kernels.active.accumulate(problem.parent, by, np.zeros(1))
+    return problem.to_bins(by)
+
+
+def information_criteria(cost: float, count: int, parameters: int) -> tuple[float, float]:
+    """Akaike's and Schwarz's criteria, the noise being known from the cycles."""
+    return cost + 2.0 * parameters, cost + parameters * math.log(count)
+
+
+def total_bins(folded: Sequence[Folded]) -> int:
+    """Number of forces that are fitted."""
+    return sum(one.phase.size for one in folded)

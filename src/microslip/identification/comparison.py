@@ -1,0 +1,132 @@
+"""Floor 6: several laws on the same records."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from microslip._checks import show
+from microslip._units import significant
+from microslip.errors import InputError
+from microslip.identification.intervals import Progress
+from microslip.identification.result import Identification
+from microslip.identification.run import identify
+from microslip.tribometer.record import Record
+
+LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison:
+    """The same records fitted by several laws, the one that predicts best first.
+
+    Made by :func:`microslip.compare`; criteria after Akaike (1974, DOI 10.1109/TAC.1974.1100705)
+    and Schwarz (1978, DOI 10.1214/aos/1176344136).
+    """
+
+    fits: Mapping[str, Identification]
+    """The fits by the names of their laws, in the order of Akaike's criterion."""
+    failed: Mapping[str, str]
+    """Laws that could not be fitted, and why."""
+
+    @property
+    def best(self) -> str:
+        """Name of the law with the least criterion of Akaike among those that converged."""
+        return next((n for n, fit in self.fits.items() if fit.converged), next(iter(self.fits)))
+
+    def rows(self) -> list[dict[str, Any]]:
+        """One row a law: status, number of parameters, fit and criteria, as plain values."""
+        least = min((fit.aic for fit in self.fits.values()), default=math.nan)
+        return [
+            {
+                "law": name,
+                "status": fit.status,
+                "parameters": len(fit.names),
+                "reduced_chi_squared": fit.reduced_chi_squared,
+                "aic": fit.aic,
+                "bic": fit.bic,
+                "aic_over_best": fit.aic - least,
+                "held_back": fit.held_back,
+            }
+            for name, fit in self.fits.items()
+        ]
+
+    def table(self) -> str:
+        """The rows as text."""
+        head = f"{'law':<12}{'parameters':>11}{'chi^2/dof':>12}{'AIC':>12}{'BIC':>12}"
+        lines = [f"{head}{'held back':>12}  status"]
+        for row in self.rows():
+            numbers = "".join(
+                f"{significant(row[key], 4):>12}"
+                for key in ("reduced_chi_squared", "aic", "bic", "held_back")
+            )
+            lines.append(f"{row['law']:<12}{row['parameters']:>11}{numbers}  {row['status']}")
+        lines += [f"{name}: {why}" for name, why in self.failed.items()]
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"Comparison({', '.join(self.fits)})"
+
+
+def compare(
+    records: Record | Sequence[Record],
+    laws: Sequence[Any] = LAWS,
+    *,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Comparison:
+    """Fit several laws to the same records.
+
+    Parameters
+    ----------
+    records : Record or sequence of Record
+        As for :func:`microslip.identify`.
+    laws : sequence, optional
+        Names, classes or instances of laws, each once.
+    progress : callable, optional
+        Called now and then with the share that is done, 0 ... 1.
+    options : optional
+        Further options of :func:`microslip.identify`, the same for all laws.
+
+    Returns
+    -------
+    Comparison
+        The fits, ordered by Akaike's criterion; laws that the records do not suit are told apart.
+
+    Raises
+    ------
+    InputError
+        No law at all, or none that can be fitted.
+
+    Notes
+    -----
+    The noise is known from the cycles, so the criteria are those of Akaike (1974,
+    DOI 10.1109/TAC.1974.1100705) and Schwarz (1978, DOI 10.1214/aos/1176344136) on chi-squared.
+    """
+    if isinstance(laws, str) or not isinstance(laws, Sequence) or not laws:
+        raise InputError(f"laws must be a list such as ['interface', 'jenkins'], got {show(laws)}")
+    fits: dict[str, Identification] = {}
+    failed: dict[str, str] = {}
+    for at, law in enumerate(laws):
+        own = dict(options)
+        name = law if isinstance(law, str) else getattr(law, "__name__", type(law).__name__)
+        if str(name) in ("bouc-wen", "BoucWen"):
+            own["rig_stiffness"] = None  # its elastic part stands for the rig
+
+        def report(share: float, at: int = at) -> None:
+            if progress is not None:
+                progress((at + share) / len(laws))
+
+        try:
+            fit = identify(records, law, progress=report, **own)
+        except InputError as error:
+            failed[str(name)] = str(error)
+            continue
+        fits[fit.law] = fit
+    if not fits:
+        raise InputError(f"no law could be fitted: {'; '.join(failed.values())}")
+    ordered = sorted(fits.items(), key=lambda item: (not item[1].converged, item[1].aic))
+    return Comparison(MappingProxyType(dict(ordered)), MappingProxyType(failed))

@@ -1,0 +1,95 @@
+"""Floor 6: what a fit moves: the law's parameters, the rig's stiffness and measured data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from microslip.identification.models.base import Parameter
+
+RIG = "rig_stiffness"
+DELAY = "delay"
+AREA = "contact_area"
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One number of a fit: a parameter of all records, or of those of one load or one rig.
+
+    It is fitted as its logarithm, as it is, or (a stiffness in series, which may be infinite) as
+    its inverse over a scale.
+    """
+
+    name: str
+    """Name, with the load or the rig where there are several of them."""
+    parameter: str
+    """Name of the parameter as the law has it."""
+    unit: str
+    low: float
+    high: float
+    kind: str
+    """"log", "linear" or "inverse"."""
+    start: float
+    fixed: bool = False
+    prior: tuple[float, float] | None = None
+    """Value and standard deviation from elsewhere; of an inverse one, of the inverse."""
+    scale: float = 1.0
+    load: float | None = None
+    rig: str | None = None
+    shape: bool = False
+    """Whether it is a plain number that may be negative, such as a separation over sigma."""
+
+    def inner(self, value: float) -> float:
+        """The value as the fit sees it."""
+        if self.kind == "log":
+            return math.log(value)
+        if self.kind == "inverse":
+            return 0.0 if math.isinf(value) else self.scale / value
+        return value / self.scale
+
+    def outer(self, q: float) -> float:
+        """The physical value."""
+        if self.kind == "log":
+            return math.exp(q)
+        if self.kind == "inverse":
+            return math.inf if q <= 0.0 else self.scale / q
+        return q * self.scale
+
+    def slope(self, q: float) -> float:
+        """Derivative of the physical value by the fitted one; of an inverse one, of the inverse."""
+        if self.kind == "log":
+            return math.exp(q)
+        if self.kind == "inverse":
+            return 1.0 / self.scale
+        return self.scale
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Bounds as the fit sees them, the lower one first."""
+        ends = self.inner(self.low), self.inner(self.high)
+        return min(ends), max(ends)
+
+    def at(self, value: float) -> Coordinate:
+        """The same with another start, moved into its bounds."""
+        return replace(self, start=min(max(value, self.low), self.high))
+
+
+def coordinate_of(
+    parameter: Parameter, start: float, load: float | None = None, *, several: bool = False
+) -> Coordinate:
+    """The coordinate of a parameter of a law."""
+    name = parameter.name
+    if several:
+        name += f" at {load:.4g} N" if load is not None else " without load"
+    return Coordinate(
+        name=name,
+        parameter=parameter.name,
+        unit=parameter.unit,
+        low=parameter.low,
+        high=parameter.high,
+        kind="log" if parameter.log else "linear",
+        start=min(max(start, parameter.low), parameter.high),
+        load=load,
+        scale=1.0,
+        shape=parameter.low < 0.0,
+    )

@@ -1,0 +1,249 @@
+"""Floor 6: the least squares of an identification, and its weights."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import Floats
+from microslip.identification.problem import Problem
+
+_TOLERANCE = 1e-10
+_PASSES = 4
+_MOST_EVALUATIONS = 150
+_AT_BOUND = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Where a minimisation ended."""
+
+    q: Floats
+    cost: float
+    """Sum of squares."""
+    converged: bool
+    message: str
+
+    @property
+    def finite(self) -> bool:
+        """Whether there is anything to report."""
+        return bool(np.isfinite(self.cost))
+
+
+def bounds_of(problem: Problem) -> tuple[Floats, Floats]:
+    """Lower and upper bounds of the free coordinates, as they are fitted."""
+    limits = [problem.coordinates[int(j)].limits for j in problem.free]
+    low, high = (np.array([end[k] for end in limits]) for k in (0, 1))
+    return low, high
+
+
+def minimise(
+    problem: Problem,
+    start: Floats,
+    *,
+    moving: NDArray[np.intp] | None = None,
+    tolerance: float = _TOLERANCE,
+) -> Fit:
+    """Least squares from a start within the bounds, all other coordinates where they are."""
+    from scipy.optimize import least_squares
+
+    low, high = bounds_of(problem)
+    if moving is None:
+        moving = np.arange(start.size)
+    q = np.clip(start, low, high)
+    if moving.size == 0:
+        rest, _ = problem.residuals(q)
+        return Fit(q, float(np.dot(rest, rest)), True, "nothing to fit")
+    inner_low, inner_high = low[moving], high[moving]
+    # The method wants a start strictly inside.
+    width = np.minimum(inner_high - inner_low, 1.0)
+    inside = np.clip(q[moving], inner_low + 1e-9 * width, inner_high - 1e-9 * width)
+
+    def at(part: Floats) -> Floats:
+        whole = q.copy()
+        whole[moving] = part
+        return whole
+
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        try:
+            found = least_squares(
+                lambda part: problem.residuals(at(part))[0],
+                inside,
+                jac=lambda part: problem.residuals(at(part))[1][:, moving],
+                bounds=(inner_low, inner_high),
+                x_scale="jac",
+                ftol=tolerance,
+                xtol=tolerance,
+                gtol=1e-12,
+                max_nfev=_MOST_EVALUATIONS,
+            )
+        except (ValueError, np.linalg.LinAlgError) as error:
+            return Fit(q, float("inf"), False, f"the fit broke off: {error}")
+    return Fit(at(found.x), 2.0 * float(found.cost), bool(found.status > 0), str(found.message))
+
+
+def settle(
+    problem: Problem,
+    start: Floats,
+    moving: NDArray[np.intp],
+    *,
+    good_enough: float = 1e-3,
+) -> Fit:
+    """The minimum near a good start: Gauss and Newton's steps, else :func:`minimise`.
+
+    ``good_enough`` is how far the sum of squares may be from its minimum.
+    """
+    low, high = bounds_of(problem)
+    q = np.clip(start, low, high)
+    rest, by = problem.residuals(q)
+    cost = float(np.dot(rest, rest))
+    for _ in range(8):
+        if moving.size == 0 or not np.isfinite(cost):
+            return Fit(q, cost, True, "")
+        free, step, gain = _inward(q, rest, by, moving, low, high)
+        if gain <= good_enough:
+            return Fit(q, cost, True, "")
+        new = q.copy()
+        new[free] += step
+        new = np.clip(new, low, high)
+        rest, by = problem.residuals(new)
+        reached = float(np.dot(rest, rest))
+        if not reached < cost:
+            break
+        q, cost = new, reached
+    return minimise(problem, q, moving=moving, tolerance=1e-7)
+
+
+def _inward(
+    q: Floats, rest: Floats, by: Floats, moving: NDArray[np.intp], low: Floats, high: Floats
+) -> tuple[NDArray[np.intp], Floats, float]:
+    """The step, with those left out that lie at a bound and would leave it."""
+    free = moving
+    while free.size:
+        step, gain = _step(rest, by[:, free])
+        out = ((q[free] <= low[free]) & (step < 0.0)) | ((q[free] >= high[free]) & (step > 0.0))
+        if not out.any():
+            return free, step, gain
+        free = free[~out]
+    return free, np.zeros(0), 0.0
+
+
+def _step(rest: Floats, by: Floats) -> tuple[Floats, float]:
+    """Newton's step after Gauss, and how much it takes off the sum of squares, if all is linear."""
+    scale = np.linalg.norm(by, axis=0)
+    scale[scale == 0.0] = 1.0
+    normal = (by / scale).T @ (by / scale)
+    right = (by / scale).T @ rest
+    # A ridge of rounding's size keeps directions that nothing is known of where they are.
+    normal[np.diag_indices_from(normal)] += 1e-13
+    step = -np.linalg.solve(normal, right)
+    return step / scale, float(-np.dot(right, step))
+
+
+def solve(
+    problem: Problem, starts: Iterable[Floats], *, freedom: int, loss: str = "linear"
+) -> Fit | None:
+    """The best fit from several starts, each tried only if those before ended badly.
+
+    None without any start.
+
+    The weights of the nuisances belong to an answer of the model, so each fit is repeated with
+    those of where it ended until it stays there.
+    """
+    best: Fit | None = None
+    for start in starts:
+        fit = _reweighted(problem, start)
+        # Sums under other weights do not compare: all are taken under the same ones.
+        # Two that end at the same place: no other start will tell more.
+        same = best is not None and abs(fit.cost - best.cost) < 1e-3 * best.cost
+        if best is None or _better(fit, best):
+            best = fit
+        good = same or (
+            best.converged and best.cost < 3.0 * freedom and not at_bounds(problem, best.q)
+        )
+        if good:
+            break
+    if best is not None and best.finite:
+        problem.update(best.q)
+        best = _again(problem, best)
+        if loss != "linear":
+            best = _robust(problem, best, loss)
+    return best
+
+
+_LOSSES: dict[str, Callable[[Floats], Floats]] = {
+    "linear": np.ones_like,
+    "soft_l1": lambda z: 1.0 / np.sqrt(1.0 + z),
+    "huber": lambda z: 1.0 / np.sqrt(np.maximum(z, 1.0)),
+    "cauchy": lambda z: 1.0 / (1.0 + z),
+    "arctan": lambda z: 1.0 / (1.0 + z**2),
+}
+LOSSES = tuple(_LOSSES)
+_TOLERATED = 2.0
+"""Residual, in units of its noise, from which on a robust loss gives less weight to a force."""
+
+
+def _robust(problem: Problem, fit: Fit, loss: str) -> Fit:
+    """The fit under a robust loss, by weights that follow the residuals.
+
+    So the offsets and the other nuisances are robust, too, which are projected out linearly. A law
+    that fits badly as a whole is judged by its median residual, or all of it would be outliers.
+    """
+    for _ in range(30):
+        rest = problem.standardised(fit.q)
+        scale = _TOLERATED * max(1.0, float(np.median(np.abs(rest))) / 0.6745)
+        problem.weigh(np.sqrt(_LOSSES[loss]((rest / scale) ** 2)))
+        problem.update(fit.q)
+        before, fit = fit, _again(problem, fit)
+        _, by = problem.residuals(fit.q)
+        moved = by @ (fit.q - before.q)
+        if float(moved @ moved) < 1e-6:
+            break
+    return fit
+
+
+def _again(problem: Problem, fit: Fit) -> Fit:
+    """The fit once more under the weights as they now are."""
+    again = minimise(problem, fit.q)
+    if not again.finite:
+        return fit
+    return Fit(again.q, again.cost, again.converged and fit.converged, again.message)
+
+
+def _reweighted(problem: Problem, start: Floats) -> Fit:
+    low, high = bounds_of(problem)
+    q = np.clip(start, low, high)
+    fit = minimise(problem, q, tolerance=1e-6)
+    for _ in range(_PASSES):
+        if not fit.finite:
+            return fit
+        problem.update(fit.q)
+        before = fit
+        fit = minimise(problem, fit.q, tolerance=1e-8)
+        if not fit.finite:
+            return before
+        _, by = problem.residuals(fit.q)
+        moved = by @ (fit.q - before.q)
+        if float(np.dot(moved, moved)) < 1e-4:  # of the square of a standard error
+            break
+    return fit
+
+
+def _better(fit: Fit, other: Fit) -> bool:
+    if not fit.finite or not other.finite:
+        return fit.finite
+    if fit.converged != other.converged:
+        return fit.converged and fit.cost < 1.1 * other.cost
+    return fit.cost < other.cost
+
+
+def at_bounds(problem: Problem, q: Floats) -> list[int]:
+    """Free coordinates that ended at a bound."""
+    low, high = bounds_of(problem)
+    near = _AT_BOUND * np.minimum(high - low, 1.0)
+    return [int(i) for i in np.flatnonzero((q - low <= near) | (high - q <= near))]

@@ -1,0 +1,364 @@
+"""Floor 6: a record folded on one cycle: what all its settled cycles say together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import Floats, show
+from microslip._frozen import Locked, lock
+from microslip.errors import InputError
+from microslip.loops import Loop
+from microslip.tribometer.cycles import Cycles, split
+from microslip.tribometer.record import Record
+
+FEWEST_CYCLES = 3
+MOST_BINS = 512
+MOST_HARMONICS = 120
+OPEN = 0.25
+"""Gap between the ends of a cycle, of the range of force, from which on it is not settled."""
+_FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
+_ROUNDS, _LARGE = 100, 0.3
+_IN_STEP, _EACH = 0.95, 8
+_QUIET = 1e-9  # of the amplitude: below it noise is rounding
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Folded(Locked):
+    """The settled cycles of a record on one cycle of phase.
+
+    The displacement is a Fourier series with the harmonics that stand out of the noise, the force
+    its mean in bins of the phase. Both carry the noise seen in the scatter between the cycles.
+    """
+
+    name: str
+    phase: NDArray[np.float64]
+    """Mean phase of each bin [rad], increasing."""
+    spread: NDArray[np.float64]
+    """Standard deviation of the phases within each bin [rad]."""
+    force: NDArray[np.float64]
+    """Mean force of each bin [N]."""
+    count: NDArray[np.float64]
+    """Samples in each bin."""
+    cycle_force: NDArray[np.float64]
+    """Sum of the forces of each cycle (rows) in each bin [N]."""
+    cycle_count: NDArray[np.float64]
+    """Samples of each cycle (rows) in each bin."""
+    harmonics: NDArray[np.int64]
+    """Numbers of the harmonics of the displacement; the mean is not among them."""
+    coefficients: NDArray[np.float64]
+    """Mean [m], then cosine and sine of each harmonic [m]."""
+    covariance: NDArray[np.float64]
+    """Covariance of the coefficients [m^2]."""
+    force_noise: float
+    """Standard deviation of one sample of force [N]."""
+    displacement_noise: float
+    """Standard deviation of one sample of displacement [m]."""
+    normal_load: float | None
+    """Mean normal load [N]; None without one."""
+    frequency: float | None
+    """Cycles a second [Hz]; None without a time base."""
+    cycles: int
+    """Number of settled cycles."""
+    left_out: int
+    """Number of cycles that were left out."""
+    notes: tuple[str, ...]
+
+    def basis(self, phase: Floats, order: int = 0) -> Floats:
+        """Mean, cosines and sines at phases [rad], or a derivative of them by the phase."""
+        n = self.harmonics.astype(float)
+        angle = np.outer(phase, n) + 0.5 * math.pi * order
+        factor = n**order
+        first = np.full((phase.size, 1), 1.0 if order == 0 else 0.0)
+        rows = np.stack((factor * np.cos(angle), factor * np.sin(angle)), axis=2)
+        return np.hstack((first, rows.reshape(phase.size, 2 * n.size)))
+
+    def displacement(self, phase: Floats, order: int = 0) -> Floats:
+        """Displacement [m] at phases [rad], or a derivative of it by the phase."""
+        return self.basis(phase, order) @ self.coefficients
+
+    @property
+    def amplitude(self) -> float:
+        """Half the range of the displacement [m]."""
+        return 0.5 * float(np.ptp(self.displacement(np.linspace(0.0, 2.0 * math.pi, 2048))))
+
+    @property
+    def loop(self) -> Loop:
+        """The mean loop, closed."""
+        x, force = self.displacement(self.phase), self.force
+        return Loop(np.append(x, x[0]), np.append(force, force[0]))
+
+    def part(self, rows: NDArray[np.bool_]) -> Folded:
+        """The same with some of its cycles only; displacement and noise stay those of all."""
+        count = self.cycle_count[rows].sum(axis=0)
+        full = count > 0.0
+        force = self.cycle_force[rows].sum(axis=0)[full] / count[full]
+        changed = {
+            "phase": lock(self.phase[full]),
+            "spread": lock(self.spread[full]),
+            "force": lock(force),
+            "count": lock(count[full]),
+            "cycle_force": lock(self.cycle_force[np.ix_(rows, full)]),
+            "cycle_count": lock(self.cycle_count[np.ix_(rows, full)]),
+            "covariance": lock(self.covariance * (self.cycles / np.count_nonzero(rows))),
+            "cycles": int(np.count_nonzero(rows)),
+        }
+        return Folded(**{**self.__dict__, **changed})
+
+    def __repr__(self) -> str:
+        return f"Folded({self.name!r}, {self.cycles} cycles, {self.phase.size} bins)"
+
+
+def fold(
+    record: Record, cycles: slice | None = None, bins: int = MOST_BINS, *, running_in: int = 1
+) -> Folded:
+    """Fold a record on one cycle.
+
+    Parameters
+    ----------
+    record : Record
+        Displacement, force and, where there is one, normal load.
+    cycles : slice, optional
+        Whole cycles to take, the first being 0; without it all but those of the running-in and
+        those whose ends differ by over a quarter of the range of force.
+    bins : int, optional
+        Bins of the phase for the force, at least 16; fewer where a cycle has fewer samples.
+    running_in : int, optional
+        Cycles at the begin that are left out.
+
+    Returns
+    -------
+    Folded
+        Displacement as Fourier series, force in bins, noise of both.
+
+    Raises
+    ------
+    InputError
+        Not a record, no cycles to be found, or fewer than three settled ones.
+    """
+    if not isinstance(record, Record):
+        raise InputError(
+            f"records must be Records, got {show(record)}; "
+            "write Record(displacement, force) or Record.read(path)"
+        )
+    x, force = record.displacement, record.force
+    found = split(x, force)
+    time = np.arange(x.size, dtype=float)
+    if record.time is not None:
+        time = record.time
+    elif record.sample_rate is not None:
+        time = time / record.sample_rate
+    turns, per_second = _turns(time, x, found)
+    whole = math.floor(turns[-1] + (turns[-1] - turns[-2]) + 1e-6)
+    chosen, left_out = _settled(turns, force, whole, cycles, running_in, record.name)
+    rows = np.flatnonzero(chosen)
+    cycle = np.full(whole + 2, -1)
+    cycle[rows] = np.arange(rows.size)
+    place = np.floor(turns + 1e-9).astype(np.int64)
+    inside = (place >= 0) & (place < whole)
+    inside[inside] = chosen[place[inside]]
+    phase = 2.0 * math.pi * (turns[inside] - place[inside])
+    x, force, place = x[inside], force[inside], cycle[place[inside]]
+
+    count_a_cycle = x.size / rows.size
+    places = _different(phase, count_a_cycle)
+    size = int(min(bins, max(16, places)))
+    harmonics, coefficients, covariance, noise_x = _series(phase, x, places)
+
+    # Where a cycle has a whole number of samples they lie in the middle of the bins.
+    width = 2.0 * math.pi / size
+    edge = float(phase[0]) % width - 0.5 * width
+    phase = np.where(phase - edge >= 2.0 * math.pi, phase - 2.0 * math.pi, phase)
+    column = np.clip(((phase - edge) / width).astype(np.int64), 0, size - 1)
+    total = np.bincount(column, minlength=size).astype(float)
+    full = total > 0.0
+    number = np.cumsum(full) - 1
+    column, total = number[column], total[full]
+    size = total.size
+    middle = np.bincount(column, phase) / total
+    mean = np.bincount(column, force) / total
+    about = phase - middle[column]
+    spread = np.sqrt(np.bincount(column, about**2) / total)
+    spread[spread < 1e-3 * width] = 0.0
+    # Samples of a bin differ in phase, too: taken to its middle along the mean cycle.
+    level = force - _slopes(middle, mean)[column] * about
+    cell = place * size + column
+    sums = np.bincount(cell, level, minlength=rows.size * size).reshape(rows.size, size)
+    counts = np.bincount(cell, minlength=rows.size * size).reshape(rows.size, size).astype(float)
+    rest = level - mean[column]
+    noise_f = math.sqrt(float(np.dot(rest, rest)) / max(force.size - size, 1))
+    load = None if record.normal_load is None else float(np.mean(record.normal_load))
+    timed = record.time is not None or record.sample_rate is not None
+    return Folded(
+        name=record.name,
+        phase=lock(middle),
+        spread=lock(spread),
+        force=lock(mean),
+        count=lock(total),
+        cycle_force=lock(sums),
+        cycle_count=lock(counts),
+        harmonics=lock(harmonics),
+        coefficients=lock(coefficients),
+        covariance=lock(covariance),
+        force_noise=max(noise_f, _QUIET * 0.5 * float(np.ptp(mean))),
+        displacement_noise=noise_x,
+        normal_load=load,
+        frequency=per_second if timed else None,
+        cycles=int(rows.size),
+        left_out=left_out,
+        notes=record.notes,
+    )
+
+
+def _turns(time: Floats, x: Floats, found: Cycles) -> tuple[Floats, float]:
+    """Cycles since the first cut at each sample, by the phase of the fundamental; and their rate.
+
+    The rate is that of the whole record, so the samples of a cycle need not be a whole number.
+    """
+    cuts = found.cuts
+    first, last = time[cuts[0]], time[min(int(cuts[-1]), time.size - 1)]
+    rate = (cuts.size - 1) / float(last - first)
+    if cuts.size < 3:
+        return (time - first) * rate, rate
+    begin = (cuts[:-1]).astype(np.int64)
+    inner = slice(int(cuts[0]), int(cuts[-1]))
+    away = x[inner] - float(np.mean(x[inner]))
+    offset = 0.0
+    for _ in range(3):
+        turn = (time[inner] - first) * rate
+        wave = away * np.exp(-2j * math.pi * turn)
+        angles = np.angle(np.add.reduceat(wave, begin - begin[0])) / (2.0 * math.pi)
+        angles = np.unwrap(angles, period=1.0)
+        centres = np.arange(angles.size) + 0.5
+        # Ends are cut to whole samples, so that the slope is that of a straight line through all.
+        slope, offset = np.polyfit(centres, angles, 1) if angles.size > 2 else (0.0, angles.mean())
+        rate *= 1.0 + float(slope)
+        if abs(slope) * angles.size < 1e-9:
+            break
+    # A peak begins a cycle (a trough where more cycles are whole that way), from the first cut on.
+    turn = (time - first) * rate + float(offset) - (0.5 if found.flipped else 0.0)
+    return turn - math.ceil(float(turn[cuts[0]]) - 0.02), rate
+
+
+def _settled(
+    turns: Floats,
+    force: Floats,
+    whole: int,
+    cycles: slice | None,
+    running_in: int,
+    name: str,
+) -> tuple[NDArray[np.bool_], int]:
+    """Which of the whole cycles are settled, and how many others there are."""
+    if whole < 1:
+        raise InputError(f"{name}: no whole cycle from one peak to the next")
+    chosen = np.zeros(whole, dtype=bool)
+    if cycles is not None:
+        if not isinstance(cycles, slice):
+            raise InputError(f"cycles must be a slice, such as slice(2, 20), got {show(cycles)}")
+        chosen[cycles] = True
+    else:
+        ends = np.clip(np.searchsorted(turns, np.arange(whole + 1) - 1e-9), 0, force.size - 1)
+        half = max(1, int(0.01 * (ends[-1] - ends[0]) / whole))
+        sums = np.concatenate((np.zeros(1), np.cumsum(force)))
+        low, high = np.clip(ends - half, 0, None), np.clip(ends + half + 1, None, force.size)
+        value = (sums[high] - sums[low]) / (high - low)
+        gap = np.abs(np.diff(value)) / max(float(np.ptp(value)), _span(force))
+        chosen[min(running_in, whole) :] = True
+        chosen &= gap <= OPEN
+    if np.count_nonzero(chosen) < FEWEST_CYCLES:
+        raise InputError(
+            f"{name}: at least {FEWEST_CYCLES} settled whole cycles are needed, got "
+            f"{np.count_nonzero(chosen)} of {whole} (left out: {running_in} of running-in, and "
+            "those that do not close); the scatter between cycles is the measure of the noise"
+        )
+    return chosen, int(whole - np.count_nonzero(chosen))
+
+
+def _span(force: Floats) -> float:
+    few = force[:: max(1, force.size >> 17)]
+    low, high = np.percentile(few, (1.0, 99.0))
+    if low == high:
+        raise InputError(f"force must vary, got {low:g} N nearly throughout: a dead sensor")
+    return float(high - low)
+
+
+def _different(phase: Floats, count: float) -> int:
+    """Different phases that the samples have, a few samples to each.
+
+    Where cycles have a whole number of samples those of one; else the cycles fill the gaps.
+    """
+    whole = round(count)
+    if abs(np.exp(1j * whole * phase).mean()) > _IN_STEP:
+        return whole
+    return max(math.floor(count), phase.size // _EACH)
+
+
+def _series(
+    phase: Floats, x: Floats, places: int
+) -> tuple[NDArray[np.int64], Floats, Floats, float]:
+    """Fourier series of the displacement: harmonics, coefficients, covariance, noise [m]."""
+    size = _FINE
+    column = np.minimum((phase * (size / (2.0 * math.pi)) + 1e-9).astype(np.int64), size - 1)
+    weight = np.bincount(column, minlength=size).astype(float)
+    full = weight > 0.0
+    weight = weight[full]
+    place = np.bincount(column, phase, minlength=size)[full] / weight
+    mean = np.bincount(column, x, minlength=size)[full] / weight
+    most = int(min(MOST_HARMONICS, max(1, math.floor(0.4 * places))))
+    all_of = np.arange(1, most + 1)
+    angle = np.outer(place, all_of)
+    design = np.hstack((np.ones((place.size, 1)), np.cos(angle), np.sin(angle)))
+    floor = _QUIET * 0.5 * float(np.ptp(mean))
+    price = 2.0 * math.log(x.size) + 2.0 * math.log(most)
+    chosen = np.array([1])
+    for _ in range(_ROUNDS):
+        columns = np.concatenate(([0], np.column_stack((chosen, most + chosen)).ravel()))
+        part = design[:, columns]
+        normal = part.T @ (weight[:, None] * part)
+        coefficients = np.linalg.solve(normal, part.T @ (weight * mean))
+        rest = _rest(phase, x, column, full, place, part @ coefficients, coefficients, chosen)
+        # What is left at each harmonic; they are nearly orthogonal over whole cycles.
+        left = design.T @ np.bincount(column, rest, minlength=size)[full] * (2.0 / x.size)
+        power = 0.5 * x.size * (left[1 : most + 1] ** 2 + left[most + 1 :] ** 2)
+        others = np.ones(most, dtype=bool)
+        others[chosen - 1] = False
+        freedom = max(x.size - 2 * most - 1, 1)
+        white = max(float(rest @ rest) - float(power[others].sum()), 0.0) / freedom
+        noise = max(math.sqrt(white), floor)
+        # Two degrees of freedom each; one pays if it takes off more than BIC's price of two.
+        # The largest first: what is left of them leaks into others where phases are not even.
+        least = max(price * noise**2, _LARGE * float(power[others].max(initial=0.0)))
+        new = all_of[others & (power > least)]
+        if new.size == 0:
+            break
+        chosen = np.sort(np.concatenate((chosen, new)))
+    return chosen, coefficients, noise**2 * np.linalg.inv(normal), noise
+
+
+def _rest(
+    phase: Floats,
+    x: Floats,
+    column: NDArray[np.int64],
+    full: NDArray[np.bool_],
+    place: Floats,
+    fitted: Floats,
+    coefficients: Floats,
+    chosen: NDArray[np.int64],
+) -> Floats:
+    """Each sample less the series, taken along its tangent from the middle of the bin."""
+    angle = np.outer(place, chosen)
+    slopes = chosen * (-np.sin(angle) * coefficients[1::2] + np.cos(angle) * coefficients[2::2])
+    value, slope, middle = np.zeros((3, full.size))
+    value[full], slope[full], middle[full] = fitted, slopes.sum(axis=1), place
+    return np.asarray(x - value[column] - slope[column] * (phase - middle[column]))
+
+
+def _slopes(middle: Floats, mean: Floats) -> Floats:
+    """Slope of the mean cycle in each bin [N/rad], by central differences."""
+    turn = 2.0 * math.pi
+    places = np.concatenate(([middle[-1] - turn], middle, [middle[0] + turn]))
+    values = np.concatenate(([mean[-1]], mean, [mean[0]]))
+    return np.asarray((values[2:] - values[:-2]) / (places[2:] - places[:-2]))

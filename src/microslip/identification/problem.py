@@ -1,0 +1,366 @@
+"""Floor 6: the residuals of a fit, with their exact Jacobian and what the nuisances take."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip import kernels
+from microslip._checks import Floats
+from microslip.identification.coordinates import RIG, Coordinate
+from microslip.identification.folding import Folded
+from microslip.identification.models.base import Model
+from microslip.identification.tree import Cycle, cycle_of, later
+
+_STEPS = 60
+_SMALL = 0.02  # of the noise: a nuisance that moves the answer less is left where it is
+
+
+class Group(NamedTuple):
+    """Places of all records that answer with the same parameters."""
+
+    places: slice
+    columns: tuple[int, ...]
+    """Coordinates of the law's parameters."""
+    rig: int | None
+    load: float | None
+
+
+@dataclass
+class Metric:
+    """How the residuals of a record are weighted once its nuisances have taken their share."""
+
+    directions: Floats
+    shrink: Floats
+
+    def apply(self, rows: Floats) -> Floats:
+        """Rows (..., bins) of weighted residuals or derivatives, whitened."""
+        return rows - ((rows @ self.directions) * self.shrink) @ self.directions.T
+
+
+class Datum(NamedTuple):
+    """A measured value of something that follows from the coordinates."""
+
+    value: float
+    error: float
+    function: Callable[[Floats], tuple[float, Floats]]
+    """Value and derivatives by the fitted coordinates, at those of a fit."""
+
+
+class Problem:
+    """Residuals of all records, in units of their noise, by the free coordinates.
+
+    The force offset of each record is free and the errors of its displacement's Fourier
+    coefficients have the variance of its noise: both are linear nuisances, which are projected out
+    (generalised least squares). The metric stays as it is until :meth:`update`.
+    """
+
+    def __init__(
+        self,
+        folded: Sequence[Folded],
+        model: Model,
+        coordinates: Sequence[Coordinate],
+        columns: Sequence[tuple[int, ...]],
+        rigs: Sequence[int | None],
+        *,
+        free_delay: bool = False,
+        lags: Sequence[float] | None = None,
+    ) -> None:
+        self.model, self.coordinates = model, tuple(coordinates)
+        self.folded, self.rigs, self.columns = tuple(folded), tuple(rigs), tuple(columns)
+        self.free = np.array([i for i, c in enumerate(coordinates) if not c.fixed], dtype=np.int64)
+        self.free_delay = free_delay
+        self.lags = [0.0] * len(folded) if lags is None else list(lags)
+        self.data: list[Datum] = []
+        self.evaluations = 0
+        loads = [f.normal_load if model.scales_with_load else None for f in folded]
+        keys = [(columns[i], rigs[i], loads[i]) for i in range(len(folded))]
+        # Records that answer alike lie side by side, so that one call answers for all of them.
+        first: dict[tuple[object, ...], int] = {}
+        for key in keys:
+            first.setdefault(key, len(first))
+        self.order = sorted(range(len(folded)), key=lambda i: first[keys[i]])
+        self.cycles = [cycle_of(later(folded[i], self.lags[i])) for i in self.order]
+        sizes = [cycle.half.size for cycle in self.cycles]
+        starts = np.concatenate(([0], np.cumsum(sizes))).astype(np.int64)
+        self.starts = starts
+        begins = list(zip(self.cycles, starts[:-1], strict=True))
+        self.half = np.concatenate([c.half for c in self.cycles])
+        self.sign = np.concatenate([c.sign for c in self.cycles])
+        self.parent = np.concatenate(
+            [np.where(c.parent < 0, c.parent, c.parent + s) for c, s in begins]
+        )
+        self.first = np.concatenate([c.first + s for c, s in begins])
+        self.second = np.concatenate([c.second + s for c, s in begins])
+        bins = [folded[i].phase.size for i in self.order]
+        ends = np.concatenate(([0], np.cumsum(bins))).astype(np.int64)
+        self.bins = [slice(int(a), int(b)) for a, b in pairwise(ends)]
+        self.force = np.concatenate([folded[i].force for i in self.order])
+        self.weight = np.concatenate(
+            [np.sqrt(folded[i].count) / folded[i].force_noise for i in self.order]
+        )
+        self.groups: list[Group] = []
+        for at, i in enumerate(self.order):
+            places = slice(int(starts[at]), int(starts[at + 1]))
+            if self.groups and keys[i] == keys[self.order[at - 1]] and model.is_backbone:
+                last = self.groups.pop()
+                places = slice(last.places.start, places.stop)
+            self.groups.append(Group(places, columns[i], rigs[i], loads[i]))
+        self.guess = [np.zeros(0) for _ in self.groups]
+        self.metrics = [self._offset_only(span) for span in self.bins]
+        self._last: tuple[bytes, Floats, Floats] | None = None
+
+    # -- the model ------------------------------------------------------------------------------
+
+    def full(self, q: Floats) -> Floats:
+        """Fitted coordinates with the fixed ones in their places."""
+        values = np.array([c.inner(c.start) for c in self.coordinates])
+        values[self.free] = q
+        return values
+
+    def physical(self, q: Floats) -> list[float]:
+        """Physical values of all coordinates."""
+        pairs = zip(self.coordinates, self.full(q), strict=True)
+        return [c.start if c.fixed else c.outer(float(v)) for c, v in pairs]
+
+    def values_of(self, record: int, q: Floats) -> dict[str, float]:
+        """Physical values of the law's parameters for a record, by their names."""
+        outer = self.physical(q)
+        return {n: outer[j] for n, j in zip(self.model.names, self.columns[record], strict=True)}
+
+    def respond(self, q: Floats) -> tuple[Floats, Floats, Floats]:
+        """Force, tangent stiffness and derivatives by the free coordinates at all places."""
+        self.evaluations += 1
+        inner = self.full(q)
+        outer = self.physical(q)
+        slopes = [c.slope(float(v)) for c, v in zip(self.coordinates, inner, strict=True)]
+        row = {int(j): r for r, j in enumerate(self.free)}
+        force, stiffness = np.empty_like(self.half), np.empty_like(self.half)
+        by = np.zeros((self.free.size, self.half.size))
+        for number, group in enumerate(self.groups):
+            values = {n: outer[j] for n, j in zip(self.model.names, group.columns, strict=True)}
+            compliance = 0.0 if group.rig is None else 1.0 / outer[group.rig]
+            if self.model.is_backbone:
+                answer = self.in_series(number, group, values, compliance)
+            else:
+                answer = self._whole_cycle(group, values, compliance)
+            force[group.places], stiffness[group.places], by_values, by_compliance = answer
+            for j, derivative in zip(group.columns, by_values, strict=True):
+                if j in row:
+                    by[row[j], group.places] = slopes[j] * derivative
+            if group.rig is not None and group.rig in row:
+                by[row[group.rig], group.places] = slopes[group.rig] * by_compliance
+        if self.model.is_backbone:
+            base = np.zeros(1)
+            force *= self.sign
+            kernels.active.accumulate(self.parent, force, base)
+            for derivative in by:
+                derivative *= self.sign
+                kernels.active.accumulate(self.parent, derivative, base)
+        return force, stiffness, by
+
+    def in_series(
+        self, number: int, group: Group, values: dict[str, float], compliance: float
+    ) -> tuple[Floats, Floats, Floats, Floats]:
+        """Branch function of the law behind a spring: v + c T0(v) = y."""
+        y = self.half[group.places]
+        if compliance == 0.0:
+            force, stiffness, by = self.model.branch(y, values, group.load)
+            return force, stiffness, by, -stiffness * force
+        v = self.guess[number] if self.guess[number].size == y.size else np.zeros_like(y)
+        scale = float(y.max())
+        # The sum is concave and rising: after one step Newton's method climbs, never past it.
+        for _ in range(_STEPS):
+            force, stiffness, by = self.model.branch(v, values, group.load)
+            step = (y - v - compliance * force) / (1.0 + compliance * stiffness)
+            new = np.clip(v + step, 0.0, y)
+            moved = float(np.max(np.abs(new - v)))
+            v = new
+            if moved <= 1e-9 * scale:
+                # A last step so short is done along the tangent.
+                force = force + stiffness * step
+                break
+        self.guess[number] = v
+        share = 1.0 / (1.0 + compliance * stiffness)
+        return force, stiffness * share, by * share, -stiffness * share * force
+
+    def _whole_cycle(
+        self, group: Group, values: dict[str, float], compliance: float
+    ) -> tuple[Floats, Floats, Floats, Floats]:
+        """The settled cycle of a law without Masing's rules; its rig is rigid."""
+        at = int(np.searchsorted(self.starts, group.places.start))
+        x = self.cycles[at].displacement
+        force, stiffness, by = self.model.cycle(x, values)
+        return force, stiffness, by, np.zeros_like(force)
+
+    # -- residuals ------------------------------------------------------------------------------
+
+    def to_bins(self, rows: Floats) -> Floats:
+        """Means over the bins of rows of answers at all places."""
+        return 0.5 * (rows[..., self.first] + rows[..., self.second])
+
+    def residuals(self, q: Floats) -> tuple[Floats, Floats]:
+        """Whitened residuals (model minus measured) and their derivatives (residuals, free)."""
+        key = q.tobytes()
+        if self._last is not None and self._last[0] == key:
+            return self._last[1], self._last[2]
+        force, _, by = self.respond(q)
+        rows = np.vstack((self.to_bins(force) - self.force, self.to_bins(by))) * self.weight
+        for span, metric in zip(self.bins, self.metrics, strict=True):
+            rows[:, span] = metric.apply(rows[:, span])
+        extra = self._extra(q)
+        rows = np.hstack((rows, extra)) if extra.size else rows
+        self._last = key, rows[0], np.ascontiguousarray(rows[1:].T)
+        return self._last[1], self._last[2]
+
+    def _extra(self, q: Floats) -> Floats:
+        """Residuals of data from elsewhere, and their derivatives."""
+        found = []
+        for i, j in enumerate(self.free):
+            c = self.coordinates[int(j)]
+            if c.prior is not None:
+                outer = 1.0 / c.outer(float(q[i])) if c.kind == "inverse" else c.outer(float(q[i]))
+                column = np.zeros(q.size + 1)
+                column[0] = (outer - c.prior[0]) / c.prior[1]
+                column[1 + i] = c.slope(float(q[i])) / c.prior[1]
+                found.append(column)
+        for datum in self.data:
+            value, gradient = datum.function(q)
+            rest = np.concatenate(([value - datum.value], gradient))
+            found.append(rest / datum.error)
+        return np.array(found).T if found else np.zeros((q.size + 1, 0))
+
+    @property
+    def extra_count(self) -> int:
+        """How many data from elsewhere there are."""
+        priors = sum(self.coordinates[int(j)].prior is not None for j in self.free)
+        return priors + len(self.data)
+
+    def standardised(self, q: Floats) -> Floats:
+        """Residuals over the noise of their bins, nuisances where they fit best."""
+        forces = self.model_force(q)
+        rest = [
+            (f.force - forces[i]) * np.sqrt(f.count) / f.force_noise
+            for i, f in enumerate(self.folded)
+        ]
+        return np.concatenate([rest[i] for i in self.order])
+
+    def weigh(self, share: Floats) -> None:
+        """Give each force a share of the weight that its noise gives it."""
+        self.weight = share * np.concatenate(
+            [np.sqrt(self.folded[i].count) / self.folded[i].force_noise for i in self.order]
+        )
+        self._last = None
+
+    def take_weights(self, other: Problem) -> None:
+        """Weights of a problem of the same records and bins, if they have as many."""
+        if other.weight.size == self.weight.size:
+            own = np.concatenate(
+                [np.sqrt(f.count) / f.force_noise for f in (other.folded[i] for i in other.order)]
+            )
+            self.weight = self.weight * (other.weight / own)
+            self._last = None
+
+    # -- nuisances ------------------------------------------------------------------------------
+
+    def _offset_only(self, span: slice) -> Metric:
+        offset = self.weight[span, None] / np.linalg.norm(self.weight[span])
+        return Metric(offset, np.ones(1))
+
+    def update(self, q: Floats) -> None:
+        """Weigh the residuals by the tangents of this answer: errors of the displacement act so."""
+        _, stiffness, _ = self.respond(q)
+        for at, i in enumerate(self.order):
+            cycle, folded, span = self.cycles[at], self.folded[i], self.bins[at]
+            local = stiffness[self.starts[at] : self.starts[at + 1]]
+            root = np.linalg.cholesky(folded.covariance)
+            rise = self._rise(cycle, local, cycle.basis)
+            uncertain = self._weighed(cycle, span, root.T @ rise)
+            flat = self.weight[span, None].copy()
+            if self.free_delay:
+                flat = np.hstack((flat, self._by_phase(at, local)))
+            basis, _ = np.linalg.qr(flat)
+            uncertain = uncertain - basis @ (basis.T @ uncertain)
+            square, turned = np.linalg.eigh(uncertain.T @ uncertain)
+            felt = square > _SMALL**2
+            left = (uncertain @ turned[:, felt]) / np.sqrt(square[felt])
+            shrink = 1.0 - 1.0 / np.sqrt(1.0 + square[felt])
+            self.metrics[at] = Metric(
+                np.hstack((basis, left)), np.concatenate((np.ones(basis.shape[1]), shrink))
+            )
+        self._last = None
+
+    def _by_phase(self, at: int, stiffness: Floats) -> Floats:
+        """Derivative of the weighted answer by a phase of the displacement."""
+        cycle, i = self.cycles[at], self.order[at]
+        folded = later(self.folded[i], self.lags[i])
+        n = folded.harmonics.astype(float)
+        turned = np.zeros_like(folded.coefficients)
+        turned[1::2] = n * folded.coefficients[2::2]
+        turned[2::2] = -n * folded.coefficients[1::2]
+        rise = self._rise(cycle, stiffness, (turned @ cycle.basis)[None])
+        return self._weighed(cycle, self.bins[at], rise)
+
+    def lags_at(self, q: Floats) -> list[float]:
+        """Phases [rad] by which the force of each record lags, as this answer would have them."""
+        force, stiffness, _ = self.respond(q)
+        rest = (self.force - self.to_bins(force)) * self.weight
+        lags = list(self.lags)
+        for at, i in enumerate(self.order):
+            span = self.bins[at]
+            local = stiffness[self.starts[at] : self.starts[at + 1]]
+            flat = np.hstack((self.weight[span, None], self._by_phase(at, local)))
+            lags[i] -= float(np.linalg.lstsq(flat, rest[span], rcond=None)[0][1])
+        return lags
+
+    def _rise(self, cycle: Cycle, stiffness: Floats, moves: Floats) -> Floats:
+        """Change of the force by moves (rows) of the displacement, through the tree."""
+        if not self.model.is_backbone:
+            return stiffness * moves
+        above = np.where(cycle.parent < 0, 0, cycle.parent)
+        rise = stiffness * (moves - moves[:, above])
+        base = np.zeros(1)
+        for row in rise:
+            kernels.active.accumulate(cycle.parent, row, base)
+        return rise
+
+    def _weighed(self, cycle: Cycle, span: slice, rows: Floats) -> Floats:
+        mean = 0.5 * (rows[:, cycle.first] + rows[:, cycle.second])
+        return np.asarray((mean * self.weight[span]).T)
+
+    @property
+    def flat(self) -> int:
+        """Nuisances without limits: offsets, and delays that are free."""
+        return len(self.folded) * (2 if self.free_delay else 1)
+
+    # -- what users see -------------------------------------------------------------------------
+
+    def model_force(self, q: Floats) -> list[Floats]:
+        """Force of the model in the bins of each record, its nuisances where they fit best [N]."""
+        force, _, _ = self.respond(q)
+        rest = (self.to_bins(force) - self.force) * self.weight
+        answers: list[Floats] = [np.zeros(0)] * len(self.folded)
+        for at, i in enumerate(self.order):
+            span, metric = self.bins[at], self.metrics[at]
+            # Best linear unbiased: a nuisance of variance s^2 takes s^2/(1 + s^2) of its share.
+            keep = 1.0 - (1.0 - metric.shrink) ** 2
+            taken = metric.directions @ (keep * (metric.directions.T @ rest[span]))
+            answers[i] = self.force[span] + (rest[span] - taken) / self.weight[span]
+        return answers
+
+    def rig_of(self, record: int, q: Floats) -> float | None:
+        """Stiffness of the rig of a record [N/m]; None for a rigid one."""
+        number = self.rigs[record]
+        if number is None:
+            return None
+        stiffness = self.physical(q)[number]
+        return None if math.isinf(stiffness) else stiffness
+
+    def rig_columns(self) -> list[int]:
+        """Coordinates that are stiffnesses of rigs."""
+        return [i for i, c in enumerate(self.coordinates) if c.parameter == RIG]

@@ -1,0 +1,222 @@
+"""Floor 6: what follows from the coordinates of a fit, as functions of them with derivatives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from microslip._checks import Floats, number, positive, show
+from microslip._wording import did_you_mean
+from microslip.errors import InputError
+from microslip.identification.coordinates import AREA, RIG, Coordinate
+from microslip.identification.models.base import Derived
+from microslip.identification.problem import Datum, Problem
+from microslip.identification.setup import SAME_LOAD
+from microslip.materials import MaterialPair
+from microslip.normal import GreenwoodWilliamson
+
+_STEP = 1e-5
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity that follows from the coordinates: its value, and derivatives by the free ones."""
+
+    name: str
+    unit: str
+    load: float | None
+    function: Callable[[Floats], tuple[float, Floats]]
+
+
+def quantities_of(
+    problem: Problem, pair: MaterialPair | None, area: float | None
+) -> list[Quantity]:
+    """All that the law says of itself, for each load where it depends on it."""
+    model, found = problem.model, []
+    free = [problem.coordinates[int(j)] for j in problem.free]
+    start = np.array([one.inner(one.start) for one in free])
+    names = set(model.names)
+    groups = list(dict.fromkeys(problem.columns))
+    for group in groups:
+        mine = [i for i, column in enumerate(problem.columns) if column == group]
+        loads = _different(problem.folded[i].normal_load for i in mine)
+        several = len(groups) > 1 or len(loads) > 1
+        for one in model.derived(problem.values_of(mine[0], start), loads, pair, area):
+            load = one.load if one.load is not None else (loads[0] if len(groups) > 1 else None)
+            name = one.name
+            if several and load is not None:
+                name = f"{one.name} at {load:.4g} N"
+            elif name in names:
+                continue  # the parameter itself
+            at = loads[:1] if one.load is None else [one.load]
+            answer = _Answer(problem, mine[0], at, pair, area)
+            found.append(Quantity(name, one.unit, load, answer.of(one.name, group)))
+    return found
+
+
+def _different(loads: Iterable[float | None]) -> list[float | None]:
+    """Loads in rising order, one of each level."""
+    found: list[float | None] = []
+    for load in sorted(set(loads), key=lambda x: x or 0.0):
+        if not found or load is None or load > (found[-1] or 0.0) * (1.0 + SAME_LOAD):
+            found.append(load)
+    return found
+
+
+class _Answer:
+    """What a law derives at one load, kept for the coordinates asked last."""
+
+    def __init__(self, problem: Problem, record: int, loads: Any, pair: Any, area: Any) -> None:
+        self._problem, self._record, self._loads = problem, record, loads
+        self._given = (pair, area)
+        self._last: tuple[bytes, dict[str, Derived]] | None = None
+
+    def _at(self, q: Floats) -> dict[str, Derived]:
+        key = q.tobytes()
+        if self._last is None or self._last[0] != key:
+            values = self._problem.values_of(self._record, q)
+            found = self._problem.model.derived(values, self._loads, *self._given)
+            self._last = key, {one.name: one for one in found}
+        return self._last[1]
+
+    def of(self, name: str, group: tuple[int, ...]) -> Callable[[Floats], tuple[float, Floats]]:
+        """One of the quantities as a function of the coordinates."""
+
+        def function(q: Floats) -> tuple[float, Floats]:
+            one = self._at(q)[name]
+            return one.value, _chained(self._problem, q, group, one.gradient)
+
+        return function
+
+
+def _chained(problem: Problem, q: Floats, group: tuple[int, ...], gradient: Floats) -> Floats:
+    """Derivatives by the free coordinates from those by a law's parameters."""
+    inner, row = problem.full(q), {int(j): r for r, j in enumerate(problem.free)}
+    by = np.zeros(q.size)
+    for j, slope in zip(group, gradient, strict=True):
+        if j in row:
+            by[row[j]] += slope * problem.coordinates[j].slope(float(inner[j]))
+    return by
+
+
+def _differences(function: Callable[[Floats], float], q: Floats) -> Floats:
+    """Central differences of a smooth function."""
+    by = np.zeros(q.size)
+    for i in range(q.size):
+        step = np.zeros(q.size)
+        step[i] = _STEP
+        by[i] = (function(q + step) - function(q - step)) / (2.0 * _STEP)
+    return by
+
+
+# -- a measured contact area ----------------------------------------------------------------------
+
+
+def area_coordinate(given: Any) -> tuple[Coordinate, float]:
+    """The coordinate of a measured contact area, and the load it was measured at."""
+    try:
+        value, error, load = given
+    except (TypeError, ValueError):
+        raise InputError(
+            "contact_area must be (value [m^2], uncertainty [m^2], normal load [N]), got "
+            f"{show(given)}"
+        ) from None
+    value = positive(AREA, value, "m^2", 2e-5)
+    error = positive(f"uncertainty of {AREA}", error, "m^2", 1e-6)
+    load = positive(f"normal load of {AREA}", load, "N", 2000.0)
+    one = Coordinate(
+        AREA, AREA, "m^2", 1e-3 * value, 1e3 * value, "log", value, prior=(value, error)
+    )
+    return one, load
+
+
+def summits_of(
+    problem: Problem, pair: MaterialPair | None, area: float | None, load: float
+) -> list[Quantity]:
+    """Radius and density: the loops know density * sqrt(radius), the area density * radius."""
+    template = getattr(problem.model, "template", None)
+    if template is None or not isinstance(template.law, GreenwoodWilliamson):
+        raise InputError(
+            "contact_area needs law='interface' with a distribution of summit heights: other laws "
+            "do not know their contacts"
+        )
+    if pair is None:
+        raise InputError(
+            "contact_area needs pair=ms.MaterialPair(...): what a load presses flat depends on "
+            "the modulus"
+        )
+    index = next(i for i, c in enumerate(problem.coordinates) if c.parameter == AREA)
+
+    def both(q: Floats) -> tuple[float, float]:
+        joint = problem.model.build(problem.values_of(0, q), load, pair=pair, area=area)
+        measured, surface = problem.physical(q)[index], joint.surface
+        ratio = measured / joint.contact_area
+        # The area goes with density * radius, the loops with density * sqrt(radius).
+        return surface.radius * ratio**2, surface.density * surface.area / ratio
+
+    def of(which: int, over: float) -> Callable[[Floats], tuple[float, Floats]]:
+        def function(q: Floats) -> tuple[float, Floats]:
+            return both(q)[which] / over, _differences(lambda p: both(p)[which] / over, q)
+
+        return function
+
+    found = [Quantity("radius", "m", None, of(0, 1.0))]
+    found.append(Quantity("summit_count", "", None, of(1, 1.0)))
+    if area is not None:
+        found.append(Quantity("density", "m^-2", None, of(1, area)))
+    return found
+
+
+# -- data from elsewhere --------------------------------------------------------------------------
+
+
+def known_data(problem: Problem, quantities: list[Quantity], known: Any) -> list[Datum]:
+    """Data on parameters or on what follows from them, as (value, standard deviation)."""
+    if known is None:
+        return []
+    if not isinstance(known, dict):
+        raise InputError(f"known must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(known)}")
+    by_name = {one.name: one for one in quantities}
+    free = {problem.coordinates[int(j)].name: i for i, j in enumerate(problem.free)}
+    found = []
+    for name, given in known.items():
+        if name not in by_name and name not in free:
+            names = [*free, *by_name]
+            hint = did_you_mean(name, names) if isinstance(name, str) else ""
+            raise InputError(
+                f"known: {show(name)} is nothing that this fit knows, which has "
+                f"{', '.join(names)}{hint}"
+                + ("; give pair=..., too" if name in ("std", "density_root_radius") else "")
+            )
+        try:
+            value, error = given
+        except (TypeError, ValueError):
+            raise InputError(
+                f"known: {name} must be (value, standard deviation), got {show(given)}"
+            ) from None
+        value = number(f"known {name}", value)
+        error = positive(f"standard deviation of {name}", error)
+        if name in by_name:
+            function = by_name[name].function
+        else:
+            function = _of_coordinate(problem, free[name])
+        found.append(Datum(value, error, function))
+    return found
+
+
+def _of_coordinate(problem: Problem, i: int) -> Callable[[Floats], tuple[float, Floats]]:
+    one = problem.coordinates[int(problem.free[i])]
+
+    def function(q: Floats) -> tuple[float, Floats]:
+        by = np.zeros(q.size)
+        value = one.outer(float(q[i]))
+        by[i] = one.slope(float(q[i]))
+        if one.parameter == RIG:  # of the inverse
+            by[i] *= -(value**2) if math.isfinite(value) else 0.0
+        return value, by
+
+    return function

@@ -1,0 +1,295 @@
+"""Floor 6: what an identification found, and how sure it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import positive, show
+from microslip._frozen import Locked
+from microslip.errors import InputError
+from microslip.friction import Interface
+from microslip.identification.checks import RecordFit
+from microslip.identification.models.base import Model
+from microslip.identification.verdicts import NOT, Direction, Fitted, digits_of, shown
+from microslip.materials import MaterialPair
+
+CONVERGED = "converged"
+NOT_CONVERGED = "not converged"
+AT_BOUND = "at a bound"
+DIFFER = "records differ: rigs"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(Locked):
+    """A law that was fitted to records, with what they can tell of it and what not.
+
+    Made by :func:`microslip.identify`: the comparison of Fig. 19.22 of the chapter
+    (DOI 10.1007/978-3-319-56818-8_19), measured.
+    """
+
+    law: str
+    """Name of the law."""
+    status: str
+    """"converged", "at a bound", "records differ: rigs" or "not converged"."""
+    message: str
+    """What the status means here, in a sentence or some."""
+    evaluations: int
+    """How often the law was evaluated."""
+    parameters: Mapping[str, Fitted]
+    """The law's parameters and the rig's stiffness, by name."""
+    derived: Mapping[str, Fitted]
+    """What follows from them."""
+    names: tuple[str, ...]
+    """Names of the parameters that were free, in the order of ``correlation``."""
+    correlation: NDArray[np.float64]
+    """Correlations of the free parameters as they were fitted [-]."""
+    directions: tuple[Direction, ...]
+    """Ways through parameter space that the loops do not feel."""
+    confidence: float
+    """Level of the intervals [-]."""
+    chi_squared: float
+    """Sum of squares of the residuals over their noise [-]."""
+    degrees_of_freedom: int
+    """Number of forces and data less what was fitted."""
+    widened: Mapping[str, float]
+    """Factor on the width of each interval, for what white noise does not explain [-]."""
+    records: tuple[RecordFit, ...]
+    """Each record, folded, beside the answer of the law."""
+    aic: float
+    """Akaike's information criterion."""
+    bic: float
+    """Schwarz's information criterion."""
+    held_back: float | None
+    """RMS error over noise [-] with which a fit of the others predicts the cycles held back."""
+    columns: tuple[Mapping[str, str], ...]
+    """For each record: name of each parameter of the law as ``parameters`` has it."""
+    notes: tuple[str, ...]
+    _model: Model
+    _pair: MaterialPair | None
+    _area: float | None
+
+    @property
+    def converged(self) -> bool:
+        """Whether the fit found its minimum."""
+        return self.status != NOT_CONVERGED
+
+    @property
+    def reduced_chi_squared(self) -> float:
+        """Sum of squares over degrees of freedom [-]: 1 if the law explains all but the noise."""
+        return self.chi_squared / max(self.degrees_of_freedom, 1)
+
+    @property
+    def not_identified(self) -> tuple[str, ...]:
+        """Names of parameters that the records do not tell."""
+        return tuple(name for name, one in self.parameters.items() if one.verdict == NOT)
+
+    # -- the joint ------------------------------------------------------------------------------
+
+    def _values(self, load: float | None) -> tuple[dict[str, float], float | None]:
+        """Values of the law's parameters for a load; those of the nearest load fitted."""
+        loads = [record.normal_load for record in self.records]
+        pick = 0
+        if load is not None:
+            known = [math.inf if x is None or x <= 0.0 else abs(math.log(x / load)) for x in loads]
+            pick = int(np.argmin(known))
+        names = self.columns[pick]
+        values = {name: self.parameters[full].value for name, full in names.items()}
+        return values, loads[pick] if load is None else load
+
+    def joint(self, normal_load: float | None = None, *, even_if: tuple[str, ...] = ()) -> Any:
+        """The law with the values found.
+
+        Parameters
+        ----------
+        normal_load : float, optional
+            Normal load [N] of the joint; without it that of the first record.
+        even_if : tuple of str, optional
+            What is accepted: "not converged", "not identified". Without "not identified" a law
+            whose values the loops leave open is made all the same of the best ones, but not one of
+            a fit that did not converge.
+
+        Returns
+        -------
+        Interface, Jenkins, Iwan, SegalmanIwan or BoucWen
+            Without its rig.
+
+        Raises
+        ------
+        InputError
+            A fit that did not converge; an interface without a pair of materials; a load at which
+            a law that has one set of values a load was not measured.
+        """
+        self._refuse(even_if)
+        load = None
+        if normal_load is not None:
+            load = positive("normal_load", normal_load, "N", 500.0)
+        values, at = self._values(load)
+        if load is not None and not self._model.scales_with_load:
+            self._check_measured(load)
+        return self._model.build(
+            values, at, pair=self._pair, area=self._area, radius=self._radius()
+        )
+
+    def _radius(self) -> float | None:
+        one = self.derived.get("radius")
+        return None if one is None or not math.isfinite(one.value) else one.value
+
+    def _refuse(self, even_if: tuple[str, ...]) -> None:
+        given = (even_if,) if isinstance(even_if, str) else tuple(even_if)
+        for word in given:
+            if word not in (NOT_CONVERGED, NOT):
+                raise InputError(
+                    f"even_if must be of {NOT_CONVERGED!r} and {NOT!r}, got {show(word)}"
+                )
+        if not self.converged and NOT_CONVERGED not in given:
+            raise InputError(
+                f"the fit did not converge ({self.message}); its values are no result; give other "
+                f"start=... or bounds=..., or take them all the same: even_if='{NOT_CONVERGED}'"
+            )
+
+    def _check_measured(self, load: float) -> None:
+        loads = [record.normal_load for record in self.records if record.normal_load]
+        if (
+            loads
+            and len({tuple(c.items()) for c in self.columns}) > 1
+            and not any(abs(load / one - 1.0) <= 0.02 for one in loads)
+        ):
+            raise InputError(
+                f"normal_load must be one of those measured, {', '.join(f'{x:g}' for x in loads)} "
+                f"N: {self.law!r} has values of its own for each, got {load:g} N"
+            )
+
+    def study(self, *, even_if: tuple[str, ...] = ()) -> dict[str, Any]:
+        """A study of the joint, as a study file has it, for ``predict``.
+
+        Parameters
+        ----------
+        even_if : tuple of str, optional
+            As for :meth:`joint`.
+
+        Returns
+        -------
+        dict
+            Tables of text with units and of numbers.
+
+        Raises
+        ------
+        InputError
+            A fit that did not converge; a law or a surface that a study does not know; no pair.
+        """
+        from microslip.identification.as_study import study_of
+
+        loads: list[float] = []
+        for load in sorted(record.normal_load or 0.0 for record in self.records):
+            if load > 0.0 and (not loads or load > 1.01 * loads[-1]):
+                loads.append(load)
+        joint = self.joint(loads[0] if loads else None, even_if=even_if)
+        if not isinstance(joint, Interface):
+            raise InputError(
+                f"a study describes an interface, and this is a fit of {self.law!r}; "
+                "identify with law='interface' and pair=..."
+            )
+        amplitudes: list[float] = []
+        for amplitude in sorted(record.folded.amplitude for record in self.records):
+            if not amplitudes or amplitude > 1.02 * amplitudes[-1]:
+                amplitudes.append(amplitude)
+        return study_of(joint, loads, amplitudes, self._area is not None)
+
+    # -- as values and as text --------------------------------------------------------------------
+
+    def summary(self) -> dict[str, Any]:
+        """All but the arrays as plain values, what is not finite as None."""
+        return {
+            "law": self.law,
+            "status": self.status,
+            "converged": self.converged,
+            "message": self.message,
+            "evaluations": self.evaluations,
+            "confidence": self.confidence,
+            "parameters": {name: _plain(one) for name, one in self.parameters.items()},
+            "derived": {name: _plain(one) for name, one in self.derived.items()},
+            "correlation": {"names": list(self.names), "matrix": self.correlation.tolist()},
+            "directions": [
+                {
+                    "text": one.text,
+                    "change": {k: _finite(v) for k, v in one.change.items()},
+                    "remedy": one.remedy,
+                }
+                for one in self.directions
+            ],
+            "chi_squared": _finite(self.chi_squared),
+            "degrees_of_freedom": self.degrees_of_freedom,
+            "reduced_chi_squared": _finite(self.reduced_chi_squared),
+            "widened": dict(self.widened),
+            "aic": _finite(self.aic),
+            "bic": _finite(self.bic),
+            "held_back": self.held_back,
+            "records": [
+                {
+                    "name": one.name,
+                    "cycles": one.folded.cycles,
+                    "left_out": one.folded.left_out,
+                    "normal_load": one.normal_load,
+                    "amplitude": one.folded.amplitude,
+                    "force_noise": one.folded.force_noise,
+                    "displacement_noise": one.folded.displacement_noise,
+                    "rig_stiffness": one.rig_stiffness,
+                    "slip_share": one.slip_share,
+                    "energy": one.measured_energy,
+                    "energy_residual": one.energy_residual,
+                    "energy_error": one.energy_error,
+                }
+                for one in self.records
+            ],
+            "notes": list(self.notes),
+        }
+
+    def table(self) -> str:
+        """The parameters as text: name, value, interval and verdict; then what is left open."""
+        lines = [
+            f"{self.law}: {self.status}; {len(self.records)} records, reduced chi-squared "
+            f"{self.reduced_chi_squared:.3g}"
+        ]
+        for one in (*self.parameters.values(), *self.derived.values()):
+            digits = digits_of(one)
+            ends = f"[{shown(one.low, one.unit, digits)}, {shown(one.high, one.unit, digits)}]"
+            ends = "" if one.verdict == "fixed" else ends
+            lines.append(
+                f"{one.name:<34} {shown(one.value, one.unit):>14}  {ends:<30} {one.verdict}"
+            )
+        for one in self.parameters.values():
+            if one.reason:
+                lines.append(f"{one.name}: {one.reason}; {one.remedy}")
+        lines += [direction.text for direction in self.directions]
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return (
+            f"Identification({self.law!r}, {self.status}, {len(self.records)} records, "
+            f"reduced_chi_squared={self.reduced_chi_squared:.3g})"
+        )
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _plain(one: Fitted) -> dict[str, Any]:
+    return {
+        "value": _finite(one.value),
+        "unit": one.unit,
+        "low": _finite(one.low),
+        "high": _finite(one.high),
+        "standard_error": _finite(one.standard_error),
+        "verdict": one.verdict,
+        "reason": one.reason,
+        "remedy": one.remedy,
+        "at_bound": one.at_bound,
+        "normal_load": one.load,
+    }

@@ -1,0 +1,288 @@
+"""Floor 6: from records to a law: the fit and what it says of each number."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from microslip._checks import exact, number, positive, show
+from microslip.errors import InputError
+from microslip.identification import checks, setup
+from microslip.identification.fit import LOSSES, Fit, solve
+from microslip.identification.folding import MOST_BINS, Folded, fold
+from microslip.identification.intervals import Progress, profiled
+from microslip.identification.models import model_of
+from microslip.identification.models.base import Model
+from microslip.identification.outcome import result_of
+from microslip.identification.problem import Problem
+from microslip.identification.quantities import (
+    area_coordinate,
+    known_data,
+    quantities_of,
+    summits_of,
+)
+from microslip.identification.result import Identification
+from microslip.materials import MaterialPair
+from microslip.tribometer.record import Record
+
+_MOST_FORCES = 1 << 15
+_MOST_DELAYS = 10
+_IN_TIME, _LATEST = 1e-5, 1.0  # rad
+
+
+def identify(
+    records: Record | Sequence[Record],
+    law: Any = "interface",
+    *,
+    pair: MaterialPair | None = None,
+    heights: Any = None,
+    surface: Any = None,
+    area: float | None = None,
+    fixed: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    start: Mapping[str, float] | None = None,
+    shared: Sequence[str] | None = None,
+    per_load: Sequence[str] | None = None,
+    rig_stiffness: Any = "free",
+    rigs: Sequence[str] | None = None,
+    delay: float | str = 0.0,
+    loss: str = "linear",
+    contact_area: tuple[float, float, float] | None = None,
+    known: Mapping[str, tuple[float, float]] | None = None,
+    cycles: slice | None = None,
+    held_back: float = 0.25,
+    confidence: float = 0.95,
+    intervals: str = "profile",
+    progress: Progress | None = None,
+) -> Identification:
+    """Find the parameters of a law from measured loops, and how sure they are.
+
+    Parameters
+    ----------
+    records : Record or sequence of Record
+        One or many, at several loads and amplitudes; each with at least three settled cycles.
+    law : str, type or law, optional
+        "interface", "jenkins", "iwan", "segalman", "bouc-wen", or the class. An instance also gives
+        the values to start from; an Interface the shape of its heights and its materials, too.
+    pair : MaterialPair, optional
+        Materials, which turn the length kappa sigma into sigma. Loops alone do not need them.
+    heights, surface : optional
+        Distribution of heights, or a surface whose shape counts; without either, Gaussian heights.
+    area : float, optional
+        Apparent area [m^2], for densities of summits.
+    fixed, start : mapping, optional
+        Values of parameters by their names, which stay, or from which the fit starts.
+    bounds : mapping, optional
+        (lowest, highest) of parameters by their names.
+    shared, per_load : sequence of str, optional
+        Parameters that all loads share, or that each load has of its own. Without it an interface
+        shares all, and other laws, which know no load, share none.
+    rig_stiffness : str, float, tuple or None, optional
+        Stiffness in series with the joint [N/m]: "free", a value, (value, uncertainty), or None for
+        a rigid rig; a mapping of these by the labels of ``rigs``.
+    rigs : sequence of str, optional
+        Label of the rig of each record, where they are not all of one.
+    delay : float or "free", optional
+        Time [s] by which the force lags behind the displacement.
+    loss : str, optional
+        "linear", or one that bears outliers, forces more than about two standard deviations off:
+        "soft_l1", "huber", "cauchy", "arctan", each with less weight to them than the one before.
+    contact_area : tuple, optional
+        Measured real contact area (value [m^2], uncertainty [m^2], normal load [N]): separates
+        radius and density of the summits, which loops cannot.
+    known : mapping, optional
+        Data from elsewhere by the names of parameters or of what follows from them, as
+        (value, standard deviation), such as ``{"std": (5e-7, 2e-8)}``.
+    cycles : slice, optional
+        Cycles to take of each record, the first being 0; without it all settled ones but the first.
+    held_back : float, optional
+        Share of the cycles [-] that a second fit does not see and predicts; 0 for none.
+    confidence : float, optional
+        Level of the intervals [-].
+    intervals : str, optional
+        "profile", the package's own, or "minos" for those of iminuit, a check on them; where MINOS
+        finds no end within the bounds, "profile" takes over.
+    progress : callable, optional
+        Called now and then with the share that is done, 0 ... 1.
+
+    Returns
+    -------
+    Identification
+        Values with profile intervals, verdicts, residuals; whether it converged is its status.
+
+    Raises
+    ------
+    InputError
+        Too few cycles, a missing load, unknown names, values out of their bounds, options that
+        contradict each other.
+
+    Notes
+    -----
+    What Fig. 19.22 of the chapter (DOI 10.1007/978-3-319-56818-8_19) does by eye, with the rig and
+    the noise in it. Weighted least squares on the mean cycle of each record. The displacement is a
+    Fourier series whose errors count (generalised least squares); half distances are those of the
+    measured displacement, so that Masing's rules hold for joint and rig in series: T = T0(v),
+    v + T0(v)/k = y. The force's offset is free in each record. Intervals are those of the profile
+    likelihood, widened by the root of the reduced chi-squared where that exceeds 1 significantly,
+    or by the scatter of whole cycles (Huber's sandwich) where that is larger.
+    """
+    report = _reporter(progress)
+    level = _share("confidence", confidence)
+    if loss not in LOSSES:
+        raise InputError(f"loss must be one of {', '.join(LOSSES)}, got {show(loss)}")
+    if intervals not in ("profile", "minos"):
+        raise InputError(f"intervals must be 'profile' or 'minos', got {show(intervals)}")
+    held = 0.0 if held_back == 0 else _share("held_back", held_back)
+    folded = _folded(records, cycles, lambda share: report(0.3 * share))
+    options = {"heights": heights, "surface": surface}
+    model = model_of(law, **{key: value for key, value in options.items() if value is not None})
+    setup.checked_loads(model, folded)
+    pair = _pair_of(pair, model, surface)
+    area = _area_of(area, model, surface)
+    loops = [one.loop for one in folded]
+    model = model.prepared(loops, [one.normal_load for one in folded])
+    notes = []
+    if not model.is_backbone and rig_stiffness is not None:
+        if not isinstance(rig_stiffness, str):
+            raise InputError(
+                f"rig_stiffness has no place in {model.name!r}, which has its own elastic part; "
+                "take it off the displacement, or write rig_stiffness=None"
+            )
+        rig_stiffness = None
+        notes.append(f"{model.name!r} has an elastic part of its own: the rig is part of it")
+    coordinates, columns, given = setup.coordinates_for(
+        model, folded, fixed=fixed, bounds=bounds, start=start, shared=shared, per_load=per_load
+    )
+    rig_bounds = bounds
+    more, rig_of = setup.rig_coordinates(rig_stiffness, rigs, folded, loops, rig_bounds)
+    places = [None if rig is None else len(coordinates) + rig for rig in rig_of]
+    coordinates = [*coordinates, *more]
+    area_load = None
+    if contact_area is not None:
+        one, area_load = area_coordinate(contact_area)
+        coordinates.append(one)
+    free_delay, lags = _delay(delay, folded)
+
+    problem = Problem(folded, model, coordinates, columns, places, free_delay=free_delay, lags=lags)
+    starts = setup.starts_for(model, coordinates, columns, places, folded, loops, given)
+    quantities = quantities_of(problem, pair, area)
+    if area_load is not None:
+        quantities += summits_of(problem, pair, area, area_load)
+    problem.data = known_data(problem, quantities, known)
+    count = checks.total_bins(folded) + problem.extra_count
+    freedom = count - problem.flat - problem.free.size
+    if freedom < 1:
+        raise InputError(
+            f"{problem.free.size} parameters are too many for {count} forces; fix or share some"
+        )
+    inner = (
+        np.array([coordinates[int(j)].inner(values[int(j)]) for j in problem.free])
+        for values in starts
+    )
+    best = solve(problem, inner, freedom=freedom, loss=loss)
+    if best is None:
+        raise InputError(
+            "no first guess comes out of these records; give start={...} for "
+            f"{', '.join(model.names)}"
+        )
+    if free_delay:
+        problem, best = _in_time(problem, best, loss, freedom)
+    report(0.5)
+    by_minos = intervals == "minos"
+    answer = profiled(problem, best, level, freedom, lambda s: report(0.5 + 0.4 * s), by_minos)
+    predicted = None
+    if held and answer.best.finite:
+        predicted = checks.held_back_error(problem, answer.best, held)
+    report(1.0)
+    return result_of(
+        problem, answer, quantities, level, freedom, count, predicted, pair, area, notes
+    )
+
+
+# -- what was given -------------------------------------------------------------------------------
+
+
+def _reporter(progress: Progress | None) -> Progress:
+    if progress is None:
+        return lambda share: None
+    if not callable(progress):
+        raise InputError(f"progress must be a function of the share done, got {show(progress)}")
+    return progress
+
+
+def _share(name: str, given: Any) -> float:
+    value = number(name, given, "", 0.25)
+    if not 0.0 < value < 1.0:
+        raise InputError(f"{name} must be between 0 and 1, got {exact(value)}")
+    return value
+
+
+def _folded(records: Any, cycles: slice | None, report: Progress) -> list[Folded]:
+    if isinstance(records, Record):
+        records = [records]
+    if isinstance(records, (str, bytes)) or not isinstance(records, Sequence) or not records:
+        raise InputError(
+            f"records must be a Record or a list of them, got {show(records)}; "
+            "write Record(displacement, force) or Record.read(path)"
+        )
+    bins = max(64, min(MOST_BINS, _MOST_FORCES // len(records)))
+    found = []
+    for at, record in enumerate(records):
+        found.append(fold(record, cycles, bins))
+        report((at + 1) / len(records))
+    names = [one.name for one in found]
+    if len(set(names)) < len(names):
+        found = [replace(one, name=f"{one.name} {i + 1}") for i, one in enumerate(found)]
+    return found
+
+
+def _pair_of(pair: Any, model: Model, surface: Any) -> MaterialPair | None:
+    if pair is None:
+        pair = getattr(model, "pair", None) or getattr(surface, "pair", None)
+    if pair is not None and not isinstance(pair, MaterialPair):
+        raise InputError(f"pair must be a MaterialPair of two materials, got {show(pair)}")
+    return pair
+
+
+def _area_of(area: Any, model: Model, surface: Any) -> float | None:
+    if area is not None:
+        return positive("area", area, "m^2", 2e-4)
+    return getattr(model, "area", None) or getattr(surface, "area", None)
+
+
+def _delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:
+    free = isinstance(delay, str)
+    if free and delay != "free":
+        raise InputError(f"delay must be a time [s] or 'free', got {show(delay)}")
+    lag = 0.0 if free else number("delay", delay, "s")
+    if lag != 0.0 and any(one.frequency is None for one in folded):
+        raise InputError("delay needs records with time or sample_rate; or write delay='free'")
+    return free, [2.0 * math.pi * (one.frequency or 0.0) * lag for one in folded]
+
+
+def _in_time(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple[Problem, Fit]:
+    """The fit with each force as late as it wants to be; the rest of it is a linear nuisance."""
+    for _ in range(_MOST_DELAYS):
+        lags = problem.lags_at(best.q)
+        moved = max(abs(a - b) for a, b in zip(lags, problem.lags, strict=True))
+        if moved < _IN_TIME or not moved < _LATEST:
+            break
+        again = Problem(
+            problem.folded,
+            problem.model,
+            problem.coordinates,
+            problem.columns,
+            problem.rigs,
+            free_delay=True,
+            lags=lags,
+        )
+        again.data, again.evaluations = problem.data, problem.evaluations
+        found = solve(again, [best.q], freedom=freedom, loss=loss)
+        if found is None or not found.finite:
+            break
+        problem, best = again, found
+    return problem, best

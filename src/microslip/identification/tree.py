@@ -1,0 +1,99 @@
+"""Floor 6: the branches of a folded record, which depend on its displacement alone."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import Floats
+from microslip.identification.folding import Folded
+from microslip.memory import Memory
+
+_SAME = 1e-7  # rad
+
+
+class Cycle(NamedTuple):
+    """The branch tree of a folded record, from its largest displacement on.
+
+    Half distances depend on the displacement only, so it is made once.
+    """
+
+    half: Floats
+    sign: Floats
+    parent: NDArray[np.int64]
+    displacement: Floats
+    basis: Floats
+    """Mean, cosines and sines (rows) at each place."""
+    first: NDArray[np.int64]
+    """Where the first of the two nodes of each bin lies."""
+    second: NDArray[np.int64]
+
+
+def cycle_of(folded: Folded) -> Cycle:
+    """The tree of a record: two places a bin, which integrate it, and the turning points."""
+    low, high = folded.phase - folded.spread, folded.phase + folded.spread
+    nodes = np.concatenate((low, high) if np.any(folded.spread > 0.0) else (low,))
+    turns = _turning_points(folded)
+    # One that a bin meets is not doubled: there would be a cycle of rounding's size.
+    away = np.abs((turns[:, None] - nodes + math.pi) % (2.0 * math.pi) - math.pi)
+    phase = np.concatenate((nodes, turns[away.min(axis=1) > _SAME]))
+    order = np.argsort(phase, kind="stable")
+    phase = phase[order]
+    basis = folded.basis(phase)
+    x = basis @ folded.coefficients
+    x -= 0.5 * (float(x.min()) + float(x.max()))
+    root = int(np.argmax(x))
+    place = np.empty(order.size, dtype=np.int64)
+    place[order] = (np.arange(order.size) - root) % order.size
+    x = np.ascontiguousarray(np.roll(x, -root))
+    tree = Memory().tree(x)
+    count = folded.phase.size
+    return Cycle(
+        tree.half,
+        tree.sign,
+        tree.parent,
+        x,
+        np.ascontiguousarray(np.roll(basis, -root, axis=0).T),
+        place[:count],
+        place[count : 2 * count] if nodes.size > count else place[:count],
+    )
+
+
+def _turning_points(folded: Folded) -> Floats:
+    """Phases [rad] at which the displacement turns."""
+    size = max(512, 16 * int(folded.harmonics.max()))
+    grid = np.linspace(0.0, 2.0 * math.pi, size + 1)
+    slope = folded.displacement(grid, 1)
+    at = np.flatnonzero((slope[1:] > 0.0) != (slope[:-1] > 0.0))
+    low, high = grid[at], grid[at + 1]
+    rising = slope[at + 1] > slope[at]
+    place = 0.5 * (low + high)
+    for _ in range(50):
+        here, bend = folded.displacement(place, 1), folded.displacement(place, 2)
+        above = (here > 0.0) == rising
+        low, high = np.where(above, low, place), np.where(above, place, high)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = here / bend
+        new = place - step
+        # Newton's step, where it stays in the bracket.
+        new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
+        done = np.abs(new - place) <= 1e-14 * math.pi
+        place = new
+        if done.all():
+            break
+    return place
+
+
+def later(folded: Folded, lag: float) -> Folded:
+    """The record with its displacement later by a phase [rad]: the delay of its force."""
+    if lag == 0.0:
+        return folded
+    angle = lag * folded.harmonics.astype(float)
+    a, b = folded.coefficients[1::2], folded.coefficients[2::2]
+    turned = folded.coefficients.copy()
+    turned[1::2] = a * np.cos(angle) - b * np.sin(angle)
+    turned[2::2] = a * np.sin(angle) + b * np.cos(angle)
+    return Folded(**{**folded.__dict__, "coefficients": turned})

@@ -1,0 +1,242 @@
+"""Floor 6: what the data can tell of each number, what they cannot, and what would settle it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip._checks import Floats
+from microslip._units import engineering, significant
+from microslip.identification.coordinates import RIG, Coordinate
+from microslip.identification.folding import Folded
+from microslip.identification.profiles import Interval
+
+WIDEST_SHAPE = 1.5
+"""Width of the interval of a shape parameter beyond which it counts as not identified."""
+WIDEST_RATIO = 4.0
+"""Ratio of the ends of the interval of a positive quantity beyond which it counts so."""
+
+IDENTIFIED, ABOVE, BELOW, NOT, FIXED = (
+    "identified",
+    "bounded above",
+    "bounded below",
+    "not identified",
+    "fixed",
+)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """One number of an identification, with what the data say of it."""
+
+    name: str
+    unit: str
+    value: float
+    """Best value; where the verdict is "not identified" it is one of many."""
+    low: float
+    """Lower end of the profile interval, or the bound where it is open."""
+    high: float
+    """Upper end."""
+    standard_error: float
+    """From the curvature at the best value; of a fixed value 0."""
+    verdict: str
+    """"identified", "bounded above", "bounded below", "not identified" or "fixed"."""
+    reason: str
+    """Why it is not identified, or how far it is only bounded; else empty."""
+    remedy: str
+    """What measurement would settle it; else empty."""
+    at_bound: bool
+    """Whether the best value lies at a bound."""
+    load: float | None = None
+    """Normal load [N] that it belongs to; None for one that belongs to all."""
+
+    @property
+    def identified(self) -> bool:
+        """Whether the number may be used."""
+        return self.verdict in (IDENTIFIED, FIXED)
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A way through parameter space along which the loops stay the same within their noise."""
+
+    text: str
+    """The direction in words."""
+    change: dict[str, float]
+    """Change of each parameter: of a plain number itself, of others the logarithm."""
+    remedy: str
+    """What measurement would settle it."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """What the records hold, as far as a remedy depends on it."""
+
+    loads: int
+    scales_with_load: bool
+    rig_is_free: bool
+    microslip: bool
+    """Whether some record stays below gross slip, so that it sees the beginning of the branch."""
+    gross_slip: bool
+    """Whether some record reaches it."""
+
+
+def design_of(
+    folded: Sequence[Folded],
+    slips: Sequence[float],
+    coordinates: Sequence[Coordinate],
+    loads: int,
+    scales_with_load: bool,
+) -> Design:
+    """The design of the measurement; ``slips`` are shares of the force limit that are reached."""
+    free = any(one.parameter == RIG and not one.fixed for one in coordinates)
+    return Design(
+        loads,
+        scales_with_load,
+        free and all(one.prior is None for one in coordinates if one.parameter == RIG),
+        any(share < 0.95 for share in slips),
+        any(share > 0.99 for share in slips),
+    )
+
+
+def judge(one: Coordinate, value: float, interval: Interval) -> tuple[str, float, float, bool]:
+    """Verdict, ends of the interval in physical values, and whether the value is at a bound."""
+    ends = (
+        (one.outer(interval.low), interval.low_open),
+        (one.outer(interval.high), interval.high_open),
+    )
+    (low, low_open), (high, high_open) = sorted(ends, key=lambda end: end[0])
+    room = one.limits
+    q = one.inner(value)
+    at_bound = min(q - room[0], room[1] - q) <= 1e-6 * min(room[1] - room[0], 1.0)
+    if low_open and high_open:
+        return NOT, low, high, at_bound
+    if one.shape:
+        wide = high - low > WIDEST_SHAPE or low_open or high_open
+        return (NOT if wide else IDENTIFIED), low, high, at_bound
+    if low_open:
+        return ABOVE, low, high, at_bound
+    if high_open:
+        return BELOW, low, high, at_bound
+    wide = high > WIDEST_RATIO * low
+    return (NOT if wide else IDENTIFIED), low, high, at_bound
+
+
+def shown(value: float, unit: str, digits: int = 3) -> str:
+    """A value as the texts show it."""
+    if math.isinf(value):
+        return "infinite"
+    return engineering(value, unit, digits) if unit else significant(value, digits)
+
+
+def digits_of(one: Fitted) -> int:
+    """Significant digits with which the ends of an interval still differ."""
+    width = one.high - one.low
+    if not math.isfinite(width) or width <= 0.0 or one.value == 0.0:
+        return 3
+    return min(max(3, 2 - math.floor(math.log10(width / abs(one.value)))), 9)
+
+
+def reason_for(one: Coordinate, verdict: str, low: float, high: float, confidence: float) -> str:
+    """Why a number is not identified, in one sentence."""
+    level = f"{100.0 * confidence:g} %"
+    ends = f"{shown(low, one.unit)} to {shown(high, one.unit)}"
+    if verdict == NOT and one.shape:
+        return (
+            f"within the noise of the loops every value from {ends} answers them ({level}): wider "
+            f"than {WIDEST_SHAPE:g}, or up to a bound"
+        )
+    if verdict == NOT:
+        return (
+            f"within the noise of the loops every value from {ends} answers them ({level}): more "
+            f"than a factor {WIDEST_RATIO:g}, or up to both bounds"
+        )
+    if verdict == ABOVE:
+        return f"the loops only say that it is not above {shown(high, one.unit)} ({level})"
+    if verdict == BELOW:
+        return f"the loops only say that it is not below {shown(low, one.unit)} ({level})"
+    return ""
+
+
+def remedy_for(one: Coordinate, verdict: str, design: Design) -> str:
+    """What would settle a number that is not identified."""
+    if verdict in (IDENTIFIED, FIXED):
+        return ""
+    wishes = []
+    if one.parameter == RIG:
+        wishes.append("measure the rig's stiffness apart and give rig_stiffness=(value, error)")
+        if not design.gross_slip:
+            wishes.append("or record a cycle of gross slip")
+        return "; ".join(wishes)
+    if design.rig_is_free:
+        wishes.append("measure the rig's stiffness apart: rig_stiffness=(value, error)")
+    if design.scales_with_load and design.loads < 2:
+        wishes.append("records at another normal load, best a tenth or ten times of this one")
+    if not design.microslip:
+        wishes.append("records with microslip amplitudes, below the force limit")
+    if not design.gross_slip:
+        wishes.append("a record that reaches gross slip")
+    if not wishes:
+        wishes.append("more cycles, or a displacement measured closer to the contact")
+    return "; ".join(wishes)
+
+
+def direction_of(
+    one: Coordinate, coordinates: Sequence[Coordinate], low: Floats, high: Floats, remedy: str
+) -> Direction | None:
+    """The direction between the two ends of the profile of a coordinate; all are free ones."""
+    change: dict[str, float] = {}
+    for other, a, b in zip(coordinates, low, high, strict=True):
+        if other.kind == "inverse":
+            with np.errstate(divide="ignore"):
+                change[other.name] = float(np.log(a) - np.log(b)) if min(a, b) > 0.0 else math.inf
+        else:
+            change[other.name] = float(b - a) * (other.scale if other.kind == "linear" else 1.0)
+    if not math.isfinite(change[one.name]) or change[one.name] == 0.0:
+        return None
+    unit = 1.0 if one.shape else math.log(2.0)
+    if one.kind == "linear" and not one.shape:
+        unit = math.inf
+    factor = min(1.0, unit / abs(change[one.name])) * math.copysign(1.0, change[one.name])
+    change = {name: factor * value for name, value in change.items()}
+    first = _moved(one, change[one.name])
+    others = [
+        _moved(other, change[other.name])
+        for other in sorted(coordinates, key=lambda c: -abs(change[c.name]) / _least(c))
+        if other is not one and abs(change[other.name]) >= _least(other)
+    ]
+    along = f" with {_joined(others[:4])}" if others else ""
+    text = f"{first}{along} changes the loops by less than the noise"
+    return Direction(text, change, remedy)
+
+
+def _least(one: Coordinate) -> float:
+    """Change below which a direction does not mention a coordinate."""
+    if one.kind == "linear" and not one.shape:
+        return 1e-2 * (abs(one.start) or 1.0)
+    return 5e-4
+
+
+def _moved(one: Coordinate, change: float) -> str:
+    word = "up" if change > 0.0 else "down"
+    if math.isinf(change):
+        return f"{one.name} {word} without end"
+    if one.shape or one.kind == "linear":
+        return f"{one.name} {word} by {shown(abs(change), one.unit, 2)}"
+    share = math.expm1(change)
+    if share > 1.0:
+        return f"{one.name} up by a factor of {significant(1.0 + share, 2)}"
+    return f"{one.name} {word} by {significant(100.0 * abs(share), 2)} %"
+
+
+def _joined(texts: Sequence[str]) -> str:
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
+
+
+def alike(one: Direction, other: Direction) -> bool:
+    """Whether two directions are the same but for their length and sign."""
+    a, b = (np.nan_to_num(np.array(list(d.change.values())), posinf=10.0) for d in (one, other))
+    return bool(abs(np.dot(a, b)) > 0.95 * np.linalg.norm(a) * np.linalg.norm(b))

@@ -1,0 +1,292 @@
+"""Floor 8: an identified joint as files and on a terminal."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, TextIO
+
+from microslip._version import __version__
+from microslip.study.printer import Printer
+
+if TYPE_CHECKING:
+    from microslip.identification import Comparison, Identification
+    from microslip.study.schema import Study
+    from microslip.tribometer import Record
+
+KIND = "microslip-identification"
+"""What summary.json says of a folder of an identified joint."""
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What one command has found."""
+
+    results: tuple[Identification, ...]
+    """One for each law; the first is what the pictures and the study are of."""
+    comparison: Comparison | None
+    study: Study | None
+    """The study that materials and start are from."""
+
+    @property
+    def first(self) -> Identification:
+        """The law that was asked for first."""
+        return self.results[0]
+
+    @property
+    def failed(self) -> Identification | None:
+        """The first law, if its fit has not converged: then there are no numbers to give."""
+        return None if self.first.converged else self.first
+
+
+def units_of(laws: Sequence[str]) -> dict[str, str]:
+    """Units of the parameters that some laws have, and of the rig's stiffness.
+
+    Parameters
+    ----------
+    laws : sequence of str
+        Names of laws.
+
+    Returns
+    -------
+    dict
+        SI units by names; "" for a plain number.
+    """
+    from microslip.identification.models import model_of
+
+    found = {p.name: p.unit for law in laws for p in model_of(law).parameters}
+    return {**found, "rig_stiffness": "N/m"}
+
+
+def identified(
+    records: Sequence[Record],
+    laws: Sequence[str],
+    study: Study | None,
+    options: Mapping[str, Any],
+    progress: Callable[[float], None],
+) -> Identified:
+    """Identify laws from records.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        What was measured.
+    laws : sequence of str
+        Names of laws; the first is the one that is reported, the others are compared with it.
+    study : Study or None
+        Where materials, kind of heights and start of an interface are from.
+    options : mapping
+        As :func:`microslip.identify` takes them.
+    progress : callable
+        Called with the share that is done, 0 ... 1.
+
+    Returns
+    -------
+    Identified
+        Results and comparison.
+
+    Raises
+    ------
+    InputError
+        What :func:`microslip.identify` refuses.
+    """
+    from microslip.errors import InputError
+    from microslip.identification import Comparison, identify
+    from microslip.study.run import build_joints
+
+    fits: dict[str, Identification] = {}
+    failed: dict[str, str] = {}
+    for index, law in enumerate(laws):
+        own, names = dict(options), units_of([law])
+        for key in ("fixed", "bounds"):
+            own[key] = {name: value for name, value in options[key].items() if name in names}
+        if law != "interface":
+            own["contact_area"] = None
+        if law == "bouc-wen" and len(laws) > 1:
+            own["rig_stiffness"] = None  # its elastic part stands for the rig
+        model = law if law != "interface" or study is None else build_joints(study)[0]
+
+        def report(share: float, index: int = index) -> None:
+            progress((index + share) / len(laws))
+
+        try:
+            fits[law] = identify(records, model, progress=report, **own)
+        except InputError as error:
+            if index == 0:
+                raise
+            failed[law] = str(error)
+    comparison = None
+    if len(laws) > 1:
+        ordered = sorted(fits.items(), key=lambda item: (not item[1].converged, item[1].aic))
+        comparison = Comparison(MappingProxyType(dict(ordered)), MappingProxyType(failed))
+    return Identified(tuple(fits.values()), comparison, study)
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+
+def summarise(found: Identified, files: Sequence[str] = ()) -> dict[str, Any]:
+    """What summary.json holds.
+
+    Parameters
+    ----------
+    found : Identified
+        What was identified.
+    files : sequence of str
+        Names of the other files.
+
+    Returns
+    -------
+    dict
+        Plain values in SI units.
+    """
+    first = found.first.summary()
+    for record, values in zip(found.first.records, first["records"], strict=True):
+        values["rms_residual"] = math.sqrt(float((record.residual**2).mean()))
+    return {
+        "kind": KIND,
+        "version": __version__,
+        "study": None if found.study is None else found.study.name,
+        "identification": first,
+        "others": [result.summary() for result in found.results[1:]],
+        "comparison": None if found.comparison is None else _compared(found.comparison),
+        "files": [*files, *(("summary.json",) if files else ())],
+    }
+
+
+def _compared(comparison: Comparison) -> dict[str, Any]:
+    """Laws side by side, the best first; no infinities, which JSON has not."""
+    rows = [
+        {
+            key: None if isinstance(value, float) and not math.isfinite(value) else value
+            for key, value in row.items()
+        }
+        for row in comparison.rows()
+    ]
+    return {"best": comparison.best, "laws": rows, "failed": dict(comparison.failed)}
+
+
+def write(
+    found: Identified, folder: Path, progress: Callable[[float], None] | None = None
+) -> dict[str, Any]:
+    """Write residuals.csv, the figures, joint.toml, the page and summary.json.
+
+    Parameters
+    ----------
+    found : Identified
+        What was identified.
+    folder : pathlib.Path
+        An existing folder.
+    progress : callable, optional
+        Called with the share that is done, 0 ... 1.
+
+    Returns
+    -------
+    dict
+        What summary.json holds.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    from microslip.study import identified_figure, identified_report
+    from microslip.study.identified_study import joint_text
+
+    report = progress or (lambda share: None)
+    texts = {"residuals.csv": _residuals(found.first)}
+    toml, why = joint_text(found)
+    if toml is not None:
+        texts["joint.toml"] = toml
+    names = [*texts, *identified_figure.write(found.first, folder)]
+    report(0.6)
+    summary = summarise(found, [*names, "report.html"])
+    if why:
+        summary["identification"]["notes"].append(why)
+    texts["report.html"] = identified_report.page(found, summary, toml, folder)
+    texts["summary.json"] = json.dumps(summary, indent=1, ensure_ascii=False) + "\n"
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+    report(1.0)
+    return summary
+
+
+def _residuals(result: Identification) -> str:
+    """Measured and modelled force of every record over a cycle."""
+    heads = "phase [rad],displacement [m],measured force [N],model force [N],residual [N]"
+    lines = [f"record,normal load [N],{heads}"]
+    for record in result.records:
+        name = record.name.replace('"', '""')
+        load = "" if record.normal_load is None else repr(float(record.normal_load))
+        columns = (
+            record.phase, record.displacement, record.measured, record.model, record.residual
+        )  # fmt: skip
+        for row in zip(*(column.tolist() for column in columns), strict=True):
+            lines.append(",".join([f'"{name}"', load, *map(repr, row)]))
+    return "\n".join(lines) + "\n"
+
+
+# -- on a terminal ---------------------------------------------------------------------------------
+
+
+def show(summary: dict[str, Any], stream: TextIO | None) -> None:
+    """Print what was identified, and what was not.
+
+    Parameters
+    ----------
+    summary : dict
+        Of :func:`summarise`.
+    stream : file object or None
+        Such as `sys.stdout`.
+
+    Raises
+    ------
+    OSError
+        If the stream cannot be written.
+    """
+    from microslip.study import identified_tables as tables
+
+    out = Printer(stream)
+    found = summary["identification"]
+    out.line(tables.headline(found), style="bold")
+    out.line(found["message"])
+    out.line()
+    level = f"{100.0 * found['confidence']:g} % interval"
+    for title, key in (("Parameters", "parameters"), ("What follows from them", "derived")):
+        rows = tables.rows_of(found[key])
+        if rows:
+            head = [
+                key.rstrip("s") if key == "parameters" else "quantity",
+                "value",
+                level,
+                "verdict",
+            ]
+            out.table(title, head, [list(row[:4]) for row in rows], text=(0, 3))
+    for item in tables.open_of(found):
+        out.hanging("  ", f"{item.name}, {item.verdict}: {item.reason}.", 2)
+        if item.remedy:
+            out.hanging("  ", f"To settle it: {item.remedy}.", 4)
+    for text in tables.directions_of(found):
+        out.hanging("  ", text, 2)
+    for hint in tables.hints_of(found, summary["study"]):
+        out.line(hint)
+    out.line()
+    records = tables.record_table(found["records"])
+    out.table("Residuals", records.head, records.rows, text=(0,))
+    for text in tables.quality_of(found):
+        out.line(text)
+    out.line()
+    correlations = tables.correlation_table(found)
+    if correlations is not None:
+        out.table("Correlations", correlations.head, correlations.rows, text=(0,))
+    if summary["comparison"] is not None:
+        laws = tables.law_table(summary["comparison"])
+        out.table("Laws compared", laws.head, laws.rows, text=(0, 1))
+        for law, why in summary["comparison"]["failed"].items():
+            out.line(f"{law}: {why}")
+    for text in found["notes"]:
+        out.line(text)

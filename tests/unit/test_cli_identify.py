@@ -1,0 +1,266 @@
+"""The command that identifies a joint: what it takes, prints, writes and refuses."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command import STUDY, fails, run
+
+import microslip as ms
+from microslip.cli.identify import _contact_area, _rig_stiffness
+
+JOINT = ms.Interface.examples()[0]
+RIG = 5e8
+
+
+@pytest.fixture(scope="module", name="records")
+def _records(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("records")
+    for seed, (name, load) in enumerate((("light", 500.0), ("heavy", 2000.0))):
+        rig = ms.VirtualTribometer(
+            JOINT.at(normal_load=load), rig_stiffness=RIG, noise=0.003, sample_rate=2560, seed=seed
+        )
+        rig.record(amplitude=6e-6, frequency=10.0, cycles=6).to_csv(folder / f"{name}.csv")
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(name="folder", autouse=True)
+def _folder(records: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for path in records.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def summary(*words: str) -> dict[str, Any]:
+    outcome = run("identify", *words, "--json")
+    assert outcome.exit_code == 0, outcome.output
+    found: dict[str, Any] = json.loads(outcome.stdout)
+    return found
+
+
+# -- what comes out --------------------------------------------------------------------------------
+
+
+def test_command(folder: Path) -> None:
+    outcome = run("identify", "light.csv", "heavy.csv", "--study", "study.toml", "-o", "out")
+    assert outcome.exit_code == 0, outcome.output
+    assert outcome.stdout.startswith("interface: 4 of 4 parameters identified (converged)\n")
+    for text in ("friction coefficient μ", "spread of the heights σ", "Reduced χ²", "Correlations"):
+        assert text in outcome.stdout
+    assert "--contact-area" in outcome.stdout  # how density and radius would come apart
+    assert outcome.stdout.endswith("8 files in out\n")
+    names = sorted(path.name for path in (folder / "out").iterdir())
+    assert names == [
+        "intervals.png", "intervals.svg", "joint.toml", "loops.png", "loops.svg", "report.html",
+        "residuals.csv", "summary.json",
+    ]  # fmt: skip
+    written = json.loads((folder / "out/summary.json").read_text("utf-8"))
+    assert sorted(written["files"]) == names
+    assert written["kind"] == "microslip-identification"
+    truth = {
+        "friction_coefficient": JOINT.friction_coefficient,
+        "slip_scale": JOINT.slip_per_indentation * JOINT.surface.heights.std,
+        "rig_stiffness": RIG,
+    }
+    for name, value in truth.items():
+        one = written["identification"]["parameters"][name]
+        # Half a width beyond the interval: 95 % is not 100 %.
+        room = 0.5 * (one["high"] - one["low"])
+        assert one["low"] - room < value < one["high"] + room, name
+    _predict_takes(folder / "out")
+
+
+def _predict_takes(out: Path) -> None:
+    """The study is one for predict as it is, with the materials of the one that was given."""
+    text = (out / "joint.toml").read_text("utf-8")
+    assert "density * sqrt(radius)" in text
+    assert "not identified" in text
+    study = tomllib.loads(text)
+    assert study["material"] == tomllib.loads(STUDY)["material"]
+    assert study["joint"]["normal_load"] == ["500 N", "2 kN"]
+    outcome = run(
+        "predict",
+        "out/joint.toml",
+        "--json",
+        "--set",
+        'output.formats=["csv"]',
+        "--set",
+        "output.report=false",
+    )
+    assert outcome.exit_code == 0, outcome.output
+    limits = [joint["force_limit"] for joint in json.loads(outcome.stdout)["joints"]]
+    assert limits == pytest.approx([275.0, 1100.0], rel=2e-3)
+
+
+def test_without_a_study_and_without_a_folder(folder: Path) -> None:
+    before = sorted(folder.iterdir())
+    outcome = run("identify", "light.csv", "heavy.csv")
+    assert outcome.exit_code == 0, outcome.output
+    assert "name a study" in outcome.stdout.lower()
+    assert "spread of the heights σ" not in outcome.stdout
+    assert sorted(folder.iterdir()) == before
+
+
+def test_laws_are_compared() -> None:
+    found = summary("heavy.csv", "--law", "interface", "--law", "jenkins")
+    assert found["comparison"]["best"] == "interface"
+    assert [law["law"] for law in found["comparison"]["laws"]] == ["interface", "jenkins"]
+    assert [other["law"] for other in found["others"]] == ["jenkins"]
+    outcome = run("identify", "heavy.csv", "--law", "jenkins", "--law", "interface")
+    assert "Laws compared" in outcome.stdout
+    assert outcome.stdout.startswith("jenkins: ")
+
+
+# -- what it is told -------------------------------------------------------------------------------
+
+
+def test_values_are_fixed_bounded_and_known() -> None:
+    found = summary(
+        "heavy.csv", "light.csv", "--fix", "slip_scale=0.343 um", "--rig-stiffness", "500±10 N/um",
+        "--bound", "friction_coefficient=0.3..0.8", "--held-back", "0", "--confidence", "0.9",
+    )["identification"]  # fmt: skip
+    assert found["confidence"] == 0.9
+    assert found["held_back"] is None
+    one = found["parameters"]["slip_scale"]
+    assert (one["value"], one["verdict"]) == (0.343e-6, "fixed")
+    assert found["parameters"]["rig_stiffness"]["value"] == pytest.approx(5e8, rel=0.01)
+
+
+def test_loads_of_records() -> None:
+    for name in ("light", "heavy"):
+        path = Path(f"{name}.csv")
+        record = ms.Record.read(path)
+        ms.Record(record.displacement, record.force, sample_rate=2560).to_csv(path, overwrite=True)
+    found = summary("light.csv", "heavy.csv", "--normal-load", "500 N", "--normal-load", "2 kN")
+    loads = [record["normal_load"] for record in found["identification"]["records"]]
+    assert loads == [500.0, 2000.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("free", "free"),
+        ("rigid", None),
+        ("2e8", 2e8),
+        ("200 N/um", 2e8),
+        ("200±5 N/um", (2e8, 5e6)),
+        ("200 N/um ± 5", (2e8, 5e6)),
+        ("2e8 +- 5e6", (2e8, 5e6)),
+        ("200 N/um +/- 5e6 N/m", (2e8, 5e6)),
+    ],
+)
+def test_rig_stiffness(text: str, value: Any) -> None:
+    got = _rig_stiffness(text)
+    if value is None or value == "free":
+        assert got == value
+    else:
+        np.testing.assert_allclose(got, value, rtol=1e-15)
+
+
+def test_contact_area() -> None:
+    assert _contact_area("6 mm^2, 1 mm^2, 2 kN") == (6e-6, 1e-6, 2000.0)
+    assert _contact_area(None) is None
+
+
+# -- what it refuses -------------------------------------------------------------------------------
+
+WRONG = {
+    ("--fix", "slip_scal=1 um"): '--fix: no parameter "slip_scal"; did you mean "slip_scale"?',
+    ("--fix", "slip_scale=1"): '--fix: slip_scale: wanted a length such as "0.3 um", got "1"',
+    ("--fix", "slip_scale"): "--fix wants WHAT=..., such as force=..., got",
+    ("--fix", "friction_coefficient=1 N"): "--fix: friction_coefficient is a plain number",
+    ("--bound", "slip_scale=1 um"): '--bound wants slip_scale=LOW..HIGH, got "1 um"',
+    ("--bound", "slip_scale=2..1 um"): "with LOW below HIGH",
+    ("--rig-stiffness", "stiff"): '--rig-stiffness: wanted a stiffness such as "200 N/um"',
+    ("--contact-area", "6 mm^2"): "--contact-area wants an area, its uncertainty and the load",
+    ("--contact-area", "6 mm, 1 mm, 2 kN"): "--contact-area: wanted an area",
+    ("--normal-load", "1 N", "--normal-load", "2 N", "--normal-load", "3 N"):
+        "--normal-load wants one for all records or one for each of the 2 records, got 3",
+    ("--law", "jenkin"): 'got "jenkin"; did you mean "jenkins"?',
+    ("--confidence", "2"): "confidence must be between 0 and 1, got 2",
+    ("--study", "none.toml"): "none.toml: no such file",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("words", WRONG, ids=" ".join)
+def test_command_refuses(words: tuple[str, ...]) -> None:
+    assert WRONG[words] in fails("identify", "light.csv", "heavy.csv", "-o", "out", *words)
+
+
+def test_too_few_cycles() -> None:
+    rig = ms.VirtualTribometer(JOINT, sample_rate=2560)
+    rig.record(amplitude=6e-6, frequency=10.0, cycles=2).to_csv("short.csv")
+    assert "cycles" in fails("identify", "short.csv", "-o", "out")
+
+
+def test_a_missing_load() -> None:
+    record = ms.Record.read("light.csv")
+    bare = ms.Record(record.displacement, record.force, sample_rate=2560)
+    bare.to_csv("bare.csv")
+    assert "normal load" in fails("identify", "bare.csv", "-o", "out")
+
+
+def test_a_fit_that_does_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No numbers without asking for them, and no file."""
+    from microslip.identification import fit
+
+    monkeypatch.setattr(fit, "_MOST_EVALUATIONS", 1)
+    words = ("identify", "light.csv", "heavy.csv", "-o", "out")
+    message = fails(*words)
+    assert message.startswith("error: interface: not converged: ")
+    assert message.endswith("(--accept-unconverged shows it all the same)")
+    outcome = run(*words, "--accept-unconverged")
+    assert outcome.exit_code == 0, outcome.output
+    assert outcome.stdout.startswith("interface: ")
+    assert "(not converged)" in outcome.stdout.splitlines()[0]
+
+
+def test_nothing_is_replaced_unasked(folder: Path) -> None:
+    (folder / "out").mkdir()
+    (folder / "out/mine.txt").write_text("mine", encoding="utf-8")
+    assert "out: exists; replace it" in fails("identify", "heavy.csv", "-o", "out")
+    assert "it is no identification" in fails("identify", "heavy.csv", "-o", "out", "--overwrite")
+    assert (folder / "out/mine.txt").read_text("utf-8") == "mine"
+
+
+# -- the study as a model of measure ---------------------------------------------------------------
+
+
+def test_measure_takes_thresholds_from_a_study() -> None:
+    outcome = run("measure", "heavy.csv", "--model", "study.toml", "--json")
+    assert outcome.exit_code == 0, outcome.output
+    thresholds = json.loads(outcome.stdout)["records"][0]["thresholds"]
+    load = float(np.mean(ms.Record.read("heavy.csv").normal_load))
+    wanted = ms.measure(ms.Record.read("heavy.csv"), model=JOINT.at(normal_load=load)).thresholds
+    assert thresholds["source"] == wanted.source
+    assert thresholds["gross"] == pytest.approx(wanted.gross, rel=1e-6)
+
+
+# -- a real record ---------------------------------------------------------------------------------
+
+REAL = Path(__file__).parents[3] / "shared/data/reciprocating/test_data_2.txt"
+
+
+@pytest.mark.skipif(not REAL.exists(), reason="the record in ../shared/data is not here")
+def test_real_record(folder: Path) -> None:
+    """Friction and rig come out with intervals, the separation does not, and the page says why."""
+    outcome = run("identify", str(REAL), "--turn", "-o", "out")
+    assert outcome.exit_code == 0, outcome.output
+    found = json.loads((folder / "out/summary.json").read_text("utf-8"))["identification"]
+    verdicts = {name: one["verdict"] for name, one in found["parameters"].items()}
+    assert verdicts["friction_coefficient"] == "identified"
+    assert verdicts["rig_stiffness"] == "identified"
+    assert verdicts["standardised_separation"] == "not identified"
+    # The widths hold what measuring finds: T_m/N 0.476 and E_d/4N delta_g 0.460 of the trace.
+    assert 0.45 < found["parameters"]["friction_coefficient"]["value"] < 0.52
+    page = (folder / "out/report.html").read_text("utf-8")
+    assert "separation h = d/σ</strong>, not identified" in page
+    assert "To settle it:" in page
+    assert "That is far above 1" in page

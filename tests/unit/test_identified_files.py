@@ -1,0 +1,233 @@
+"""What an identification leaves behind: tables, figures, the page, the study."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import tomllib
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib import style
+from matplotlib.text import Text
+
+import microslip as ms
+from microslip.study import identified_tables as tables
+from microslip.study.drawing import STYLE
+from microslip.study.identified import Identified, identified, units_of, write
+from microslip.study.identified_figure import drawings, intervals, loops, panels, shown
+from microslip.study.identified_study import joint_text
+
+JOINT = ms.Interface.examples()[0]
+STUDY = """
+schema = 1
+title = "Mine"
+[material.mine]
+young_modulus = "69 GPa"
+poisson_ratio = 0.33
+[surface]
+law = "greenwood-williamson"
+materials = ["mine", "mine"]
+heights = { kind = "gaussian", std = "1 um" }
+radius = "1 mm"
+density = "100 1/mm^2"
+area = "2 cm^2"
+[joint]
+friction_coefficient = 0.4
+normal_load = "1 kN"
+"""
+OPTIONS: dict[str, Any] = {"fixed": {}, "bounds": {}, "contact_area": None, "held_back": 0.25}
+
+
+def record(load: float, amplitude: float, **how: Any) -> ms.Record:
+    rig = ms.VirtualTribometer(
+        JOINT.at(normal_load=load),
+        **{"rig_stiffness": 5e8, "noise": 0.003, "sample_rate": 2560, "seed": int(load), **how},
+    )
+    return rig.record(amplitude=amplitude, frequency=10.0, cycles=6)
+
+
+@lru_cache
+def rich() -> Identified:
+    records = [record(load, top) for load in (500.0, 2000.0) for top in (1.5e-6, 6e-6)]
+    return identified(
+        records, ["interface"], ms.Study.from_toml(STUDY), OPTIONS, lambda share: None
+    )
+
+
+@lru_cache
+def poor() -> Identified:
+    records = [record(2000.0, 2e-5, rig_stiffness=1e8, noise=0.01)]
+    return identified(
+        records, ["interface"], ms.Study.from_toml(STUDY), OPTIONS, lambda share: None
+    )
+
+
+# -- words and numbers -----------------------------------------------------------------------------
+
+
+def test_numbers_as_text() -> None:
+    assert tables.quantity(5e8, "N/m") == "500.0 MN/m"
+    assert tables.quantity(0.55, "") == "0.5500"
+    assert tables.quantity(2.5e-6, "m^2") == "2.500e-06 m²"
+    assert tables.quantity(None, "m") == "–"
+    assert tables.quantity(float("inf"), "N/m") == "infinite"
+    assert tables.label("slip_scale") == "slip scale κσ"
+    assert tables.label("stiffness at 500 N") == "stiffness at 500 N"
+
+
+def number(verdict: str, low: float | None = 1.0, high: float | None = 2.0) -> dict[str, Any]:
+    return {
+        "value": 1.5, "unit": "", "low": low, "high": high, "verdict": verdict,
+        "reason": "why", "remedy": "how",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("verdict", "value", "interval"),
+    [
+        ("identified", "1.50", "1.00 … 2.00"),
+        ("fixed", "1.50", "–"),
+        ("bounded above", "–", "up to 2.00"),
+        ("bounded below", "–", "from 1.00"),
+        ("not identified", "–", "1.00 … 2.00"),
+    ],
+)
+def test_no_value_where_none_is_known(verdict: str, value: str, interval: str) -> None:
+    (row,) = tables.rows_of({"slip_scale": number(verdict)})
+    assert (row.value, row.interval, row.verdict) == (value, interval, verdict)
+    (rows,) = [tables.open_of({"parameters": {"slip_scale": number(verdict)}})]
+    assert bool(rows) == (verdict not in ("identified", "fixed"))
+
+
+def test_digits_follow_the_interval() -> None:
+    (row,) = tables.rows_of({"friction_coefficient": {**number("identified", 1.4999, 1.5001)}})
+    assert row.interval == "1.4999 … 1.5001"
+
+
+def test_units_of_parameters() -> None:
+    units = units_of(["interface", "jenkins"])
+    assert units["slip_scale"] == "m"
+    assert units["force_limit"] == "N"
+    assert units["rig_stiffness"] == "N/m"
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module", name="written")
+def _written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("written")
+    shares: list[float] = []
+    summary = write(rich(), folder, shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert summary == json.loads((folder / "summary.json").read_text("utf-8"))
+    return folder
+
+
+def test_files(written: Path) -> None:
+    summary = json.loads((written / "summary.json").read_text("utf-8"))
+    assert sorted(summary["files"]) == sorted(path.name for path in written.iterdir())
+    with (written / "residuals.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    result = rich().first
+    assert len(rows) == sum(r.residual.size for r in result.records)
+    left = [float(row["measured force [N]"]) - float(row["model force [N]"]) for row in rows]
+    np.testing.assert_allclose(left, [float(row["residual [N]"]) for row in rows], atol=1e-9)
+
+
+def test_the_page(written: Path) -> None:
+    page = (written / "report.html").read_text("utf-8")
+    assert page.count("<img ") == 2
+    assert not re.search(r"(?:src|href)=\"(?!data:|#)", page)  # nothing to fetch
+    assert "<script" not in page
+    assert "Mine: identified" in page
+    assert "What the records do not tell</h2>" not in page
+    for text in ("slip scale κσ", "spread of the heights σ", "joint.toml", "Correlations"):
+        assert text in page
+
+
+def test_the_page_says_what_is_not_known(tmp_path: Path) -> None:
+    write(poor(), tmp_path)
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert "What the records do not tell</h2>" in page
+    assert "To settle it:" in page
+    assert "separation h = d/σ</strong>, not identified" in page
+    assert 'class="verdict watch"' in page
+    text = (tmp_path / "joint.toml").read_text("utf-8")
+    assert "# NOT identified, one of many values" in text
+
+
+def test_the_study_is_the_joint() -> None:
+    text, why = joint_text(rich())
+    assert why == ""
+    assert text is not None
+    study = tomllib.loads(text)
+    assert study["title"] == "Mine: identified"
+    assert study["surface"]["materials"] == ["mine", "mine"]
+    assert study["joint"]["normal_load"] == ["500 N", "2 kN"]
+    result = ms.Study.from_toml(text).run()
+    for joint, load in zip(result.joints, (500.0, 2000.0), strict=True):
+        truth = JOINT.at(normal_load=load)
+        assert joint.force_limit == pytest.approx(truth.force_limit, rel=2e-3)
+        assert joint.tangential_stiffness == pytest.approx(truth.tangential_stiffness, rel=0.05)
+    # Amplitudes of the joint itself: those at the transducer less what the rig gives.
+    largest = 6e-6 - JOINT.at(normal_load=500.0).force_limit / 5e8
+    assert max(result.study.excitation.amplitudes or ()) == pytest.approx(largest, rel=2e-3)
+
+
+def test_no_study_without_materials_or_of_another_law() -> None:
+    bare = Identified(rich().results, None, None)
+    text, why = joint_text(bare)
+    assert text is None
+    assert "materials are not known" in why
+    jenkins = identified([record(500.0, 6e-6)], ["jenkins"], None, OPTIONS, lambda share: None)
+    text, why = joint_text(jenkins)
+    assert text is None
+    assert "this is jenkins" in why
+
+
+# -- figures ---------------------------------------------------------------------------------------
+
+
+def test_loops_by_load() -> None:
+    groups = panels(shown(rich().first))
+    assert [(name, len(group)) for name, group in groups] == [
+        ("N = 500 N", 2),
+        ("N = 2.00 kN", 2),
+    ]
+    figure = loops(rich().first)
+    assert len(figure.axes) == 4
+    assert figure.axes[0].get_ylabel() == "Force [kN]"
+
+
+@pytest.mark.parametrize("which", [rich, poor], ids=["rich", "poor"])
+def test_nothing_is_clipped(which: Any) -> None:
+    before = dict(matplotlib.rcParams)
+    with style.context(["default", STYLE]):
+        for name, figure in drawings(which().first):
+            figure.draw_without_rendering()
+            box, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+            assert box.x0 > -0.01, name
+            assert box.y0 > -0.01, name
+            assert box.x1 < width + 0.01, name
+            assert box.y1 < height + 0.01, name
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_intervals_say_the_verdict() -> None:
+    texts = [text.get_text() for text in intervals(poor().first).findobj(Text)]
+    assert "separation h = d/σ: not identified" in texts
+    assert "friction coefficient μ" in texts
+
+
+def test_the_same_files_each_time(written: Path, tmp_path: Path) -> None:
+    write(rich(), tmp_path)
+    for path in sorted(written.iterdir()):
+        assert path.read_bytes() == (tmp_path / path.name).read_bytes(), path.name

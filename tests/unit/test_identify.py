@@ -1,0 +1,379 @@
+"""An identification: what it refuses, what it says, and what can be asked of it."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.identification import fold
+from microslip.identification.setup import levels_of, stiffness_after_reversal
+
+CELL = ms.Jenkins(stiffness=5e7, force_limit=100.0)
+JOINT = ms.Interface.examples()[0]
+
+
+def record(law: Any = CELL, amplitude: float = 6e-6, **more: Any) -> ms.Record:
+    """A virtual record, six cycles of 64 samples."""
+    cycles = more.pop("cycles", 6)
+    more.setdefault("noise", 0.005)
+    rig = ms.VirtualTribometer(law, sample_rate=64.0, **more)
+    return rig.record(amplitude=amplitude, frequency=1.0, cycles=cycles)
+
+
+@cache
+def cell() -> ms.Identification:
+    """A cell on a rigid rig."""
+    return ms.identify([record(), record(amplitude=3e-6, seed=1)], "jenkins", rig_stiffness=None)
+
+
+@cache
+def joint() -> ms.Identification:
+    """An interface at two loads, its pair known."""
+    records = [
+        record(JOINT.at(normal_load=load), amplitude, seed=i, noise=0.002)
+        for i, (load, amplitude) in enumerate(
+            (load, amplitude) for load in (300.0, 3000.0) for amplitude in (1e-6, 3e-6)
+        )
+    ]
+    return ms.identify(records, pair=JOINT.surface.pair, area=2e-4, rig_stiffness=None)
+
+
+# -- what is refused ------------------------------------------------------------------------------
+
+WRONG: list[tuple[dict[str, Any], str]] = [
+    ({"law": "coulomb"}, "law must be one of"),
+    ({"law": 3}, "law must be one of"),
+    ({"pair": "steel"}, "pair must be a MaterialPair"),
+    ({"fixed": {"stifness": 1.0}}, 'did you mean "stiffness"'),
+    ({"fixed": [1.0]}, "fixed must be a dict"),
+    ({"fixed": {"stiffness": 1e20}}, "within its bounds"),
+    ({"fixed": {"stiffness": 2e7}, "bounds": {"stiffness": (4e7, 6e7)}}, "within its bounds"),
+    ({"fixed": {"rig_stiffness": 1e8}}, "write rig_stiffness="),
+    ({"start": {"force_limit": -1.0}}, "start of force_limit must be within its bounds"),
+    ({"start": {"force_limit": "x"}}, "a finite number"),
+    ({"bounds": {"stiffness": 3.0}}, r"must be \(lowest, highest\)"),
+    ({"bounds": {"stiffness": (3.0, 1.0)}}, r"must be \(lowest, highest\)"),
+    ({"bounds": {"stiffness": (-3.0, 1.0)}}, "above zero"),
+    ({"shared": ["mu"]}, "is no parameter"),
+    ({"shared": "stiffness"}, "a list of parameter names"),
+    ({"shared": ["stiffness"], "per_load": ["stiffness"]}, "both shared and per_load"),
+    ({"rig_stiffness": "soft"}, "must be 'free'"),
+    ({"rig_stiffness": -1.0}, "above zero"),
+    ({"rig_stiffness": (1e8,)}, r"\(value, uncertainty\)"),
+    ({"rigs": ["a", "b"]}, "a label for each of the 1 records"),
+    ({"rigs": ["a"], "rig_stiffness": {"b": 1e8}}, "has nothing for rig 'a'"),
+    ({"delay": "late"}, "a time"),
+    ({"loss": "l1"}, "loss must be one of"),
+    ({"intervals": "bayes"}, "'profile' or 'minos'"),
+    ({"confidence": 1.0}, "between 0 and 1"),
+    ({"held_back": 1.5}, "between 0 and 1"),
+    ({"progress": 3}, "a function"),
+    ({"known": {"std": (1e-7, 1e-8)}}, "nothing that this fit knows"),
+    ({"known": {"stiffness": 3.0}}, r"must be \(value, standard deviation\)"),
+    ({"known": 3.0}, "must be a dict"),
+    ({"contact_area": (1e-5, 1e-6, 100.0)}, "needs law='interface'"),
+    ({"contact_area": 1e-5}, r"must be \(value"),
+    ({"heights": ms.Gaussian(1e-6)}, "heights is no option"),
+    ({"cycles": 3}, "cycles must be a slice"),
+    ({"cycles": slice(0, 2)}, "at least 3 settled"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), WRONG, ids=[str(i) for i in range(len(WRONG))])
+def test_what_is_wrong_is_named(options: dict[str, Any], message: str) -> None:
+    """Every mistake has its own line."""
+    law = options.get("law", "jenkins")
+    rest = {key: value for key, value in options.items() if key != "law"}
+    with pytest.raises(ms.InputError, match=message):
+        ms.identify(record(), law, **rest)
+
+
+def test_records_that_are_none() -> None:
+    """No record, another thing, too few cycles, no load, a dead sensor."""
+    for given in ([], "file.csv", [3.0], 3.0):
+        with pytest.raises(ms.InputError, match="Record"):
+            ms.identify(given, "jenkins")  # type: ignore[arg-type]
+    with pytest.raises(ms.InputError, match="at least 3 settled whole cycles are needed, got 2"):
+        ms.identify(record(cycles=3), "jenkins")
+    with pytest.raises(ms.InputError, match="needs the normal load"):
+        ms.identify(record(), "interface")
+    dead = ms.Record(record().displacement, np.zeros(len(record())))
+    with pytest.raises(ms.InputError, match="a dead sensor"):
+        ms.identify(dead, "jenkins")
+
+
+def test_bouc_wen_has_no_rig() -> None:
+    """Its elastic part is in series with nothing."""
+    with pytest.raises(ms.InputError, match="rig_stiffness has no place"):
+        ms.identify(record(), "bouc-wen", rig_stiffness=1e8)
+
+
+# -- what is said ---------------------------------------------------------------------------------
+
+
+def test_a_cell() -> None:
+    """Values, statuses and their plain form."""
+    found = cell()
+    assert found.status == "converged"
+    assert found.converged
+    assert set(found.parameters) == {"stiffness", "force_limit"}
+    for one in found.parameters.values():
+        assert one.verdict == "identified"
+        assert one.identified
+        assert one.low < one.value < one.high
+        assert one.reason == one.remedy == ""
+        assert not one.at_bound
+    assert found.directions == ()
+    assert found.not_identified == ()
+    law = found.joint()
+    assert isinstance(law, ms.Jenkins)
+    assert law.stiffness == found.parameters["stiffness"].value
+    assert 0.8 < found.reduced_chi_squared < 1.2
+    assert 0.8 < (found.held_back or 0.0) < 1.2
+    assert np.allclose(np.diag(found.correlation), 1.0)
+    assert found.names == ("stiffness", "force_limit")
+    plain = found.summary()
+    assert json.loads(json.dumps(plain, allow_nan=False)) == plain
+    assert "identified" in found.table()
+    assert "jenkins" in repr(found)
+    with pytest.raises(ms.InputError, match="a study describes an interface"):
+        found.study()
+    with pytest.raises(ms.InputError, match="even_if must be of"):
+        found.joint(even_if=("whatever",))
+
+
+def test_what_is_fixed_stays() -> None:
+    """And has a verdict of its own."""
+    found = ms.identify(
+        record(), "jenkins", rig_stiffness=None, fixed={"stiffness": 5e7}, held_back=0
+    )
+    assert found.parameters["stiffness"].verdict == "fixed"
+    assert found.parameters["stiffness"].value == 5e7
+    assert found.names == ("force_limit",)
+    assert found.held_back is None
+
+
+def test_bounds_are_kept_and_said() -> None:
+    """A bound that the data press against is a status."""
+    found = ms.identify(
+        record(), "jenkins", rig_stiffness=None, bounds={"force_limit": (50.0, 90.0)}, held_back=0
+    )
+    assert found.status == "at a bound"
+    assert "force_limit" in found.message
+    assert found.parameters["force_limit"].at_bound
+    assert found.parameters["force_limit"].value == pytest.approx(90.0, rel=1e-6)
+    assert not found.parameters["force_limit"].identified
+
+
+def test_a_fit_that_does_not_converge_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its values are there to look at, not to build with."""
+    from microslip.identification import fit
+
+    monkeypatch.setattr(fit, "_MOST_EVALUATIONS", 1)
+    found = ms.identify(
+        record(), "jenkins", rig_stiffness=None, start={"stiffness": 1e9}, held_back=0
+    )
+    assert found.status == "not converged"
+    assert not found.converged
+    with pytest.raises(ms.InputError, match="did not converge"):
+        found.joint()
+    with pytest.raises(ms.InputError, match="did not converge"):
+        found.study()
+    assert isinstance(found.joint(even_if=("not converged",)), ms.Jenkins)
+
+
+def test_a_cell_behind_a_free_rig() -> None:
+    """Two springs in series: neither is told, and the direction says how they trade."""
+    found = ms.identify(record(), "jenkins", held_back=0)
+    assert found.parameters["force_limit"].verdict == "identified"
+    assert found.parameters["stiffness"].verdict != "identified"
+    assert found.parameters["rig_stiffness"].verdict != "identified"
+    assert "rig_stiffness=(value, error)" in found.parameters["stiffness"].remedy
+    texts = " ".join(way.text for way in found.directions)
+    assert "rig_stiffness" in texts
+    assert "by less than the noise" in texts
+    assert json.dumps(found.summary(), allow_nan=False)
+
+
+def test_a_rig_measured_apart_settles_it() -> None:
+    """With (value, uncertainty) the stiffness comes out."""
+    soft = record(rig_stiffness=1e8, amplitude=8e-6)
+    found = ms.identify(soft, "jenkins", rig_stiffness=(1e8, 1e6), held_back=0)
+    one = found.parameters["stiffness"]
+    assert one.verdict == "identified"
+    assert one.low < 5e7 < one.high
+    # The stiffness in series is 1/(1/5e7 + 1/1e8): 1 % of the rig's is 0.5 % of the cell's.
+    assert one.standard_error == pytest.approx(0.005 * 5e7, rel=0.3)
+
+
+def test_each_load_its_own_or_shared() -> None:
+    """A law without load has values for each; what is shared is one number."""
+    records = [
+        ms.Record(r.displacement, r.force, load, sample_rate=64.0)
+        for r, load in ((record(), 100.0), (record(seed=1), 100.5), (record(seed=2), 300.0))
+    ]
+    own = ms.identify(records, "jenkins", rig_stiffness=None, held_back=0)
+    assert "stiffness at 100.2 N" in own.parameters
+    assert "force_limit at 300 N" in own.parameters
+    assert own.joint(300.0).stiffness == own.parameters["stiffness at 300 N"].value
+    with pytest.raises(ms.InputError, match="one of those measured"):
+        own.joint(1000.0)
+    one = ms.identify(records, "jenkins", rig_stiffness=None, shared=["stiffness"], held_back=0)
+    assert set(one.parameters) == {"stiffness", "force_limit at 100.2 N", "force_limit at 300 N"}
+
+
+def test_levels() -> None:
+    """Loads within one per cent are one level; none is one of its own."""
+    assert levels_of([100.0, 100.9, 200.0, None, 100.0]) == [0, 0, 1, 2, 0]
+
+
+def test_records_of_different_rigs_are_told() -> None:
+    """Unless the rigs have labels."""
+    records = [
+        record(JOINT, 12e-6, rig_stiffness=2e8, noise=0.001),
+        record(JOINT, 12e-6, rig_stiffness=1e8, noise=0.001, seed=1),
+    ]
+    found = ms.identify(records, held_back=0)
+    assert found.status == "records differ: rigs"
+    assert "rigs=[one label a record]" in found.message
+    told = ms.identify(records, rigs=["old", "new"], held_back=0)
+    assert told.status == "converged"
+    old, new = (told.parameters[f"rig_stiffness of {label}"] for label in ("old", "new"))
+    assert old.low < 2e8 < old.high
+    assert new.low < 1e8 < new.high
+    same = [record(JOINT, a, rig_stiffness=2e8, seed=i) for i, a in enumerate((8e-6, 12e-6))]
+    assert ms.identify(same, held_back=0).status == "converged"
+
+
+def test_an_interface() -> None:
+    """With its pair it is a joint, and a study that can be run."""
+    found = joint()
+    assert found.status == "converged"
+    assert found.parameters["standardised_separation"].verdict == "identified"
+    std = found.derived["std"]
+    assert std.low < 0.5e-6 < std.high
+    made = found.joint(2000.0)
+    assert made.normal_load == pytest.approx(2000.0, rel=1e-9)
+    assert made.tangential_stiffness == pytest.approx(JOINT.tangential_stiffness, rel=0.05)
+    study = ms.Study(**found.study())
+    assert study.joint.normal_load == pytest.approx((300.0, 3000.0), rel=1e-3)
+    bare = ms.identify(record(JOINT, 3e-6), rig_stiffness=None, held_back=0)
+    assert "std" not in bare.derived
+    with pytest.raises(ms.InputError, match="pair must be given"):
+        bare.joint()
+    assert any("one normal load" in note for note in bare.notes)
+
+
+def test_a_contact_area_separates_radius_and_density() -> None:
+    """Loops do not; and both carry the uncertainty of the area."""
+    assert "radius" not in joint().derived
+    records = [
+        record(JOINT.at(normal_load=load), 3e-6, seed=i, noise=0.002)
+        for i, load in enumerate((300.0, 3000.0))
+    ]
+    area = JOINT.contact_area
+    assert area is not None
+    found = ms.identify(
+        records,
+        pair=JOINT.surface.pair,
+        area=2e-4,
+        rig_stiffness=None,
+        contact_area=(area, 0.05 * area, 2000.0),
+        held_back=0,
+    )
+    radius, density = found.derived["radius"], found.derived["density"]
+    assert radius.low < 1e-3 < radius.high
+    assert density.low < 1e8 < density.high
+    # The radius goes with the square of the area.
+    assert radius.standard_error > 0.08 * radius.value
+    assert found.joint(2000.0).contact_area == pytest.approx(area, rel=0.02)
+    with pytest.raises(ms.InputError, match="contact_area needs pair"):
+        ms.identify(records, contact_area=(area, 1e-6, 2000.0))
+
+
+def test_known_data_narrow() -> None:
+    """A scan's sigma as a datum makes the interval of it no wider than its own."""
+    records = [record(JOINT, 3e-6)]
+    pair = JOINT.surface.pair
+    free = ms.identify(records, pair=pair, rig_stiffness=None, held_back=0)
+    told = ms.identify(
+        records, pair=pair, rig_stiffness=None, known={"std": (0.5e-6, 5e-9)}, held_back=0
+    )
+    assert told.derived["std"].standard_error < min(5e-9, free.derived["std"].standard_error)
+    assert told.degrees_of_freedom == free.degrees_of_freedom + 1
+
+
+def test_progress_is_a_share() -> None:
+    """From none to all, never back."""
+    shares: list[float] = []
+    ms.identify(record(), "jenkins", progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_comparison() -> None:
+    """The law that made the records wins, and what does not suit them is told."""
+    found = ms.compare([record(), record(amplitude=3e-6, seed=1)], ["jenkins", "interface"])
+    assert found.best == "jenkins"
+    assert "needs the normal load" in found.failed["interface"]
+    assert "jenkins" in found.table()
+    assert found.rows()[0]["aic_over_best"] == 0.0
+    for laws in ([], "jenkins", 3):
+        with pytest.raises(ms.InputError, match="laws must be a list"):
+            ms.compare(record(), laws)  # type: ignore[arg-type]
+    with pytest.raises(ms.InputError, match="no law could be fitted"):
+        ms.compare(record(), ["interface"])
+
+
+# -- folding --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rate", [64.0, 71.3])
+def test_folding(rate: float) -> None:
+    """Noise, harmonics, amplitude and frequency, also where cycles are no whole samples."""
+    rig = ms.VirtualTribometer(
+        CELL, noise={"force": 1.5, "displacement": 2e-8}, sample_rate=rate, third_harmonic=0.04
+    )
+    folded = fold(rig.record(amplitude=6e-6, frequency=1.0, cycles=60))
+    assert folded.cycles == 59
+    assert folded.left_out == 1
+    assert folded.harmonics.tolist() == [1, 3]
+    assert folded.amplitude == pytest.approx(6e-6, rel=1e-3)
+    assert folded.frequency == pytest.approx(1.0, rel=1e-5)
+    # 59 cycles of 64 samples: two standard deviations are 2.3 %; kinks add some.
+    assert folded.force_noise == pytest.approx(1.5, rel=0.06)
+    assert folded.displacement_noise == pytest.approx(2e-8, rel=0.025)
+    assert folded.cycle_force.shape == (59, folded.phase.size)
+    assert np.all(np.diff(folded.phase) > 0.0)
+    loop = folded.loop
+    assert loop.dissipated_energy == pytest.approx(CELL.dissipated_energy(6e-6), rel=0.01)
+    assert stiffness_after_reversal(loop) == pytest.approx(5e7, rel=0.15)
+    assert "Folded" in repr(folded)
+
+
+def test_cycles_that_do_not_close_are_left_out() -> None:
+    """Such as where the force jumps; and cycles can be chosen."""
+    made = record(cycles=8, noise=0.001)
+    force = made.force.copy()
+    force[250:] += 150.0
+    folded = fold(ms.Record(made.displacement, force, sample_rate=64.0))
+    assert folded.left_out >= 2
+    assert fold(made, slice(2, 6)).cycles == 4
+
+
+def test_a_free_delay_and_a_known_one() -> None:
+    """A force that lags: told, or taken off, the values are those without."""
+    rig = ms.VirtualTribometer(CELL, sample_rate=256.0, noise=0.002)
+    made = rig.record(amplitude=6e-6, frequency=1.0, cycles=8)
+    late = ms.Record(made.displacement[5:], made.force[:-5], sample_rate=256.0)
+    for delay in ("free", 5.0 / 256.0):
+        found = ms.identify(late, "jenkins", rig_stiffness=None, delay=delay, held_back=0)
+        assert found.parameters["stiffness"].value == pytest.approx(5e7, rel=0.01)
+        # 256 forces: the standard deviation is 9 %.
+        assert found.reduced_chi_squared == pytest.approx(1.0, abs=0.3)
+        assert found.records[0].delay == pytest.approx(5.0 / 256.0, rel=0.01)

@@ -6,6 +6,7 @@ goes on without the extension and the package uses its NumPy twin.
 
 import platform
 import sysconfig
+from pathlib import Path
 
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
@@ -37,6 +38,7 @@ setup(
         Extension(
             "microslip.kernels._compiled",
             sources=["src/microslip/kernels/_compiled.c"],
+            depends=[str(header) for header in Path("src/microslip/kernels").glob("*.h")],
             define_macros=[("Py_LIMITED_API", "0x030B0000")] if LIMITED_API else [],
             py_limited_api=LIMITED_API,
             optional=True,

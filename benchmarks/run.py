@@ -39,6 +39,7 @@ from numpy.typing import NDArray
 import microslip as ms
 from microslip import kernels
 from microslip.kernels import twin
+from microslip.scans import random_surface
 
 Floats = NDArray[np.float64]
 
@@ -398,6 +399,52 @@ def measure_sweeps() -> tuple[list[list[str]], dict[str, Any]]:
     return rows, numbers
 
 
+def measure_scan() -> list[Row]:
+    """All that there is to know of a scan, from its heights on: nothing is kept between runs."""
+    heights = random_surface((2048, 2048), 1e-6, m0=4e-14, m2=4e-4, m4=1e8, seed=7).heights
+
+    def parameters() -> None:
+        scan = ms.Scan(heights, 1e-6).condition(level="plane")
+        scan.statistics()
+        scan.moments()
+        scan.spectrum()
+        scan.height_distribution()
+        scan.summits(5e-6)
+        scan.over_cutoffs()
+
+    task = "4-megapixel scan, all parameters, summits at ten cut-offs"
+    return [Row(task, "process", best(parameters, 1), wanted=10.0)]
+
+
+def measure_identify() -> list[Row]:
+    """A joint from the records of a virtual tribometer: one long one, and many at five loads."""
+    loads = (200.0, 500.0, 1000.0, 2000.0, 4000.0)
+    rigs = [
+        ms.VirtualTribometer(
+            ms.Interface(make_surface(), friction_coefficient=0.55, normal_load=load),
+            rig_stiffness=2e8,
+            noise=0.003,
+            sample_rate=5120.0,
+            seed=number,
+        )
+        for number, load in enumerate(loads)
+    ]
+    long = rigs[2].record(amplitude=6e-6, frequency=5.12, cycles=100)
+    many = [
+        rig.record(amplitude=top, frequency=10.0, cycles=20)
+        for rig in rigs
+        for top in np.geomspace(1e-6, 12e-6, 10)
+    ]
+    tasks = (
+        ("identify: one 1e5-sample record", long, 1.0),
+        ("identify: 50 loops at 5 loads", many, 5.0),
+    )
+    return [
+        Row(task, kernels.NAME, best(lambda r=given: ms.identify(r), 2), wanted=wanted)
+        for task, given, wanted in tasks
+    ]
+
+
 def difference(one: Floats, other: Floats, joint: ms.Interface) -> float:
     return float(np.abs(one - other).max()) / joint.force_limit
 
@@ -568,6 +615,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             rows += measure_kernel(name)
     others, other_numbers = measure_others()
     sweeps, sweep_numbers = measure_sweeps()
+    rows += measure_scan()
+    rows += measure_identify()
     starts, loads_numpy = measure_starts()
     rows += starts
 

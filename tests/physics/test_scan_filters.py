@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import microslip as ms
@@ -149,6 +149,7 @@ def test_both_ways_to_convolve_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
     ids=lambda steps: "+".join(steps),
 )
+@settings(max_examples=15)  # of each kind; there is little that one could be unlucky with
 @given(factor=st.floats(0.1, 10.0), shift=st.floats(-1e-6, 1e-6), seed=st.integers(0, 1000))
 def test_conditioning_is_linear(
     heights: np.ndarray, steps: dict[str, Any], factor: float, shift: float, seed: int

@@ -179,6 +179,21 @@ def test_prominence_against_a_flood(levels: int, seed: int) -> None:
     assert np.all(np.diff(h.ravel()[peaks.places]) <= 0.0)
 
 
+def test_prominence_does_not_depend_on_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor on how long the climbs are: a comb of slopes as long as the map, with gaps and ties."""
+    rng = np.random.default_rng(8)
+    ramp = np.arange(60.0)[:, None] + 3.0 * rng.integers(0, 2, (60, 45))
+    for h in (rng.standard_normal((60, 45)), np.floor(ramp / 2.0)):
+        h[rng.random(h.shape) < 0.05] = np.nan
+        whole = find_peaks(h)
+        with monkeypatch.context() as patched:
+            patched.setattr("microslip.scans.prominence._BLOCK", 100)
+            parts = find_peaks(h)
+        np.testing.assert_array_equal(whole.places, parts.places)
+        np.testing.assert_array_equal(whole.prominences, parts.prominences)
+        assert dict(zip(whole.places.tolist(), whole.prominences.tolist(), strict=True)) == flood(h)
+
+
 maps = hnp.arrays(
     np.int64, st.tuples(st.integers(2, 12), st.integers(2, 12)), elements=st.integers(0, 20)
 )

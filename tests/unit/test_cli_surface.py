@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import tomllib
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from command import fails, run
 
 import microslip as ms
 from microslip.scans import random_surface
+from microslip.study.scanned import Request, analyse
+from microslip.study.scanned_block import block
 
 SHARED = Path(__file__).parents[3] / "shared" / "data" / "scans"
 AS_IS = ("--unit", "um", "--pixel", "1 um")
@@ -38,7 +41,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_all_files_and_the_cutoff_in_each(folder: Path) -> None:
+def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     outcome = run("surface", "ground.npy", *AS_IS, "--cutoff", "6 um", "-o", "out")
     assert outcome.exit_code == 0, outcome.output
     assert outcome.stdout.startswith("ground.npy: 96 x 96 points, pixel 1.000 µm, 96.0 µm")
@@ -76,17 +79,23 @@ def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
     empty = b'<svg xmlns="http://www.w3.org/2000/svg"></svg>'
     monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: path.write_bytes(empty))
+    monkeypatch.setattr("microslip.study.drawing.settle", lambda figure: None)
 
 
 def test_the_block_is_a_surface_of_a_study(folder: Path, undrawn: None) -> None:
     scan = "--level", "quadratic", "--outliers", "6", "--area", "2 cm^2", "--cutoff", "6 um"
-    assert run("surface", "ground.npy", *AS_IS, *scan, "-o", "out").exit_code == 0
+    more = "--fill", "--prominence", "30 nm", "--valid", "-1 mm", "1 mm"
+    assert run("surface", "ground.npy", *AS_IS, *scan, *more, "-o", "out").exit_code == 0
     text = (folder / "out/surface.toml").read_text("utf-8")
-    study = ms.Study.from_toml(STUDY.format(surface=text))
+    study = ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
     given = tomllib.loads(text)["surface"]
+    assert given["scan"] == "../ground.npy"  # from the folder that the block is in
     assert given["cutoff"] == "6 um"
     assert given["area"] == "2 cm^2"
     assert given["level"] == "quadratic"
+    assert given["fill"] is True
+    assert given["prominence"] == "30 nm"
+    assert given["valid"] == ["-1 mm", "1 mm"]
     summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
     joint = study.run().joints[0]
     counted = summary["summits"]["counted"]
@@ -99,6 +108,39 @@ def test_the_block_is_a_surface_of_a_study(folder: Path, undrawn: None) -> None:
     assert float(written["density"].split()[0]) * 1e6 == pytest.approx(
         counted["density"]["value"], rel=1e-5
     )
+
+
+@pytest.mark.parametrize("there", [".", "below/deeper"])
+def test_the_block_finds_the_scan_from_where_it_is(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, there: str
+) -> None:
+    """Wherever the command was run and the study is: by two dots, or from the root if so given."""
+    (folder / "below" / "deeper").mkdir(parents=True)
+    (folder / "out").mkdir()
+    monkeypatch.chdir(folder / there)
+    near, far = os.path.relpath(folder / "ground.npy"), str(folder / "ground.npy")
+    for scan, written in ((near, "../ground.npy"), (far, far)):
+        request = Request.of(Path(scan), unit="um", pixel=("1 um",), cutoff="6 um")
+        text = block(analyse(request), Path(os.path.relpath(folder / "out")))
+        assert tomllib.loads(text)["surface"]["scan"] == written
+        ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
+
+
+def test_missing_points_are_told_and_filled(folder: Path) -> None:
+    heights = np.load("ground.npy")
+    heights[np.random.default_rng(4).random(heights.shape) < 0.3] = np.nan
+    np.save("holes.npy", heights)
+    options = *AS_IS, "--cutoff", "6 um", "--json"
+    found = json.loads(run("surface", "holes.npy", *options).stdout)
+    assert any("30 % of the points are missing" in text for text in found["warnings"])
+    assert found["warnings"][-1].endswith("Fill the gaps first (--fill).")
+    filled = json.loads(run("surface", "holes.npy", *options, "--fill").stdout)
+    whole = json.loads(run("surface", "ground.npy", *options).stdout)
+    assert filled["missing"] == 0.0
+    # Interpolation rounds off waves of a few pixels, which the cut-off removes for the most part.
+    for name, near in (("rms", 0.02), ("m2", 0.1)):
+        value = whole["parameters"][name]["value"]
+        assert filled["parameters"][name]["value"] == pytest.approx(value, rel=near)
 
 
 def test_without_a_cutoff_the_first_things_said_are_that(folder: Path) -> None:
@@ -118,7 +160,7 @@ def test_no_cutoff_can_be_said(folder: Path) -> None:
     summary = json.loads(run("surface", "ground.npy", *AS_IS, "--cutoff", "none", "--json").stdout)
     assert (summary["cutoff"], summary["cutoff_given"]) == (None, True)
     assert not any("was given" in text for text in summary["warnings"])
-    assert summary["notes"][-3].startswith("summits: no short-wave cut-off: the pixel of 1.00 µm")
+    assert summary["notes"][-3].startswith("summits: no short-wave cut-off: the pixel of 1.000 µm")
     # The table over cut-offs is part of the summary, with one row for none.
     table = summary["over_cutoffs"]
     assert [row["cutoff"] is None for row in table] == [True] + [False] * (len(table) - 1)
@@ -161,6 +203,9 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
         (("--area", "2 cm"), '--area: wanted an area such as "2 cm^2", got "2 cm" (a length)'),
         (("--cutoff", "1 um"), "cutoff must be between two pixels (2e-06 m)"),
         (("--cutoff", "1 m"), "cutoff must be between two pixels (2e-06 m)"),
+        (("--prominence", "-1 nm"), '--prominence: wanted a positive length such as "2 nm", got'),
+        (("--valid", "1 mm", "-1 mm"), "valid: the first must be the lower, got 0.001 m and"),
+        (("--valid", "1", "2 mm"), '--valid: wanted a length such as "1 mm", got "1"'),
         (("--outliers", "1"), "outliers must be at least 2 robust standard deviations"),
         (("--level", "cubic"), "level: wanted plane, quadratic, cylinder, mean, none, got"),
         (("--pixel", "1 um", "--pixel", "1 um"), "--pixel: wanted once, or twice for x and y, got"),
@@ -176,6 +221,14 @@ def test_wrong_files_are_one_line(folder: Path) -> None:
     assert "does not say the unit" in fails("surface", "ground.npy")
     np.save("flat.npy", np.ones((40, 40)))
     assert "nothing to measure" in fails("surface", "flat.npy", *AS_IS)
+    np.save("tilted.npy", np.add.outer(np.arange(40.0), np.arange(40.0)))
+    assert "leaves nothing but rounding" in fails("surface", "tilted.npy", *AS_IS)
+    np.save("row.npy", np.arange(40.0)[None])
+    assert "for a profile, give one dimension" in fails("surface", "row.npy", *AS_IS)
+    spiky = np.load("ground.npy")
+    spiky[3, 3] = 1e12
+    np.save("spiky.npy", spiky)
+    assert "leave them out by outliers=6" in fails("surface", "spiky.npy", *AS_IS)
     np.save("empty.npy", np.full((40, 40), np.nan))
     assert "missing" in fails("surface", "empty.npy", *AS_IS)
     Path("cut.npy").write_bytes(Path("ground.npy").read_bytes()[:5000])
@@ -191,9 +244,19 @@ def test_the_reasons_of_a_scratch_are_told(folder: Path) -> None:
     np.save("scratched.npy", heights)
     options = "--unit", "m", "--pixel", "1 um", "--cutoff", "none", "--json"
     summary = json.loads(run("surface", "scratched.npy", *options).stdout)
-    told = next(text for text in summary["warnings"] if text.startswith("Counted over McCool's"))
+    told = next(text for text in summary["warnings"] if text.startswith("Two estimates differ"))
     assert "the kurtosis is" in told
     assert "a scratch" in told
+    assert told.endswith("then build on the counted ones.")
+
+
+@pytest.mark.slow
+def test_the_figures_are_drawn(folder: Path) -> None:
+    outcome = run("surface", "ground.npy", *AS_IS, "--cutoff", "6 um", "-o", "out")
+    assert outcome.exit_code == 0, outcome.output
+    for name in ("heights", "density", "spectrum", "cutoffs"):
+        assert (folder / f"out/{name}.png").read_bytes().startswith(b"\x89PNG")
+        assert "</svg>" in (folder / f"out/{name}.svg").read_text("utf-8")
 
 
 @pytest.mark.slow

@@ -227,7 +227,7 @@ def best_of(values: Any) -> HeightFit:
         (stats.expon(-1e-7, 1e-7), ("exponential", "weibull")),
     ],
 )
-@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("mirrored", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_each_law_is_recognised(law: Any, names: tuple[str, ...], mirrored: bool) -> None:
     z = law.ppf((np.arange(4000) + 0.5) / 4000)
     found = best_of(-z if mirrored else z)
@@ -276,7 +276,7 @@ def test_the_density_integrates_to_the_points_in_its_bins() -> None:
     assert found.height[0] > -1e-7  # the pit leaves the bins to the others
 
 
-@pytest.mark.parametrize("size", [1e-30, 1e30])
+@pytest.mark.parametrize("size", [1e-30, pytest.param(1e30, marks=pytest.mark.slow)])
 def test_fits_scale(size: float) -> None:
     z = stats.skewnorm(3.0).ppf((np.arange(500) + 0.5) / 500)
     one, other = best_of(z), best_of(z * size)
@@ -471,3 +471,21 @@ def test_importing_scans_loads_no_scipy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_summits_known_before_are_not_sought_again() -> None:
+    scan = random_surface((96, 96), 1e-6, m0=1e-14, m2=1e-4, m4=4e6, seed=1)
+    known = scan.summits(8e-6)
+    one = over_cutoffs(scan, [0.0, 8e-6])
+    two = over_cutoffs(scan, [0.0, 8e-6], known=known)
+    for name in one.names:
+        np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
+
+
+def test_steep_heights_are_told() -> None:
+    """Such as heights in another unit than the one that was said."""
+    scan = random_surface((96, 96), 1e-6, m0=1e-14, m2=1e-4, m4=4e6, seed=1)
+    words = {v.name: v.word for v in verdicts(scan)}
+    assert words["rms slope"] == "ok"
+    words = {v.name: v.word for v in verdicts(Scan(1e3 * scan.heights, 1e-6))}
+    assert words["rms slope"] == "outside"

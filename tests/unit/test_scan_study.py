@@ -74,25 +74,35 @@ def test_a_population_of_the_summits_themselves(home: Path) -> None:
     assert np.size(surface.heights) == round(found.density * found.scan.area)
 
 
-def test_the_cutoff_is_in_every_result(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(home)
-    Path("joint.toml").write_text(scan_study(), encoding="utf-8")
-    outcome = run("predict", "joint.toml", "-o", "out")
-    assert outcome.exit_code == 0, outcome.output
-    said = "surface.scan: ground.npy, cut-off 6 µm:"
-    assert said in outcome.stdout
-    summary = json.loads(Path("out/summary.json").read_text("utf-8"))
+SAID = "surface.scan: ground.npy, cut-off 6 µm:"
+
+
+def test_the_cutoff_is_in_every_result(home: Path) -> None:
+    study = ms.Study.from_toml(scan_study(), folder=home)
+    summary = study.run().summary
     assert summary["study"]["surface"]["cutoff"] == 6e-6
     assert summary["scan"]["cutoff"] == 6e-6
     assert summary["scan"]["count"] == summits(home).count
     assert summary["scan"]["counted"]["radius"] == summits(home).statistics().radius
-    assert any(note.startswith(said) for note in summary["notes"])
+    assert any(note.startswith(SAID) for note in summary["notes"])
     names = [verdict["name"] for verdict in summary["joints"][0]["validity"]]
     assert "summit radius in pixels" in names
     assert "density * radius * std" in names
+    assert dict(_rows(study))["Short-wave cut-off"] == "6 µm"
+
+
+@pytest.mark.slow
+def test_the_cutoff_is_in_every_file(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(home)
+    Path("joint.toml").write_text(scan_study(), encoding="utf-8")
+    outcome = run("predict", "joint.toml", "-o", "out")
+    assert outcome.exit_code == 0, outcome.output
+    assert SAID in outcome.stdout
+    summary = json.loads(Path("out/summary.json").read_text("utf-8"))
+    assert any(note.startswith(SAID) for note in summary["notes"])
     page = Path("out/report.html").read_text("utf-8")
     assert '<th scope="row">Short-wave cut-off</th><td>6 µm</td>' in page
-    assert said in page
+    assert SAID in page
     # The copy of the study still runs, in the folder of the first.
     again = ms.Study.from_toml(Path("out/study.toml").read_text("utf-8"), folder=home).run()
     assert again.summary["scan"] == summary["scan"]
@@ -119,15 +129,24 @@ def test_keys_are_those_of_the_reading_and_the_conditioning(home: Path) -> None:
     np.savez(home / "two.npz", z=np.load(home / "ground.npy"), other=np.eye(40))
     text = scan_study(
         ('"ground.npy"', '"two.npz"\nformat = "npz"\nkey = "z"'),
-        ('"1 um"', '["1 um", "2 um"]'),
-        ("cutoff", 'long_cutoff = "60 um"\noutliers = 8\nlevel = "quadratic"\ncutoff'),
+        ('"1 um"', '["1 um", "2 um"]\nvalid = ["-1 um", "0.5 um"]'),
+        (
+            "cutoff",
+            'long_cutoff = "60 um"\noutliers = 8\nlevel = "quadratic"\nfill = true\n'
+            'prominence = "30 nm"\ncutoff',
+        ),
     )
     study = ms.Study.from_toml(text, folder=home)
     VALIDATOR.validate(study._given)
-    scan = ms.Scan.read(home / "two.npz", unit="um", pixel=(1e-6, 2e-6), key="z")
-    scan = scan.condition(level="quadratic", outliers=8.0, long_cutoff=6e-5)
+    scan = ms.Scan.read(
+        home / "two.npz", unit="um", pixel=(1e-6, 2e-6), key="z", valid=(-1e-6, 5e-7)
+    )
+    assert scan.missing > 0.0
+    scan = scan.condition(level="quadratic", outliers=8.0, fill="interpolate", long_cutoff=6e-5)
     surface = study.run().joints[0].surface
-    assert surface.density == scan.summits(6e-6).density  # type: ignore[attr-defined]
+    wanted = scan.summits(6e-6, prominence=3e-8)
+    assert surface.density == wanted.density  # type: ignore[attr-defined]
+    assert wanted.count != scan.summits(6e-6).count
 
 
 @pytest.mark.parametrize(
@@ -145,6 +164,9 @@ def test_keys_are_those_of_the_reading_and_the_conditioning(home: Path) -> None:
         ("cutoff", 'estimate = "mcool"\ncutoff', 'surface.estimate: wanted "counted", "neighb'),
         ("cutoff", "outliers = 1\ncutoff", "surface.outliers: wanted a number of at least 2"),
         ("cutoff", "channel = true\ncutoff", "surface.channel: wanted a channel such as"),
+        ("cutoff", 'prominence = "0 nm"\ncutoff', "surface.prominence: wanted a positive length"),
+        ("cutoff", 'valid = ["1 um"]\ncutoff', "surface.valid: wanted the lowest and the highest"),
+        ("cutoff", "fill = 1\ncutoff", "surface.fill: wanted true or false, got 1"),
         ('"1 um"', '["1 um", "1 um", "1 um"]', "surface.pixel: wanted "),
         ("cutoff", 'radius = "1 mm"\ncutoff', "surface.radius: unknown key here; it belongs in"),
     ],

@@ -39,12 +39,18 @@ METHODS = ("watershed", "neighbours")
     metavar="X",
     help="Leave out points beyond so many robust standard deviations; 6 is usual.",
 )
+@click.option("--fill", is_flag=True, help="Interpolate missing points from around them.")
 @click.option(
     "--method",
     type=OneOf(METHODS),
     default=METHODS[0],
     show_default=True,
     help="What counts as a summit.",
+)
+@click.option(
+    "--prominence",
+    metavar="LENGTH",
+    help='Least rise of a summit above its saddle, such as "2 nm"; else from the noise.',
 )
 @click.option("--area", metavar="AREA", help='Apparent area of the joint, such as "2 cm^2".')
 @click.option("--format", "kind", metavar="FORMAT", help="Format of the file, such as plu or npy.")
@@ -55,6 +61,12 @@ METHODS = ("watershed", "neighbours")
     metavar="LENGTH",
     multiple=True,
     help='Distance of neighbours, such as "1.66 um"; twice, for x and for y.',
+)
+@click.option(
+    "--valid",
+    nargs=2,
+    metavar="LOW HIGH",
+    help='Possible heights, such as "-1 mm" "1 mm"; points beyond are missing.',
 )
 @click.option("--key", metavar="NAME", help="Array of a file that holds several.")
 @click.option("--channel", metavar="NAME", help="Channel of an instrument's file, or its number.")
@@ -74,11 +86,14 @@ def surface(
     long_cutoff: str | None,
     level: str,
     outliers: float | None,
+    fill: bool,
     method: str,
+    prominence: str | None,
     area: str | None,
     kind: str | None,
     unit: str | None,
     pixels: tuple[str, ...],
+    valid: tuple[str, str] | None,
     key: str | None,
     channel: str | None,
     folder: Path | None,
@@ -104,11 +119,14 @@ def surface(
             long_cutoff=long_cutoff,
             level=level,
             outliers=outliers,
+            fill=fill,
             method=method,
+            prominence=prominence,
             area=area,
             format=kind,
             unit=unit,
             pixel=pixels,
+            valid=valid,
             key=key,
             channel=channel,
         )
@@ -124,7 +142,7 @@ def surface(
                 summary = summarise(found)
             else:
                 with progress("Drawing and writing") as report:
-                    summary = write(found, stage, report)
+                    summary = write(found, stage, report, folder)
     if as_json:
         echo_json(summary)
         return

@@ -13,6 +13,9 @@ from microslip._frozen import lock
 from microslip._units import LENGTH, QuantityError, to_si
 from microslip.errors import InputError
 
+LIMIT = 100_000_000
+"""Points that a file may hold unless more are asked for: 0.8 GB of heights."""
+
 SPIKE = 1e6
 """Distance from the median, in median distances, beyond which a point is no height."""
 
@@ -36,6 +39,22 @@ def spikes(heights: NDArray[np.float64]) -> int:
     if np.nanmax(heights) <= far[0] and np.nanmin(heights) >= far[1]:
         return 0
     return int(np.count_nonzero((heights > far[0]) | (heights < far[1])))
+
+
+def objection(heights: NDArray[np.float64]) -> str:
+    """Why heights cannot be measured: all the same, or with spikes that drown the others."""
+    low, high = float(np.fmin.reduce(heights, axis=None)), float(np.fmax.reduce(heights, axis=None))
+    if low == high:
+        return (
+            f"all heights are {exact(low)} m: nothing to measure; another channel, or more digits?"
+        )
+    if count := spikes(heights):
+        return (
+            f"{count} of {heights.size} points lie more than {SPIKE:g} times farther from the "
+            f"median than usual (lowest {low:g} m, highest {high:g} m): not heights; leave "
+            'them out by outliers=6, or valid=("-1 mm", "1 mm") when reading'
+        )
+    return ""
 
 
 def pixel_of(given: Any, axes: int) -> tuple[float, ...]:

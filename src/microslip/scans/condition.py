@@ -19,6 +19,8 @@ from microslip.scans.gaps import fill, outliers
 from microslip.scans.leveling import LEVELS, level
 from microslip.scans.scan import Scan
 
+_ROUNDING = 1e-14  # of the heights: less is left of an exact plane
+
 
 @dataclass(frozen=True)
 class Steps:
@@ -62,7 +64,13 @@ def condition(scan: Scan, steps: Steps) -> Scan:
     else:
         scan.measurable()
     if steps.level is not None:
+        before = float(np.nanmax(np.abs(heights)))
         heights, removed = level(heights, scan.pixel, steps.level)
+        if float(np.nanmax(np.abs(heights))) <= _ROUNDING * before:
+            raise InputError(
+                f'{scan.name[:60]}: level="{steps.level}" leaves nothing but rounding: no '
+                "roughness to measure"
+            )
         notes.append(f"level: {steps.level} removed, {engineering(removed, 'm')} high.")
     if steps.fill is not None:
         count = int(np.count_nonzero(np.isnan(heights)))

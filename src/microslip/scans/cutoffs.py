@@ -120,6 +120,7 @@ def over_cutoffs(
     prominence: float | None = None,
     window: int = 3,
     progress: Callable[[int, int], None] | None = None,
+    known: Summits | None = None,
 ) -> CutoffTable:
     """Every parameter against the short-wave cut-off.
 
@@ -137,6 +138,8 @@ def over_cutoffs(
         How they are counted: see :meth:`Scan.summits`.
     progress : callable, optional
         Called with the cut-offs done and those to do, after each.
+    known : Summits, optional
+        Summits of this very scan, counted in this way before: at their cut-off they are taken.
 
     Returns
     -------
@@ -164,7 +167,8 @@ def over_cutoffs(
         if counted and not scan.is_profile:
             try:
                 # From the unfiltered scan: its noise decides which peaks are summits.
-                found = levelled.summits(
+                found = known if known is not None and known.cutoff == short else None
+                found = found or levelled.summits(
                     short, method=method, prominence=prominence, level=None, window=window
                 )
                 own = found.scan

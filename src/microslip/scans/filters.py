@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip._checks import Floats
+from microslip._frozen import lock
 
 REACH = 1.0
 """Half-width of the weights in cut-offs; beyond it they are below 1e-6 of the middle one."""
@@ -37,6 +39,7 @@ def transmission(wavelength: Floats | float, cutoff: float) -> Floats:
     return np.asarray(np.exp2(-((cutoff / np.asarray(wavelength, dtype=float)) ** 2)))
 
 
+@lru_cache(maxsize=64)
 def weights(cutoff: float) -> Floats:
     """Weights of the Gaussian filter on a grid: symmetric, positive, of sum one.
 
@@ -74,7 +77,7 @@ def weights(cutoff: float) -> Floats:
         guess = float(brentq(excess, 0.5 * guess, 4.0 * guess, xtol=1e-15, rtol=1e-14))
     side = np.exp(-guess * square)
     whole = np.concatenate([side[::-1], [1.0], side])
-    return np.asarray(whole / whole.sum())
+    return lock(whole / whole.sum())
 
 
 def smooth(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:

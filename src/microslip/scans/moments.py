@@ -30,7 +30,6 @@ from microslip.scans.parameters import SummitStatistics
 
 if TYPE_CHECKING:
     from microslip.scans.nayak import NayakSummits
-    from microslip.scans.scan import Scan
 
 Floats = NDArray[np.float64]
 
@@ -177,29 +176,8 @@ class Moments:
         return NayakSummits(self.m0, self.m2, self.m4)
 
 
-def moments(scan: Scan) -> Moments:
-    """Spectral moments of a scan, as it is: level it and choose its band first.
-
-    Parameters
-    ----------
-    scan : Scan
-        A scan, or a profile.
-
-    Returns
-    -------
-    Moments
-        Moments from finite differences on the points present.
-
-    Raises
-    ------
-    InputError
-        Heights that are all the same or along a straight line; no three points in a row present.
-    """
-    return moments_of(scan.heights, scan.pixel)
-
-
 def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
-    """The same, of an array of heights.
+    """Spectral moments of heights, as they are: level them and choose their band first.
 
     Parameters
     ----------
@@ -271,13 +249,24 @@ def variance(heights: Floats) -> float:
     count, total, square = 0, 0.0, 0.0
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
     for part in parts:
-        present = part[~np.isnan(part)]
-        count, total = count + present.size, total + float(present.sum())
+        own = present(part)
+        count, total = count + own.size, total + float(own.sum())
     mean = total / max(count, 1)
     for part in parts:
-        off = part[~np.isnan(part)] - mean
-        square += float(off @ off)
+        off = present(part) - mean
+        square += dot(off, off)
     return square / max(count, 1)
+
+
+def present(values: Floats) -> Floats:
+    """The values that are not missing; the same array if none is."""
+    missing = np.isnan(values)
+    return values[~missing] if missing.any() else values
+
+
+def dot(one: Floats, other: Floats) -> float:
+    """Sum of products, in this thread: a product of vectors starts others, which wait."""
+    return float(np.einsum("i,i->", one, other))
 
 
 class _Mean:
@@ -288,11 +277,11 @@ class _Mean:
 
     def add(self, values: Floats, sign: float = 1.0) -> None:
         flat = values.reshape(-1)
-        square = float(flat @ flat)
+        square = dot(flat, flat)
         number = flat.size
         if math.isnan(square):
             flat = flat[~np.isnan(flat)]
-            square, number = float(flat @ flat), flat.size
+            square, number = dot(flat, flat), flat.size
         self.total += sign * square
         # The two diagonals of a cell make one product.
         self.count += number if sign > 0.0 else 0

@@ -19,6 +19,10 @@ from numpy.typing import NDArray
 
 from microslip._checks import Floats
 
+Codes = NDArray[np.uint8]
+Places = NDArray[np.intp]
+Indices = NDArray[np.int32 | np.int64]  # of a whole map: the shorter ones where they do
+
 _BLOCK = 1 << 18  # points a pass, as many as a cache holds
 
 # The neighbours in the order of their places, and their order around the point.
@@ -49,6 +53,7 @@ def _parts_of_rings() -> tuple[NDArray[np.uint8], NDArray[np.int8]]:
 
 
 _COUNTS, _MEMBERS = _parts_of_rings()
+_SADDLES = _COUNTS > 1
 
 
 class Peaks(NamedTuple):
@@ -61,7 +66,7 @@ class Peaks(NamedTuple):
 
 
 def find_peaks(heights: Floats) -> Peaks:
-    """Peaks of a map and their prominences, in O(n log n).
+    """Peaks of a map and their prominences.
 
     Parameters
     ----------
@@ -73,107 +78,120 @@ def find_peaks(heights: Floats) -> Peaks:
     Peaks
         Every point above its eight neighbours; a plateau once. Those at the edge of the map or of
         missing points are among them.
+
+    Notes
+    -----
+    Only the climbs from saddles are followed, not those from every point: they alone decide which
+    hills meet where.
     """
-    uphill, codes = _climb(heights)
+    codes = _higher(heights)
     flat = heights.reshape(-1)
-    own = np.arange(flat.size, dtype=uphill.dtype)
-    peaks = np.flatnonzero((uphill == own) & ~np.isnan(flat))
+    peaks = np.flatnonzero(codes == 0)
+    peaks = peaks[~np.isnan(flat[peaks])]
     order = np.lexsort((peaks, flat[peaks]))[::-1]  # from the highest down, as ties are ordered
     peaks = peaks[order]
-    saddles = np.flatnonzero(_COUNTS[codes] > 1)
-    if saddles.size:
-        hill = _hills(uphill, peaks)
-        edges = _meetings(flat, codes, hill, saddles, heights.shape[1])
-        lowest = _merge(peaks.size, *edges)
-    else:
-        lowest = np.full(peaks.size, -np.inf)
-    lowest = np.where(np.isneginf(lowest), np.nanmin(flat), lowest)
+    saddles = np.flatnonzero(_SADDLES[codes])
+    ends = _merge(peaks.size, *_meetings(flat, codes, peaks, saddles, heights.shape[1]))
+    lowest = np.where(np.isneginf(ends), np.nanmin(flat), ends)
     return Peaks(peaks, flat[peaks] - lowest)
 
 
-def _climb(heights: Floats) -> tuple[NDArray[np.int32 | np.int64], NDArray[np.uint8]]:
-    """Highest neighbour of each point (or itself), and which neighbours are higher, a bit each."""
+def _higher(heights: Floats) -> Codes:
+    """Which of its eight neighbours are higher than each point, a bit each; none if missing."""
     rows, columns = heights.shape
-    kind = np.int32 if heights.size < 2**31 else np.int64
-    uphill = np.empty(heights.shape, dtype=kind)
     codes = np.empty(heights.shape, dtype=np.uint8)
     step = max(1, _BLOCK // columns)
     for first in range(0, rows, step):
         last = min(first + step, rows)
-        here = np.full((last - first + 2, columns + 2), -np.inf)
-        low, high = max(first - 1, 0), min(last + 1, rows)
-        inner = here[low - first + 1 : high - first + 1, 1:-1]
-        inner[:] = heights[low:high]
-        inner[np.isnan(inner)] = -np.inf
         count = last - first
-        centre = here[1:-1, 1:-1]
-        best = centre.copy()
-        shift = np.zeros(centre.shape, dtype=kind)
-        code = np.zeros(centre.shape, dtype=np.uint8)
-        for k, (down, right) in enumerate(_AROUND):
-            other = here[1 + down : 1 + down + count, 1 + right : 1 + right + columns]
+        here = np.full((count + 2, columns + 2), -np.inf)
+        low, high = max(first - 1, 0), min(last + 1, rows)
+        here[low - first + 1 : high - first + 1, 1:-1] = heights[low:high]
+        here[np.isnan(here)] = -np.inf
+        code = np.zeros((count, columns), dtype=np.uint8)
+        for k in range(4, 8):
+            down, right = _AROUND[k]
+            start = max(0, -right)
+            one = here[: count + 2 - down, start : columns + 2 - max(0, right)]
+            other = here[down:, max(0, right) : columns + 2 - start]
             # Of equal heights the later place counts as the higher one.
-            higher = other > centre if k < 4 else other >= centre
-            code |= higher.astype(np.uint8) << np.uint8(k)
-            # Those before the point, if equal to it, must not win over it.
-            wins = (other >= best) & higher
-            np.copyto(best, other, where=wins)
-            np.copyto(shift, kind(down * columns + right), where=wins)
-        none = np.isneginf(centre)
-        shift[none] = 0
-        code[none] = 0
-        place = np.arange(first * columns, last * columns, dtype=kind).reshape(centre.shape)
-        uphill[first:last] = place + shift
+            later = (other >= one).view(np.uint8)
+            code |= later[1 : 1 + count, 1 - start : 1 - start + columns] << np.uint8(k)
+            # The same pair as the other point has it: what is not higher than it is lower.
+            place = 1 - start - right
+            lower = later[1 - down : 1 - down + count, place : place + columns] ^ np.uint8(1)
+            code |= lower << np.uint8(7 - k)
+        code[np.isneginf(here[1:-1, 1:-1])] = 0
         codes[first:last] = code
-    return uphill.reshape(-1), codes.reshape(-1)
-
-
-def _hills(
-    uphill: NDArray[np.int32 | np.int64], peaks: NDArray[np.intp]
-) -> NDArray[np.int32 | np.int64]:
-    """Number of the hill that each point is on; each pass doubles the length of the climb."""
-    # Only points that are not there yet are looked at again.
-    top = uphill.copy()
-    going = np.flatnonzero(top[top] != top)
-    while going.size:
-        top[going] = top[top[going]]
-        further = top[going]
-        going = going[top[further] != further]
-    number = np.zeros(uphill.size, dtype=uphill.dtype)
-    number[peaks] = np.arange(peaks.size, dtype=uphill.dtype)
-    return number[top]
+    return codes.reshape(-1)
 
 
 def _meetings(
-    flat: Floats,
-    codes: NDArray[np.uint8],
-    hill: NDArray[np.int32 | np.int64],
-    saddles: NDArray[np.intp],
-    columns: int,
-) -> tuple[NDArray[np.intp], NDArray[np.intp], Floats]:
+    flat: Floats, codes: Codes, peaks: Places, saddles: Places, columns: int
+) -> tuple[Places, Places, Floats]:
     """Pairs of hills and the highest saddle between them, from the highest down."""
     offsets = np.array([down * columns + right for down, right in _AROUND])
     members = _MEMBERS[codes[saddles]]
-    first = hill[saddles + offsets[members[:, 0]]].astype(np.intp)
-    ones, others, at = [], [], []
-    for k in range(1, 4):
-        there = np.flatnonzero(members[:, k] >= 0)
-        other = hill[saddles[there] + offsets[members[there, k]]].astype(np.intp)
-        apart = other != first[there]
-        there, other = there[apart], other[apart]
-        ones.append(np.minimum(first[there], other))
-        others.append(np.maximum(first[there], other))
-        at.append(saddles[there])
-    one, two, place = (np.concatenate(part) for part in (ones, others, at))
+    rows, parts = np.nonzero(members >= 0)
+    feet = saddles[rows] + offsets[members[rows, parts]]
+    hill = np.full(members.shape, -1, dtype=np.intp)
+    hill[rows, parts] = _hills(flat, codes, peaks, feet, offsets)
+    rows, parts = np.nonzero((hill != hill[:, :1]) & (hill >= 0))
+    first, other, place = hill[rows, 0], hill[rows, parts], saddles[rows]
+    one, two = np.minimum(first, other), np.maximum(first, other)
     order = np.lexsort((place, flat[place]))[::-1]
     one, two, place = one[order], two[order], place[order]
     # A pair that meets again lower down is joined already.
-    _, new = np.unique(one * np.intp(hill.max() + 1) + two, return_index=True)
+    _, new = np.unique(one * np.intp(max(peaks.size, 1)) + two, return_index=True)
     new.sort()
     return one[new], two[new], flat[place[new]]
 
 
-def _merge(count: int, one: NDArray[np.intp], two: NDArray[np.intp], saddle: Floats) -> Floats:
+def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Places) -> Places:
+    """Number of the hill that each of some points is on."""
+    # The highest neighbour of each point on a climb; of the others it is never looked at.
+    top: Indices = np.full(flat.size, -1, dtype=np.int32 if flat.size < 2**31 else np.int64)
+    top[peaks] = peaks
+    climbed = []
+    at = feet
+    while (at := _once(at[top[at] < 0], top)).size:
+        climbed.append(at)
+        further = _uphill(flat, codes, at, offsets)
+        top[at] = further
+        at = further
+    # Each pass doubles the length of the climb; only points that are not there yet go on.
+    going = np.concatenate([*climbed, feet[:0]])
+    while going.size:
+        further = top[top[going]]
+        top[going] = further
+        going = going[top[further] != further]
+    number: Indices = np.empty_like(top)
+    number[peaks] = np.arange(peaks.size, dtype=top.dtype)
+    return np.asarray(number[top[feet]], dtype=np.intp)
+
+
+def _once(places: Places, scratch: Indices) -> Places:
+    """Each place once; what stands there in the other array is overwritten."""
+    number = np.arange(-1 - places.size, -1, dtype=scratch.dtype)
+    scratch[places] = number  # of those for one place the last one stays
+    last: Places = places[scratch[places] == number]
+    return last
+
+
+def _uphill(flat: Floats, codes: Codes, places: Places, offsets: Places) -> Places:
+    """The highest neighbour of points that have a higher one."""
+    result = np.empty_like(places)
+    bits = np.uint8(1) << np.arange(7, -1, -1, dtype=np.uint8)  # of equal ones the later wins
+    for start in range(0, places.size, _BLOCK // 8):
+        at = places[start : start + _BLOCK // 8]
+        higher = (codes[at, None] & bits) != 0
+        around = np.where(higher, at[:, None] + offsets[::-1], at[:, None])
+        values = np.where(higher, flat[around], -np.inf)
+        result[start : start + at.size] = around[np.arange(at.size), values.argmax(axis=1)]
+    return result
+
+
+def _merge(count: int, one: Places, two: Places, saddle: Floats) -> Floats:
     """Height of the saddle at which each hill ends; -inf for those that never do."""
     end = [-np.inf] * count
     parent = list(range(count))

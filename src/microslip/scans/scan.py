@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import exact, positive, show
-from microslip._frozen import Locked
+from microslip._checks import positive, show
 from microslip._units import engineering
 from microslip.errors import InputError
-from microslip.scans.checks import SPIKE, own, pixel_of, spikes
+from microslip.scans.checks import LIMIT, own, pixel_of
+from microslip.scans.measured import Measured
 
 if TYPE_CHECKING:
     from microslip.scans.cutoffs import CutoffTable
@@ -26,16 +26,11 @@ if TYPE_CHECKING:
     from microslip.scans.statistics import Statistics
     from microslip.scans.summits import Summits
 
-__all__ = ["LIMIT", "Level", "Scan", "pixel_of"]
-
 Level = Literal["plane", "quadratic", "cylinder", "mean"]
-
-LIMIT = 100_000_000
-"""Points that a file may hold unless more are asked for: 0.8 GB of heights."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Scan(Locked):
+class Scan(Measured):
     """Heights of a surface, or of a line on it, on a regular grid.
 
     Heights count upwards, out of the material. Nothing is levelled or filtered unless
@@ -92,12 +87,11 @@ class Scan(Locked):
             ("pixel", pixel_of(pixel, array.ndim)),
             ("name", name),
             ("notes", tuple(notes)),
-            ("cutoff", None if cutoff is None else positive("cutoff", cutoff, "m", 1e-5)),
-            (
-                "long_cutoff",
-                None if long_cutoff is None else positive("long_cutoff", long_cutoff, "m", 1e-3),
-            ),
+            ("cutoff", cutoff),
+            ("long_cutoff", long_cutoff),
         ):
+            if key.endswith("cutoff") and value is not None:
+                value = positive(key, value, "m", 1e-5)
             object.__setattr__(self, key, value)
 
     def __repr__(self) -> str:
@@ -259,9 +253,7 @@ class Scan(Locked):
         InputError
             Heights that are all the same, or with huge spikes.
         """
-        from microslip.scans.statistics import statistics
-
-        return statistics(self.measurable())
+        return self.measurable()._statistics
 
     def moments(self) -> Moments:
         """Spectral moments m0, m2 and m4, from finite differences, and what follows from them.
@@ -276,9 +268,7 @@ class Scan(Locked):
         InputError
             Heights that are all the same, or with huge spikes.
         """
-        from microslip.scans.moments import moments
-
-        return moments(self.measurable())
+        return self.measurable()._moments
 
     def spectrum(self) -> Spectrum:
         """Power spectrum of the heights, radial and along each axis.
@@ -409,32 +399,3 @@ class Scan(Locked):
             prominence=prominence,
             progress=progress,
         )
-
-    def measurable(self) -> Scan:
-        """The scan itself, if its heights vary and no spike drowns the others.
-
-        Returns
-        -------
-        Scan
-            This one.
-
-        Raises
-        ------
-        InputError
-            Heights that are all the same; points a million times farther from the median than
-            usual.
-        """
-        low, high = float(np.nanmin(self.heights)), float(np.nanmax(self.heights))
-        if low == high:
-            raise InputError(
-                f"{self.name[:60]}: all heights are {exact(low)} m: nothing to measure; "
-                "another channel, or more digits?"
-            )
-        if count := spikes(self.heights):
-            raise InputError(
-                f"{self.name[:60]}: {count} of {self.heights.size} points lie more than "
-                f"{SPIKE:g} times farther from the median than usual (lowest {low:g} m, highest "
-                f"{high:g} m): not heights; use condition(outliers=6), or read(..., "
-                'valid=("-1 mm", "1 mm"))'
-            )
-        return self

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from microslip.errors import InputError
 from microslip.friction.validity import Verdict, Word
-from microslip.scans.moments import SUMMIT_SHARE, moments_of
+from microslip.scans.moments import SUMMIT_SHARE, dot, present
 
 if TYPE_CHECKING:
     from microslip.scans.scan import Scan
@@ -75,29 +75,8 @@ class ExtremeShares(NamedTuple):
     """Of the mean square curvature."""
 
 
-def statistics(scan: Scan) -> Statistics:
-    """Height parameters of a scan, as it is: level it first.
-
-    Parameters
-    ----------
-    scan : Scan
-        A scan, or a profile.
-
-    Returns
-    -------
-    Statistics
-        Parameters of the points present.
-
-    Raises
-    ------
-    InputError
-        Heights that are all the same.
-    """
-    return statistics_of(scan.heights)
-
-
 def statistics_of(heights: Floats) -> Statistics:
-    """The same, of an array of heights.
+    """Height parameters, as they are: level the heights first.
 
     Parameters
     ----------
@@ -118,10 +97,10 @@ def statistics_of(heights: Floats) -> Statistics:
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
     count, total, low, high = 0, 0.0, math.inf, -math.inf
     for part in parts:
-        present = part[~np.isnan(part)]
-        if present.size:
-            count, total = count + present.size, total + float(present.sum())
-            low, high = min(low, float(present.min())), max(high, float(present.max()))
+        own = present(part)
+        if own.size:
+            count, total = count + own.size, total + float(own.sum())
+            low, high = min(low, float(own.min())), max(high, float(own.max()))
     # No spread means one height for all: the sums below would be rounding only.
     if not high > low:
         raise InputError(f"the heights must vary, got {count} that are all the same")
@@ -129,9 +108,9 @@ def statistics_of(heights: Floats) -> Statistics:
     scale = high - low  # so that fourth powers stay in range
     sums = np.zeros(4)
     for part in parts:
-        off = (part[~np.isnan(part)] - mean) / scale
+        off = (present(part) - mean) / scale
         square = off * off
-        sums += (np.abs(off).sum(), square.sum(), square @ off, square @ square)
+        sums += (np.abs(off).sum(), square.sum(), dot(square, off), dot(square, square))
     deviation, second, third, fourth = (float(value) / count for value in sums)
     return Statistics(
         mean=mean,
@@ -166,7 +145,7 @@ def extreme_shares(scan: Scan) -> ExtremeShares:
         Heights that are all the same or along a straight line; no three points in a row present.
     """
     heights = scan.heights
-    moments_of(heights, scan.pixel)  # says what is wrong with heights that have none
+    scan.moments()  # says what is wrong with heights that have none
     shares = [_share([np.abs(heights - np.nanmean(heights))])]
     for order in (1, 2):
         axes = range(heights.ndim)
@@ -205,17 +184,17 @@ def verdicts(scan: Scan) -> tuple[Verdict, ...]:
     Returns
     -------
     tuple of Verdict
-        On kurtosis, on the shares of extreme points in heights, slopes and curvatures, on short
-        waves at the pixel, on Nayak's alpha (Nayak 1971, DOI 10.1115/1.3451608), on the lay and on
-        missing points. The limits are conventions: a Gaussian isotropic surface that is well
-        resolved is far within all of them.
+        On kurtosis, on the shares of extreme points in heights, slopes and curvatures, on the
+        slopes, on short waves at the pixel, on Nayak's alpha (Nayak 1971,
+        DOI 10.1115/1.3451608), on the lay and on missing points. The limits are conventions: a
+        Gaussian isotropic surface that is well resolved is far within all of them.
 
     Raises
     ------
     InputError
         Heights that are all the same or along a straight line; no three points in a row present.
     """
-    numbers, found = statistics(scan), moments_of(scan.heights, scan.pixel)
+    numbers, found = scan.statistics(), scan.moments()
     shares = extreme_shares(scan)
     step = math.sqrt(math.fsum(h * h for h in scan.pixel) / len(scan.pixel))
     result = [
@@ -238,6 +217,14 @@ def verdicts(scan: Scan) -> tuple[Verdict, ...]:
             for name, what, share in zip(
                 ("m0", "m2", "m4"), ("heights", "slopes", "curvatures"), shares, strict=True
             )
+        ),
+        _judge(
+            "rms slope",
+            found.rms_slope,
+            0.3,
+            1.0,
+            "slopes are small, as in all contact theory; far above, units are wrong or steps made "
+            "them",
         ),
         _judge(
             "m4 pixel^2 / m2",

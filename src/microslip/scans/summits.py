@@ -13,7 +13,7 @@ from microslip._wording import quoted
 from microslip.errors import InputError
 from microslip.scans.condition import band
 from microslip.scans.curvature import by_differences, equivalent_radii, fitted
-from microslip.scans.noise import noise_passed, noise_std, present
+from microslip.scans.noise import noise_passed, present
 from microslip.scans.parameters import SummitStatistics
 from microslip.scans.prominence import Peaks, find_peaks
 from microslip.scans.scan import Level, Scan
@@ -98,7 +98,7 @@ def find_summits(
     if prominence is not None and (prominence := number("prominence", prominence, "m")) < 0.0:
         raise InputError(f"prominence must not be below zero [m], got {prominence:g}")
     short, _ = band(scan, cutoff, None)
-    noise = noise_passed(noise_std(scan.heights), scan.pixel, short)
+    noise = noise_passed(scan.noise, scan.pixel, short)
     scan = scan.condition(level=level, cutoff=short)
     heights = scan.heights
     peaks = find_peaks(heights)
@@ -183,7 +183,7 @@ def _keep(peaks: Peaks, which: NDArray[np.bool_]) -> Peaks:
 def _notes(
     scan: Scan, method: str, window: int, threshold: float, chosen: bool, noise: float
 ) -> tuple[str, ...]:
-    pixel = " x ".join(engineering(step, "m") for step in dict.fromkeys(scan.pixel))
+    pixel = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(scan.pixel))
     band = (
         f"summits: no short-wave cut-off: the pixel of {pixel} decides density and radius."
         if scan.cutoff is None

@@ -21,7 +21,7 @@ _UNITS = {
     **dict.fromkeys(("young_modulus", "hardness"), "Pa"),
     **dict.fromkeys(("std", "mean", "scale", "location", "values", "radius", "separation"), "m"),
     **dict.fromkeys(("height", "amplitudes", "from", "to"), "m"),
-    **dict.fromkeys(("cutoff", "long_cutoff", "pixel"), "m"),
+    **dict.fromkeys(("cutoff", "long_cutoff", "prominence", "pixel", "valid"), "m"),
     **dict.fromkeys(("load", "normal_load", "force_amplitudes"), "N"),
     "density": "1/m^2",
     "area": "m^2",

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from microslip._units import AREA, LENGTH, Kind, engineering, to_si
+from microslip._units import AREA, LENGTH, Kind, Sign, engineering, significant, to_si
 from microslip.errors import InputError
 from microslip.scans import Scan
 from microslip.scans.statistics import verdicts
@@ -38,7 +38,9 @@ class Request:
     long_cutoff: float | None
     level: str
     outliers: float | None
+    fill: bool
     method: str
+    prominence: float | None
     area: float | None
     reading: Mapping[str, Any]
     """How the file is read, by the keys of :meth:`Scan.read`; what is not said is None."""
@@ -52,10 +54,13 @@ class Request:
         long_cutoff: str | None = None,
         level: str = "plane",
         outliers: float | None = None,
+        fill: bool = False,
         method: str = "watershed",
+        prominence: str | None = None,
         area: str | None = None,
         pixel: tuple[str, ...] = (),
         channel: str | None = None,
+        valid: tuple[str, str] | None = None,
         **reading: str | None,
     ) -> Request:
         """What the words of a command ask for.
@@ -70,14 +75,20 @@ class Request:
             Form that is removed; "none" for none.
         outliers : float, optional
             Robust standard deviations.
+        fill : bool
+            Whether missing points are interpolated.
         method : str
             What counts as a summit.
+        prominence : str, optional
+            Least rise of a summit, such as "2 nm".
         area : str, optional
             Apparent area such as "2 cm^2".
         pixel : tuple of str
             No, one or two lengths.
         channel : str, optional
             Name or number.
+        valid : tuple of str, optional
+            Lowest and highest possible height, such as ("-1 mm", "1 mm").
         **reading : str, optional
             The other keys of :meth:`Scan.read`.
 
@@ -100,24 +111,35 @@ class Request:
             path=path,
             cutoff=None if none else _si("--cutoff", cutoff, LENGTH, "10 um"),
             given=cutoff is not None,
-            long_cutoff=None
-            if long_cutoff is None
-            else _si("--long-cutoff", long_cutoff, LENGTH, "0.8 mm"),
+            long_cutoff=_maybe("--long-cutoff", long_cutoff, LENGTH, "0.8 mm"),
             level=level,
             outliers=outliers,
+            fill=fill,
             method=method,
-            area=None if area is None else _si("--area", area, AREA, "2 cm^2"),
+            prominence=_maybe("--prominence", prominence, LENGTH, "2 nm"),
+            area=_maybe("--area", area, AREA, "2 cm^2"),
             reading={
                 **reading,
                 "pixel": None if not steps else steps[0] if len(steps) == 1 else steps,
                 "channel": int(channel) if channel is not None and number else channel,
+                "valid": valid and tuple(_si("--valid", z, LENGTH, "1 mm", "any") for z in valid),
             },
         )
 
 
-def _si(option: str, text: str | None, kind: Kind, example: str) -> float:
+def _maybe(option: str, text: str | None, kind: Kind, example: str) -> float | None:
+    return None if text is None else _si(option, text, kind, example)
+
+
+def _si(
+    option: str,
+    text: str | None,
+    kind: Kind,
+    example: str,
+    sign: Sign = "positive",
+) -> float:
     try:
-        return to_si(text, kind, example)
+        return to_si(text, kind, example, sign=sign)
     except ValueError as error:
         message = str(error)
         if option == "--cutoff":
@@ -195,7 +217,9 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     raw = Scan.read(request.path, **request.reading)
     report(0.1)
     level: Any = None if request.level == "none" else request.level
-    whole = raw.condition(outliers=request.outliers, level=level)
+    whole = raw.condition(
+        outliers=request.outliers, level=level, fill="interpolate" if request.fill else None
+    )
     levelled = whole.condition(long_cutoff=request.long_cutoff)
     report(0.2)
     summits, reasons = _summits(request, levelled)
@@ -223,7 +247,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     fit = scan.height_distribution()
     report(0.5)
     judged = _verdicts(scan, summits)
-    table = _over_cutoffs(levelled, request, lambda share: report(0.5 + 0.4 * share))
+    table = _over_cutoffs(levelled, request, summits, lambda share: report(0.5 + 0.4 * share))
     found = Findings(
         request=request,
         raw=raw,
@@ -259,12 +283,16 @@ def _summits(request: Request, levelled: Scan) -> tuple[Summits | None, list[str
         return None, ["A profile has peaks but no summits: only moments tell of them."]
     try:
         method: Any = request.method
-        return levelled.summits(request.cutoff, method=method, level=None), []
+        return levelled.summits(
+            request.cutoff, method=method, prominence=request.prominence, level=None
+        ), []
     except InputError as error:
         return None, [f"No summits were counted: {error}."]
 
 
-def _over_cutoffs(levelled: Scan, request: Request, report: Progress) -> CutoffTable:
+def _over_cutoffs(
+    levelled: Scan, request: Request, summits: Summits | None, report: Progress
+) -> CutoffTable:
     """Parameters against the usual cut-offs and the one that was asked for."""
     import numpy as np
 
@@ -279,7 +307,9 @@ def _over_cutoffs(levelled: Scan, request: Request, report: Progress) -> CutoffT
         cutoffs,
         level=None,
         method=request.method,  # type: ignore[arg-type]
+        prominence=request.prominence,
         progress=lambda done, count: report(done / count),
+        known=summits,
     )
 
 
@@ -316,7 +346,7 @@ def differences(found: Findings) -> list[str]:
     apart = {name: factor for name, factor in factors.items() if not 1.0 / 1.5 < factor < 1.5}
     if not apart:
         return []
-    told = ", ".join(f"{name} {factor:.2g}" for name, factor in apart.items())
+    told = [f"{significant(factor, 2)} times the {_SAID[name]}" for name, factor in apart.items()]
     judged = sorted(
         (v for v in found.verdicts if v.word != "ok" and v.name in _CAUSES),
         key=lambda verdict: (verdict.word != "outside", [*_CAUSES].index(verdict.name)),
@@ -325,13 +355,33 @@ def differences(found: Findings) -> list[str]:
     every = found.summits.neighbours.density
     if counted.density < every / 1.5:
         causes.insert(
-            0,
-            f"of the points above their eight neighbours {100.0 * counted.density / every:.2g} % "
-            f"rise {engineering(found.summits.threshold, 'm')} above the saddle to a higher one; "
-            "the others may be noise, which moments count in full",
+            1 if judged and judged[0].word == "outside" else 0,
+            f"of all points above their eight neighbours only {100.0 * counted.density / every:.2g}"
+            f" % rise {engineering(found.summits.threshold, 'm')} above the saddle to a higher "
+            "one and are round; the rest may be noise, which moments take for summits",
         )
     causes = causes[:_MOST_CAUSES] or ["heights are not Gaussian, which moments take for granted"]
-    return [f"Counted over McCool's: {told}. Why: {'; '.join(causes)}."]
+    gappy = any(verdict.name == "missing" for verdict in judged)
+    noisy = any(v.name == "m4 pixel^2 / m2" and v.word == "outside" for v in judged)
+    advice = (
+        "Fill the gaps first (--fill)."
+        if gappy
+        else "Choose a short-wave cut-off first, then build on the counted ones."
+        if noisy and found.request.cutoff is None
+        else "Build on the counted ones, and look at the map."
+    )
+    why = "; ".join(f"({number}) {cause}" for number, cause in enumerate(causes, start=1))
+    return [
+        f"Two estimates differ: the summits counted have {_listed(told)} of McCool's moments. "
+        f"Why: {why}. {advice}"
+    ]
+
+
+def _listed(parts: list[str]) -> str:
+    return " and ".join([", ".join(parts[:-1])] * (len(parts) > 1) + parts[-1:])
+
+
+_SAID = {"density": "density", "radius": "radius", "std": "spread in height"}
 
 
 _MOST_CAUSES = 3
@@ -349,9 +399,12 @@ _CAUSES: dict[str, Callable[[float, Findings], str]] = {
         "the variance of the heights, on which moments are built, while counting takes each summit "
         "once"
     ),
+    "missing": lambda value, found: (
+        f"{100.0 * value:.2g} % of the points are missing, and a summit counts only where it and "
+        "its eight neighbours are there"
+    ),
     "m4 pixel^2 / m2": lambda value, found: (
         "curvatures are of waves of a few pixels, so that noise and the pixel make them"
-        + ("" if found.request.cutoff else ": choose a short-wave cut-off")
     ),
     "anisotropy": lambda value, found: (
         f"slopes across the lay are {value:.2g} times those along it, but moments are averaged "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from microslip._units import engineering
@@ -13,17 +14,19 @@ if TYPE_CHECKING:
 
 _HEAD = """\
 # The surface of a study, from a scan: put it in place of [surface] in one that
-# `microslip new` writes, and name the two bodies.
+# `microslip new` writes into this folder, and name the two bodies.
 """
 
 
-def block(found: Findings) -> str:
+def block(found: Findings, folder: Path) -> str:
     """The surface as a study file has it.
 
     Parameters
     ----------
     found : Findings
         Of an area; a profile has no summits and makes no surface.
+    folder : pathlib.Path
+        Where the study will be.
 
     Returns
     -------
@@ -36,7 +39,7 @@ def block(found: Findings) -> str:
         "[surface]",
         'law = "scan"',
         'materials = ["steel", "steel"]  # the two bodies: put yours here',
-        f"scan = {_text(os.fspath(request.path))}  # relative to the folder of the study",
+        f"scan = {_text(_path(request.path, folder))}",
         f"cutoff = {_length(request.cutoff)}  # {said}",
     ]
     if request.long_cutoff is not None:
@@ -45,8 +48,12 @@ def block(found: Findings) -> str:
         lines.append(f"level = {_text(request.level)}")
     if request.outliers is not None:
         lines.append(f"outliers = {request.outliers:g}")
+    if request.fill:
+        lines.append("fill = true")
     if request.method != "watershed":
         lines.append(f"method = {_text(request.method)}")
+    if request.prominence is not None:
+        lines.append(f"prominence = {_length(request.prominence)}")
     lines.append('estimate = "counted"  # or "neighbours", "mccool", "nayak", "population"')
     area = request.area
     lines.append(
@@ -59,6 +66,18 @@ def block(found: Findings) -> str:
         lines.append("channel = 0")
     lines += _numbers(found)
     return _HEAD + "\n".join(lines) + "\n"
+
+
+def _path(path: Path, folder: Path) -> str:
+    """The scan as a study in this folder finds it: as it was given, if from the root."""
+    if path.is_absolute():
+        return os.fspath(path)
+    # Links are followed, but for one that is the scan itself: two dots lead up from where they go.
+    here = Path(os.path.realpath(path.parent)) / path.name
+    try:
+        return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
+    except ValueError:  # on another drive
+        return os.fspath(here)
 
 
 def _numbers(found: Findings) -> list[str]:

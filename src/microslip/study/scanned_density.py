@@ -50,7 +50,7 @@ def draw(found: Findings) -> Figure:
     left.set_ylabel(f"Height above the mean [{letter}m]")
     beyond = np.count_nonzero((scan.heights < low) | (scan.heights > high))
     share = significant(100.0 * beyond / fit.statistics.count, 2)
-    where = "(a) the trace" if scan.is_profile else "(a) a trace through the middle"
+    where = "(a) the trace" if scan.is_profile else "(a) the middle row"
     note(left, where + (f"; {share} % of all beyond" if beyond else ""))
     percent = 100.0 * unit
     bins = min(MOST_BINS, max(12, round(math.sqrt(fit.statistics.count))))
@@ -67,7 +67,8 @@ def draw(found: Findings) -> Figure:
         axes.plot(fit.gaussian.density(height) * percent, y, color=_BLACK,
                   label=f"Gaussian ({100.0 * fit.gaussian.share:.2g} % missed)")  # fmt: skip
         for one, (colour, line) in zip(best, _LOOKS, strict=False):
-            name = f"{'mirrored ' if one.mirrored else ''}{one.name}"
+            name = one.name.replace("weibull", "Weibull").replace("student", "Student")
+            name = f"{'mirrored ' if one.mirrored else ''}{name}"
             axes.plot(one.density(height) * percent, y, color=colour, linestyle=line,
                       label=f"{name} ({100.0 * one.share:.2g} %)")  # fmt: skip
         axes.set_xlabel(f"Density [%/{letter}m]")

@@ -24,7 +24,12 @@ FIGURES = ("heights", "density", "spectrum", "cutoffs")
 _UNITS = {"density": "1/mm^2"}
 
 
-def write(found: Findings, folder: Path, progress: Progress | None = None) -> dict[str, Any]:
+def write(
+    found: Findings,
+    folder: Path,
+    progress: Progress | None = None,
+    destination: Path | None = None,
+) -> dict[str, Any]:
     """Write every file of a measured scan.
 
     Parameters
@@ -35,6 +40,8 @@ def write(found: Findings, folder: Path, progress: Progress | None = None) -> di
         An existing folder.
     progress : callable, optional
         Called now and then with the share that is done, 0 … 1.
+    destination : pathlib.Path, optional
+        Where the folder will be once it is whole, if not where it is.
 
     Returns
     -------
@@ -51,7 +58,7 @@ def write(found: Findings, folder: Path, progress: Progress | None = None) -> di
     _write(folder / "cutoffs.csv", _cutoffs(found))
     if found.summits is not None:
         _write(folder / "summits.csv", _summits(found))
-        _write(folder / "surface.toml", block(found))
+        _write(folder / "surface.toml", block(found, destination or folder))
         names += ["summits.csv", "surface.toml"]
     pictures = {}
     for number, name in enumerate(FIGURES, start=1):
@@ -59,7 +66,7 @@ def write(found: Findings, folder: Path, progress: Progress | None = None) -> di
         names += [f"{name}.svg", f"{name}.png"]
         report(number / (len(FIGURES) + 1))
     summary = summarise(found, tuple(names))
-    _write(folder / "report.html", page(found, summary, pictures))
+    _write(folder / "report.html", page(found, summary, pictures, destination or folder))
     _write(folder / "summary.json", json.dumps(summary, indent=1, ensure_ascii=False) + "\n")
     report(1.0)
     return summary
@@ -188,7 +195,9 @@ _CAPTIONS = {
 # -- page -----------------------------------------------------------------------------------------
 
 
-def page(found: Findings, summary: dict[str, Any], pictures: dict[str, Picture]) -> str:
+def page(
+    found: Findings, summary: dict[str, Any], pictures: dict[str, Picture], folder: Path
+) -> str:
     """The report of a measured scan.
 
     Parameters
@@ -199,6 +208,8 @@ def page(found: Findings, summary: dict[str, Any], pictures: dict[str, Picture])
         Of :func:`microslip.study.scanned_summary.summarise`.
     pictures : dict
         The figures.
+    folder : pathlib.Path
+        Where the page will be.
 
     Returns
     -------
@@ -230,7 +241,7 @@ def page(found: Findings, summary: dict[str, Any], pictures: dict[str, Picture])
             fits=summary["heights"]["verdict"],
             validity=judged,
             notes=summary["notes"],
-            toml=None if found.summits is None else block(found),
+            toml=None if found.summits is None else block(found, folder),
             files=[name for name in summary["files"] if name != "report.html"],
         )
     )

@@ -50,6 +50,7 @@ def summarise(found: Findings, files: tuple[str, ...] = ()) -> dict[str, Any]:
         "long_cutoff": request.long_cutoff,
         "level": request.level,
         "outliers": request.outliers,
+        "fill": request.fill,
         "method": request.method,
         "area": request.area,
         "points": list(scan.heights.shape[::-1]),

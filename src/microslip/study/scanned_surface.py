@@ -13,7 +13,7 @@ from microslip._units import LENGTH, engineering, to_si
 from microslip._wording import shorten, show
 from microslip.errors import InputError
 from microslip.study.columns import UnitName, text
-from microslip.study.fields import Area, TwoNames, array, number, one_of, quantity
+from microslip.study.fields import Area, Height, TwoNames, YesOrNo, array, number, one_of, quantity
 from microslip.study.part import Check, JsonSchema, KeyedError, Part, Reading
 
 if TYPE_CHECKING:
@@ -62,6 +62,12 @@ def _pair(given: object) -> object:
     return given
 
 
+def _two(given: object) -> object:
+    if isinstance(given, (list, tuple)) and len(given) != 2:
+        raise ValueError(f"wanted the lowest and the highest possible height, got {len(given)}")
+    return given
+
+
 ScanName = Annotated[str, text('the name of a scan such as "ground.plu"')]
 FormatName = Annotated[str, text('the name of a format such as "plu"')]
 KeyName = Annotated[str, text('the name of an array such as "z"')]
@@ -76,6 +82,10 @@ Pixels = Annotated[
     Check(_pair, lambda inner: inner),
     array('["1 um", "2 um"]', 2, single=True),
 ]
+Valid = Annotated[
+    tuple[Height, ...], Check(_two, lambda inner: inner), array('["-1 mm", "1 mm"]', 2)
+]
+Prominence = Annotated[float, quantity(LENGTH, "2 nm")]
 Outliers = Annotated[
     float,
     number("a number of at least 2 such as 6", lambda value: 2.0 <= value <= 1e6, {"minimum": 2}),
@@ -109,8 +119,17 @@ class ScanSurface(Part):
         description="Robust standard deviations beyond which points are left out.",
         examples=["6"],
     )
+    fill: YesOrNo = Field(
+        default=False, description="Whether missing points are interpolated from around them."
+    )
     method: Annotated[str, one_of(*METHODS)] = Field(
         default="watershed", description="What counts as a summit."
+    )
+    prominence: Prominence | None = Field(
+        default=None,
+        description="Least rise of a summit above the saddle to a higher one; from the noise if "
+        "absent.",
+        examples=['"2 nm"'],
     )
     estimate: Annotated[str, one_of(*ESTIMATES)] = Field(
         default="counted",
@@ -144,6 +163,12 @@ class ScanSurface(Part):
         default=None, description="Channel of an instrument's file.", examples=["0"]
     )
 
+    valid: Valid | None = Field(
+        default=None,
+        description="Lowest and highest possible height of the file; what is beyond is missing.",
+        examples=['["-1 mm", "1 mm"]'],
+    )
+
     _scan: Any = PrivateAttr(default=None)
     _summits: Any = PrivateAttr(default=None)
 
@@ -162,6 +187,7 @@ class ScanSurface(Part):
                 pixel=self.pixel[0] if self.pixel and len(self.pixel) == 1 else self.pixel,
                 key=self.key,
                 channel=self.channel,
+                valid=None if self.valid is None else (self.valid[0], self.valid[1]),
             )
         except InputError as error:
             message = " ".join(str(error).split()).replace(str(here), name)
@@ -184,6 +210,7 @@ class ScanSurface(Part):
         return self.read_scan.condition(
             outliers=self.outliers,
             level=None if self.level == "none" else self.level,  # type: ignore[arg-type]
+            fill="interpolate" if self.fill else None,
             long_cutoff=self.long_cutoff,
         )
 
@@ -191,8 +218,12 @@ class ScanSurface(Part):
     def summits(self) -> Summits:
         """Summits at the cut-off; they are found once."""
         if self._summits is None:
-            found = self.conditioned.summits(self.cutoff, method=self.method, level=None)  # type: ignore[arg-type]
-            self._summits = found
+            self._summits = self.conditioned.summits(
+                self.cutoff,
+                method=self.method,  # type: ignore[arg-type]
+                prominence=self.prominence,
+                level=None,
+            )
         summits: Summits = self._summits
         return summits
 

@@ -610,3 +610,24 @@ def test_one_number_in_one_number_out() -> None:
     force = WORKED.coupled_force(1e-7, normal_load=2500.0)
     assert isinstance(force, float)
     assert WORKED.coupled_displacement(force, normal_load=2500.0) == pytest.approx(1e-7, rel=1e-12)
+
+
+@pytest.mark.parametrize("heights", [ms.Gaussian(std=5e-7), ms.Exponential(scale=5e-7)])
+@pytest.mark.parametrize("load", [2e3, 50.0, 1e-3])
+def test_forces_next_to_the_limit(heights, load):
+    """A rounding below mu N the displacement is finite, and what the other engine has there.
+
+    It is the logarithm of what is left of the force, so a last place of mu N moves it: by 1.2e-16 of
+    the force at 1e-12 below, which is 1e-4 of what is left and 1e-5 of the displacement.
+    """
+    pair = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
+    surface = ms.GreenwoodWilliamson(pair, heights, radius=1e-3, density=1e8, area=2e-4)
+    joint = ms.Interface(surface, 0.3, normal_load=load)
+    force = joint.force_limit
+    far = joint.backbone_displacement(joint.force_limit * (1.0 - 1e-12))
+    for _ in range(6):
+        force = float(np.nextafter(force, 0.0))
+        got = joint.coupled_displacement([force], normal_load=load)[0]
+        assert far < got < 2.0 * far
+    near = joint.coupled_displacement([joint.force_limit * (1.0 - 1e-12)], normal_load=load)[0]
+    assert near == pytest.approx(far, rel=1e-4)

@@ -174,9 +174,10 @@ class Coupling:
         """Energy dissipated in each step [J] of a history from rest."""
         places = displacement / self.slip
         profile = self.profile(float(separation.min()), float(separation.max()))
-        if profile is None:
-            return self.dissipated(Diagram().slips(separation, places), places.size)
-        return self.friction * self.slip * Diagram().losses(separation, places, profile)
+        with np.errstate(over="ignore", invalid="ignore"):  # fronts may be beyond all numbers
+            if profile is None:
+                return self.dissipated(Diagram().slips(separation, places), places.size)
+            return self.friction * self.slip * Diagram().losses(separation, places, profile)
 
     def dissipated(self, slips: Slips, samples: int) -> Floats:
         """Energy dissipated in each step [J]: positive integrands only.
@@ -307,7 +308,9 @@ def respond_to_force(
     f = record("force", force).reshape(-1)
     coupling = joint._coupling
     steps = _steps(joint, f.size, normal_load, separation)
-    limit = joint.friction_coefficient * coupling.load(steps)
+    # Of the loads as they were given: those of the separations differ from them by rounding.
+    load = coupling.load(steps) if normal_load is None else np.asarray(normal_load, dtype=float)
+    limit = np.broadcast_to(joint.friction_coefficient * load.reshape(-1), f.shape)
     beyond = np.flatnonzero(np.abs(f) >= limit)
     if beyond.size:
         i = int(beyond[0])

@@ -63,7 +63,7 @@ static PyObject *py_step_front(PyObject *self, PyObject *args)
     if (!PyArg_ParseTuple(args, "ddy*ndd", &separation, &place, &stack, &depth, &last_separation,
                           &last_place))
         return NULL;
-    int right = long_enough(depth >= 0 && LENGTH(stack) >= 3 * depth);
+    int right = long_enough(depth >= 0 && depth <= LENGTH(stack) / 3);
     if (right)
         depth = step_front(separation, place, stack.buf, depth, last_separation, last_place, &q,
                            &density, &kind);
@@ -89,8 +89,8 @@ static PyObject *py_diagram(PyObject *self, PyObject *args)
     int right = long_enough(LENGTH(place) >= n && LENGTH(base) >= 2 * n && LENGTH(width) >= 2 * n &&
                             LENGTH(density) >= 2 * n && LENGTH(parent) >= 2 * n &&
                             LENGTH(top) >= n && depth >= 0 &&
-                            LENGTH(stack_buffer) >= 3 * (depth + n) &&
-                            LENGTH(code_buffer) >= depth + n);
+                            depth <= LENGTH(stack_buffer) / 3 - n &&
+                            depth <= LENGTH(code_buffer) - n);
     if (!right) n = 0;
     Py_BEGIN_ALLOW_THREADS
     for (Py_ssize_t i = 0; i < n; i++) {
@@ -208,7 +208,7 @@ static PyObject *py_coupled(PyObject *self, PyObject *args)
     Py_ssize_t n = LENGTH(separation);
     int right = long_enough(bind_profile(&p, &coefficients) && LENGTH(place) >= n &&
                             LENGTH(value) >= n && g.depth >= 0 &&
-                            LENGTH(stack) >= 3 * (g.depth + n) && LENGTH(values) >= g.depth + n);
+                            g.depth <= LENGTH(stack) / 3 - n && g.depth <= LENGTH(values) - n);
     if (!right) n = 0;
     g.stack = stack.buf;
     g.values = values.buf;
@@ -241,7 +241,7 @@ static PyObject *py_coupled_step(PyObject *self, PyObject *args)
                           &g.depth, &g.separation, &g.place, PROFILE_ARGUMENTS(coefficients, p)))
         return NULL;
     int right = long_enough(bind_profile(&p, &coefficients) && g.depth >= 0 &&
-                            LENGTH(stack) >= 3 * g.depth && LENGTH(values) >= g.depth);
+                            g.depth <= LENGTH(stack) / 3 && LENGTH(values) >= g.depth);
     if (right) {
         g.stack = stack.buf;
         g.values = values.buf;
@@ -381,7 +381,7 @@ static PyObject *py_losses(PyObject *self, PyObject *args)
     Py_ssize_t n = LENGTH(separation);
     int right = long_enough(bind_profile(&p, &coefficients) && LENGTH(place) >= n &&
                             LENGTH(loss) >= n && g.depth >= 0 && LENGTH(rules) >= RULES_LENGTH &&
-                            LENGTH(stack) >= 3 * (g.depth + n));
+                            g.depth <= LENGTH(stack) / 3 - n);
     if (!right) n = 0;
     g.stack = stack.buf;
     Py_BEGIN_ALLOW_THREADS
@@ -423,6 +423,8 @@ static PyObject *py_losses(PyObject *self, PyObject *args)
 static double solve_front(const Profile *p, double anchor, double wanted, double low, int before)
 {
     double slope, there = load_at(p, anchor, &slope);
+    /* The caller's own N may be a last place above this one: all but that much slips. */
+    if (!before) wanted = fmin(wanted, there * (1.0 - 4.5e-16));
     double target = before ? there + wanted : there - wanted;
     double high = before ? anchor : HUGE_VAL, q = low;
     if (before && slope > 0.0) q = fmax(low, anchor - wanted / slope);
@@ -499,7 +501,7 @@ static PyObject *py_hold(PyObject *self, PyObject *args)
     Py_ssize_t n = LENGTH(separation);
     int right = long_enough(bind_profile(&p, &coefficients) && LENGTH(value) >= n &&
                             LENGTH(place) >= n && g.depth >= 0 &&
-                            LENGTH(stack) >= 3 * (g.depth + n) && LENGTH(values) >= g.depth + n);
+                            g.depth <= LENGTH(stack) / 3 - n && g.depth <= LENGTH(values) - n);
     if (!right) n = 0;
     g.stack = stack.buf;
     g.values = values.buf;

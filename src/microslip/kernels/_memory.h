@@ -43,7 +43,7 @@ static PyObject *py_locate(PyObject *self, PyObject *args)
     double last, x;
     int direction, pushed;
     if (!PyArg_ParseTuple(args, "dy*ndi", &x, &stack, &depth, &last, &direction)) return NULL;
-    int right = long_enough(depth >= 0 && LENGTH(stack) >= 2 * depth);
+    int right = long_enough(depth >= 0 && depth <= LENGTH(stack) / 2);
     if (right) depth = locate(stack.buf, 2, depth, last, &direction, x, &pushed);
     PyBuffer_Release(&stack);
     if (!right) return NULL;
@@ -65,7 +65,7 @@ static PyObject *py_respond(PyObject *self, PyObject *args)
     double *out = force.buf, *stack = stack_buffer.buf;
     Py_ssize_t n = LENGTH(x_buffer);
     int right = long_enough(LENGTH(force) >= n && depth >= 0 && t.panels > 0 &&
-                            LENGTH(stack_buffer) >= 2 * (depth + n));
+                            depth <= LENGTH(stack_buffer) / 2 - n);
     if (!right) n = 0;
     Py_BEGIN_ALLOW_THREADS
     for (Py_ssize_t i = 0; i < n; i++) {
@@ -110,8 +110,8 @@ static PyObject *py_branches(PyObject *self, PyObject *args)
     long long last_code = -2 - (long long)depth;
     Py_ssize_t n = LENGTH(x_buffer);
     int right = long_enough(LENGTH(half) >= n && LENGTH(sign) >= n && LENGTH(parent) >= n &&
-                            depth >= 0 && LENGTH(stack_buffer) >= depth + n &&
-                            LENGTH(code_buffer) >= depth + n);
+                            depth >= 0 && depth <= LENGTH(stack_buffer) - n &&
+                            depth <= LENGTH(code_buffer) - n);
     if (!right) n = 0;
     Py_BEGIN_ALLOW_THREADS
     for (Py_ssize_t i = 0; i < n; i++) {

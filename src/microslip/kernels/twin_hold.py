@@ -46,6 +46,8 @@ def solve_front(curve: Curve, anchor: float, wanted: float, low: float, before: 
     brackets: log N is concave for every law but odd tables.
     """
     there, slope = curve.load(anchor)
+    if not before:  # the caller's own N may be a last place above this one: all but that much slips
+        wanted = min(wanted, there * (1.0 - 4.5e-16))
     target = there + wanted if before else there - wanted
     high = anchor if before else math.inf
     q = low

@@ -617,8 +617,8 @@ def test_one_number_in_one_number_out() -> None:
 def test_forces_next_to_the_limit(heights, load):
     """A rounding below mu N the displacement is finite, and what the other engine has there.
 
-    It is the logarithm of what is left of the force, so a last place of mu N moves it: by 1.2e-16 of
-    the force at 1e-12 below, which is 1e-4 of what is left and 1e-5 of the displacement.
+    It goes with the logarithm of what is left of the force: a last place of mu N is 1e-4 of 1e-12,
+    and moves it by less than that.
     """
     pair = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
     surface = ms.GreenwoodWilliamson(pair, heights, radius=1e-3, density=1e8, area=2e-4)

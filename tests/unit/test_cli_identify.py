@@ -55,11 +55,11 @@ def test_command(folder: Path) -> None:
     for text in ("friction coefficient μ", "spread of the heights σ", "Reduced χ²", "Correlations"):
         assert text in outcome.stdout
     assert "--contact-area" in outcome.stdout  # how density and radius would come apart
-    assert outcome.stdout.endswith("8 files in out\n")
+    assert outcome.stdout.endswith("10 files in out\n")
     names = sorted(path.name for path in (folder / "out").iterdir())
     assert names == [
-        "intervals.png", "intervals.svg", "joint.toml", "loops.png", "loops.svg", "report.html",
-        "residuals.csv", "summary.json",
+        "intervals.png", "intervals.svg", "joint.toml", "loops.png", "loops.svg", "profiles.png",
+        "profiles.svg", "report.html", "residuals.csv", "summary.json",
     ]  # fmt: skip
     written = json.loads((folder / "out/summary.json").read_text("utf-8"))
     assert sorted(written["files"]) == names
@@ -220,6 +220,20 @@ def test_a_fit_that_does_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert outcome.stdout.startswith("interface: ")
     assert "(not converged)" in outcome.stdout.splitlines()[0]
+
+
+def test_messages_are_in_options() -> None:
+    """What the package would write as arguments the command writes as options."""
+    for words, wanted in (
+        (("--fix", "friction_coefficient=50"), "--bound friction_coefficient=LOW..HIGH"),
+        (("--law", "bouc-wen", "--rig-stiffness", "2e8 N/m"), "write --rig-stiffness rigid"),
+        (("--fix", 'rig_stiffness="2e8 N/m"'.replace('"', "")), "--rig-stiffness"),
+        (("--contact-area", "6 mm^2, 1 mm^2, 2 kN"), "--contact-area needs --study STUDY.toml"),
+    ):
+        message = fails("identify", "heavy.csv", *words)
+        assert wanted in message
+        assert "ms." not in message
+        assert "rig_stiffness=" not in message.replace("--fix rig_stiffness=", "")
 
 
 def test_nothing_is_replaced_unasked(folder: Path) -> None:

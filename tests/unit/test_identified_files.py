@@ -84,6 +84,7 @@ def test_numbers_as_text() -> None:
 def number(verdict: str, low: float | None = 1.0, high: float | None = 2.0) -> dict[str, Any]:
     return {
         "value": 1.5, "unit": "", "low": low, "high": high, "verdict": verdict,
+        "low_open": verdict == "bounded above", "high_open": verdict == "bounded below",
         "reason": "why", "remedy": "how",
     }  # fmt: skip
 
@@ -144,7 +145,7 @@ def test_files(written: Path) -> None:
 
 def test_the_page(written: Path) -> None:
     page = (written / "report.html").read_text("utf-8")
-    assert page.count("<img ") == 2
+    assert page.count("<img ") == 3
     assert not re.search(r"(?:src|href)=\"(?!data:|#)", page)  # nothing to fetch
     assert "<script" not in page
     assert "Mine: identified" in page

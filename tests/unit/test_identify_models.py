@@ -235,3 +235,23 @@ def test_what_is_missing() -> None:
     bouc: Any = model_of(LAWS["bouc-wen"])
     with pytest.raises(ms.InputError, match="displacement must move"):
         bouc.cycle(np.ones(8), bouc.start)
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_bouc_wen_bears_a_doubled_top(number: int) -> None:
+    """Samples that repeat the top, or wiggle there by rounding, change nothing."""
+    from microslip.identification.models.bouc_wen import BoucWenModel
+
+    model, values = BoucWenModel.examples()[number]
+    top = 3.0 * values["yield_force"] / values["stiffness"]
+    x = top * np.cos(2.0 * np.pi * np.arange(64) / 64)
+    force, slope, by = model.cycle(x, values)
+    # Rounding of forces that reach the limit, and of sensitivities that grow with the settling.
+    for more in ([top], [top * (1.0 - 2e-16), top, top * (1.0 - 4e-16), top]):
+        for place in (0, 1):
+            answer = model.cycle(np.insert(x, place, more), values)
+            kept = np.delete(np.arange(64 + len(more)), np.arange(place, place + len(more)))
+            np.testing.assert_allclose(answer[0][kept], force, atol=1e-12 * np.abs(force).max())
+            np.testing.assert_allclose(answer[1][kept], slope, atol=1e-9 * slope.max())
+            sizes = np.abs(by).max(axis=1, keepdims=True)
+            np.testing.assert_allclose(answer[2][:, kept] / sizes, by / sizes, atol=1e-9)

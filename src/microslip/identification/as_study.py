@@ -2,17 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from microslip._checks import show
+from microslip._units import engineering
 from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.heights import Discrete, Exponential, Gaussian
+from microslip.identification.checks import RecordFit
+from microslip.identification.setup import SAME_LOAD
 from microslip.materials import Material
 from microslip.normal import GreenwoodWilliamson
+
+
+def loads_of(records: Sequence[RecordFit]) -> list[float]:
+    """Different normal loads of the records [N], rising."""
+    return _different(one.normal_load for one in records if one.normal_load)
+
+
+def amplitudes_of(records: Sequence[RecordFit]) -> list[float]:
+    """Different amplitudes of the joint itself [m]: those of the records less the rig's part."""
+    found = []
+    for one in records:
+        rig = 0.0 if one.rig_stiffness is None else float(np.ptp(one.model)) / one.rig_stiffness
+        found.append(0.5 * (float(np.ptp(one.displacement)) - rig))
+    return _different(amplitude for amplitude in found if amplitude > 0.0)
+
+
+def _different(values: Iterable[float]) -> list[float]:
+    """Rising values; those that differ by no more than loads of one level are one, their mean."""
+    kept: list[list[float]] = []
+    for value in sorted(values):
+        if kept and value <= kept[-1][0] * (1.0 + SAME_LOAD):
+            kept[-1].append(value)
+        else:
+            kept.append([value])
+    return [float(np.mean(group)) for group in kept]
+
+
+def _written(value: float, unit: str) -> str:
+    return engineering(value, unit, 4, trim=True).replace("µ", "u")
 
 
 def study_of(
@@ -42,9 +74,9 @@ def study_of(
         },
         "joint": {
             "friction_coefficient": float(joint.friction_coefficient),
-            "normal_load": [f"{float(load)!r} N" for load in loads or [joint.normal_load]],
+            "normal_load": [_written(load, "N") for load in loads or [joint.normal_load]],
         },
-        "excitation": {"amplitudes": [f"{float(a):.6g} m" for a in amplitudes]},
+        "excitation": {"amplitudes": [_written(a, "m") for a in amplitudes]},
     }
 
 

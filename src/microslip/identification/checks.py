@@ -135,9 +135,11 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
     rest.data = problem.data
     rest.take_weights(problem)
     rest.update(best.q)
-    fit = settle(rest, best.q, np.arange(best.q.size))
-    if not fit.finite:
-        return None
+    fit = best
+    for moving in rest.parts:
+        fit = settle(rest, fit.q, moving)
+        if not fit.finite:
+            return None
     total, number = 0.0, 0
     for folded, rows, part, force in zip(
         problem.folded, kept, parts, rest.model_force(fit.q), strict=True
@@ -205,7 +207,7 @@ def rigs_differ(problem: Problem, best: Fit, reduced: float) -> str | None:
         return None
     return (
         f"the records want rigs whose compliances differ by {100.0 * worst:.3g} % (most: "
-        f"{label!r}); if they are of different rigs, say so: rigs=[one label a record]"
+        f"{label!r}); if they are of different rigs, name the rig of each record"
     )
 
 

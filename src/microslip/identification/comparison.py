@@ -75,6 +75,7 @@ def compare(
     records: Record | Sequence[Record],
     laws: Sequence[Any] = LAWS,
     *,
+    intervals: str = "curvature",
     progress: Progress | None = None,
     **options: Any,
 ) -> Comparison:
@@ -86,6 +87,8 @@ def compare(
         As for :func:`microslip.identify`.
     laws : sequence, optional
         Names, classes or instances of laws, each once.
+    intervals : str, optional
+        As for :func:`microslip.identify`; a comparison does not need the profiles.
     progress : callable, optional
         Called now and then with the share that is done, 0 ... 1.
     options : optional
@@ -121,7 +124,7 @@ def compare(
                 progress((at + share) / len(laws))
 
         try:
-            fit = identify(records, law, progress=report, **own)
+            fit = identify(records, law, intervals=intervals, progress=report, **own)
         except InputError as error:
             failed[str(name)] = str(error)
             continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -16,6 +17,9 @@ _TOLERANCE = 1e-10
 _PASSES = 4
 _MOST_EVALUATIONS = 150
 _AT_BOUND = 1e-6
+_FEW_EVALUATIONS = 30
+_MOST_STEPS, _IDLE = 40, 3
+_LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +52,35 @@ def minimise(
     moving: NDArray[np.intp] | None = None,
     tolerance: float = _TOLERANCE,
 ) -> Fit:
-    """Least squares from a start within the bounds, all other coordinates where they are."""
+    """Least squares from a start within the bounds, all other coordinates where they are.
+
+    Coordinates that no record has in common are fitted one part after the other.
+    """
+    if moving is not None or len(problem.parts) < 2:
+        moving = np.arange(start.size) if moving is None else moving
+        return _minimise(problem, start, moving, tolerance)
+    low, high = bounds_of(problem)
+    fit = Fit(np.clip(start, low, high), math.inf, True, "nothing to fit")
+    good, message = True, ""
+    for part in problem.parts:
+        fit = _minimise(problem, fit.q, part, tolerance)
+        if not fit.finite:
+            return fit
+        if good:
+            good, message = fit.converged, fit.message
+    return Fit(fit.q, fit.cost, good, message)
+
+
+def _minimise(
+    problem: Problem,
+    start: Floats,
+    moving: NDArray[np.intp],
+    tolerance: float,
+    most: int | None = None,
+) -> Fit:
     from scipy.optimize import least_squares
 
     low, high = bounds_of(problem)
-    if moving is None:
-        moving = np.arange(start.size)
     q = np.clip(start, low, high)
     if moving.size == 0:
         rest, _ = problem.residuals(q)
@@ -80,7 +107,7 @@ def minimise(
                 ftol=tolerance,
                 xtol=tolerance,
                 gtol=1e-12,
-                max_nfev=_MOST_EVALUATIONS,
+                max_nfev=_MOST_EVALUATIONS if most is None else most,
             )
         except (ValueError, np.linalg.LinAlgError) as error:
             return Fit(q, float("inf"), False, f"the fit broke off: {error}")
@@ -94,38 +121,54 @@ def settle(
     *,
     good_enough: float = 1e-3,
 ) -> Fit:
-    """The minimum near a good start: Gauss and Newton's steps, else :func:`minimise`.
+    """The minimum near a good start, by damped steps after Gauss and Newton within the bounds.
 
+    Levenberg (1944, DOI 10.1090/qam/10666) and Marquardt (1963, DOI 10.1137/0111030).
     ``good_enough`` is how far the sum of squares may be from its minimum.
     """
     low, high = bounds_of(problem)
     q = np.clip(start, low, high)
     rest, by = problem.residuals(q)
     cost = float(np.dot(rest, rest))
-    for _ in range(8):
+    damping, idle = 0.0, 0
+    for _ in range(_MOST_STEPS):
         if moving.size == 0 or not np.isfinite(cost):
             return Fit(q, cost, True, "")
-        free, step, gain = _inward(q, rest, by, moving, low, high)
-        if gain <= good_enough:
+        free, step, gain = _inward(q, rest, by, moving, low, high, damping)
+        if free.size == 0 or (damping == 0.0 and gain <= good_enough):
             return Fit(q, cost, True, "")
         new = q.copy()
         new[free] += step
         new = np.clip(new, low, high)
-        rest, by = problem.residuals(new)
-        reached = float(np.dot(rest, rest))
-        if not reached < cost:
-            break
-        q, cost = new, reached
-    return minimise(problem, q, moving=moving, tolerance=1e-7)
+        there, by_there = problem.residuals(new)
+        reached = float(np.dot(there, there))
+        if reached < cost:
+            # At a kink steps may go on for ever and gain nothing.
+            idle = idle + 1 if cost - reached < good_enough else 0
+            q, rest, by, cost = new, there, by_there, reached
+            damping = 0.1 * damping if damping > _LEAST_DAMPING else 0.0
+        else:
+            damping = max(10.0 * damping, _LEAST_DAMPING)
+        if idle >= _IDLE:
+            return Fit(q, cost, True, "")
+        if damping > _MOST_DAMPING:
+            break  # a kink, at which no derivative tells the way on
+    return _minimise(problem, q, moving, 1e-7, _FEW_EVALUATIONS)
 
 
 def _inward(
-    q: Floats, rest: Floats, by: Floats, moving: NDArray[np.intp], low: Floats, high: Floats
+    q: Floats,
+    rest: Floats,
+    by: Floats,
+    moving: NDArray[np.intp],
+    low: Floats,
+    high: Floats,
+    damping: float,
 ) -> tuple[NDArray[np.intp], Floats, float]:
     """The step, with those left out that lie at a bound and would leave it."""
     free = moving
     while free.size:
-        step, gain = _step(rest, by[:, free])
+        step, gain = _step(rest, by[:, free], damping)
         out = ((q[free] <= low[free]) & (step < 0.0)) | ((q[free] >= high[free]) & (step > 0.0))
         if not out.any():
             return free, step, gain
@@ -133,14 +176,14 @@ def _inward(
     return free, np.zeros(0), 0.0
 
 
-def _step(rest: Floats, by: Floats) -> tuple[Floats, float]:
+def _step(rest: Floats, by: Floats, damping: float) -> tuple[Floats, float]:
     """Newton's step after Gauss, and how much it takes off the sum of squares, if all is linear."""
     scale = np.linalg.norm(by, axis=0)
     scale[scale == 0.0] = 1.0
     normal = (by / scale).T @ (by / scale)
     right = (by / scale).T @ rest
     # A ridge of rounding's size keeps directions that nothing is known of where they are.
-    normal[np.diag_indices_from(normal)] += 1e-13
+    normal[np.diag_indices_from(normal)] += 1e-13 + damping
     step = -np.linalg.solve(normal, right)
     return step / scale, float(-np.dot(right, step))
 

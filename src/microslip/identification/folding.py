@@ -23,6 +23,7 @@ OPEN = 0.25
 _FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
 _ROUNDS, _LARGE = 100, 0.3
 _IN_STEP, _EACH = 0.95, 8
+_STEADY, _CHANGED = 0.02, 0.2  # of the load: ranges of its cycles that go without saying, or not
 _QUIET = 1e-9  # of the amplitude: below it noise is rounding
 
 
@@ -162,6 +163,7 @@ def fold(
     inside[inside] = chosen[place[inside]]
     phase = 2.0 * math.pi * (turns[inside] - place[inside])
     x, force, place = x[inside], force[inside], cycle[place[inside]]
+    load, said = _load(record, inside, place, rows.size)
 
     count_a_cycle = x.size / rows.size
     places = _different(phase, count_a_cycle)
@@ -190,7 +192,6 @@ def fold(
     counts = np.bincount(cell, minlength=rows.size * size).reshape(rows.size, size).astype(float)
     rest = level - mean[column]
     noise_f = math.sqrt(float(np.dot(rest, rest)) / max(force.size - size, 1))
-    load = None if record.normal_load is None else float(np.mean(record.normal_load))
     timed = record.time is not None or record.sample_rate is not None
     return Folded(
         name=record.name,
@@ -209,7 +210,30 @@ def fold(
         frequency=per_second if timed else None,
         cycles=int(rows.size),
         left_out=left_out,
-        notes=record.notes,
+        notes=(*record.notes, *said),
+    )
+
+
+def _load(
+    record: Record, inside: NDArray[np.bool_], cycle: NDArray[np.int64], cycles: int
+) -> tuple[float | None, tuple[str, ...]]:
+    """Mean normal load [N] of the cycles that count, and a note where it is not the same in all."""
+    if not isinstance(record.normal_load, np.ndarray):
+        return record.normal_load, ()
+    load = record.normal_load[inside]
+    mean = float(load.mean())
+    each = np.bincount(cycle, load, minlength=cycles) / np.bincount(cycle, minlength=cycles)
+    low, high = float(each.min()), float(each.max())
+    if high - low <= _STEADY * abs(mean):
+        return mean, ()
+    if high - low > _CHANGED * abs(mean):
+        raise InputError(
+            f"{record.name}: the normal load must be the same in all cycles, got {low:.4g} to "
+            f"{high:.4g} N in their means; take cycles of one load, cycles=slice(first, last)"
+        )
+    return mean, (
+        f"the normal load is {low:.4g} to {high:.4g} N in the means of the cycles; the law counts "
+        f"with {mean:.4g} N",
     )
 
 

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip._checks import Floats
+from microslip.identification.coordinates import RIG
 from microslip.identification.fit import Fit, minimise
 from microslip.identification.minos import minos
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import (
     Interval,
     covariance_of,
+    curvature,
     cycle_ratio,
+    further,
     information,
     profile,
 )
@@ -25,50 +29,131 @@ _SIGNIFICANT = 1e-3
 _RESTARTS = 3
 
 
+_MOST_WORK = 1e8
+"""Evaluations times places times derivatives after which intervals are those of the curvature."""
+_FEW = 12
+"""Free coordinates up to which ends of one profile are tried as ways of the others."""
+
+
 class Profiled:
     """A fit with the profiles of its coordinates."""
 
-    def __init__(self, best: Fit, intervals: list[Interval], widen: Floats, cov: Floats) -> None:
-        self.best, self.intervals, self.widen, self.covariance = best, intervals, widen, cov
+    def __init__(
+        self,
+        best: Fit,
+        intervals: list[Interval],
+        widen: Floats,
+        covariance: Floats,
+        threshold: float,
+        linear: Sequence[int] = (),
+    ) -> None:
+        self.best, self.intervals, self.widen, self.covariance = best, intervals, widen, covariance
+        self.threshold, self.linear = threshold, tuple(linear)
+        """Rise of chi-squared at an end; coordinates whose intervals are those of the curvature."""
+        self.lower_still = False
+        """Whether even the last profiles came upon a lower minimum."""
 
 
 def profiled(
-    problem: Problem,
-    best: Fit,
-    level: float,
-    freedom: int,
-    report: Progress,
-    by_minos: bool,
+    problem: Problem, best: Fit, level: float, freedom: int, report: Progress, kind: str
 ) -> Profiled:
-    """Intervals of all free coordinates; from a better minimum, should a profile find one."""
+    """Intervals of all free coordinates; from a better minimum, should a profile find one.
+
+    ``kind`` is "profile", "minos" or "curvature".
+    """
     from scipy.special import chdtrc, chdtri
 
     threshold = float(chdtri(1, 1.0 - level))
     size = best.q.size
+    most = problem.evaluations + _MOST_WORK / (problem.half.size * (4.0 + size))
     for attempt in range(_RESTARTS):
         if not best.finite:
             nothing = Interval(-math.inf, math.inf, True, True, best.q, best.q)
-            return Profiled(best, [nothing] * size, np.ones(size), np.eye(size))
+            return Profiled(best, [nothing] * size, np.ones(size), np.eye(size), threshold)
         covariance = covariance_of(information(problem, best.q))
         reduced = best.cost / freedom
         excess = reduced if chdtrc(freedom, best.cost) < _SIGNIFICANT else 1.0
         widen = np.maximum(cycle_ratio(problem, best.q), max(excess, 1.0))
-        intervals = []
-        better: Fit | None = None
-        for i in range(size):
-            last = attempt == _RESTARTS - 1
-            rise = threshold * float(widen[i])
-            other = minos(problem, best, i, rise, covariance) if by_minos else None
-            interval, lower = (
-                profile(problem, best, i, rise, covariance) if other is None else (other, None)
-            )
-            report((i + 1) / size)
-            intervals.append(interval)
-            if lower is not None and not last:
-                better = lower
-                break
-        if better is None:
+        task = _Task(problem, best, threshold * widen, covariance, attempt == _RESTARTS - 1)
+        linear = task.run(kind, most, report)
+        if task.better is None:
             break
-        problem.update(better.q)
-        best = minimise(problem, better.q)
-    return Profiled(best, intervals, widen, covariance)
+        problem.update(task.better.q)
+        best = minimise(problem, task.better.q)
+    answer = Profiled(best, task.intervals, widen, covariance, threshold, linear)
+    answer.lower_still = task.lower_still
+    return answer
+
+
+class _Task:
+    """The profiles about one minimum."""
+
+    def __init__(
+        self, problem: Problem, best: Fit, rises: Floats, covariance: Floats, is_last: bool
+    ) -> None:
+        self._problem, self._best, self._rises = problem, best, rises
+        self._covariance, self._is_last = covariance, is_last
+        self.intervals: list[Interval] = []
+        self.better: Fit | None = None
+        """A lower minimum, from which all begins again."""
+        self.lower_still = False
+        self._others = [np.zeros(0, dtype=np.intp)] * best.q.size
+        for part in problem.parts:
+            for i in part:
+                self._others[i] = part[part != i]
+
+    def run(self, kind: str, most: float, report: Progress) -> list[int]:
+        """All intervals; which of them are those of the curvature, after ``most`` evaluations."""
+        problem, size = self._problem, self._best.q.size
+        found = [
+            curvature(problem, self._best, i, float(self._rises[i]), self._covariance)
+            for i in range(size)
+        ]
+        self.intervals = found
+        if kind == "curvature":
+            return list(range(size))
+        # The rig competes with all others: it comes first.
+        is_rig = [problem.coordinates[int(j)].parameter == RIG for j in problem.free]
+        order = sorted(range(size), key=lambda i: not is_rig[i])
+        for done, i in enumerate(order):
+            if problem.evaluations > most:
+                return sorted(order[done:])
+            other = None
+            if kind == "minos":
+                rise = float(self._rises[i])
+                other = minos(problem, self._best, i, rise, self._covariance)
+            found[i] = other or self._kept(profile(*self._given(i)))
+            report((done + 1) / size)
+            if self.better is not None:
+                return []
+        if kind == "profile" and size <= _FEW:
+            self._cross(most)
+        return []
+
+    def _given(self, i: int) -> tuple[Problem, Fit, int, float, Floats, NDArray[np.intp], bool]:
+        rise, others = float(self._rises[i]), self._others[i]
+        return self._problem, self._best, i, rise, self._covariance, others, self._is_last
+
+    def _kept(self, found: tuple[Interval, Fit | None]) -> Interval:
+        interval, lower = found
+        if lower is not None and self._is_last:
+            self.lower_still = True
+        elif lower is not None:
+            self.better = lower
+        return interval
+
+    def _cross(self, most: float) -> None:
+        """Ends of what is open on one side only, as ways of the others."""
+        for j, one in enumerate(self.intervals):
+            places = [
+                place
+                for place, is_open in ((one.at_low, one.low_open), (one.at_high, one.high_open))
+                if not is_open
+            ]
+            if len(places) != 1:
+                continue
+            for i in self._others[j]:
+                if self.better is not None or self._problem.evaluations > most:
+                    return
+                found = further(*self._given(int(i)), self.intervals[i], places)
+                self.intervals[i] = self._kept(found)

@@ -16,7 +16,7 @@ from microslip.identification.coordinates import AREA, Coordinate
 from microslip.identification.fit import Fit, at_bounds
 from microslip.identification.intervals import Profiled
 from microslip.identification.problem import Problem
-from microslip.identification.profiles import Interval, derived_interval
+from microslip.identification.profiles import derived_interval
 from microslip.identification.quantities import Quantity
 from microslip.identification.result import (
     AT_BOUND,
@@ -38,6 +38,7 @@ from microslip.identification.verdicts import (
     judge,
     reason_for,
     remedy_for,
+    shown,
 )
 from microslip.materials import MaterialPair
 
@@ -75,9 +76,20 @@ def result_of(
     errors = np.sqrt(np.diag(answer.covariance))
     correlation = answer.covariance / np.outer(errors, errors)
     free = [coordinates[int(j)].name for j in problem.free]
-    status, message = _status(problem, best, freedom)
+    status, message = _status(problem, best, freedom, parameters)
     aic, bic = checks.information_criteria(best.cost, count, problem.free.size + problem.flat)
-    notes = [*notes, *_notes(best.cost / freedom, answer.widen, freedom, design, loads)]
+    lost = any(one.verdict == NOT for one in parameters.values())
+    notes = [*notes, *_notes(best.cost / freedom, answer.widen, design, loads, lost)]
+    if answer.lower_still:
+        notes.append(
+            "the sum of squares has many minima, and the profiles met lower ones than that of the "
+            "best values: this law does not suit these records"
+        )
+    if linear := [free[i] for i in answer.linear]:
+        whose = "all intervals" if len(linear) == len(free) else f"intervals of {', '.join(linear)}"
+        notes.append(
+            f"{whose} are those of the curvature at the best value, as if the law were linear"
+        )
     return Identification(
         law=problem.model.name,
         status=status,
@@ -111,7 +123,9 @@ def result_of(
     )
 
 
-def _status(problem: Problem, best: Fit, freedom: int) -> tuple[str, str]:
+def _status(
+    problem: Problem, best: Fit, freedom: int, parameters: Mapping[str, Fitted]
+) -> tuple[str, str]:
     if not best.converged:
         return NOT_CONVERGED, f"the fit did not end at a minimum: {best.message}"
     told = checks.rigs_differ(problem, best, best.cost / freedom)
@@ -119,7 +133,15 @@ def _status(problem: Problem, best: Fit, freedom: int) -> tuple[str, str]:
         return DIFFER, told
     at = [problem.coordinates[int(problem.free[i])].name for i in at_bounds(problem, best.q)]
     if at:
-        return AT_BOUND, f"the best value lies at a bound: {', '.join(at)}"
+        of = " and ".join(
+            f"the best value of {name} lies at a bound of the search, "
+            f"{shown(parameters[name].value, parameters[name].unit)}"
+            for name in at[:3]
+        )
+        of += f" (and {len(at) - 3} more)" if len(at) > 3 else ""
+        known = [name for name, one in parameters.items() if one.verdict == IDENTIFIED]
+        rest = f"identified all the same: {', '.join(known)}" if known else "nothing is identified"
+        return AT_BOUND, f"{of}; {rest}"
     return CONVERGED, "the fit ended at a minimum within the bounds"
 
 
@@ -140,21 +162,25 @@ def _parameters(
             continue
         row = rank[j]
         interval = answer.intervals[row]
-        verdict, low, high, at_bound = judge(one, value, interval)
-        reason = reason_for(one, verdict, low, high, level)
+        judged = judge(one, value, interval)
+        verdict = judged.verdict
         remedy = remedy_for(one, verdict, design)
+        points = [(one.outer(q), rise / float(answer.widen[row])) for q, rise in interval.points]
         found[one.name] = Fitted(
             one.name,
             one.unit,
             value,
-            low,
-            high,
+            judged.low,
+            judged.high,
             _standard_error(one, value, float(answer.best.q[row]), answer, row),
             verdict,
-            reason,
+            reason_for(one, judged, level),
             remedy,
-            at_bound,
+            judged.at_bound,
             one.load,
+            judged.low_open,
+            judged.high_open,
+            tuple(sorted(point for point in points if math.isfinite(point[0]))),
         )
         if verdict not in (IDENTIFIED, FIXED) and one.parameter != AREA:
             way = direction_of(one, free, interval.at_low, interval.at_high, remedy)
@@ -178,11 +204,8 @@ def _derived(
     level: float,
 ) -> dict[str, Fitted]:
     """What follows: along the way that moves it most, and wherever the profiles have been."""
-    from scipy.special import chdtri
-
     widest = float(answer.widen.max(initial=1.0))
-    threshold = float(chdtri(1, 1.0 - level)) * widest
-    open_ones = any(not one.identified for one in parameters.values())
+    threshold = answer.threshold * widest
     found = {}
     for one in quantities:
         value, gradient = one.function(answer.best.q)
@@ -191,14 +214,9 @@ def _derived(
                 one.name, one.unit, value, value, value, 0.0, FIXED, "", "", False, one.load
             )
             continue
-        value, low, high = derived_interval(
-            problem, answer.best, one.function, threshold, answer.covariance
+        ends = derived_interval(
+            problem, answer.best, one.function, threshold, answer.covariance, answer.intervals
         )
-        if open_ones:
-            for interval in answer.intervals:
-                for place in (interval.at_low, interval.at_high):
-                    there = one.function(place)[0]
-                    low, high = min(low, there), max(high, there)
         shape = Coordinate(
             one.name,
             one.name,
@@ -209,31 +227,31 @@ def _derived(
             value,
             shape=value <= 0.0 or (one.unit == "" and "separation" in one.name),
         )
-        ends = Interval(low, high, False, False, answer.best.q, answer.best.q)
-        verdict, low, high, _ = judge(shape, value, ends)
+        judged = judge(shape, value, ends)
         variance = float(gradient @ answer.covariance @ gradient) * widest
-        reason = reason_for(shape, verdict, low, high, level)
         remedy = ""
-        if verdict == NOT:
+        if judged.verdict == NOT:
             remedy = next((p.remedy for p in parameters.values() if p.remedy), "")
         found[one.name] = Fitted(
             one.name,
             one.unit,
             value,
-            low,
-            high,
+            judged.low,
+            judged.high,
             math.sqrt(max(variance, 0.0)),
-            verdict,
-            reason,
+            judged.verdict,
+            reason_for(shape, judged, level),
             remedy,
             False,
             one.load,
+            judged.low_open,
+            judged.high_open,
         )
     return found
 
 
 def _notes(
-    reduced: float, widen: Floats, freedom: int, design: Design, loads: Sequence[float | None]
+    reduced: float, widen: Floats, design: Design, loads: Sequence[float | None], lost: bool
 ) -> list[str]:
     notes = []
     largest = math.sqrt(float(widen.max(initial=1.0)))
@@ -244,9 +262,14 @@ def _notes(
             else "whole cycles scatter more than white noise does"
         )
         notes.append(f"intervals are up to {largest:.3g} times as wide as noise makes them: {why}")
+    if design.scales_with_load and design.rig_is_free and lost:
+        notes.append(
+            "after a reversal rig and contact give way together: a softer contact on a stiffer rig "
+            "answers nearly as well, which is why the loops do not tell the contact's own part"
+        )
     if design.scales_with_load and design.loads < 2 and len(loads) > 0:
         notes.append(
-            "all records have one normal load: its share of force, the length kappa sigma and, "
-            "weakly, the separation are all that loops at one load hold"
+            "all records have one normal load: the friction coefficient, the length κσ and, "
+            "weakly, the separation h are all that loops at one load hold"
         )
     return notes

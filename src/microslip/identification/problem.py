@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip import kernels
 from microslip._checks import Floats
@@ -17,7 +18,11 @@ from microslip.identification.folding import Folded
 from microslip.identification.models.base import Model
 from microslip.identification.tree import Cycle, cycle_of, later
 
+Answer = tuple[Floats, Floats, Floats, Floats]
+"""Force, stiffness, derivatives by the law's parameters and by the compliance in series."""
+
 _STEPS = 60
+_NEAR, _THERE = 1e-5, 1e-8
 _SMALL = 0.02  # of the noise: a nuisance that moves the answer less is left where it is
 
 
@@ -112,6 +117,7 @@ class Problem:
                 places = slice(last.places.start, places.stop)
             self.groups.append(Group(places, columns[i], rigs[i], loads[i]))
         self.guess = [np.zeros(0) for _ in self.groups]
+        self._answers: list[tuple[tuple[float, ...], Answer] | None] = [None] * len(self.groups)
         self.metrics = [self._offset_only(span) for span in self.bins]
         self._last: tuple[bytes, Floats, Floats] | None = None
 
@@ -142,14 +148,19 @@ class Problem:
         row = {int(j): r for r, j in enumerate(self.free)}
         force, stiffness = np.empty_like(self.half), np.empty_like(self.half)
         by = np.zeros((self.free.size, self.half.size))
+        names = self.model.names
         for number, group in enumerate(self.groups):
-            values = {n: outer[j] for n, j in zip(self.model.names, group.columns, strict=True)}
             compliance = 0.0 if group.rig is None else 1.0 / outer[group.rig]
-            if self.model.is_backbone:
-                answer = self.in_series(number, group, values, compliance)
-            else:
-                answer = self._whole_cycle(group, values, compliance)
-            force[group.places], stiffness[group.places], by_values, by_compliance = answer
+            key = (compliance, *(outer[j] for j in group.columns))
+            kept = self._answers[number]
+            if kept is None or kept[0] != key:
+                values = {n: outer[j] for n, j in zip(names, group.columns, strict=True)}
+                if self.model.is_backbone:
+                    kept = key, self.in_series(number, group, values, compliance)
+                else:
+                    kept = key, self._whole_cycle(group, values)
+                self._answers[number] = kept
+            force[group.places], stiffness[group.places], by_values, by_compliance = kept[1]
             for j, derivative in zip(group.columns, by_values, strict=True):
                 if j in row:
                     by[row[j], group.places] = slopes[j] * derivative
@@ -166,7 +177,7 @@ class Problem:
 
     def in_series(
         self, number: int, group: Group, values: dict[str, float], compliance: float
-    ) -> tuple[Floats, Floats, Floats, Floats]:
+    ) -> Answer:
         """Branch function of the law behind a spring: v + c T0(v) = y."""
         y = self.half[group.places]
         if compliance == 0.0:
@@ -176,27 +187,45 @@ class Problem:
         scale = float(y.max())
         # The sum is concave and rising: after one step Newton's method climbs, never past it.
         for _ in range(_STEPS):
-            force, stiffness, by = self.model.branch(v, values, group.load)
-            step = (y - v - compliance * force) / (1.0 + compliance * stiffness)
-            new = np.clip(v + step, 0.0, y)
+            force, stiffness = self.model.curve(v, values, group.load)
+            new = v + (y - v - compliance * force) / (1.0 + compliance * stiffness)
+            new = np.clip(new, 0.0, y)
             moved = float(np.max(np.abs(new - v)))
             v = new
-            if moved <= 1e-9 * scale:
-                # A last step so short is done along the tangent.
-                force = force + stiffness * step
-                break
-        self.guess[number] = v
+            if moved <= _NEAR * scale:
+                # The last of its steps with all derivatives; beyond a kink it is not the last.
+                force, stiffness, by = self.model.branch(v, values, group.load)
+                step = (y - v - compliance * force) / (1.0 + compliance * stiffness)
+                if float(np.max(np.abs(step))) <= _THERE * scale:
+                    break
+                v = np.clip(v + step, 0.0, y)
+        else:
+            force, stiffness, by = self.model.branch(v, values, group.load)
+            step = np.zeros_like(v)
+        self.guess[number] = np.clip(v + step, 0.0, y)
+        force = force + stiffness * step
         share = 1.0 / (1.0 + compliance * stiffness)
         return force, stiffness * share, by * share, -stiffness * share * force
 
-    def _whole_cycle(
-        self, group: Group, values: dict[str, float], compliance: float
-    ) -> tuple[Floats, Floats, Floats, Floats]:
+    def _whole_cycle(self, group: Group, values: dict[str, float]) -> Answer:
         """The settled cycle of a law without Masing's rules; its rig is rigid."""
         at = int(np.searchsorted(self.starts, group.places.start))
         x = self.cycles[at].displacement
         force, stiffness, by = self.model.cycle(x, values)
         return force, stiffness, by, np.zeros_like(force)
+
+    @property
+    def parts(self) -> list[NDArray[np.int64]]:
+        """Free coordinates in parts of which no record has two; one part beside data of all."""
+        row = {int(j): r for r, j in enumerate(self.free)}
+        if self.data:
+            return [np.arange(self.free.size)]
+        label = np.arange(self.free.size)
+        for column, rig in zip(self.columns, self.rigs, strict=True):
+            mine = [row[j] for j in (*column, *(() if rig is None else (rig,))) if j in row]
+            if mine:
+                label[np.isin(label, label[mine])] = label[mine].min()
+        return [np.flatnonzero(label == one) for one in np.unique(label)]
 
     # -- residuals ------------------------------------------------------------------------------
 

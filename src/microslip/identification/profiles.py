@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip._checks import Floats
 from microslip.identification.fit import Fit, bounds_of, settle
 from microslip.identification.problem import Problem
 
 _CLOSE = 0.01  # of the threshold, within which an end of an interval is found
-_TRIES = 14
+_TRIES, _CREEPS = 14, 2
+_FELT = 1e-9  # of its value: what a quantity changes with a unit of a coordinate that it feels
+_FURTHER = 1.02  # by how much an end must move to count as another one
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,8 @@ class Interval:
     at_low: Floats
     """All coordinates where the low end was found."""
     at_high: Floats
+    points: tuple[tuple[float, float], ...] = field(default=())
+    """Where the profile has been: coordinate, and rise of the sum of squares."""
 
 
 def information(problem: Problem, q: Floats) -> Floats:
@@ -47,74 +52,182 @@ def covariance_of(information: Floats) -> Floats:
     return np.asarray(inverse / np.outer(size, size))
 
 
-def profile(
+def curvature(
     problem: Problem, best: Fit, i: int, threshold: float, covariance: Floats
-) -> tuple[Interval, Fit | None]:
-    """The profile of coordinate ``i`` up to a rise ``threshold`` of the sum of squares.
+) -> Interval:
+    """The interval of coordinate ``i`` if all were linear; open where that is beyond a bound."""
+    low, high = bounds_of(problem)
+    error = math.sqrt(max(float(covariance[i, i]), 1e-300))
+    along = covariance[:, i] / max(float(covariance[i, i]), 1e-300)
+    reach = math.sqrt(threshold) * error
+    down, up = float(best.q[i]) - reach, float(best.q[i]) + reach
+    at_low, at_high = (
+        np.clip(best.q + along * (min(max(end, low[i]), high[i]) - best.q[i]), low, high)
+        for end in (down, up)
+    )
+    return Interval(
+        max(down, float(low[i])),
+        min(up, float(high[i])),
+        bool(down <= low[i]),
+        bool(up >= high[i]),
+        at_low,
+        at_high,
+    )
 
-    Also a better minimum, if the profile came upon one.
-    """
-    found: list[tuple[float, bool, Floats]] = []
-    better: Fit | None = None
-    for direction in (-1.0, 1.0):
-        end, is_open, place, lower = _end(problem, best, i, direction, threshold, covariance)
-        found.append((end, is_open, place))
-        if lower is not None and (better is None or lower.cost < better.cost):
-            better = lower
-    (low, low_open, at_low), (high, high_open, at_high) = found
-    return Interval(low, high, low_open, high_open, at_low, at_high), better
 
-
-def _end(
+def profile(
     problem: Problem,
     best: Fit,
     i: int,
-    direction: float,
     threshold: float,
     covariance: Floats,
-) -> tuple[float, bool, Floats, Fit | None]:
-    low, high = bounds_of(problem)
-    bound = float(high[i] if direction > 0.0 else low[i])
-    room = abs(bound - best.q[i])
-    if room == 0.0:
-        return bound, True, best.q, None
-    error = math.sqrt(max(float(covariance[i, i]), 1e-300))
-    along = covariance[:, i] / max(float(covariance[i, i]), 1e-300)
-    others = np.delete(np.arange(best.q.size), i)
+    others: NDArray[np.intp],
+    is_last: bool = False,
+) -> tuple[Interval, Fit | None]:
+    """The profile of coordinate ``i`` up to a rise ``threshold`` of the sum of squares.
+
+    ``others`` are fitted again at each of its points. Also a better minimum, if the profile came
+    upon one; there it breaks off, unless it ``is_last``.
+    """
+    walk = _Walk(problem, best, i, threshold, covariance, others, is_last)
+    low, low_open, at_low = walk.end(-1.0)
+    high, high_open, at_high = walk.end(1.0)
+    points = tuple(sorted(walk.points))
+    return Interval(low, high, low_open, high_open, at_low, at_high, points), walk.lowest
+
+
+def further(
+    problem: Problem,
+    best: Fit,
+    i: int,
+    threshold: float,
+    covariance: Floats,
+    others: NDArray[np.intp],
+    is_last: bool,
+    found: Interval,
+    places: Sequence[Floats],
+) -> tuple[Interval, Fit | None]:
+    """The profile once more, where the ``places`` of other ends show a lower way to its own.
+
+    Where the loops do not feel a coordinate at the best value, such as a force limit above all
+    forces, no derivative tells the way on which it begins to count.
+    """
+    walk = _Walk(problem, best, i, threshold, covariance, others, is_last)
     goal = math.sqrt(threshold)
-
-    lowest: Fit | None = None
-
-    def rise(distance: float, near: Floats) -> tuple[float, Floats]:
-        nonlocal lowest
-        start = np.clip(near, low, high)
-        start[i] = bound if distance >= room else best.q[i] + direction * distance
-        fit = settle(problem, start, others, good_enough=2e-3 * threshold)
-        if fit.cost < best.cost - 0.02 * threshold and (lowest is None or fit.cost < lowest.cost):
-            lowest = fit
-        return math.sqrt(max(fit.cost - best.cost, 0.0)) if fit.finite else math.inf, fit.q
-
-    inside, at_inside, place = 0.0, 0.0, best.q
-    outside, at_outside = math.inf, math.inf
-    distance = min(goal * error, room)
-    for _ in range(_TRIES):
-        step = direction * distance - (place[i] - best.q[i])
-        reached, answer = rise(distance, place + along * step)
-        if lowest is not None:
-            break
-        if abs(reached - goal) <= _CLOSE * goal:
-            # The root of the rise is nearly straight: the rest is interpolated.
-            end = float(best.q[i] + direction * min(distance * goal / reached, room))
-            return end, False, answer, None
-        if reached < goal:
-            if distance >= room:
-                return bound, True, answer, None
-            inside, at_inside, place = distance, reached, answer
+    for direction, end, is_open, own in (
+        (-1.0, found.low, found.low_open, found.at_low),
+        (1.0, found.high, found.high_open, found.at_high),
+    ):
+        distance = abs(end - float(best.q[i]))
+        if is_open or distance == 0.0:
+            continue
+        for place in places:
+            if place is own or walk.is_over:
+                continue
+            reached, answer = walk.rise(direction, distance, place)
+            if reached * _FURTHER < goal:
+                end, is_open, own = walk.end(direction, (distance, reached, answer))
+                distance = abs(end - float(best.q[i]))
+                if is_open:
+                    break
+        if direction < 0.0:
+            found = replace(found, low=end, low_open=is_open, at_low=own)
         else:
-            outside, at_outside = distance, reached
-        distance = _next(inside, at_inside, outside, at_outside, goal, room)
-    end = outside if math.isfinite(outside) else inside
-    return float(best.q[i] + direction * min(end, room)), False, place, lowest
+            found = replace(found, high=end, high_open=is_open, at_high=own)
+    return found, walk.lowest
+
+
+class _Walk:
+    """The way along the profile of a coordinate."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        best: Fit,
+        i: int,
+        threshold: float,
+        covariance: Floats,
+        others: NDArray[np.intp],
+        is_last: bool,
+    ) -> None:
+        self._is_last = is_last
+        self._problem, self._best, self._i, self._others = problem, best, i, others
+        self._threshold, self._goal = threshold, math.sqrt(threshold)
+        variance = max(float(covariance[i, i]), 1e-300)
+        self._error, self._along = math.sqrt(variance), covariance[:, i] / variance
+        self._bounds = bounds_of(problem)
+        self.points = [(float(best.q[i]), 0.0)]
+        self.lowest: Fit | None = None
+        """A better minimum, if the way came upon one."""
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all begins again from a better minimum."""
+        return self.lowest is not None and not self._is_last
+
+    def _bound(self, direction: float) -> float:
+        return float(self._bounds[1 if direction > 0.0 else 0][self._i])
+
+    def rise(self, direction: float, distance: float, near: Floats) -> tuple[float, Floats]:
+        """Root of the rise of the sum of squares at a distance, and all coordinates there."""
+        i, best = self._i, self._best
+        bound = self._bound(direction)
+        start = np.clip(near, *self._bounds)
+        here = bound if distance >= abs(bound - best.q[i]) else best.q[i] + direction * distance
+        start[i] = here
+        fit = settle(self._problem, start, self._others, good_enough=5e-3 * self._threshold)
+        if fit.cost < best.cost - 0.02 * self._threshold and (
+            self.lowest is None or fit.cost < self.lowest.cost
+        ):
+            self.lowest = fit
+        if not fit.finite:
+            return math.inf, fit.q
+        self.points.append((float(here), max(fit.cost - best.cost, 0.0)))
+        return math.sqrt(max(fit.cost - best.cost, 0.0)), fit.q
+
+    def end(
+        self, direction: float, begin: tuple[float, float, Floats] | None = None
+    ) -> tuple[float, bool, Floats]:
+        """The end of the interval on one side, whether it is open, and all coordinates there."""
+        i, best, goal = self._i, self._best, self._goal
+        bound = self._bound(direction)
+        room = abs(bound - float(best.q[i]))
+        if room == 0.0:
+            return bound, True, best.q
+        inside, at_inside, place = 0.0, 0.0, best.q
+        outside, at_outside = math.inf, math.inf
+        distance = min(goal * self._error, room)
+        side, same = 0, 0
+        if begin is not None:
+            inside, at_inside, place = begin
+            distance = _next(inside, at_inside, outside, at_outside, goal, room)
+        for _ in range(_TRIES):
+            step = direction * distance - (place[i] - best.q[i])
+            # On along the way from the best value, once there is one.
+            gone = place[i] - best.q[i]
+            along = self._along if gone == 0.0 else (place - best.q) / gone
+            reached, answer = self.rise(direction, distance, place + along * step)
+            if self.is_over:
+                break
+            if abs(reached - goal) <= _CLOSE * goal:
+                # The root of the rise is nearly straight: the rest is interpolated.
+                last = float(best.q[i] + direction * min(distance * goal / reached, room))
+                return last, False, answer
+            if reached < goal:
+                if distance >= room:
+                    return bound, True, answer
+                inside, at_inside, place = distance, reached, answer
+            else:
+                outside, at_outside = distance, reached
+            same = same + 1 if side == (reached < goal) else 1
+            side = int(reached < goal)
+            if same >= _CREEPS and math.isfinite(outside):
+                # A secant that always falls on one side creeps; halves do not.
+                distance = 0.5 * (inside + outside)
+            else:
+                distance = _next(inside, at_inside, outside, at_outside, goal, room)
+        last = outside if math.isfinite(outside) else inside
+        return float(best.q[i] + direction * min(last, room)), False, place
 
 
 def _next(
@@ -137,23 +250,39 @@ def derived_interval(
     function: Callable[[Floats], tuple[float, Floats]],
     threshold: float,
     covariance: Floats,
-) -> tuple[float, float, float]:
-    """Value and ends of a quantity that follows from the coordinates.
+    intervals: Sequence[Interval],
+) -> Interval:
+    """Ends of a quantity that follows from the coordinates, and whether they are open.
 
-    Along the direction in which the quantity moves most for a rise of the sum of squares; there the
-    quantity is taken as it is, not as a straight line.
+    Along the direction in which the quantity moves most for a rise of the sum of squares, within
+    the intervals of the coordinates, where the quantity is taken as it is and not as a straight
+    line; and wherever an interval that is open has led. An end is open where a coordinate that the
+    quantity feels stands at an open end of its own.
     """
     value, gradient = function(best.q)
+    low, high = (np.array([getattr(one, end) for one in intervals]) for end in ("low", "high"))
+    low_open = np.array([one.low_open for one in intervals])
+    high_open = np.array([one.high_open for one in intervals])
     along = covariance @ gradient
     variance = float(gradient @ along)
-    if not variance > 0.0:
-        return value, value, value
-    low, high = bounds_of(problem)
+    places = [best.q]
+    if variance > 0.0:
+        move = math.sqrt(threshold / variance) * along
+        places += [np.clip(best.q + way * move, low, high) for way in (-1.0, 1.0)]
+    if low_open.any() or high_open.any():
+        places += [place for one in intervals for place in (one.at_low, one.at_high)]
     ends = []
-    for direction in (-1.0, 1.0):
-        move = direction * math.sqrt(threshold / variance) * along
-        ends.append(function(np.clip(best.q + move, low, high))[0])
-    return value, min(ends), max(ends)
+    for place in places:
+        there, by = function(place)
+        at_open = (low_open & (place <= low)) | (high_open & (place >= high))
+        feels = np.maximum(np.abs(by), np.abs(gradient)) > _FELT * abs(value)
+        # A quantity that ends at 0 or without end is as open as what it follows from.
+        ends.append((there, bool(np.any(at_open & feels))))
+    (first, first_open), (last, last_open) = (
+        pick(ends, key=lambda end: end[0]) for pick in (min, max)
+    )
+    # An end that is the best value itself and open says that the best value lies at a bound.
+    return Interval(first, last, first_open, last_open, best.q, best.q)
 
 
 def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Floats:

@@ -16,7 +16,14 @@ from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.identification.checks import RecordFit
 from microslip.identification.models.base import Model
-from microslip.identification.verdicts import NOT, Direction, Fitted, digits_of, shown
+from microslip.identification.verdicts import (
+    NOT,
+    Direction,
+    Fitted,
+    digits_of,
+    shown,
+    shown_interval,
+)
 from microslip.materials import MaterialPair
 
 CONVERGED = "converged"
@@ -183,23 +190,16 @@ class Identification(Locked):
         InputError
             A fit that did not converge; a law or a surface that a study does not know; no pair.
         """
-        from microslip.identification.as_study import study_of
+        from microslip.identification.as_study import amplitudes_of, loads_of, study_of
 
-        loads: list[float] = []
-        for load in sorted(record.normal_load or 0.0 for record in self.records):
-            if load > 0.0 and (not loads or load > 1.01 * loads[-1]):
-                loads.append(load)
+        loads = loads_of(self.records)
         joint = self.joint(loads[0] if loads else None, even_if=even_if)
         if not isinstance(joint, Interface):
             raise InputError(
                 f"a study describes an interface, and this is a fit of {self.law!r}; "
                 "identify with law='interface' and pair=..."
             )
-        amplitudes: list[float] = []
-        for amplitude in sorted(record.folded.amplitude for record in self.records):
-            if not amplitudes or amplitude > 1.02 * amplitudes[-1]:
-                amplitudes.append(amplitude)
-        return study_of(joint, loads, amplitudes, self._area is not None)
+        return study_of(joint, loads, amplitudes_of(self.records), self._area is not None)
 
     # -- as values and as text --------------------------------------------------------------------
 
@@ -258,11 +258,11 @@ class Identification(Locked):
         ]
         for one in (*self.parameters.values(), *self.derived.values()):
             digits = digits_of(one)
-            ends = f"[{shown(one.low, one.unit, digits)}, {shown(one.high, one.unit, digits)}]"
+            low, high = (shown(end, one.unit, digits) for end in (one.low, one.high))
+            ends = shown_interval((low, high), one.low_open, one.high_open)
+            value = shown(one.value, one.unit) if one.identified else "–"
             ends = "" if one.verdict == "fixed" else ends
-            lines.append(
-                f"{one.name:<34} {shown(one.value, one.unit):>14}  {ends:<30} {one.verdict}"
-            )
+            lines.append(f"{one.name:<34} {value:>14}  {ends:<30} {one.verdict}")
         for one in self.parameters.values():
             if one.reason:
                 lines.append(f"{one.name}: {one.reason}; {one.remedy}")
@@ -286,6 +286,8 @@ def _plain(one: Fitted) -> dict[str, Any]:
         "unit": one.unit,
         "low": _finite(one.low),
         "high": _finite(one.high),
+        "low_open": one.low_open,
+        "high_open": one.high_open,
         "standard_error": _finite(one.standard_error),
         "verdict": one.verdict,
         "reason": one.reason,

@@ -31,6 +31,7 @@ from microslip.tribometer.record import Record
 
 _MOST_FORCES = 1 << 15
 _MOST_DELAYS = 10
+INTERVALS = ("profile", "minos", "curvature")
 _IN_TIME, _LATEST = 1e-5, 1.0  # rad
 
 
@@ -65,7 +66,7 @@ def identify(
     ----------
     records : Record or sequence of Record
         One or many, at several loads and amplitudes; each with at least three settled cycles.
-    law : str, type or law, optional
+    law : str, type or BackboneLaw, optional
         "interface", "jenkins", "iwan", "segalman", "bouc-wen", or the class. An instance also gives
         the values to start from; an Interface the shape of its heights and its materials, too.
     pair : MaterialPair, optional
@@ -105,7 +106,8 @@ def identify(
         Level of the intervals [-].
     intervals : str, optional
         "profile", the package's own, or "minos" for those of iminuit, a check on them; where MINOS
-        finds no end within the bounds, "profile" takes over.
+        finds no end within the bounds, "profile" takes over. "curvature" is quick: intervals as if
+        the law were linear in its parameters.
     progress : callable, optional
         Called now and then with the share that is done, 0 ... 1.
 
@@ -134,8 +136,9 @@ def identify(
     level = _share("confidence", confidence)
     if loss not in LOSSES:
         raise InputError(f"loss must be one of {', '.join(LOSSES)}, got {show(loss)}")
-    if intervals not in ("profile", "minos"):
-        raise InputError(f"intervals must be 'profile' or 'minos', got {show(intervals)}")
+    if intervals not in INTERVALS:
+        wanted = ", ".join(map(repr, INTERVALS))
+        raise InputError(f"intervals must be one of {wanted}, got {show(intervals)}")
     held = 0.0 if held_back == 0 else _share("held_back", held_back)
     folded = _folded(records, cycles, lambda share: report(0.3 * share))
     options = {"heights": heights, "surface": surface}
@@ -192,8 +195,7 @@ def identify(
     if free_delay:
         problem, best = _in_time(problem, best, loss, freedom)
     report(0.5)
-    by_minos = intervals == "minos"
-    answer = profiled(problem, best, level, freedom, lambda s: report(0.5 + 0.4 * s), by_minos)
+    answer = profiled(problem, best, level, freedom, lambda s: report(0.5 + 0.4 * s), intervals)
     predicted = None
     if held and answer.best.finite:
         predicted = checks.held_back_error(problem, answer.best, held)

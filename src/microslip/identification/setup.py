@@ -141,6 +141,11 @@ def coordinates_for(
     for key in one_for_all:
         if key in one_a_load:
             raise InputError(f"{key} cannot be both shared and per_load; name it in one of them")
+    if one_a_load and not several:
+        raise InputError(
+            f"per_load: {', '.join(one_a_load)} cannot differ between loads, for all records have "
+            "one; add records at another normal load"
+        )
     found: list[Coordinate] = []
     places: dict[tuple[str, int], int] = {}
     for parameter in model.parameters:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,8 @@ IDENTIFIED, ABOVE, BELOW, NOT, FIXED = (
     "fixed",
 )
 
+_RIG_APART = "measure the rig's stiffness apart and give it with its uncertainty"
+
 
 @dataclass(frozen=True)
 class Fitted:
@@ -37,9 +40,9 @@ class Fitted:
     value: float
     """Best value; where the verdict is "not identified" it is one of many."""
     low: float
-    """Lower end of the profile interval, or the bound where it is open."""
+    """Lower end of the profile interval; where that is open 0, or minus infinity."""
     high: float
-    """Upper end."""
+    """Upper end; where it is open infinity."""
     standard_error: float
     """From the curvature at the best value; of a fixed value 0."""
     verdict: str
@@ -52,6 +55,13 @@ class Fitted:
     """Whether the best value lies at a bound."""
     load: float | None = None
     """Normal load [N] that it belongs to; None for one that belongs to all."""
+    low_open: bool = False
+    """Whether the loops set no lower end: all values down to the bound of the search answer."""
+    high_open: bool = False
+    """Whether they set no upper end."""
+    profile: tuple[tuple[float, float], ...] = field(default=(), repr=False)
+    """Values that the profile visited, and by how much chi-squared rises there, over the factor
+    by which the noise was found larger."""
 
     @property
     def identified(self) -> bool:
@@ -102,34 +112,79 @@ def design_of(
     )
 
 
-def judge(one: Coordinate, value: float, interval: Interval) -> tuple[str, float, float, bool]:
-    """Verdict, ends of the interval in physical values, and whether the value is at a bound."""
+class Judged(NamedTuple):
+    """Verdict on a number, and its interval in physical values."""
+
+    verdict: str
+    low: float
+    high: float
+    low_open: bool
+    high_open: bool
+    at_bound: bool
+    """Whether the best value lies at a bound."""
+    searched: tuple[float, float]
+    """Ends of what was searched, where an end is open."""
+
+
+def judge(one: Coordinate, value: float, interval: Interval) -> Judged:
+    """What an interval says of a number; an end that is but the bound of the search is none."""
     ends = (
         (one.outer(interval.low), interval.low_open),
         (one.outer(interval.high), interval.high_open),
     )
     (low, low_open), (high, high_open) = sorted(ends, key=lambda end: end[0])
+    searched = low, high
+    if low_open:
+        natural = one.kind == "linear" and 0.0 <= one.low < math.inf
+        low = one.low if natural else (-math.inf if one.shape else 0.0)
+    if high_open:
+        high = math.inf
     room = one.limits
     q = one.inner(value)
     at_bound = min(q - room[0], room[1] - q) <= 1e-6 * min(room[1] - room[0], 1.0)
     if low_open and high_open:
-        return NOT, low, high, at_bound
-    if one.shape:
+        verdict = NOT
+    elif one.shape:
         wide = high - low > WIDEST_SHAPE or low_open or high_open
-        return (NOT if wide else IDENTIFIED), low, high, at_bound
-    if low_open:
-        return ABOVE, low, high, at_bound
-    if high_open:
-        return BELOW, low, high, at_bound
-    wide = high > WIDEST_RATIO * low
-    return (NOT if wide else IDENTIFIED), low, high, at_bound
+        verdict = NOT if wide else IDENTIFIED
+    elif low_open or high_open:
+        verdict = ABOVE if low_open else BELOW
+    else:
+        verdict = NOT if high > WIDEST_RATIO * low else IDENTIFIED
+    return Judged(verdict, low, high, low_open, high_open, at_bound, searched)
+
+
+_POWERS = {
+    "m^-1.5": "m⁻¹·⁵",
+    "m^-1": "m⁻¹",
+    "m^-2": "m⁻²",
+    "m^2": "m²",
+    "1/m^2": "m⁻²",
+    "1/m": "m⁻¹",
+}
+_WITH_PREFIX = ("m", "N", "N/m", "J", "s", "Hz", "Pa")
 
 
 def shown(value: float, unit: str, digits: int = 3) -> str:
-    """A value as the texts show it."""
+    """A value with its unit, with a prefix where that has the power one."""
+    if math.isnan(value):
+        return "–"
     if math.isinf(value):
         return "infinite"
-    return engineering(value, unit, digits) if unit else significant(value, digits)
+    if unit in ("", "-"):
+        return significant(value, digits)
+    if unit in _WITH_PREFIX:
+        return engineering(value, unit, digits)
+    return f"{significant(value, digits)} {_POWERS.get(unit, unit)}"
+
+
+def shown_interval(ends: tuple[str, str], low_open: bool, high_open: bool) -> str:
+    """The ends of an interval, of which those are left out that are open."""
+    if low_open and high_open:
+        return "open"
+    if low_open:
+        return f"up to {ends[1]}"
+    return f"from {ends[0]}" if high_open else f"{ends[0]} … {ends[1]}"
 
 
 def digits_of(one: Fitted) -> int:
@@ -140,25 +195,28 @@ def digits_of(one: Fitted) -> int:
     return min(max(3, 2 - math.floor(math.log10(width / abs(one.value)))), 9)
 
 
-def reason_for(one: Coordinate, verdict: str, low: float, high: float, confidence: float) -> str:
+def reason_for(one: Coordinate, judged: Judged, confidence: float) -> str:
     """Why a number is not identified, in one sentence."""
     level = f"{100.0 * confidence:g} %"
-    ends = f"{shown(low, one.unit)} to {shown(high, one.unit)}"
-    if verdict == NOT and one.shape:
-        return (
-            f"within the noise of the loops every value from {ends} answers them ({level}): wider "
-            f"than {WIDEST_SHAPE:g}, or up to a bound"
-        )
-    if verdict == NOT:
-        return (
-            f"within the noise of the loops every value from {ends} answers them ({level}): more "
-            f"than a factor {WIDEST_RATIO:g}, or up to both bounds"
-        )
-    if verdict == ABOVE:
-        return f"the loops only say that it is not above {shown(high, one.unit)} ({level})"
-    if verdict == BELOW:
-        return f"the loops only say that it is not below {shown(low, one.unit)} ({level})"
-    return ""
+    low, high = (shown(end, one.unit) for end in (judged.low, judged.high))
+    if judged.verdict == ABOVE:
+        return f"the loops only say that it is not above {high} ({level})"
+    if judged.verdict == BELOW:
+        return f"the loops only say that it is not below {low} ({level})"
+    if judged.verdict != NOT:
+        return ""
+    answers = f"within the noise of the loops every value {{}} answers them ({level})"
+    if judged.low_open and judged.high_open:
+        searched = tuple(shown(end, one.unit) for end in judged.searched)
+        if not all(math.isfinite(end) for end in judged.searched):
+            return answers.format("that was tried")
+        return answers.format(f"that was tried, from {searched[0]} to {searched[1]},")
+    if judged.low_open:
+        return answers.format(f"up to {high}")
+    if judged.high_open:
+        return answers.format(f"from {low} on")
+    wide = f"wider than {WIDEST_SHAPE:g}" if one.shape else f"more than a factor {WIDEST_RATIO:g}"
+    return f"{answers.format(f'from {low} to {high}')}: {wide}"
 
 
 def remedy_for(one: Coordinate, verdict: str, design: Design) -> str:
@@ -167,12 +225,12 @@ def remedy_for(one: Coordinate, verdict: str, design: Design) -> str:
         return ""
     wishes = []
     if one.parameter == RIG:
-        wishes.append("measure the rig's stiffness apart and give rig_stiffness=(value, error)")
+        wishes.append(_RIG_APART)
         if not design.gross_slip:
             wishes.append("or record a cycle of gross slip")
         return "; ".join(wishes)
     if design.rig_is_free:
-        wishes.append("measure the rig's stiffness apart: rig_stiffness=(value, error)")
+        wishes.append(_RIG_APART)
     if design.scales_with_load and design.loads < 2:
         wishes.append("records at another normal load, best a tenth or ten times of this one")
     if not design.microslip:

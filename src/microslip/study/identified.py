@@ -108,6 +108,8 @@ def identified(
             own["contact_area"] = None
         if law == "bouc-wen" and len(laws) > 1:
             own["rig_stiffness"] = None  # its elastic part stands for the rig
+        if index > 0:
+            own["intervals"] = "curvature"  # of what is compared there are no profiles
         model = law if law != "interface" or study is None else build_joints(study)[0]
 
         def report(share: float, index: int = index) -> None:
@@ -253,7 +255,7 @@ def show(summary: dict[str, Any], stream: TextIO | None) -> None:
     out = Printer(stream)
     found = summary["identification"]
     out.line(tables.headline(found), style="bold")
-    out.line(found["message"])
+    out.line(tables.message_of(found))
     out.line()
     level = f"{100.0 * found['confidence']:g} % interval"
     for title, key in (("Parameters", "parameters"), ("What follows from them", "derived")):

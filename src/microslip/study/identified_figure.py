@@ -38,7 +38,7 @@ _SYMBOLS = {
     "force_limit": "μN",
     "contact_area": "area",
 }
-_BLUE, _INK, _RED, _GREY, _BAND = "#0072B2", "#000000", "#D55E00", "#888888", "#e6e6e6"
+BLUE, _INK, RED, _GREY, _BAND = "#0072B2", "#000000", "#D55E00", "#888888", "#e6e6e6"
 
 
 class Shown(NamedTuple):
@@ -124,14 +124,14 @@ def loops(result: Identification) -> Figure:
     left_out = len(groups) - len(drawn)
     figure.legend(
         handles=[
-            Line2D([], [], linestyle="none", marker="o", color=_BLUE, markerfacecolor="none",
+            Line2D([], [], linestyle="none", marker="o", color=BLUE, markerfacecolor="none",
                    markersize=3.5, label="measured, mean cycle"),
             Line2D([], [], color=_INK, label=f"identified: {result.law}, rig in series"
                    if _has_rig(result) else f"identified: {result.law}"),
             *(
                 Line2D([], [], linestyle="none", marker=marker, color=color, markersize=3.0,
                        markerfacecolor="none", label=f"residual, displacement {way}")
-                for marker, color, way in (("o", _BLUE, "rising"), ("^", _RED, "falling"))
+                for marker, color, way in (("o", BLUE, "rising"), ("^", RED, "falling"))
             ),
             Patch(facecolor=_BAND, edgecolor=_GREY, linewidth=0.5, label="noise, ±2 σ"),
         ],
@@ -156,7 +156,7 @@ def _pair(
         x = (record.x - 0.5 * (record.x.max() + record.x.min())) / x_unit
         marks = _along(x, record.force, MOST_MARKS)
         above.plot(
-            x[marks], record.force[marks] / f_unit, "o", color=_BLUE, markersize=3.0,
+            x[marks], record.force[marks] / f_unit, "o", color=BLUE, markersize=3.0,
             markerfacecolor="none", markeredgewidth=0.7,
         )  # fmt: skip
         closed = np.append(np.arange(x.size), 0)
@@ -164,7 +164,7 @@ def _pair(
         dots = some(x.size, most)
         rest = record.residual[dots] / r_unit
         turn = np.gradient(record.x)[dots] < 0.0
-        for part, color, marker in ((~turn, _BLUE, "o"), (turn, _RED, "^")):
+        for part, color, marker in ((~turn, BLUE, "o"), (turn, RED, "^")):
             below.plot(
                 x[dots][part], rest[part], marker, color=color, markersize=2.4,
                 markerfacecolor="none", markeredgewidth=0.5,
@@ -217,23 +217,18 @@ def intervals(result: Identification) -> Figure:
 
 def _strip(axes: Axes, name: str, one: Fitted) -> None:
     """One interval on its own axis, which reaches a little beyond it."""
-    # Of what is only bounded there is the bound, and the other side goes on.
-    known = {"bounded above": one.high, "bounded below": one.low}.get(one.verdict, one.value)
+    open_low, open_high = one.low_open, one.high_open
+    known = one.high if open_low and not open_high else one.low if open_high else one.value
     unit, letter = (1.0, "") if one.unit in ("", "-") else prefix(known)
     value, low, high = (v / unit for v in (one.value, one.low, one.high))
-    # Without an end is also the side of a bound at which the best value lies.
-    edge = 1e-3 * (high - low) if one.verdict == "not identified" else -math.inf
-    open_low = one.verdict == "bounded above" or not math.isfinite(low) or value - low <= edge
-    open_high = one.verdict == "bounded below" or not math.isfinite(high) or high - value <= edge
-    left = low if math.isfinite(low) and one.verdict != "bounded above" else 0.5 * high
-    right = high if math.isfinite(high) and one.verdict != "bounded below" else 2.0 * low
+    left, right = _ends(value, low, high, open_low, open_high)
     logarithmic = 0.0 < left < 0.1 * right
-    color = _BLUE if one.verdict == "identified" else _RED
+    color = BLUE if one.verdict == "identified" else RED
     axes.plot([left, right], [0.0, 0.0], color=color, linewidth=2.0, solid_capstyle="butt")
     for end, is_open, way in ((left, open_low, "<"), (right, open_high, ">")):
         axes.plot([end], [0.0], way if is_open else "|", color=color, markersize=7.0,
                   markeredgewidth=1.5)  # fmt: skip
-    if left <= value <= right:
+    if left <= value <= right and not (open_low and open_high):
         axes.plot([value], [0.0], "o", color=color, markerfacecolor="white", markersize=5.0)
     if logarithmic:
         log_scale(axes, "x")
@@ -252,6 +247,19 @@ def _strip(axes: Axes, name: str, one: Fitted) -> None:
     note(axes, f"{label(name)}{unit_text}{verdict}")
 
 
+def _ends(
+    value: float, low: float, high: float, open_low: bool, open_high: bool
+) -> tuple[float, float]:
+    """Where the line of an interval begins and ends; without an end it goes on for a while."""
+    if open_low and open_high:
+        return (0.5 * value, 2.0 * value) if value > 0.0 else (value - 1.5, value + 1.5)
+    if open_low:
+        return (0.5 * high if high > 0.0 else high - 1.5), high
+    if open_high:
+        return low, (2.0 * low if low > 0.0 else low + 1.5)
+    return low, high
+
+
 def _heat_map(axes: Axes, names: Sequence[str], matrix: Floats) -> None:
     """Correlations as colours and numbers; the lower half, since both are the same."""
     shown_part = np.where(np.tri(len(names), k=-1) > 0.0, matrix, np.nan)[1:, :-1]
@@ -262,16 +270,16 @@ def _heat_map(axes: Axes, names: Sequence[str], matrix: Floats) -> None:
             j, i, f"{value:+.2f}".replace("-", "−"), ha="center", va="center", fontsize=8.0,
             color="white" if abs(value) > 0.7 else "black",
         )  # fmt: skip
-    short = [_short(name) for name in names]
-    axes.set_xticks(range(len(names) - 1), short[:-1], rotation=30.0, ha="right")
-    axes.set_yticks(range(len(names) - 1), short[1:])
+    symbols = [short(name) for name in names]
+    axes.set_xticks(range(len(names) - 1), symbols[:-1], rotation=30.0, ha="right")
+    axes.set_yticks(range(len(names) - 1), symbols[1:])
     axes.grid(visible=False)
     axes.tick_params(length=0.0)
     for spine in axes.spines.values():
         spine.set_visible(False)
 
 
-def _short(name: str) -> str:
+def short(name: str) -> str:
     """The symbol of a parameter, or its words."""
     text = label(name)
     key, _, rest = name.partition(" ")
@@ -313,7 +321,11 @@ def write(result: Identification, folder: Path) -> list[str]:
 
 def drawings(result: Identification) -> list[tuple[str, Figure]]:
     """The figures of an identification and the stems of their files."""
+    from microslip.study.identified_profiles import profiled, profiles
+
     found = [("loops", loops(result))]
     if 1 <= len(result.names) <= MOST_PARAMETERS:
         found.append(("intervals", intervals(result)))
+        if profiled(result):
+            found.append(("profiles", profiles(result)))
     return found

@@ -24,6 +24,12 @@ _CAPTIONS = {
         "Best values and intervals; an arrow is an end that the records leave open. Beside them "
         "the correlations of the errors.",
     ),
+    "profiles": (
+        "Likelihood profile of each parameter",
+        "By how much χ² rises where a parameter is held at another value and all others are fitted "
+        "again, over the factor by which intervals were widened. Values below the dashed level "
+        "answer the loops; where the curve stays below it, the interval is open.",
+    ),
 }
 
 
@@ -69,7 +75,7 @@ def page(found: Identified, summary: dict[str, Any], toml: str | None, folder: P
         sentence=tables.sentence(result),
         word=tables.status_word(result),
         headline=tables.headline(result),
-        message=result["message"],
+        message=tables.message_of(result),
         level=f"{100.0 * result['confidence']:g} %",
         parameters=tables.rows_of(result["parameters"]),
         derived=tables.rows_of(result["derived"]),

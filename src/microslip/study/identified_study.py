@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from microslip._units import engineering
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.study.identified_tables import label, open_of, quantity
@@ -17,10 +13,6 @@ from microslip.study.overrides import dump
 if TYPE_CHECKING:
     from microslip.identification import Identification
     from microslip.study.identified import Identified
-
-
-SAME = 0.01
-"""Loads and amplitudes that differ by no more than this share count as one."""
 
 
 def joint_text(found: Identified) -> tuple[str | None, str]:
@@ -57,9 +49,6 @@ def joint_text(found: Identified) -> tuple[str | None, str]:
     given["title"] = f"{title}: identified"[:200] if title else "Identified joint"
     for key, unit in (("radius", "m"), ("area", "m^2"), ("density", "1/m^2")):
         given["surface"][key] = f"{getattr(_surface(result), key):.6g} {unit}"
-    loads = [r.normal_load for r in result.records if r.normal_load is not None]
-    given["joint"]["normal_load"] = _different(loads, "N")
-    given["excitation"] = {"amplitudes": _different(_amplitudes(result), "m")}
     order = ("schema", "title", "material", "surface", "joint", "excitation")
     given = {key: given[key] for key in (*order, *given) if key in given}
     return f"{_remarks(found)}\n{dump(given)}", ""
@@ -67,24 +56,6 @@ def joint_text(found: Identified) -> tuple[str | None, str]:
 
 def _surface(result: Identification) -> Any:
     return result.joint().surface
-
-
-def _amplitudes(result: Identification) -> list[float]:
-    """Displacement amplitudes of the joint itself [m]: those of the records less the rig's part."""
-    found = []
-    for record in result.records:
-        rig = 0.0 if record.rig_stiffness is None else np.ptp(record.model) / record.rig_stiffness
-        found.append(0.5 * float(np.ptp(record.displacement) - rig))
-    return [amplitude for amplitude in found if amplitude > 0.0]
-
-
-def _different(values: Sequence[float], unit: str) -> list[str]:
-    """Different values in rising order, as a study has them."""
-    kept: list[float] = []
-    for value in sorted(values):
-        if not kept or value > kept[-1] * (1.0 + SAME):
-            kept.append(value)
-    return [engineering(value, unit, 4, trim=True).replace("µ", "u") for value in kept]
 
 
 def _remarks(found: Identified) -> str:

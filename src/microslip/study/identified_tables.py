@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from microslip._units import engineering, significant
+from microslip.identification.verdicts import shown, shown_interval
 
 _LABELS = {
     "friction_coefficient": "friction coefficient μ",
@@ -32,15 +34,6 @@ _WORDS = {
     "bounded below": "watch",
     "not identified": "outside",
 }
-_UNITS = {
-    "m^-1.5": "m⁻¹·⁵",
-    "m^-1": "m⁻¹",
-    "m^-2": "m⁻²",
-    "m^2": "m²",
-    "1/m^2": "m⁻²",
-    "1/m": "m⁻¹",
-}
-
 UNEXPLAINED = 2.0
 """Reduced chi-squared beyond which the page says that the law does not explain all."""
 
@@ -61,6 +54,8 @@ class Table(NamedTuple):
 
     head: list[str]
     rows: list[list[str]]
+    left_out: int = 0
+    """Rows that are in summary.json alone."""
 
 
 class Open(NamedTuple):
@@ -81,26 +76,16 @@ def label(name: str) -> str:
 
 def quantity(value: float | None, unit: str, digits: int = 4) -> str:
     """A value with its unit."""
-    if value is None or math.isnan(value):
-        return "–"
-    if math.isinf(value):
-        return "infinite"
-    if unit in ("", "-"):
-        return significant(value, digits)
-    if unit in ("m", "N", "N/m", "J", "s", "Hz", "Pa"):
-        return engineering(value, unit, digits)
-    return f"{significant(value, digits)} {_UNITS.get(unit, unit)}"
+    return "–" if value is None else shown(value, unit, digits)
 
 
 def interval(number: Mapping[str, Any]) -> str:
-    """The interval of a number, open where only one end is known."""
+    """The interval of a number, without an end that is open."""
     digits = _digits(number)
+    if number["verdict"] == "fixed":
+        return "–"
     low, high = (quantity(number[end], number["unit"], digits) for end in ("low", "high"))
-    return {
-        "fixed": "–",
-        "bounded above": f"up to {high}",
-        "bounded below": f"from {low}",
-    }.get(number["verdict"], f"{low} … {high}")
+    return shown_interval((low, high), number["low_open"], number["high_open"])
 
 
 def _digits(number: Mapping[str, Any]) -> int:
@@ -226,13 +211,23 @@ def open_of(found: Mapping[str, Any]) -> list[Open]:
 
 def directions_of(found: Mapping[str, Any]) -> list[str]:
     """Ways through parameter space that the loops do not feel, in words."""
-    texts = []
-    for direction in found["directions"]:
-        text = direction["text"]
-        for name in sorted(found["parameters"], key=len, reverse=True):
-            text = text.replace(name, label(name))
-        texts.append(f"{text[:1].upper()}{text[1:]}.")
-    return texts
+    return [f"{_upper(_labelled(one['text'], found))}." for one in found["directions"]]
+
+
+def message_of(found: Mapping[str, Any]) -> str:
+    """What the status means, the names as people read them."""
+    return f"{_upper(_labelled(found['message'], found))}."
+
+
+def _labelled(text: str, found: Mapping[str, Any]) -> str:
+    """A text with labels instead of names; longer names first, which hold the shorter ones."""
+    names = sorted(found["parameters"], key=len, reverse=True)
+    pattern = "|".join(map(re.escape, names))
+    return re.sub(pattern, lambda match: label(match[0]), text) if names else text
+
+
+def _upper(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}"
 
 
 def correlation_table(found: Mapping[str, Any]) -> Table | None:
@@ -270,5 +265,13 @@ def record_table(records: Sequence[Mapping[str, Any]]) -> Table:
                 else f"{100.0 * energy:+.3f} ± {100.0 * (error or 0.0):.3f} %",
             ]
         )
-    head = ["record", "N", "amplitude", "cycles", "residual", "noise", "energy residual"]
+    head = [
+        "record",
+        "N",
+        "amplitude",
+        "cycles",
+        "residual",
+        "noise of a sample",
+        "energy residual",
+    ]
     return Table(head, rows)

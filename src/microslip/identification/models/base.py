@@ -96,6 +96,12 @@ class Model(ABC):
         """First loading curve at u >= 0 [m], one-dimensional, and all its derivatives."""
         raise NotImplementedError
 
+    def curve(
+        self, u: Floats, values: Mapping[str, float], load: float | None
+    ) -> tuple[Floats, Floats]:
+        """First loading curve and its slope at u >= 0 [m]: :meth:`branch` without the rest."""
+        return self.branch(u, values, load)[:2]
+
     def cycle(self, x: Floats, values: Mapping[str, float]) -> Branch:
         """Forces of the settled cycle of a period x [m], its first sample not repeated."""
         raise NotImplementedError

@@ -17,6 +17,7 @@ from microslip.identification.models.base import Branch, Derived, Model, Paramet
 _NODES, _WEIGHTS = gauss_legendre(16)
 _FULL = 37.0  # exp(-37) is nothing beside 1
 _ROUNDS = 60
+_ROUNDING = 1e-12  # of the range of the displacement
 
 
 @dataclass(frozen=True)
@@ -84,37 +85,42 @@ class BoucWenModel(Model):
         law = self.build(values)
         root = int(np.argmax(x))
         path = np.append(np.roll(x, -root), x[root])  # begins and ends at its highest place
-        steps = np.sign(np.diff(path))
-        if not steps.any():
+        span = float(np.ptp(x))
+        if span == 0.0:
             raise InputError(f"displacement must move, got {x[0]:g} m throughout")
-        # A sample that repeats the one before goes the way of the last move.
-        last = np.maximum.accumulate(np.where(steps != 0.0, np.arange(steps.size), 0))
-        ways = steps[last]
-        turns = np.append(0, np.flatnonzero(np.diff(ways)) + 1)
-        ends = np.append(turns[1:], steps.size)
+        turns, ways = _runs(path, _ROUNDING * span)
+        ends = [*turns[1:], path.size - 1]
         flow = _Flow(law, n, beta)
         scale = k / limit
         by_scale = np.array([1.0 / k, -1.0 / limit])  # of ln(k/F_y)
 
-        start = law._settled(float(np.ptp(x)) * scale)  # right where it turns twice a period
-        memory, rate, by_start = (np.empty(path.size) for _ in range(3))
-        by_values = np.empty((4, path.size))
-        for _ in range(_ROUNDS):
-            w, grown, known = start, 1.0, np.zeros((4, 1))
-            for turn, end in zip(turns, ends, strict=True):
-                part, way = slice(turn, end + 1), ways[turn]
-                s = np.abs(path[part] - path[turn]) * scale
-                y, f, gain, own = flow.move(way * w, s)
-                memory[part], rate[part], by_start[part] = way * y, f, f * gain * grown
-                by_values[:, part] = f * gain * known
-                by_values[:2, part] += way * f * s * by_scale[:, None]
-                by_values[2:, part] += way * own
-                w, grown, known = float(memory[end]), float(by_start[end]), by_values[:, [end]]
-            # What the start should have been, and how that moves with the parameters.
-            miss, settles = w - start, 1.0 - grown
+        start = law._settled(span * scale)  # right where it turns twice a period
+        lengths = np.abs(path[ends] - path[turns]) * scale
+        for _ in range(_ROUNDS if len(turns) > 2 else 0):
+            w, grown = start, 1.0
+            for way, length in zip(ways, lengths, strict=True):
+                w, gain = flow.go(way * w, length)
+                w, grown = way * w, grown * gain
+            # What the start should have been.
+            miss, settles = w - start, max(1.0 - grown, 2.0**-53)
             if abs(miss) <= 4e-16 + 1e-15 * settles:
                 break
             start = float(np.clip(start + miss / settles, -1.0, 1.0))
+
+        memory, rate, by_start = (np.empty(path.size) for _ in range(3))
+        by_values = np.empty((4, path.size))
+        w, grown, known = start, 1.0, np.zeros((4, 1))
+        for turn, end, way in zip(turns, ends, ways, strict=True):
+            part = slice(turn, end + 1)
+            s = np.abs(path[part] - path[turn]) * scale
+            y, f, gain, own = flow.move(way * w, s)
+            memory[part], rate[part], by_start[part] = way * y, f, f * gain * grown
+            by_values[:, part] = f * gain * known
+            by_values[:2, part] += way * f * s * by_scale[:, None]
+            by_values[2:, part] += way * own
+            w, grown, known = float(memory[end]), float(by_start[end]), by_values[:, [end]]
+        # How what it should have been moves with the parameters.
+        settles = max(1.0 - grown, 2.0**-53)
         memory_by = by_values + (known / settles) * by_start
 
         unit = (1.0 - alpha) * limit
@@ -163,6 +169,27 @@ class BoucWenModel(Model):
         return tuple((model, model.start or {}) for model in models)
 
 
+def _runs(path: Floats, least: float) -> tuple[list[int], list[float]]:
+    """Where the runs of a path begin, which starts at its top, and their ways.
+
+    A way back that is shorter than ``least`` is rounding and none, nor is a place that repeats.
+    """
+    steps = np.sign(np.diff(path))
+    moves = np.flatnonzero(steps)
+    bends = moves[1:][steps[moves[1:]] != steps[moves[:-1]]]
+    turns, ways, way, furthest = [0], [-1.0], -1.0, 0
+    for place in [*bends.tolist(), path.size - 1]:
+        on = way * float(path[place] - path[furthest])
+        if on > 0.0:
+            furthest = place
+        elif on < -least:
+            way = -way
+            turns.append(furthest)
+            ways.append(way)
+            furthest = place
+    return turns, ways
+
+
 class _Flow:
     """Moves of the model and their sensitivities to n and beta, for A = 1 and beta + gamma = 1.
 
@@ -184,12 +211,21 @@ class _Flow:
         first, before = self._rate_and_integrals(np.array([start]))
         return y, f, float(1.0 / first[0]), f * (gone - before)
 
+    def go(self, start: float, s: float) -> tuple[float, float]:
+        """Where a move over ``s`` ends, and its derivative by the start."""
+        y = float(self._law._flow(np.array([start]), np.array([s]))[0])
+        first, last = self._rate(np.array([start, y]))
+        return y, float(last / first)
+
+    def _rate(self, y: Floats) -> Floats:
+        up, down = np.clip(y, 0.0, 1.0 - 2.0**-53), np.maximum(-y, 0.0)
+        with np.errstate(divide="ignore"):
+            rising = -np.expm1(self._n * np.log(up))
+        return np.where(y > 0.0, rising, 1.0 + self._c * down**self._n)
+
     def _rate_and_integrals(self, y: Floats) -> tuple[Floats, Floats]:
         """f(y), and the integrals of (df/dn)/f^2 and (df/dbeta)/f^2 from 0 to y."""
-        up = np.clip(y, 0.0, 1.0 - 2.0**-53)
-        down = np.maximum(-y, 0.0)
-        with np.errstate(divide="ignore"):
-            f = np.where(y > 0.0, -np.expm1(self._n * np.log(up)), 1.0 + self._c * down**self._n)
+        up, down, f = np.clip(y, 0.0, 1.0 - 2.0**-53), np.maximum(-y, 0.0), self._rate(y)
         by_n = self._rise(-np.log1p(-up)) - self._fall_n(down)
         return f, np.stack((by_n, -self._fall_beta(down)))
 

@@ -83,9 +83,20 @@ class IwanModel(Locked, Model):
         """At a yield displacement the derivative is that beyond it."""
         k = np.array([values[name] for name in self.names])
         by_values = np.minimum(u, self._grid[:, None])
+        return k @ by_values, self._pieces(u, k)[1], by_values
+
+    def curve(
+        self, u: Floats, values: Mapping[str, float], load: float | None
+    ) -> tuple[Floats, Floats]:
+        """Piece by piece: what has yielded is a constant, what has not a spring."""
+        return self._pieces(u, np.array([values[name] for name in self.names]))
+
+    def _pieces(self, u: Floats, k: Floats) -> tuple[Floats, Floats]:
         stuck = np.append(np.cumsum(k[::-1])[::-1], 0.0)
-        slope = stuck[np.searchsorted(self._grid, u, side="right")]
-        return k @ by_values, slope, by_values
+        gone = np.append(0.0, np.cumsum(k * self._grid))
+        piece = np.searchsorted(self._grid, u, side="right")
+        slope = stuck[piece]
+        return gone[piece] + slope * u, slope
 
     def build(self, values: Mapping[str, float], load: float | None = None, **known: Any) -> Iwan:
         """The cells that have any stiffness.

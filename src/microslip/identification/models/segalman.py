@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,7 @@ class SegalmanModel(Model):
 
     name = "segalman"
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Force limit, stiffness at rest, exponent of the density, and the last slider's share.
 
@@ -74,6 +75,20 @@ class SegalmanModel(Model):
         by_values[1:, ~sticks] = 0.0
         by_values[0, ~sticks] = 1.0
         return np.where(sticks, force, limit), slope, by_values
+
+    def curve(
+        self, u: Floats, values: Mapping[str, float], load: float | None
+    ) -> tuple[Floats, Floats]:
+        """Force and slope alone."""
+        limit, stiffness, chi, beta = (values[name] for name in self.names)
+        p = 1.0 + chi
+        spread, whole = stiffness / (1.0 + beta), beta * (p + 1.0) + p
+        phi = limit * (1.0 + beta) * (p + 1.0) / (stiffness * whole)
+        x = np.minimum(u / phi, 1.0)
+        power = x**p
+        force = x * phi * (stiffness - spread / (p + 1.0) * power)
+        slope = np.where(x < 1.0, spread * (beta + (1.0 - power)), 0.0)
+        return np.where(x < 1.0, np.minimum(force, limit), limit), slope
 
     def build(
         self, values: Mapping[str, float], load: float | None = None, **known: Any

@@ -58,6 +58,9 @@ class _Steepness:
         return -self.law._derivative_at(separation, order + 1)
 
 
+_KEPT = 256  # separations
+
+
 @dataclass(frozen=True, eq=False)
 class Template:
     """A normal law of which only the shape counts: lengths in its ``unit``, loads in its ``norm``.
@@ -73,8 +76,10 @@ class Template:
         default_factory=dict, repr=False
     )
 
+    _separations: dict[tuple[float, float], float] = field(default_factory=dict, repr=False)
+
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_tables": {}}
+        return {**self.__dict__, "_tables": {}, "_separations": {}}
 
     # -- the shape -------------------------------------------------------------------------------
 
@@ -91,6 +96,15 @@ class Template:
         """The separation at which n is ``ratio`` times as large as at z."""
         if ratio == 1.0:
             return z
+        # A branch is asked for several times at the same values, of every load.
+        kept = self._separations.get((z, ratio))
+        if kept is None:
+            if len(self._separations) >= _KEPT:
+                self._separations.clear()
+            kept = self._separations[z, ratio] = self._separation(z, ratio)
+        return kept
+
+    def _separation(self, z: float, ratio: float) -> float:
         target = math.log(ratio) + math.log(self.load(z))
         here = z
         # log n is concave for most laws: Newton's steps then come from the right, without bounds.

@@ -120,7 +120,7 @@ def test_noise_is_no_summit() -> None:
 
 @pytest.mark.parametrize("method", ["neighbours", "watershed"])
 def test_summits_of_a_gaussian_surface(method: str) -> None:
-    """Counts, heights and curvatures against Nayak (1971), within 5 %.
+    """Counts, heights and curvatures against Nayak (1971), within 3 %.
 
     Summits are 18 pixels apart, so that the pixel takes little from their curvature, and 3000 of
     them, so that chance adds one or two per cent. The default threshold drops one in a hundred.
@@ -131,11 +131,13 @@ def test_summits_of_a_gaussian_surface(method: str) -> None:
     theory = NayakSummits(m0, m2, m4)
     found = scan.summits(None, method=method)  # type: ignore[arg-type]
     assert found.count > 2500
-    assert found.density == pytest.approx(theory.density, rel=0.05)
-    assert found.mean_radius == pytest.approx(theory.radius, rel=0.05)
-    assert found.std == pytest.approx(theory.std, rel=0.05)
-    assert found.mean_height == pytest.approx(theory.mean_height, rel=0.05)
+    assert found.density == pytest.approx(theory.density, rel=0.03)
+    assert found.mean_radius == pytest.approx(theory.radius, rel=0.03)
+    assert found.std == pytest.approx(theory.std, rel=0.03)
+    assert found.mean_height == pytest.approx(theory.mean_height, rel=0.03)
     if method == "watershed":
+        # The fit over several pixels lessens curvatures, by 2 % in the mean radius, and makes more
+        # of the flattest tops, which weigh most in the mean of roots; chance adds one per cent.
         assert found.equivalent_radius == pytest.approx(theory.equivalent_radius, rel=0.05)
 
 

@@ -175,6 +175,8 @@ def test_two_kinds_do_not_combine() -> None:
     with pytest.raises(InputError, match="two Moments or two SummitStatistics"):
         combine(SUMMITS, Moments(1.0, 1.0, 3.0))  # type: ignore[call-overload]
     assert combine(SUMMITS, SUMMITS).estimate == "combined given"
+    with pytest.raises(InputError, match=r'"curvature" or "load", got .area.'):
+        SummitStatistics(1e10, 1e-5, 2e-7, radius_by="area")  # type: ignore[arg-type]
     profile, area = Scan(RNG.normal(size=99), 1.0).moments(), NOISE.moments()
     assert combine(profile, area).m2_axes == ()
 
@@ -323,16 +325,20 @@ def test_patches_without_points_are_left_out() -> None:
     z = NOISE.heights.copy()
     z[:30, :40] = np.nan
     found = patch_errors(Scan(z, 1e-6), "m2", (2, 2))
-    assert found.values.size == 3
+    assert (found.values.size, found.failed) == (3, 1)  # one holds no point
     z[:30, 41:] = np.nan  # a patch with a single column: no slopes along x
     z[2:30, 40] = np.nan
     found = patch_errors(Scan(z, 1e-6), "m2", (2, 2))
-    assert (found.values.size, found.failed) == (2, 1)
+    assert (found.values.size, found.failed) == (2, 2)
 
 
 def test_a_profile_has_patches() -> None:
     assert patch_errors(Scan(RNG.normal(size=300), 1.0), "m0", 5).values.size == 5
     assert patch_errors(Scan(RNG.normal(size=300), 1.0), "m0").values.size == 9
+    nine = (np.int64(3), np.int64(3))
+    assert patch_errors(Scan(RNG.normal(size=300), 1.0), "m0", nine).values.size == 9
+    with pytest.raises(InputError, match="whole numbers above zero"):
+        patch_errors(Scan(RNG.normal(size=300), 1.0), "m0", (-3, -3))
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import pickle
 from typing import Any
 
@@ -132,7 +133,8 @@ def test_noise_of_white_noise() -> None:
     assert noise_std(noise + 5.0 * x**3 + 0.1 * x * y + 3.0 * y) == pytest.approx(2e-9, rel=0.02)
     spikes = noise.copy()
     spikes[rng.integers(0, 300, 60), rng.integers(0, 400, 60)] += 1e-6
-    assert noise_std(spikes) == pytest.approx(2e-9, rel=0.05)
+    # Sixty spikes spoil nine points each, half a per cent of all, which move a median by about 1 %.
+    assert noise_std(spikes) == pytest.approx(2e-9, rel=0.03)
     smooth = ms.Scan(noise, (1e-6, 2e-6)).condition(cutoff=12e-6).heights
     passed = noise_passed(2e-9, (1e-6, 2e-6), 12e-6)
     assert smooth[20:-20, 20:-20].std() == pytest.approx(passed, rel=0.1)
@@ -246,6 +248,20 @@ def test_verdicts() -> None:
     both = filtered.validity(joint)
     assert both[-len(joint.validity) :] == joint.validity
     assert [v.name for v in both[: -len(joint.validity)]] == list(words)
+
+
+def test_a_surface_without_mccools_summits_has_verdicts() -> None:
+    """A single ball: the variance of its heights is too small for its slopes, so there is none."""
+    y, x = (np.indices((61, 61)) - 30.0) * 1e-6
+    scan = ms.Scan(-0.5 * (x * x + y * y) / 1e-3, 1e-6)
+    found = scan.summits(None)
+    with pytest.raises(ms.InputError, match="no summit statistics after McCool"):
+        found.statistics("mccool")
+    words = {v.name: v for v in found.validity()}
+    assert words["summit radius in pixels"].value == pytest.approx(1000.0, rel=1e-6)
+    told = words["radius counted against McCool's"]
+    assert (told.value, told.word) == (math.inf, "outside")
+    assert f"alpha is at least 1.5, here it is {scan.moments().nayak:.2g}" in told.meaning
 
 
 def test_sharp_summits_are_told() -> None:

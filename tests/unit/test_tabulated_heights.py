@@ -185,7 +185,7 @@ def test_from_samples() -> None:
         ([0.0, 1e-7], [0.0, np.inf], "density must be finite"),
         ("high", [0.0, 1.0], "height must be a number"),
         ([[0.0, 1e-7]], [0.0, 1.0], "height must be one-dimensional"),
-        (np.arange(3000.0), np.ones(3000), "at most 2500 heights, got 3000"),
+        (np.arange(6000.0), np.ones(6000), "at most 5000 panels, got 6000 heights"),
     ],
 )
 def test_refused(height: Any, density: Any, says: str) -> None:
@@ -198,6 +198,38 @@ def test_refused_samples() -> None:
         ms.TabulatedHeights.from_samples([1e-7, 1e-7])
     with pytest.raises(ms.InputError, match="whole number from 1"):
         ms.TabulatedHeights.from_samples([1e-7, 2e-7], bins=0)
+    with pytest.raises(ms.InputError, match="whole number from 1 to 4000, got True"):
+        ms.TabulatedHeights.from_samples([1e-7, 2e-7], bins=True)
+    with pytest.raises(ms.InputError, match="from 1 to 4000, got 4001"):
+        ms.TabulatedHeights.from_samples([1e-7, 2e-7], bins=4001)
+
+
+@pytest.mark.parametrize("law", ["leaping", "of all sizes"])
+def test_panels_are_bounded_and_not_only_heights(law: str) -> None:
+    """Few heights whose steps leap by many powers of ten are refused; evenly made, they are not."""
+    steps = {
+        "leaping": np.tile([1e-6, 1e-15], 200),
+        "of all sizes": 10.0 ** np.random.default_rng(1).uniform(-14.0, -6.0, 2000),
+    }[law]
+    height = np.append(0.0, np.cumsum(steps))
+    density = np.random.default_rng(2).uniform(0.0, 1.0, height.size)
+    with pytest.raises(ms.InputError, match=f"got {height.size} heights with steps from 1e-1") as e:
+        ms.TabulatedHeights(height, density)
+    assert "np.linspace(height[0], height[-1], 1000)" in str(e.value)
+    new = np.linspace(height[0], height[-1], 1000)  # what the message says
+    assert ms.TabulatedHeights(new, np.interp(new, height, density)).std > 0.0
+
+
+@pytest.mark.parametrize("count", [2, 1000, 2000, 4500])
+def test_even_and_random_steps_are_tables(count: int) -> None:
+    """As are steps that shrink from one end to the other: no more is refused than has to be."""
+    even = ms.TabulatedHeights(np.linspace(-1e-6, 1e-6, count), np.ones(count))
+    ramp = ms.TabulatedHeights(-np.geomspace(1e-5, 1e-10, count), np.ones(count))
+    for table in (even, ramp):
+        assert len(table._panels[1]) <= 5000
+    if count <= 2000:
+        height = np.sort(np.random.default_rng(3).uniform(-1e-6, 1e-6, count))
+        assert len(ms.TabulatedHeights(height, np.ones(count))._panels[1]) <= 5000
 
 
 # -- gap tables ------------------------------------------------------------------------------------

@@ -43,9 +43,12 @@ def piece_moment(
     return np.asarray(total * reach)
 
 
-def panels_of(knots: Floats, left: Floats, right: Floats) -> Panels:
-    """The pieces, cut until none is more than twice as wide as the next, and empty ones below."""
-    for _ in range(2000):
+def panels_of(knots: Floats, left: Floats, right: Floats, most: int) -> Panels | None:
+    """The pieces, cut until none is more than twice as wide as the next, and empty ones below.
+
+    None where they would be more than ``most``.
+    """
+    while knots.size - 1 <= most:
         width = np.diff(knots)
         wide = np.append(width[:-1] > 2.0 * width[1:] * (1.0 + 1e-12), False)
         middle = knots[:-1] + 0.5 * width
@@ -61,6 +64,8 @@ def panels_of(knots: Floats, left: Floats, right: Floats) -> Panels:
     unit = float(knots[1] - knots[0])
     count = _BELOW + max(0, math.ceil(math.log2(float(knots[-1] - knots[0]) / unit)))
     below = knots[0] - unit * (2.0 ** np.arange(count, 0.0, -1.0) - 1.0)
+    if knots.size - 1 + count > most:
+        return None
     none = np.zeros(count)
     return (
         np.concatenate([below, knots]),

@@ -9,18 +9,21 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import Floats, record
+from microslip._checks import Floats, record, show
 from microslip._frozen import Locked, lock
 from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
-from microslip.heights.pieces import direct, far_series, panels_of, piece_moment
+from microslip.heights.pieces import Panels, direct, far_series, panels_of, piece_moment
 
 _FEW = 16  # knots up to which the places where moments are not smooth are told
 _BLOCK = 1 << 15  # values a pass
 
-MOST_POINTS = 2500
-"""Points of a table: the series of its pieces take a time that goes with their square."""
+MOST_PANELS = 5000
+"""Panels that a table is cut into at most: the first value takes about half a millisecond each."""
+
+MOST_BINS = 4000
+"""Bins of a histogram: at even steps each is a panel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +43,7 @@ class TabulatedHeights(Locked, HeightDistribution):
     ------
     InputError
         Lengths that differ, heights that fall, a density below zero or zero everywhere, a value
-        that is not finite.
+        that is not finite; more than 5000 panels.
 
     Notes
     -----
@@ -50,6 +53,11 @@ class TabulatedHeights(Locked, HeightDistribution):
     the pieces above the threshold are polynomials in it, whose coefficients are summed once. For
     half-integer orders they are smooth in it, and become a Chebyshev series on each piece, good to
     1e-13 of the moment. So a value takes a time that goes with the logarithm of the table's length.
+
+    For the series a piece more than twice as wide as the next is cut into panels, one more for
+    each factor of two between them. The panels and not the heights decide what the first value
+    costs, and how many there may be: thousands of heights at even steps, but only hundreds whose
+    steps leap to and fro by many powers of ten.
     """
 
     height: ArrayLike
@@ -57,6 +65,7 @@ class TabulatedHeights(Locked, HeightDistribution):
     integral: float = field(init=False, default=1.0)
     """Integral of the density as it was given [-], by which it was divided."""
     _held: tuple[int, int] = field(init=False, default=(0, 0), repr=False)
+    _panels: Panels = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         height = record("height", self.height).reshape(-1)
@@ -76,10 +85,6 @@ class TabulatedHeights(Locked, HeightDistribution):
                     else f"{np.unique(height).size}"
                 )
             )
-        if height.size > MOST_POINTS:
-            raise InputError(
-                f"a table must be of at most {MOST_POINTS} heights, got {height.size}: thin it out"
-            )
         if density.min() < 0.0:
             raise InputError(f"density must not be below zero [1/m], got {density.min():g}")
         with np.errstate(all="ignore"):
@@ -98,6 +103,17 @@ class TabulatedHeights(Locked, HeightDistribution):
         object.__setattr__(self, "integral", whole)
         object.__setattr__(self, "edge", float(height[first]))
         object.__setattr__(self, "_held", (first, last))
+        panels = panels_of(*self._pieces, MOST_PANELS)
+        if panels is None:
+            steps = steps[steps > 0.0]
+            raise InputError(
+                f"a table must need at most {MOST_PANELS} panels, got {height.size} heights with "
+                f"steps from {steps.min():.3g} m to {steps.max():.3g} m, which need more: a step "
+                "is cut until it is no more than twice the next; give the density at fewer or "
+                "even steps, such as new = np.linspace(height[0], height[-1], 1000) and "
+                "np.interp(new, height, density)"
+            )
+        object.__setattr__(self, "_panels", panels)
 
     def __repr__(self) -> str:
         low, high = self.span
@@ -123,7 +139,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         Raises
         ------
         InputError
-            Heights that are all the same; no number of bins.
+            Heights that are all the same; no number of bins, or more than 4000.
         """
         values = record("values", values).reshape(-1)
         low, high = float(values.min()), float(values.max())
@@ -134,8 +150,12 @@ class TabulatedHeights(Locked, HeightDistribution):
             width = 2.0 * float(three - quarter) / values.size ** (1.0 / 3.0)
             bins = 200 if width <= 0.0 else math.ceil(min((high - low) / width, 200.0))
             bins = max(bins, 4)
-        elif not isinstance(bins, (int, np.integer)) or not 1 <= bins <= 100_000:
-            raise InputError(f"bins must be a whole number from 1 to 100000, got {bins!r}")
+        elif (
+            not isinstance(bins, (int, np.integer))
+            or isinstance(bins, bool)
+            or not 1 <= bins <= MOST_BINS
+        ):
+            raise InputError(f"bins must be a whole number from 1 to {MOST_BINS}, got {show(bins)}")
         counts, edges = np.histogram(values, bins=int(bins), range=(low, high))
         step = (high - low) / int(bins)
         middle = 0.5 * (edges[1:] + edges[:-1])
@@ -152,11 +172,6 @@ class TabulatedHeights(Locked, HeightDistribution):
         density = np.asarray(self.density)[first : last + 1]
         real = np.flatnonzero(np.diff(knots) > 0.0)
         return np.append(knots[real], knots[-1]), density[real], density[real + 1]
-
-    @cached_property
-    def _panels(self) -> tuple[Floats, Floats, Floats]:
-        """The pieces, cut until none is more than twice as wide as the next, and some below."""
-        return panels_of(*self._pieces)
 
     @cached_property
     def _suffix(self) -> tuple[Floats, Floats, Floats]:

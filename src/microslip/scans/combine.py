@@ -8,7 +8,7 @@ from typing import overload
 from microslip._checks import show
 from microslip.errors import InputError
 from microslip.scans.moments import SUMMIT_SHARE, Moments
-from microslip.scans.parameters import SummitStatistics
+from microslip.scans.parameters import BY_LOAD, RadiusBy, SummitStatistics
 
 
 def moments_from(summits: SummitStatistics) -> Moments:
@@ -17,15 +17,16 @@ def moments_from(summits: SummitStatistics) -> Moments:
     Parameters
     ----------
     summits : SummitStatistics
-        Density, radius (one over the mean curvature) and std.
+        Density, radius and std; a radius by load is turned into one by curvature.
 
     Returns
     -------
     Moments
         The moments of which :meth:`Moments.mccool` makes these parameters: McCool (1987),
-        DOI 10.1115/1.3261349, solved for them.
+        DOI 10.1115/1.3261349, solved for them. The mean height follows from these, too, and is
+        not asked.
     """
-    m4 = (0.375 / summits.radius) ** 2 * math.pi
+    m4 = (0.375 / summits.mean_radius) ** 2 * math.pi
     m2 = m4 / (6.0 * math.pi * math.sqrt(3.0) * summits.density)
     return Moments(summits.std**2 + SUMMIT_SHARE * m2 * m2 / m4, m2, m4)
 
@@ -47,12 +48,14 @@ def combine(
     ----------
     a, b : Moments or SummitStatistics
         Both of one kind. Summit statistics are turned into moments by McCool's formulas and back,
-        which takes both surfaces as isotropic and Gaussian.
+        which takes both surfaces as isotropic and Gaussian: so the mean height of the sum is
+        theirs, whatever the mean heights given are.
 
     Returns
     -------
     Moments or SummitStatistics
-        Those of the sum. Axes are as laid on each other: x on x and y on y.
+        Those of the sum; a radius is by load if one of the two is. Axes are as laid on each other:
+        x on x and y on y.
 
     Raises
     ------
@@ -72,8 +75,10 @@ def combine(
     if isinstance(a, SummitStatistics) and isinstance(b, SummitStatistics):
         found = combine(moments_from(a), moments_from(b)).mccool()
         label = a.estimate if a.estimate == b.estimate else f"{a.estimate} and {b.estimate}"
+        by: RadiusBy = "load" if "load" in (a.radius_by, b.radius_by) else "curvature"
+        radius = found.radius * (BY_LOAD if by == "load" else 1.0)
         return SummitStatistics(
-            found.density, found.radius, found.std, found.mean_height, f"combined {label}"
+            found.density, radius, found.std, found.mean_height, f"combined {label}", by
         )
     raise InputError(
         "combine wants two Moments or two SummitStatistics, "

@@ -186,16 +186,16 @@ def verdicts(summits: Summits, joint: Any = None) -> tuple[Verdict, ...]:
     The limits are this project's, with their reasons. White noise has a peak in every nine pixels,
     at a mean spacing of three; white noise behind a Gaussian filter has its summits 0.87 cut-offs
     apart. Gaussian heights have a kurtosis of three and, by McCool's estimate, summits of the same
-    radius as by count, if the pixel resolves them.
+    radius as by count, if the pixel resolves them. Where McCool's formulas have no summits the
+    factor between the two radii is infinite.
     """
     if joint is not None and not isinstance(joint, Interface):
         raise InputError(f"joint must be an Interface, got {show(joint)}")
     pixel = math.sqrt(math.prod(summits.scan.pixel))
     spacing = 1.0 / math.sqrt(summits.density)
     statistics = summits.statistics()
-    mccool = summits.scan.moments().mccool()
     kurtosis = float(summits.scan.statistics().kurtosis)
-    apart = max(mccool.radius / summits.mean_radius, summits.mean_radius / mccool.radius)
+    apart, told = _against_mccool(summits)
     spread = summits.equivalent_radius / summits.mean_radius
     lost = summits.dropped / (summits.dropped + summits.count)
     found = [
@@ -239,8 +239,7 @@ def verdicts(summits: Summits, joint: Any = None) -> tuple[Verdict, ...]:
             apart,
             1.5,
             3.0,
-            "summits and spectral moments tell of the same surface, as on a Gaussian one; moments "
-            "of curvature are ruled by the few sharpest points",
+            "summits and spectral moments tell of the same surface, as on a Gaussian one; " + told,
         ),
         _most(
             "radius by load over radius by curvature",
@@ -252,6 +251,19 @@ def verdicts(summits: Summits, joint: Any = None) -> tuple[Verdict, ...]:
         _most("share of fits dropped", lost, 0.1, 0.3, "peaks are round enough to be summits"),
     ]
     return (*found, *(joint.validity if joint is not None else ()))
+
+
+def _against_mccool(summits: Summits) -> tuple[float, str]:
+    """How far the radius counted is from McCool's, as a factor, and what is to be said of it."""
+    moments = summits.scan.moments()
+    try:
+        mccool = moments.mccool().radius
+    except InputError:  # no Gaussian surface at all: no factor is too large
+        told = f"there Nayak's alpha is at least 1.5, here it is {moments.nayak:.2g}"
+        return math.inf, told
+    counted = summits.mean_radius
+    told = "moments of curvature are ruled by the few sharpest points"
+    return max(mccool / counted, counted / mccool), told
 
 
 def _least(name: str, value: float, limit: float, outside: float, meaning: str) -> Verdict:

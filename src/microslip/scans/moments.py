@@ -202,7 +202,9 @@ def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
     m2x, m4x = _Mean(), _Mean()
     m2y, m4y, m11 = _Mean(), _Mean(), _Mean()
     for own, below in _blocks(grid):
-        step = np.diff(own, axis=1)
+        # With the row below the block, which its last cells reach to.
+        along = np.diff(below[: own.shape[0] + 1], axis=1)
+        step = along[: own.shape[0]]
         m2x.add(step)
         m4x.add(np.diff(step, axis=1))
         if profile:
@@ -211,10 +213,11 @@ def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
         down = np.diff(below, axis=0)
         m2y.add(down[: own.shape[0]])
         m4y.add(np.diff(down, axis=0))
-        rows = below[: own.shape[0] + 1]
-        # Over the diagonals of a cell: (p + q)^2 - (p - q)^2 = 4 p q, at its centre.
-        m11.add(rows[1:, 1:] - rows[:-1, :-1])
-        m11.add(rows[1:, :-1] - rows[:-1, 1:], -1.0)
+        # Twice the mean slopes of a cell along x and y, at its centre, if all its corners are here:
+        # the same cells on either side, or the lay of the gaps would be taken for that of slopes.
+        m11.add_products(
+            along[1:] + along[:-1], down[: own.shape[0], 1:] + down[: own.shape[0], :-1]
+        )
     dx = pixel[0]
     second, fourth = [m2x.value(dx, 2, "x")], [m4x.value(dx, 4, "x")]
     mixed = 0.0
@@ -270,21 +273,23 @@ def dot(one: Floats, other: Floats) -> float:
 
 
 class _Mean:
-    """Mean of squares, of those that are not missing."""
+    """Mean of squares or products, of those that are not missing."""
 
     def __init__(self) -> None:
         self.total, self.count = 0.0, 0
 
-    def add(self, values: Floats, sign: float = 1.0) -> None:
+    def add(self, values: Floats) -> None:
         flat = values.reshape(-1)
-        square = dot(flat, flat)
-        number = flat.size
-        if math.isnan(square):
-            flat = flat[~np.isnan(flat)]
-            square, number = dot(flat, flat), flat.size
-        self.total += sign * square
-        # The two diagonals of a cell make one product.
-        self.count += number if sign > 0.0 else 0
+        self.add_products(flat, flat)
+
+    def add_products(self, one: Floats, other: Floats) -> None:
+        one, other = one.reshape(-1), other.reshape(-1)
+        total, count = dot(one, other), one.size
+        if math.isnan(total):
+            both = present(one * other)
+            total, count = float(both.sum()), both.size
+        self.total += total
+        self.count += count
 
     def value(self, step: float, power: int, axis: str) -> float:
         if self.count == 0:

@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
-from microslip._checks import number, positive
+from microslip._checks import number, positive, show
 from microslip._units import engineering, significant
+from microslip._wording import quoted
 from microslip.errors import InputError
+
+RadiusBy = Literal["curvature", "load"]
+RADII = ("curvature", "load")
+
+BY_LOAD = 1.2768192821378979
+"""Radius by load over radius by curvature [-], of the summits of an isotropic Gaussian surface."""
+# (E sqrt rho)^2 times the mean curvature, where rho = 1/sqrt(k1 k2); a test computes it anew.
 
 
 @dataclass(frozen=True)
@@ -28,11 +37,14 @@ class SummitStatistics:
         Mean height of the summits above the mean plane of the surface [m].
     estimate : str
         Where the numbers are from, such as "mccool", "nayak" or "counted".
+    radius_by : {"curvature", "load"}
+        What the radius is: one over the mean curvature of the summits, as McCool's, or that of
+        equal spheres that carry at equal indentation what the summits carry.
 
     Raises
     ------
     InputError
-        A number that is not of this kind.
+        A number that is not of this kind; another word.
     """
 
     density: float
@@ -40,6 +52,7 @@ class SummitStatistics:
     std: float
     mean_height: float = 0.0
     estimate: str = "given"
+    radius_by: RadiusBy = "curvature"
 
     def __post_init__(self) -> None:
         for name, unit, example in (("density", "1/m^2", 1e10), ("radius", "m", 1e-5)):
@@ -48,6 +61,19 @@ class SummitStatistics:
             object.__setattr__(self, name, number(name, getattr(self, name), "m", 1e-7))
         if self.std < 0.0:
             raise InputError(f"std must not be below zero [m], got {self.std:g}")
+        if self.radius_by not in RADII:
+            raise InputError(
+                f"radius_by must be one of {quoted(RADII)}, got {show(self.radius_by)}"
+            )
+
+    @property
+    def mean_radius(self) -> float:
+        """One over the mean curvature of the summits [m].
+
+        From a radius by load as on an isotropic Gaussian surface, where that is 1.277 times as
+        large (Nayak 1971, DOI 10.1115/1.3451608).
+        """
+        return self.radius / BY_LOAD if self.radius_by == "load" else self.radius
 
     @property
     def product(self) -> float:

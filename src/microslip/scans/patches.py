@@ -50,7 +50,7 @@ class PatchErrors(Locked):
     values : ndarray
         That of each patch, rows of patches in turn; patches that give none are left out.
     failed : int
-        How many gave none.
+        How many gave none, or hold no point.
     """
 
     value: float
@@ -148,6 +148,7 @@ def patch_errors(
     else:
         raise InputError(f"parameter must be a name or a function of a scan, got {show(parameter)}")
     parts = cut(scan, patches)
+    wanted = math.prod(_counts(patches, scan.heights.ndim))
     value = number("the parameter", function(scan))
     values = []
     for part in parts:
@@ -157,9 +158,9 @@ def patch_errors(
             continue
     if len(values) < 2:
         raise InputError(
-            f"only {len(values)} of {len(parts)} patches give a number; choose fewer, larger ones"
+            f"only {len(values)} of {wanted} patches give a number; choose fewer, larger ones"
         )
-    return PatchErrors(value, lock(np.array(values)), len(parts) - len(values))
+    return PatchErrors(value, lock(np.array(values)), wanted - len(values))
 
 
 def cut(scan: Scan, patches: tuple[int, int] | int = (3, 3)) -> list[Scan]:
@@ -218,12 +219,14 @@ def cut(scan: Scan, patches: tuple[int, int] | int = (3, 3)) -> list[Scan]:
 def _counts(patches: Any, axes: int) -> tuple[int, ...]:
     given = patches if isinstance(patches, (tuple, list)) else (patches,) * axes
     # The default is for an area; along a profile it makes as many patches.
-    if axes == 1 and len(given) == 2 and all(isinstance(n, int) for n in given):
-        given = (math.prod(given),)
-    if len(given) != axes or not all(
-        isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n > 0 for n in given
-    ):
+    if axes == 1 and len(given) == 2 and all(_is_count(n) for n in given):
+        given = (int(given[0]) * int(given[1]),)
+    if len(given) != axes or not all(_is_count(n) for n in given):
         raise InputError(
             f"patches must be whole numbers above zero, one for each axis, got {show(patches)}"
         )
     return tuple(int(n) for n in given)
+
+
+def _is_count(given: Any) -> bool:
+    return isinstance(given, (int, np.integer)) and not isinstance(given, bool) and int(given) > 0

@@ -157,7 +157,14 @@ class Summits(Locked):
         if estimate == "counted":
             by_fit = self.method == "watershed"
             radius = self.equivalent_radius if by_fit else self.mean_radius
-            return SummitStatistics(self.density, radius, self.std, self.mean_height, "counted")
+            return SummitStatistics(
+                self.density,
+                radius,
+                self.std,
+                self.mean_height,
+                "counted",
+                "load" if by_fit else "curvature",
+            )
         if estimate == "neighbours":
             return self.neighbours
         if estimate == "mccool":
@@ -206,6 +213,10 @@ class Summits(Locked):
         area holds the scanned one, and the remainder is drawn at even steps of rank. So the number
         is right to half a summit, and the distribution of heights is that of the scan to 1/n. The
         highest summit is then there several times: one scan knows nothing of higher ones.
+
+        Of Gaussian heights the load is smooth in the separation, and a joint under a changing
+        normal load tabulates it. Of a table, heights one by one or a population it is not: each
+        step then asks the law itself, and takes some hundred times as long.
         """
         from microslip.scans.joint import surface_of
 

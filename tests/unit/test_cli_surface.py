@@ -201,12 +201,21 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
         (("--cutoff", "2 kg"), '--cutoff: wanted a length such as "10 um", or "none", got "2 kg"'),
         (("--long-cutoff", "0"), '--long-cutoff: wanted a length such as "0.8 mm", got "0"'),
         (("--area", "2 cm"), '--area: wanted an area such as "2 cm^2", got "2 cm" (a length)'),
-        (("--cutoff", "1 um"), "cutoff must be between two pixels (2e-06 m)"),
-        (("--cutoff", "1 m"), "cutoff must be between two pixels (2e-06 m)"),
+        (
+            ("--cutoff", "0.5 um"),
+            "--cutoff must be between two pixels (2 µm) and the size of the scan "
+            "(96 µm), got 500 nm: below two pixels",
+        ),
+        (("--cutoff", "2 um"), "(96 µm), got 2 µm: exactly two pixels"),
+        (
+            ("--long-cutoff", "1 m"),
+            "--long-cutoff must be between two pixels (2 µm) and the size of "
+            "the scan (96 µm), got 1 m: beyond the size of the scan",
+        ),
         (("--prominence", "-1 nm"), '--prominence: wanted a positive length such as "2 nm", got'),
-        (("--valid", "1 mm", "-1 mm"), "valid: the first must be the lower, got 0.001 m and"),
+        (("--valid", "1 mm", "-1 mm"), "--valid: the first must be the lower, got 1 mm and -1 mm"),
         (("--valid", "1", "2 mm"), '--valid: wanted a length such as "1 mm", got "1"'),
-        (("--outliers", "1"), "outliers must be at least 2 robust standard deviations"),
+        (("--outliers", "1"), "--outliers must be at least 2 robust standard deviations"),
         (("--level", "cubic"), "level: wanted plane, quadratic, cylinder, mean, none, got"),
         (("--pixel", "1 um", "--pixel", "1 um"), "--pixel: wanted once, or twice for x and y, got"),
     ],
@@ -228,7 +237,9 @@ def test_wrong_files_are_one_line(folder: Path) -> None:
     spiky = np.load("ground.npy")
     spiky[3, 3] = 1e12
     np.save("spiky.npy", spiky)
-    assert "leave them out by outliers=6" in fails("surface", "spiky.npy", *AS_IS)
+    assert 'leave them out by --outliers 6, or --valid "-1 mm" "1 mm"' in fails(
+        "surface", "spiky.npy", *AS_IS
+    )
     np.save("empty.npy", np.full((40, 40), np.nan))
     assert "missing" in fails("surface", "empty.npy", *AS_IS)
     Path("cut.npy").write_bytes(Path("ground.npy").read_bytes()[:5000])
@@ -248,6 +259,10 @@ def test_the_reasons_of_a_scratch_are_told(folder: Path) -> None:
     assert "the kurtosis is" in told
     assert "a scratch" in told
     assert told.endswith("then build on the counted ones.")
+    lines = told.splitlines()
+    assert lines[0].endswith("of McCool's moments. Why:")
+    assert "(the counted one by load; by mean curvature, as McCool's is, " in lines[0]
+    assert all(line.startswith(f"({i}) ") for i, line in enumerate(lines[1:-1], start=1))
 
 
 @pytest.mark.slow

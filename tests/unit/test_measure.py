@@ -20,8 +20,10 @@ from microslip.tribometer import (
     rig_stiffness_of,
 )
 from microslip.tribometer.columns import UNITS
+from microslip.tribometer.counted import beyond
 from microslip.tribometer.cycles import split
 from microslip.tribometer.regimes import thresholds
+from microslip.tribometer.spikes import spikes_of
 
 JOINT = ms.Interface.examples()[0]
 
@@ -70,7 +72,7 @@ def test_a_slow_begin_is_no_cycle() -> None:
 
 WRONG = {
     "displacement must move, got 1 m nearly throughout": np.ones(100),
-    "no full cycle: the displacement crosses its middle 0.5 m 1 times; a cycle needs at least two "
+    "no full cycle: the displacement crosses its middle 0.5 m once; a cycle needs at least two "
     "crossings": np.repeat([0.0, 1.0], 50),
     "a cycle must have at least 8 samples, got 4: this is noise, or sampled too coarsely": np.tile(
         [0.0, 0.0, 1.0, 1.0], 50
@@ -168,12 +170,92 @@ def test_cycles_that_do_not_close_are_left_out_of_the_means() -> None:
     found = ms.measure(ms.Record(RECORD.displacement, force, 2000.0))
     assert len(found) == 8
     assert found.mean["dissipated_energy"].number == 7
-    assert found.notes[0].startswith("left out of the means: 1 cycles whose ends differ")
+    assert found.notes[0].startswith("left out of the means: 1 cycle (1) whose ends differ")
     assert found.mean["dissipated_energy"].value == pytest.approx(
         MEASURED.mean["dissipated_energy"].value, rel=1e-6
     )
     climbing = RECORD.force + 3.0 * np.arange(len(RECORD))
     assert "no cycle closes" in ms.measure(ms.Record(RECORD.displacement, climbing)).notes[0]
+
+
+# -- spikes ----------------------------------------------------------------------------------------
+
+LOADED = np.full(len(RECORD), 2000.0)
+LOADED[::3] += 20.0
+CHANNELS = {"displacement": RECORD.displacement, "force": RECORD.force, "normal_load": LOADED}
+
+
+def spiked(channel: str, *spikes: tuple[int, float]) -> ms.Record:
+    values = CHANNELS[channel].copy()
+    for place, value in spikes:
+        values[place] = value
+    return ms.Record(**{**CHANNELS, channel: values}, sample_rate=5120.0)
+
+
+@pytest.mark.parametrize(
+    ("channel", "value", "shown"),
+    [
+        ("force", 1e9, "force 1.00 GN"),
+        ("force", -2e4, "force -20.0 kN"),
+        ("displacement", 1e-3, "displacement 1.00 mm"),
+        ("displacement", -5e-5, "displacement -50.0 µm"),
+        ("normal_load", 1e9, "normal_load 1.00 GN"),
+    ],
+)
+@pytest.mark.parametrize("place", [1690, 1700, 1818, 2048])  # 2048 ends a cycle, begins another
+def test_a_spike_is_told_and_its_cycle_left_out(
+    channel: str, value: float, shown: str, place: int
+) -> None:
+    record = spiked(channel, (place, value))
+    assert [(one.channel, one.first, one.last) for one in spikes_of(record)] == [
+        (channel, place, place)
+    ]
+    found, sound = ms.measure(record), ms.measure(spiked(channel))
+    assert len(found) == 8
+    note = next(note for note in found.notes if "spike" in note)
+    assert note.startswith("left out of the means: ")
+    assert f"{shown} at sample {place} (±" in note
+    for name, mean in sound.mean.items():
+        assert found.mean[name].number in (6, 7)
+        # What is left are the same cycles, but for the windows at a turning point.
+        assert found.mean[name].value == pytest.approx(mean.value, rel=1e-3, abs=1e-9), name
+    assert found.third_harmonic == pytest.approx(sound.third_harmonic, abs=1e-4)
+
+
+def test_what_is_no_spike() -> None:
+    """Noise, growing amplitudes, a burst, a step, four samples; two short ones far apart are."""
+    noise = np.random.default_rng(1).normal(size=(2, 200_000))
+    assert spikes_of(ms.Record(*noise)) == ()
+    turns = np.arange(20_000) / 8.3
+    for size in (10.0 ** (turns / 800.0), np.where(turns > 2300.0, 50.0, 1.0)):
+        record = ms.Record(size * np.sin(2 * np.pi * turns), size * np.cos(2 * np.pi * turns))
+        assert spikes_of(record) == ()
+    assert spikes_of(spiked("force", *((i, 1e5) for i in range(700, 704)))) == ()
+    step = RECORD.force + np.where(np.arange(len(RECORD)) > 2000, 1e5, 0.0)
+    assert spikes_of(ms.Record(RECORD.displacement, step)) == ()
+    two = spikes_of(spiked("force", (700, 1e5), (701, -1e5), (2000, 1e5)))
+    assert [(one.first, one.last) for one in two] == [(700, 701), (2000, 2000)]
+
+
+def test_spikes_everywhere_are_an_error() -> None:
+    every = spiked("force", *((200 + 512 * i, 1e9) for i in range(8)))
+    with pytest.raises(
+        ms.InputError, match=r"no cycle is without a spike: 8 spikes, force 1\.00 GN"
+    ):
+        ms.measure(every)
+
+
+def test_no_loop_is_larger_than_its_rectangle() -> None:
+    """A loop that nearly fills it is not told of."""
+    angle = 2.0 * np.pi * (np.arange(2000) + 0.3) / 200.0
+    square = ms.measure(
+        ms.Record(1e-6 * np.arcsin(np.sin(angle)), 1e3 * np.sign(np.cos(angle - 0.05)))
+    )
+    assert square.mean["loss_factor"].value == pytest.approx(4.0 / np.pi, rel=0.05)
+    assert not any("4/π" in note for note in square.notes)
+    assert beyond(np.array([1.27, 1.3, np.nan])) == []
+    (note,) = beyond(np.array([1.2, 357.0, -1.0]))
+    assert note.startswith("a loss factor above 4/π = 1.27, up to 357, in 1 cycle (2): no closed")
 
 
 def test_without_a_load() -> None:
@@ -358,6 +440,39 @@ def test_command_turns_signs_and_takes_units(folder: Path) -> None:
     small = json.loads(run("measure", "run.csv", "--unit", "force=mN", "--json").stdout)
     energy = MEASURED.mean["dissipated_energy"].value
     assert small["records"][0]["mean"]["dissipated_energy"]["value"] == pytest.approx(energy / 1e3)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("1e10", 1e10), ("1e4 N/um", 1e10), (" 5 kN/mm ", 5e6), ("500 N/um", 5e8)]
+)
+def test_command_takes_a_rig_with_its_unit(folder: Path, text: str, value: float) -> None:
+    summary = json.loads(run("measure", "run.csv", "--json", "--rig-stiffness", text).stdout)
+    assert summary["records"][0]["rig_stiffness"] == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["stiff", "0", "-1", "nan", "5 um"])
+def test_command_wants_a_stiffness(folder: Path, text: str) -> None:
+    outcome = run("measure", "run.csv", "--rig-stiffness", text)
+    assert outcome.exit_code == 2
+    assert outcome.stderr.startswith("error: --rig-stiffness: wanted a ")
+
+
+def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
+    virtual(cycles=1).to_csv("one.csv")
+    assert "\n1 gross slip cycle\n" in run("measure", "one.csv").stdout.replace("one: ", "\n")
+    turned = run("measure", "run.csv", "--turn").stdout
+    assert "(--turn turns it)" in turned
+    for options, message in (
+        (("--unit", "force=m"), 'run.csv: force: column "force [N]": wanted a unit'),
+        (("--sample-rate", "-1"), "run.csv: --sample-rate must be above zero [Hz], got -1"),
+        (("--confidence", "2"), "run.csv: --confidence must be between 0 and 1, got 2"),
+        (("--zero", "time=mean"), "run.csv: --zero: no column is read as time; write --time COL"),
+        (("--normal-load", "-5 N"), "run.csv: --normal-load: wanted a positive force"),
+    ):
+        outcome = run("measure", "run.csv", *options)
+        assert outcome.exit_code == 2
+        assert outcome.stderr.startswith(f"error: {message}")
+        assert outcome.stderr.count("run.csv") == 1
 
 
 def test_command_errors(folder: Path) -> None:

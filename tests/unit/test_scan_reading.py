@@ -164,7 +164,7 @@ def test_what_no_height_can_be_is_missing_where_that_is_said() -> None:
     scan = ms.Scan.read("a.npy", valid=("-1 mm", 1e-3), **UM)
     assert np.isnan(scan.heights[0, 0])
     assert scan.missing == pytest.approx(1 / 12)
-    assert "valid: 1 points below -0.001 m or above 0.001 m are missing." in scan.notes
+    assert "valid: 1 point below -1 mm or above 1 mm is missing." in scan.notes
     refused("valid must be two heights", "a.npy", valid="1 mm", **UM)
     refused("valid: the first must be the lower", "a.npy", valid=(1.0, -1.0), **UM)
     refused("valid: ", "a.npy", valid=("1 s", 1.0), **UM)
@@ -185,7 +185,7 @@ def test_spikes_are_told() -> None:
     ("z", "says"),
     [
         (np.full((5, 5), np.nan), "all 25 heights are missing"),
-        (np.full((5, 5), 3.0), "all heights are 3e-06 m: nothing to measure"),
+        (np.full((5, 5), 3.0), "all heights are 3 µm: nothing to measure"),
         (np.ones((1, 9)) * np.arange(9), "at least two rows and two columns, got 1 x 9"),
         (np.where(np.eye(5), np.inf, 1.0), "5 of 25 are infinite"),
         (np.where(np.eye(5), 1e300, 1.0), "must be heights in metres"),

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 from microslip.cli.frame import echo_json
-from microslip.cli.records import Reading, reads
+from microslip.cli.records import Reading, reads, stiffness
 from microslip.cli.shell import complete_study
+from microslip.cli.spelling import as_options
 from microslip.cli.work import progress, stoppable
 
 if TYPE_CHECKING:
@@ -31,7 +32,11 @@ if TYPE_CHECKING:
 @click.option("--overwrite", is_flag=True, help="Replace an earlier measurement in that folder.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables.")
 @reads()
-@click.option("--rig-stiffness", type=float, metavar="N/M", help="Rig in series, to be taken off.")
+@click.option(
+    "--rig-stiffness",
+    metavar="VALUE",
+    help='Rig in series, to be taken off, such as "200 N/um"; a plain number is in N/m.',
+)
 @click.option(
     "--model",
     type=click.Path(path_type=Path, readable=False),
@@ -46,7 +51,7 @@ def measure(
     overwrite: bool,
     as_json: bool,
     reading: Reading,
-    rig_stiffness: float | None,
+    rig_stiffness: str | None,
     model: Path | None,
     confidence: float,
 ) -> None:
@@ -58,35 +63,41 @@ def measure(
     with stoppable():
         from contextlib import ExitStack
 
+        from microslip.errors import InputError
         from microslip.study.folder import staged
         from microslip.study.measured import KIND, show, summarise, write
         from microslip.tribometer import measure as measured
+        from microslip.tribometer.record import shown_path
 
         with ExitStack() as stack:
             stage = None
             if folder is not None:  # first, so that nothing is read in vain
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "measurement"))
+            rig = None if rig_stiffness is None else stiffness(rig_stiffness)
             joints = [] if model is None else _joints(model)
             report = stack.enter_context(progress("Measuring"))
             found = []
             for index, path in enumerate(records):
-                record = reading.read(path)
                 try:
+                    record = reading.read(path)
                     found.append(
                         measured(
                             record,
                             model=_at_the_load_of(record, joints),
-                            rig_stiffness=rig_stiffness,
+                            rig_stiffness=rig,
                             confidence=confidence,
                         )
                     )
-                except ValueError as error:
-                    raise type(error)(f"{path}: {error}") from None
+                except InputError as error:
+                    named = str(error).startswith(shown_path(path))
+                    raise InputError(str(error) if named else f"{path}: {error}") from None
                 report((index + 1) / len(records))
             summary = summarise(found) if stage is None else write(found, stage)
     if as_json:
         echo_json(summary)
         return
+    for record in summary["records"]:
+        record["notes"] = [as_options("measure", note) for note in record["notes"]]
     show(summary, sys.stdout)
     if folder is not None:
         click.echo(f"{len(summary['files'])} files in {folder}")

@@ -126,3 +126,35 @@ def pairs(option: str, given: tuple[str, ...]) -> dict[str, str]:
             raise click.UsageError(f'--{option} wants WHAT=..., such as force=..., got "{text}"')
         found[key.strip()] = value.strip()
     return found
+
+
+def stiffness(text: str) -> float:
+    """A stiffness with its unit; a plain number is in N/m.
+
+    Parameters
+    ----------
+    text : str
+        Such as "200 N/um".
+
+    Returns
+    -------
+    float
+        The stiffness [N/m].
+
+    Raises
+    ------
+    click.UsageError
+        Not a stiffness, or none above zero.
+    """
+    from microslip._units import STIFFNESS, QuantityError, to_si
+
+    try:
+        float(text)
+    except ValueError:
+        pass
+    else:
+        text = f"{text.strip()} N/m"
+    try:
+        return to_si(text, STIFFNESS, "200 N/um")
+    except QuantityError as error:
+        raise click.UsageError(f"--rig-stiffness: {error}") from None

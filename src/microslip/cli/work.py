@@ -12,6 +12,11 @@ from contextlib import contextmanager
 from threading import Timer
 from typing import TYPE_CHECKING, NoReturn
 
+import click
+
+from microslip.cli.spelling import as_options
+from microslip.errors import InputError
+
 if TYPE_CHECKING:
     from types import FrameType
 
@@ -26,7 +31,10 @@ _begin = time.monotonic()
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Let a polite kill unwind like Ctrl-C does, so that the temporary folder is removed."""
+    """Let a polite kill unwind like Ctrl-C does, so that the temporary folder is removed.
+
+    What the package objects to is said in the options of the command that runs.
+    """
     # Its remarks on fonts and caches are not for the reader of a result, and nothing is shown in
     # a window, so the wish for a certain one must not fail.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
@@ -48,6 +56,12 @@ def stoppable() -> Iterator[None]:
         pass
     try:
         yield
+    except InputError as error:
+        context = click.get_current_context(silent=True)
+        said = as_options(None if context is None else context.info_name, str(error))
+        if said == str(error):
+            raise
+        raise InputError(said) from error
     finally:
         for number, before in previous.items():
             signal.signal(number, before)

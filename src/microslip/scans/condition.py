@@ -134,23 +134,34 @@ def band(scan: Scan, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float
             continue
         length = length_of(name, given, "10 um")
         if not least < length < most:
-            where = "two pixels" if length <= least else "the size of the scan"
             raise InputError(
-                f"{name} must be between two pixels ({least:.4g} m) and the size of the scan "
-                f"({most:.4g} m), got {exact(length)} m: beyond {where}"
+                f"{name} must be between two pixels ({_readable(least)}) and the size of the scan "
+                f"({_readable(most)}), got {_readable(length)}: {_where(length, least, most)}"
             )
         found.append(length)
     short, long = found
     if long is not None and (before := short or scan.cutoff) is not None and long <= before:
         raise InputError(
-            f"long_cutoff must be longer than cutoff, got {exact(long)} m and {exact(before)} m"
+            f"long_cutoff must be longer than cutoff, got {_readable(long)} and {_readable(before)}"
         )
     if short is not None and scan.long_cutoff is not None and short >= scan.long_cutoff:
         raise InputError(
-            f"cutoff must be shorter than the long_cutoff {exact(scan.long_cutoff)} m that was "
-            f"applied before, got {exact(short)} m"
+            f"cutoff must be shorter than the long_cutoff {_readable(scan.long_cutoff)} that was "
+            f"applied before, got {_readable(short)}"
         )
     return short, long
+
+
+def _readable(length: float) -> str:
+    return engineering(length, "m", 5, trim=True)
+
+
+def _where(length: float, least: float, most: float) -> str:
+    if math.isclose(length, least, rel_tol=1e-12):
+        return "exactly two pixels"
+    if math.isclose(length, most, rel_tol=1e-12):
+        return "exactly the size of the scan"
+    return "below two pixels" if length < least else "beyond the size of the scan"
 
 
 def _threshold(given: Any) -> float | None:

@@ -90,7 +90,8 @@ def _scan(raw: Raw, path: Path, wishes: Wishes) -> Scan:
     low, high = np.nanmin(scan.heights), np.nanmax(scan.heights)
     if low == high:
         raise ValueError(
-            f"all heights are {float(low):g} m: nothing to measure; another channel or key?"
+            f"all heights are {engineering(float(low), 'm', 6, trim=True)}: nothing to measure; "
+            "another channel or key?"
         )
     more = []
     if scan.missing:
@@ -98,8 +99,8 @@ def _scan(raw: Raw, path: Path, wishes: Wishes) -> Scan:
     if count := spikes(scan.heights):
         more.append(
             f"spikes: {count} points lie more than a million times farther from the median than "
-            f"usual, up to {float(max(abs(low), abs(high))):g} m; they must go, by outliers or "
-            "valid."
+            f"usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; they must go, by "
+            "outliers or valid."
         )
     if not more:
         return scan
@@ -183,11 +184,19 @@ def _valid(heights: np.ndarray, given: Any) -> list[str]:
         raise ValueError(f'valid must be two heights such as ("-1 mm", "1 mm"), got {show(given)}')
     low, high = (_height(one) for one in given)
     if not low < high:
-        raise ValueError(f"valid: the first must be the lower, got {low:g} m and {high:g} m")
+        raise ValueError(
+            f"valid: the first must be the lower, got {_length(low)} and {_length(high)}"
+        )
     beyond = (heights < low) | (heights > high)
     count = int(np.count_nonzero(beyond))
     heights[beyond] = np.nan
-    return [f"valid: {count} points below {low:g} m or above {high:g} m are missing."]
+    points = "1 point" if count == 1 else f"{count} points"
+    verb = "is" if count == 1 else "are"
+    return [f"valid: {points} below {_length(low)} or above {_length(high)} {verb} missing."]
+
+
+def _length(value: float) -> str:
+    return engineering(value, "m", 4, trim=True)
 
 
 def _height(given: Any) -> float:

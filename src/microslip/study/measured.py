@@ -121,7 +121,8 @@ def show(summary: dict[str, Any], stream: TextIO | None) -> None:
     out = Printer(stream)
     for record in summary["records"]:
         counts = [f"{n} {name}" for name, n in record["regimes"].items() if n]
-        out.line(f"{shorten(record['name'], 200)}: {', '.join(counts)} cycles", style="bold")
+        cycles = "cycle" if record["cycles"] == 1 else "cycles"
+        out.line(f"{shorten(record['name'], 200)}: {', '.join(counts)} {cycles}", style="bold")
         facts = []
         if record["frequency"] is not None:
             facts.append(f"frequency {engineering(record['frequency'], 'Hz', 4, trim=True)}")

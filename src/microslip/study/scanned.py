@@ -333,7 +333,7 @@ def differences(found: Findings) -> list[str]:
     Returns
     -------
     list of str
-        Empty where counting and moments agree within a half.
+        Empty where counting and moments agree within a half. Each cause has its own line.
     """
     mccool, counted = found.estimates.get("mccool"), found.estimates.get("counted")
     if mccool is None or counted is None or found.summits is None:
@@ -347,6 +347,13 @@ def differences(found: Findings) -> list[str]:
     if not apart:
         return []
     told = [f"{significant(factor, 2)} times the {_SAID[name]}" for name, factor in apart.items()]
+    if found.summits.method == "watershed" and "radius" in apart:
+        # The verdict on radii compares what McCool's is, one over a mean curvature.
+        alike = found.summits.mean_radius / mccool.radius
+        told[list(apart).index("radius")] += (
+            " (the counted one by load; by mean curvature, as McCool's is, "
+            f"{significant(alike, 2)} times)"
+        )
     judged = sorted(
         (v for v in found.verdicts if v.word != "ok" and v.name in _CAUSES),
         key=lambda verdict: (verdict.word != "outside", [*_CAUSES].index(verdict.name)),
@@ -370,10 +377,10 @@ def differences(found: Findings) -> list[str]:
         if noisy and found.request.cutoff is None
         else "Build on the counted ones, and look at the map."
     )
-    why = "; ".join(f"({number}) {cause}" for number, cause in enumerate(causes, start=1))
+    why = "".join(f"\n({number}) {cause}." for number, cause in enumerate(causes, start=1))
     return [
         f"Two estimates differ: the summits counted have {_listed(told)} of McCool's moments. "
-        f"Why: {why}. {advice}"
+        f"Why:{why}\n{advice}"
     ]
 
 

@@ -50,8 +50,8 @@ def draw(found: Findings) -> Figure:
     left.set_ylabel(f"Height above the mean [{letter}m]")
     beyond = np.count_nonzero((scan.heights < low) | (scan.heights > high))
     share = significant(100.0 * beyond / fit.statistics.count, 2)
-    where = "(a) the trace" if scan.is_profile else "(a) the middle row"
-    note(left, where + (f"; {share} % of all beyond" if beyond else ""))
+    where = "(a) trace" if scan.is_profile else "(a) middle row"
+    note(left, where + (f"; {share} % beyond" if beyond else ""))
     percent = 100.0 * unit
     bins = min(MOST_BINS, max(12, round(math.sqrt(fit.statistics.count))))
     edges = np.linspace(low, high, bins + 1)
@@ -73,7 +73,7 @@ def draw(found: Findings) -> Figure:
                       label=f"{name} ({100.0 * one.share:.2g} %)")  # fmt: skip
         axes.set_xlabel(f"Density [%/{letter}m]")
     note(middle, "(b) density")
-    note(right, "(c) its logarithm: the tails")
+    note(right, "(c) its tails (log)")
     top = float(density.max())
     middle.set_xlim(0.0, 1.1 * max(top, float(fit.gaussian.density(mean)) * percent))
     log_scale(right, "x")

@@ -84,7 +84,7 @@ def split(displacement: Floats, force: Floats) -> Cycles:
     if crossings.size < 2:
         raise InputError(
             f"no full cycle: the displacement crosses its middle {middle:g} m "
-            f"{crossings.size} times; a cycle needs at least two crossings"
+            f"{_times(crossings.size)}; a cycle needs at least two crossings"
         )
     period = 2.0 * float(np.median(np.diff(crossings)))
     if crossings.size > 2:
@@ -119,10 +119,15 @@ def split(displacement: Floats, force: Floats) -> Cycles:
             best = found
     if best is None:
         raise InputError(
-            f"no full cycle: the displacement crosses its middle {middle:g} m {crossings.size} "
-            "times, and no cycle is whole from one turning point or crossing to the next like it"
+            f"no full cycle: the displacement crosses its middle {middle:g} m "
+            f"{_times(crossings.size)}, and no cycle is whole from one turning "
+            "point or crossing to the next like it"
         )
     return best
+
+
+def _times(count: int) -> str:
+    return ("never", "once")[count] if count < 2 else f"{count} times"
 
 
 def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:

@@ -16,13 +16,13 @@ from microslip._frozen import lock
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw
 from microslip.tribometer.columns import UNITS, columns_of
+from microslip.tribometer.counted import beyond, counted, many
 from microslip.tribometer.cycles import Cycles, split
 from microslip.tribometer.estimates import Estimate, mean_of, trend
 from microslip.tribometer.record import Record
 from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresholds
+from microslip.tribometer.spikes import spikes_of, without
 
-OPEN = 0.25
-"""Closure error beyond which a cycle is not one of those that the means are of."""
 _FOLDS = 64
 
 
@@ -47,7 +47,7 @@ class Measurement:
         Where the regimes end.
     mean : mapping of str to Estimate
         Means of the columns with their confidence intervals (Student), over the cycles that close
-        to a quarter of their force.
+        to a quarter of their force and have no spike.
     confidence : float
         Level of the intervals [-].
     frequency : float or None
@@ -120,7 +120,7 @@ class Measurement:
 
     def table(self) -> str:
         """The means as text: quantity, mean, confidence interval and unit."""
-        lines = [f"{self.name}: {len(self)} cycles, {self.regime}"]
+        lines = [f"{self.name}: {many(len(self), 'cycle')}, {self.regime}"]
         for name, mean in self.mean.items():
             interval = f"[{mean.low:.6g}, {mean.high:.6g}]" if mean.number > 1 else "-"
             lines.append(f"{name:<20} {mean.value:>13.6g}  {interval:<30} {UNITS[name]}")
@@ -147,7 +147,7 @@ class Measurement:
         }
 
     def __repr__(self) -> str:
-        return f"Measurement({self.name!r}, {len(self)} cycles, {self.regime})"
+        return f"Measurement({self.name!r}, {many(len(self), 'cycle')}, {self.regime})"
 
 
 def measure(
@@ -179,14 +179,16 @@ def measure(
     Raises
     ------
     InputError
-        Not a record, a displacement without a full cycle or that does not move, a value out of its
-        range, a model without finite stiffness.
+        Not a record, a displacement without a full cycle or that does not move, spikes in every
+        cycle, a value out of its range, a model without finite stiffness.
 
     Notes
     -----
     The energy is the area of the polygon through all samples (19.29); white noise has no bias on
-    it. A cycle that does not close is closed by its chord, and ``closure_error`` says how far its
-    ends are apart, of the range of the force, the noise of two samples included. Displacements at
+    it. Spikes, up to three samples in a row far from all around, are replaced by straight lines,
+    and their cycles left out of the means. A cycle that does not close is closed by its chord, and
+    ``closure_error`` says how far its ends are apart, of the range of the force, the noise of two
+    samples included. Displacements at
     reversals are read from a parabola through the samples around, forces from one through those
     before, over windows that the noise asks for; without noise they are the samples. The stiffness
     after a reversal is the first slope of a parabola through the first quarter of the force's
@@ -207,6 +209,8 @@ def measure(
     if not 0.0 < level < 1.0:
         raise InputError(f"confidence must be between 0 and 1, got {exact(level)}")
     limits = thresholds(model)
+    spikes = spikes_of(record)
+    record = without(record, spikes)
     x, force, notes = record.displacement, record.force, list(record.notes)
     if rig_stiffness is not None:
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
@@ -233,19 +237,12 @@ def measure(
             "in some cycles too few samples lie in the first quarter of the force after a "
             "reversal to read a stiffness"
         )
-    closed = columns["closure_error"] <= OPEN
-    if not closed.any():
-        notes.append("no cycle closes, the ends of each differ by over a quarter of the force")
-        closed[:] = True
-    elif not closed.all():
-        left_out = ", ".join(str(i + 1) for i in np.flatnonzero(~closed)[:5])
-        left_out += ", ..." if np.count_nonzero(~closed) > 5 else ""
-        notes.append(
-            f"left out of the means: {np.count_nonzero(~closed)} cycles whose ends differ by over "
-            f"a quarter of the force, such as in running in (cycle {left_out})"
-        )
+    closed, said = counted(columns["closure_error"], cycles, spikes)
+    notes += said
+    notes += beyond(columns["loss_factor"])
     notes += _clipped(record)
-    sliding = float(np.nanmedian(columns["sliding_ratio"]))
+    slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
+    sliding = float(np.median(slid)) if slid.size else math.nan
     if rig_stiffness is None and regimes.count("gross slip") > len(regimes) / 2 and sliding < 0.9:
         notes.append(
             f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest is "

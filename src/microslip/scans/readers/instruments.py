@@ -137,7 +137,8 @@ def _open(path: Path, wanted: Any) -> tuple[Any, str]:
     known = library.lookup_reader_by_format
     if wanted is not None:
         if not isinstance(wanted, str) or wanted not in known:
-            names = ["npy", "npz", "text", "matrix", "xyz", "profile", "mat", *sorted(known)]
+            own = ("npy", "npz", "text", "matrix", "xyz", "profile", "mat")
+            names = [*own, *sorted({*known} - {*own})]
             hint = did_you_mean(wanted, names) if isinstance(wanted, str) else ""
             raise ValueError(f"no format {show(wanted)}{hint}; there are {', '.join(names)}")
         try:
@@ -161,7 +162,7 @@ def _open(path: Path, wanted: Any) -> tuple[Any, str]:
     raise ValueError(
         failed
         or "of no format that is known by its first bytes or its ending; write format=, one of "
-        f"text, npy, npz, {', '.join(sorted(known))}"
+        f"text, npy, npz, {', '.join(sorted({*known} - {'text', 'npy', 'npz'}))}"
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._units import LENGTH, QuantityError, is_unit, to_si
-from microslip._wording import shorten
+from microslip._wording import shorten, show
 from microslip.scans.readers.base import Raw, Reader, Wishes, few, first_line
 from microslip.scans.readers.grid import on_grid
 
@@ -181,7 +181,27 @@ def _numbers(path: Path, layout: _Layout) -> np.ndarray:
                 pass
         return load(_cleaned(path, layout))
     except (ValueError, OverflowError) as error:
-        raise ValueError(f"wanted rows of {layout.columns} numbers: {first_line(error)}") from None
+        wrong = _wrong(path, layout) or first_line(error)
+        raise ValueError(f"wanted rows of {layout.columns} numbers: {wrong}") from None
+
+
+def _wrong(path: Path, layout: _Layout) -> str:
+    """The first line that is no such row, counted from 1 as editors do; "" if all are."""
+    for number, row in enumerate(_cleaned(path, layout), start=layout.first + 1):
+        bare = row
+        for sign in _COMMENTS:
+            bare = bare.partition(sign)[0]
+        if not bare.strip():
+            continue
+        cells = bare.split(layout.separator)
+        for column, cell in enumerate(cells, start=1):
+            try:
+                float(cell)
+            except ValueError:
+                return f"line {number}, column {column}: got {show(cell.strip())}"
+        if len(cells) != layout.columns:
+            return f"line {number}: got {len(cells)}"
+    return ""
 
 
 def _cleaned(path: Path, layout: _Layout) -> Iterator[str]:

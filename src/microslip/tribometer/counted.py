@@ -1,0 +1,103 @@
+"""Floor 6: which cycles of a record the means are of, and what to say of the others."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.errors import InputError
+from microslip.tribometer.cycles import Cycles
+from microslip.tribometer.spikes import Spike
+
+OPEN = 0.25
+"""Closure error beyond which a cycle is not one of those that the means are of."""
+_MOST_LOSS = 1.05 * 4.0 / math.pi  # of a rectangle; noise may make its corners a little less
+
+
+def counted(
+    closure: NDArray[np.float64], cycles: Cycles, spikes: tuple[Spike, ...]
+) -> tuple[NDArray[np.bool_], list[str]]:
+    """The cycles that the means are of, and what to say of the others.
+
+    Parameters
+    ----------
+    closure : ndarray
+        Closure errors of the cycles [-].
+    cycles : Cycles
+        Where they are.
+    spikes : tuple of Spike
+        Those of the record.
+
+    Returns
+    -------
+    tuple of ndarray and list of str
+        Whether each cycle counts, and notes.
+
+    Raises
+    ------
+    InputError
+        Spikes in every cycle.
+    """
+    notes = []
+    sound = np.ones(closure.size, dtype=bool)
+    for spike in spikes:
+        sound &= (cycles.cuts[1:] < spike.first) | (cycles.cuts[:-1] > spike.last)
+    shown = "; ".join(map(str, spikes[:3])) + ("; ..." if len(spikes) > 3 else "")
+    if not sound.any():
+        raise InputError(
+            f"no cycle is without a spike: {many(len(spikes), 'spike')}, {shown}; look at the "
+            "sensor and its cable, or leave these samples out"
+        )
+    if not sound.all():
+        notes.append(
+            f"left out of the means: {_cycles(~sound)} with a spike, here straight lines: {shown}"
+        )
+    elif spikes:
+        notes.append(f"spikes beyond the whole cycles: {shown}")
+    closed = closure <= OPEN
+    if not (sound & closed).any():
+        notes.append("no cycle closes, the ends of each differ by over a quarter of the force")
+        return sound, notes
+    if not closed.all():
+        notes.append(
+            f"left out of the means: {_cycles(~closed)} whose ends differ by over a quarter of "
+            "the force, as in running in"
+        )
+    return sound & closed, notes
+
+
+def beyond(loss_factor: NDArray[np.float64]) -> list[str]:
+    """What to say of loops that are larger than the rectangle around them.
+
+    Parameters
+    ----------
+    loss_factor : ndarray
+        Of each cycle [-].
+
+    Returns
+    -------
+    list of str
+        No note, or one.
+    """
+    large = loss_factor > _MOST_LOSS
+    if not large.any():
+        return []
+    return [
+        f"a loss factor above 4/π = 1.27, up to {float(np.nanmax(loss_factor)):.3g}, in "
+        f"{_cycles(large)}: no closed loop has more than the rectangle around it, so these "
+        "channels are no loop, have spikes, or a rig softer than it is was taken off"
+    ]
+
+
+def _cycles(chosen: NDArray[np.bool_]) -> str:
+    """Such as "2 cycles (3, 8)"."""
+    places = np.flatnonzero(chosen) + 1
+    shown = ", ".join(map(str, places[:5])) + (", ..." if places.size > 5 else "")
+    return f"{many(places.size, 'cycle')} ({shown})"
+
+
+def many(number: int, what: str) -> str:
+    """A number of things, such as "1 cycle"."""
+    return f"{number} {what}{'' if number == 1 else 's'}"

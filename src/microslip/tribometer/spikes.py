@@ -1,0 +1,134 @@
+"""Floor 6: single samples that no rig can have recorded: spikes of a sensor or its cable."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import Floats
+from microslip._units import engineering
+from microslip.tribometer.record import Record
+
+FAR = 5.0
+"""How many times half the usual range, of the record and of the samples around, a spike is off."""
+LONGEST = 3
+"""Samples in a row that still are a spike."""
+AROUND = 8
+"""Samples on each side that it is held against."""
+
+_UNITS = {"displacement": "m", "force": "N", "normal_load": "N"}
+
+
+class Spike(NamedTuple):
+    """A sample, or a few in a row, far from all around."""
+
+    channel: str
+    """"displacement", "force" or "normal_load"."""
+    first: int
+    """The first sample, counted from 0."""
+    last: int
+    """The last one: mostly the same."""
+    value: float
+    """The farthest one [m, N]."""
+    usual: float
+    """Half the range that is usual there [m, N]: of the record, or of the samples around."""
+
+    def __str__(self) -> str:
+        unit = _UNITS[self.channel]
+        where = f"sample {self.first}"
+        if self.last > self.first:
+            where = f"samples {self.first} to {self.last}"
+        return (
+            f"{self.channel} {engineering(self.value, unit)} at {where} "
+            f"(±{engineering(self.usual, unit)} is usual)"
+        )
+
+
+def spikes_of(record: Record) -> tuple[Spike, ...]:
+    """Where a record has spikes.
+
+    Parameters
+    ----------
+    record : Record
+        The record.
+
+    Returns
+    -------
+    tuple of Spike
+        By channel and place; empty for nearly all records.
+
+    Notes
+    -----
+    A spike is up to three samples in a row which are farther from the median of the eight samples
+    before and the eight behind than five times half the range, both of those samples (their lowest
+    and highest left out) and of the record (its 5th to 95th percentile). So neither amplitudes that
+    grow nor noise make one; a normal load must be off by five times its median, too. The limits are
+    this project's.
+    """
+    found: list[Spike] = []
+    for channel in _UNITS:
+        values = getattr(record, channel)
+        if isinstance(values, np.ndarray):
+            found += _in(channel, values)
+    return tuple(found)
+
+
+def without(record: Record, spikes: Sequence[Spike]) -> Record:
+    """A record with straight lines where the spikes are.
+
+    Parameters
+    ----------
+    record : Record
+        The record.
+    spikes : sequence of Spike
+        Those of :func:`spikes_of`.
+
+    Returns
+    -------
+    Record
+        Another one; the same if there are no spikes.
+    """
+    if not spikes:
+        return record
+    changed: dict[str, Any] = {}
+    for channel in dict.fromkeys(spike.channel for spike in spikes):
+        values: Floats = getattr(record, channel).copy()
+        bad = np.zeros(values.size, dtype=bool)
+        for spike in spikes:
+            if spike.channel == channel:
+                bad[spike.first : spike.last + 1] = True
+        good = np.flatnonzero(~bad)
+        places = np.flatnonzero(bad)
+        values[places] = np.interp(places, good, values[good])
+        changed[channel] = values
+    return replace(record, **changed)
+
+
+def _in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
+    few = values[:: max(1, values.size >> 17)]
+    low, middle, high = (float(value) for value in np.percentile(few, (5.0, 50.0, 95.0)))
+    usual = 0.5 * (high - low)
+    if channel == "normal_load":  # which hardly moves: noise or a slow drift is its whole range
+        usual = max(usual, abs(middle))
+    # The median of the neighbours lies between any two of them, thus not much beyond the range.
+    far = np.flatnonzero(np.abs(values - middle) > (FAR - 1.0) * usual)
+    found = []
+    for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1) if far.size else ():
+        first, last = int(run[0]), int(run[-1])
+        if last - first >= LONGEST:
+            continue
+        before = values[max(first - AROUND, 0) : first]
+        near = np.sort(np.concatenate((before, values[last + 1 : last + 1 + AROUND])))
+        if near.size < AROUND:
+            continue
+        centre = float(np.median(near))
+        off = np.abs(values[first : last + 1] - centre)
+        scale = max(usual, 0.5 * float(near[-2] - near[1]))
+        if float(off.min()) > FAR * scale:
+            value = float(values[first + int(np.argmax(off))])
+            found.append(Spike(channel, first, last, value, scale))
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,33 @@ def lock(array: NDArray[Any]) -> NDArray[Any]:
     return array
 
 
+class _Proxied(dict[Any, Any]):
+    """What a read-only mapping shows, while it is pickled: Python cannot pickle the view."""
+
+
 class Locked:
-    """A frozen object whose arrays stay read-only in its copies: NumPy forgets to pickle that."""
+    """A frozen object whose arrays and mappings stay read-only in its copies.
+
+    NumPy forgets to pickle that, and Python does not pickle read-only mappings at all.
+    """
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: _open(value) for key, value in self.__dict__.items()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
             if isinstance(value, np.ndarray):
                 lock(value)
-        self.__dict__.update(state)
+        self.__dict__.update({key: _shut(value) for key, value in state.items()})
+
+
+def _open(value: Any) -> Any:
+    if isinstance(value, MappingProxyType):
+        return _Proxied(value)
+    return tuple(map(_open, value)) if type(value) is tuple else value
+
+
+def _shut(value: Any) -> Any:
+    if isinstance(value, _Proxied):
+        return MappingProxyType(dict(value))
+    return tuple(map(_shut, value)) if type(value) is tuple else value

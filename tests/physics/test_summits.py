@@ -280,7 +280,7 @@ def test_scratched_surface() -> None:
     words = {v.name: v for v in found.validity()}
     assert words["kurtosis of the heights"].value > 300.0
     assert words["kurtosis of the heights"].word == "outside"
-    assert words["radius counted against McCool's"].word == "outside"
+    assert words["mean radius counted against McCool's"].word == "outside"
 
 
 # -- joints ----------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ import pytest
 from command import STUDY, fails, run
 
 import microslip as ms
-from microslip.cli.identify import _contact_area, _rig_stiffness
+from microslip.cli.identify import _contact_area, _known, _rig_stiffness
 
 JOINT = ms.Interface.examples()[0]
 RIG = 5e8
@@ -169,6 +169,47 @@ def test_contact_area() -> None:
     assert _contact_area(None) is None
 
 
+def test_known() -> None:
+    """A value, its deviation, and a unit once or twice."""
+    given = ("radius=1±0.1 mm", "density=100 1/mm^2 +- 5", "force_limit at 500 N=275 N±1 N")
+    got = _known(given, ("interface",))
+    np.testing.assert_allclose(got["radius"], (1e-3, 1e-4))
+    np.testing.assert_allclose(got["density"], (1e8, 5e6))
+    np.testing.assert_allclose(got["force_limit at 500 N"], (275.0, 1.0))
+    found = summary(
+        "light.csv", "heavy.csv", "--study", "study.toml", "--known", "radius=1±0.1 mm",
+        "--held-back", "0",
+    )["identification"]  # fmt: skip
+    assert found["parameters"]["radius"]["value"] == pytest.approx(1e-3, rel=0.02)
+    assert found["derived"]["density"]["low"] < 1e8 < found["derived"]["density"]["high"]
+
+
+def test_rigs_that_differ_are_told_in_options(folder: Path) -> None:
+    """The status is in the study that is written; the remedy is an option."""
+    rig = ms.VirtualTribometer(
+        JOINT.at(normal_load=2000.0), rig_stiffness=2e8, noise=0.003, sample_rate=2560, seed=3
+    )
+    rig.record(amplitude=6e-6, frequency=10.0, cycles=6).to_csv("soft.csv")
+    outcome = run("identify", "light.csv", "soft.csv", "--study", "study.toml", "-o", "out")
+    assert outcome.exit_code == 0, outcome.output
+    assert "(records differ: rigs)" in outcome.stdout.splitlines()[0]
+    assert "0 of 4 parameters identified" in outcome.stdout
+    text = (folder / "out/joint.toml").read_text("utf-8")
+    for said in (outcome.stdout, text.replace("\n# ", " ")):
+        assert "--rig LABEL once for each record" in said
+        assert "rigs=" not in said
+
+
+def test_a_turned_force_is_told_with_its_option() -> None:
+    record = ms.Record.read("heavy.csv")
+    ms.Record(record.displacement, -record.force, normal_load=2000.0, sample_rate=2560).to_csv(
+        "turned.csv"
+    )
+    message = fails("identify", "turned.csv")
+    assert "the loops run the wrong way round (energy -" in message
+    assert "--turn turns it" in message
+
+
 # -- what it refuses -------------------------------------------------------------------------------
 
 WRONG = {
@@ -181,6 +222,8 @@ WRONG = {
     ("--rig-stiffness", "stiff"): '--rig-stiffness: wanted a stiffness such as "200 N/um"',
     ("--contact-area", "6 mm^2"): "--contact-area wants an area, its uncertainty and the load",
     ("--contact-area", "6 mm, 1 mm, 2 kN"): "--contact-area: wanted an area",
+    ("--known", "radius=1 mm"): '--known wants radius=VALUE±DEVIATION, got "1 mm"',
+    ("--known", "radios=1±0.1 mm"): '--known: no parameter "radios"; did you mean "radius"?',
     ("--normal-load", "1 N", "--normal-load", "2 N", "--normal-load", "3 N"):
         "--normal-load wants one for all records or one for each of the 2 records, got 3",
     ("--law", "jenkin"): 'got "jenkin"; did you mean "jenkins"?',

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import re
 import tomllib
@@ -19,7 +20,7 @@ from matplotlib.text import Text
 import microslip as ms
 from microslip.study import identified_tables as tables
 from microslip.study.drawing import STYLE
-from microslip.study.identified import Identified, identified, units_of, write
+from microslip.study.identified import Identified, identified, show, summarise, units_of, write
 from microslip.study.identified_figure import drawings, intervals, loops, panels, shown
 from microslip.study.identified_study import joint_text
 
@@ -93,6 +94,7 @@ def number(verdict: str, low: float | None = 1.0, high: float | None = 2.0) -> d
     ("verdict", "value", "interval"),
     [
         ("identified", "1.50", "1.00 … 2.00"),
+        ("in doubt", "1.50", "1.00 … 2.00"),
         ("fixed", "1.50", "–"),
         ("bounded above", "–", "up to 2.00"),
         ("bounded below", "–", "from 1.00"),
@@ -116,6 +118,51 @@ def test_units_of_parameters() -> None:
     assert units["slip_scale"] == "m"
     assert units["force_limit"] == "N"
     assert units["rig_stiffness"] == "N/m"
+
+
+class Terminal(io.StringIO):
+    """A terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("width", [80, 140])
+def test_value_and_interval_are_beside_each_other(
+    width: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where a terminal is narrow: a value without its interval says little."""
+    monkeypatch.setenv("COLUMNS", str(width))
+    monkeypatch.setenv("NO_COLOR", "1")
+    stream = Terminal()
+    show(summarise(rich()), stream)
+    lines = stream.getvalue().splitlines()
+    one = rich().first.parameters["slip_scale"]
+    low, high = (tables.quantity(end, "m", 3) for end in (one.low, one.high))
+    (line,) = [line for line in lines if line.startswith("slip scale κσ")][:1]
+    assert f"{low} … {high}" in line
+    assert len(re.findall(r"\d nm", line)) == 3
+    assert all(len(line.rstrip()) <= width for line in lines)
+
+
+def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
+    """In the study, on the page and in every verdict; in the words of who asked."""
+    records = [record(500.0, 6e-6), record(2000.0, 6e-6, rig_stiffness=2e8)]
+    found = identified(
+        records, ["interface"], ms.Study.from_toml(STUDY), OPTIONS, lambda share: None
+    )
+    assert found.first.status == "records differ: rigs"
+    assert not any(one.verdict == "identified" for one in found.first.parameters.values())
+    assert not any(one.verdict == "identified" for one in found.first.derived.values())
+    assert found.first.parameters["friction_coefficient"].verdict == "in doubt"
+    write(found, tmp_path, spell=lambda text: text.replace("rigs=", "--rig "))
+    text = (tmp_path / "joint.toml").read_text("utf-8")
+    assert "# RECORDS DIFFER: RIGS" in text
+    assert "# IN DOUBT for that: friction coefficient μ" in text
+    for name in ("joint.toml", "report.html", "summary.json"):
+        text = (tmp_path / name).read_text("utf-8")
+        assert "--rig [one" in text.replace("\n# ", " "), name
+        assert "rigs=" not in text, name
 
 
 # -- files -----------------------------------------------------------------------------------------
@@ -159,7 +206,7 @@ def test_the_page_says_what_is_not_known(tmp_path: Path) -> None:
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "What the records do not tell</h2>" in page
     assert "To settle it:" in page
-    assert "separation h = d/σ</strong>, not identified" in page
+    assert "separation h = d/σ at 2 kN</strong>, not identified" in page
     assert 'class="verdict watch"' in page
     text = (tmp_path / "joint.toml").read_text("utf-8")
     assert "# NOT identified, one of many values" in text
@@ -224,7 +271,8 @@ def test_nothing_is_clipped(which: Any) -> None:
 
 def test_intervals_say_the_verdict() -> None:
     texts = [text.get_text() for text in intervals(poor().first).findobj(Text)]
-    assert "separation h = d/σ: not identified" in texts
+    assert "separation h = d/σ at 2 kN: not identified" in texts
+    assert "h at 2 kN" in texts
     assert "friction coefficient μ" in texts
 
 

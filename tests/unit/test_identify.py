@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import json
+import math
+import pickle
 from functools import cache
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -11,6 +15,9 @@ import pytest
 
 import microslip as ms
 from microslip.identification import fold
+from microslip.identification.checks import _held
+from microslip.identification.models.interface import InterfaceModel
+from microslip.identification.outcome import _why
 from microslip.identification.setup import levels_of, stiffness_after_reversal
 
 CELL = ms.Jenkins(stiffness=5e7, force_limit=100.0)
@@ -51,6 +58,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"pair": "steel"}, "pair must be a MaterialPair"),
     ({"fixed": {"stifness": 1.0}}, 'did you mean "stiffness"'),
     ({"fixed": [1.0]}, "fixed must be a dict"),
+    ({"fixed": {"force_limit": "1 kN"}}, r"write fixed=\{'force_limit': 1000\}"),
     ({"fixed": {"stiffness": 1e20}}, "within its bounds"),
     ({"fixed": {"stiffness": 2e7}, "bounds": {"stiffness": (4e7, 6e7)}}, "within its bounds"),
     ({"fixed": {"rig_stiffness": 1e8}}, "write rig_stiffness="),
@@ -65,7 +73,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"rig_stiffness": "soft"}, "must be 'free'"),
     ({"rig_stiffness": -1.0}, "above zero"),
     ({"rig_stiffness": (1e8,)}, r"\(value, uncertainty\)"),
-    ({"rigs": ["a", "b"]}, "a label for each of the 1 records"),
+    ({"rigs": ["a", "b"]}, "a label for each of the 1 record,"),
     ({"rigs": ["a"], "rig_stiffness": {"b": 1e8}}, "has nothing for rig 'a'"),
     ({"delay": "late"}, "a time"),
     ({"loss": "l1"}, "loss must be one of"),
@@ -308,6 +316,92 @@ def test_known_data_narrow() -> None:
     assert told.degrees_of_freedom == free.degrees_of_freedom + 1
 
 
+@pytest.mark.parametrize("name", ["radius", "density"])
+def test_a_known_radius_or_density_separates_both(name: str) -> None:
+    """As a contact area does; the error of the one is the error of the other."""
+    records = [
+        record(JOINT.at(normal_load=load), 3e-6, seed=i, noise=0.002)
+        for i, load in enumerate((300.0, 3000.0))
+    ]
+    truth = {"radius": 1e-3, "density": 1e8}
+    value = truth[name]
+    options: dict[str, Any] = {
+        "pair": JOINT.surface.pair, "area": 2e-4, "rig_stiffness": None, "held_back": 0,
+        "intervals": "curvature",
+    }  # fmt: skip
+    found = ms.identify(records, known={name: (value, 0.05 * value)}, **options)
+    other = "density" if name == "radius" else "radius"
+    given, derived = found.parameters[name], found.derived[other]
+    assert given.value == pytest.approx(value, rel=0.01)
+    assert given.standard_error == pytest.approx(0.05 * value, rel=0.05)
+    assert derived.low < truth[other] < derived.high
+    # density * sqrt(radius) is what loops know.
+    share = 0.025 if name == "radius" else 0.1
+    assert derived.standard_error > 0.9 * share * derived.value
+    surface = found.joint(2000.0).surface
+    assert (surface.radius, surface.density) == pytest.approx(
+        (found.joint().surface.radius, found.joint().surface.density)
+    )
+    assert getattr(surface, name) == pytest.approx(value, rel=0.01)
+    assert getattr(surface, other) == pytest.approx(derived.value, rel=1e-6)
+    # Both, the second as what has a value and a standard error.
+    both = ms.identify(records, known={name: (value, 0.05 * value), other: derived}, **options)
+    assert both.degrees_of_freedom == found.degrees_of_freedom + 1
+    with pytest.raises(ms.InputError, match=r"give pair=\.\.\. and area=\.\.\., too"):
+        ms.identify(records, known={name: (value, 0.05 * value)}, rig_stiffness=None)
+
+
+def test_the_separation_names_its_load() -> None:
+    """That of the records: one load itself, of several the geometric mean."""
+    one = joint().parameters["standardised_separation"]
+    # The loads are means of noisy channels.
+    assert one.load == pytest.approx(math.sqrt(300.0 * 3000.0), rel=1e-3)
+    assert f"standardised_separation at {one.load:.4g} N" in joint().table()
+    assert joint().summary()["parameters"]["standardised_separation"]["normal_load"] == one.load
+    # An instance at another load starts the fit, and does not name what comes out.
+    start = JOINT.at(normal_load=500.0)
+    told = ms.identify(record(JOINT, 3e-6), start, rig_stiffness=None, held_back=0)
+    bare = ms.identify(record(JOINT, 3e-6), rig_stiffness=None, held_back=0)
+    h, free = (found.parameters["standardised_separation"] for found in (told, bare))
+    assert h.load == free.load == pytest.approx(JOINT.normal_load, rel=1e-3)
+    assert h.value == pytest.approx(free.value, abs=1e-3)
+    assert "1 record," in told.table()
+    model = InterfaceModel.of(start).prepared([0], [JOINT.normal_load])
+    assert (model.start or {})["standardised_separation"] == pytest.approx(
+        JOINT.separation / JOINT.surface.heights.std, rel=1e-9
+    )
+
+
+def test_an_identification_travels() -> None:
+    """By pickle and as a deep copy, its mappings and arrays still read-only."""
+    found = joint()
+    for other in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
+        assert other.summary() == found.summary()
+        assert isinstance(other.parameters, MappingProxyType)
+        assert isinstance(other.columns[0], MappingProxyType)
+        assert not other.records[0].model.flags.writeable
+        assert other.joint(2000.0).force_limit == found.joint(2000.0).force_limit
+
+
+@pytest.mark.parametrize(
+    ("cycles", "share", "held"),
+    [(8, 0.25, 2), (20, 0.45, 9), (20, 0.6, 12), (20, 0.9, 18), (3, 0.25, 1), (3, 0.9, 1)],
+)
+def test_held_back_is_the_share_it_says(cycles: int, share: float, held: int) -> None:
+    """One cycle at least, and two stay."""
+    assert _held(cycles, share).sum() == held
+
+
+def test_records_and_rigs_as_arrays() -> None:
+    """Whatever holds them."""
+    records = np.empty(2, dtype=object)
+    records[:] = [record(), record(seed=1)]
+    options: dict[str, Any] = {"held_back": 0, "intervals": "curvature"}
+    found = ms.identify(records, "jenkins", rigs=np.array(["a", "b"]), **options)
+    assert {"rig_stiffness of a", "rig_stiffness of b"} <= set(found.parameters)
+    assert len(ms.identify(tuple(records), "jenkins", **options).records) == 2
+
+
 def test_progress_is_a_share() -> None:
     """From none to all, never back."""
     shares: list[float] = []
@@ -364,6 +458,69 @@ def test_cycles_that_do_not_close_are_left_out() -> None:
     folded = fold(ms.Record(made.displacement, force, sample_rate=64.0))
     assert folded.left_out >= 2
     assert fold(made, slice(2, 6)).cycles == 4
+
+
+@pytest.mark.parametrize("value", [1e4, 160.0])
+def test_a_spike_costs_its_cycle_only(value: float) -> None:
+    """One sample far off, of the record or only of what other cycles have at its phase."""
+    made = record(cycles=8)
+    force = made.force.copy()
+    place = 64 * 3 + 40
+    force[place] = -np.sign(force[place]) * value
+    folded = fold(ms.Record(made.displacement, force, sample_rate=64.0))
+    clean = fold(made)
+    assert (folded.cycles, folded.left_out) == (clean.cycles - 1, 2)
+    assert folded.force_noise == pytest.approx(clean.force_noise, rel=0.1)
+    (note,) = folded.said
+    assert f"at sample {place}" in note
+    assert "1 cycle is left out" in note
+    found = ms.identify(
+        ms.Record(made.displacement, force, sample_rate=64.0), "jenkins", rig_stiffness=None
+    )
+    assert any(f"at sample {place}" in text for text in found.notes)
+    assert found.parameters["force_limit"].value == pytest.approx(100.0, rel=2e-3)
+    # Where too few cycles are left, a straight line stands in its place.
+    short = fold(ms.Record(made.displacement, force, sample_rate=64.0), slice(2, 5))
+    assert short.cycles == 3
+    assert "straight lines" in short.said[0]
+    assert fold(made).said == ()
+
+
+def test_a_force_of_the_opposite_sign_is_told() -> None:
+    """Its loops give energy."""
+    made = record()
+    turned = ms.Record(made.displacement, -made.force, sample_rate=64.0)
+    with pytest.raises(
+        ms.InputError, match=r"wrong way round \(energy -.* a cycle\): the force has"
+    ):
+        ms.identify(turned, "jenkins")
+
+
+def test_the_load_is_that_of_the_cycles_that_count() -> None:
+    """Not of the way from rest; a load that changes is said, or refused."""
+    made = record(cycles=8)
+    load = np.full(len(made), 300.0)
+    load[:64] = 0.0  # the cycle that is left out
+    assert fold(_loaded(made, load)).normal_load == pytest.approx(300.0)
+    load[64:] = np.linspace(300.0, 320.0, load.size - 64)
+    folded = fold(_loaded(made, load))
+    assert folded.normal_load == pytest.approx(310.0, rel=0.01)
+    assert "the normal load is" in folded.said[0]
+    load[64:] = np.linspace(300.0, 450.0, load.size - 64)
+    with pytest.raises(ms.InputError, match="must be the same in all cycles"):
+        fold(_loaded(made, load))
+
+
+def _loaded(made: ms.Record, load: Any) -> ms.Record:
+    return ms.Record(made.displacement, made.force, normal_load=load, sample_rate=64.0)
+
+
+def test_why_a_fit_did_not_end_is_in_plain_words() -> None:
+    """Those of the minimiser are for who knows it."""
+    for said in ("`ftol` termination condition is satisfied.", "The maximum number of function "
+                 "evaluations is exceeded."):  # fmt: skip
+        assert not set(_why(said).split()) & {"`ftol`", "termination", "function"}
+    assert _why("the law does not suit") == "the law does not suit"
 
 
 def test_a_free_delay_and_a_known_one() -> None:

@@ -259,7 +259,7 @@ def test_a_surface_without_mccools_summits_has_verdicts() -> None:
         found.statistics("mccool")
     words = {v.name: v for v in found.validity()}
     assert words["summit radius in pixels"].value == pytest.approx(1000.0, rel=1e-6)
-    told = words["radius counted against McCool's"]
+    told = words["mean radius counted against McCool's"]
     assert (told.value, told.word) == (math.inf, "outside")
     assert f"alpha is at least 1.5, here it is {scan.moments().nayak:.2g}" in told.meaning
 

@@ -169,7 +169,8 @@ def _found(result: Identification) -> str:
             lines.append(f"{symbol}: {' … '.join(ends)}{unit}")
         else:
             lines.append(f"{symbol}: {one.verdict}")
-    return "\n".join(["identified, 95 %:", *lines])
+    made = f"made with μ {worked_example().friction_coefficient:g}, rig {MICRO * RIG:g} N/µm"
+    return "\n".join(["identified, 95 %:", *lines, made])
 
 
 PLATES = (
@@ -190,8 +191,8 @@ PLATES = (
         "The model with the rig in series, fitted to one record at one load. Friction and rig come "
         "out with narrow intervals; slip scale and separation do not, for rig and contact give way "
         "together: a second load, or the rig measured apart, would tell them. The ripple of the "
-        "load, which the fit leaves out, shifts the force, and μ by less than 0.2 %; what stays is "
-        "noise.",
+        "load, in step with the force, only shifts all of it to one side, which the fit leaves "
+        "free: both intervals hold the truth, and what stays is noise.",
         _assumed(
             f"Amplitude {OVERLAY / MICRO:g} µm, {FREQUENCY:g} Hz, {CYCLES} cycles, the first left "
             "out."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ import click
 from microslip.cli.frame import OneOf, echo_json
 from microslip.cli.records import Reading, pairs, reads
 from microslip.cli.shell import complete_study
+from microslip.cli.spelling import as_options
 from microslip.cli.work import progress, stoppable
 
 if TYPE_CHECKING:
@@ -19,6 +21,17 @@ if TYPE_CHECKING:
     from microslip.tribometer import Record
 
 LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
+_FOLLOWING = {
+    "std": "m",
+    "radius": "m",
+    "density": "1/m^2",
+    "summit_count": "",
+    "contact_area": "m^2",
+    "force_limit": "N",
+    "tangential_stiffness": "N/m",
+    "load_scale": "N",
+}
+"""Units of what follows from the parameters, as far as it may be known from elsewhere."""
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 
 
@@ -81,6 +94,14 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     help='A real contact area that was measured, its uncertainty and load: "6 mm^2, 1 mm^2, 2 kN".',
 )
 @click.option(
+    "--known",
+    "known_values",
+    multiple=True,
+    metavar="NAME=VALUE±SD",
+    help="What is known from elsewhere, such as a scan, with its standard deviation: "
+    'radius="1±0.1 mm", density="100±5 1/mm^2", std="0.5±0.02 um"; may be repeated.',
+)
+@click.option(
     "--loss",
     type=OneOf(LOSSES),
     default=LOSSES[0],
@@ -114,6 +135,7 @@ def identify(
     rig_stiffness: str,
     rigs: tuple[str, ...],
     contact_area: str | None,
+    known_values: tuple[str, ...],
     loss: str,
     free_delay: bool,
     held_back: float,
@@ -136,12 +158,14 @@ def identify(
         from microslip.study.folder import staged
         from microslip.study.identified import KIND, identified, show, summarise, write
 
+        spell = partial(as_options, "identify")
         options: dict[str, Any] = {
             "fixed": _values(fix, laws),
             "bounds": _bounds(bound, laws),
             "rig_stiffness": _rig_stiffness(rig_stiffness),
             "rigs": _each("--rig", rigs, len(records)),
             "contact_area": _contact_area(contact_area),
+            "known": _known(known_values, laws),
             "loss": loss,
             "delay": "free" if free_delay else 0.0,
             "held_back": held_back,
@@ -162,10 +186,10 @@ def identify(
                     "it all the same)"
                 )
             if stage is None:
-                summary = summarise(found)
+                summary = summarise(found, spell=spell)
             else:
                 with progress("Drawing and writing") as report:
-                    summary = write(found, stage, report)
+                    summary = write(found, stage, report, spell)
     if as_json:
         echo_json(summary)
         return
@@ -230,6 +254,26 @@ def _bounds(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[floa
     return found
 
 
+def _known(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
+    units = {**_units_of(laws), **_FOLLOWING}
+    found = {}
+    for name, text in pairs("known", given).items():
+        value, sign, deviation = (
+            part.strip() for part in text.replace("+/-", "±").replace("+-", "±").partition("±")
+        )
+        if not sign or not value or not deviation:
+            raise click.UsageError(f'--known wants {name}=VALUE±DEVIATION, got "{text}"')
+        if _is_number(value) and not _is_number(deviation):  # the unit is written once
+            value = f"{value} {_unit(deviation)}"
+        elif _is_number(deviation) and not _is_number(value):
+            deviation = f"{deviation} {_unit(value)}"
+        found[name] = (
+            _quantity("--known", name, value, units),
+            _quantity("--known", name, deviation, units),
+        )
+    return found
+
+
 def _units_of(laws: Sequence[str]) -> dict[str, str]:
     """Units of the parameters of some laws."""
     from microslip.study.identified import units_of
@@ -239,22 +283,24 @@ def _units_of(laws: Sequence[str]) -> dict[str, str]:
 
 def _quantity(option: str, name: str, text: str, units: dict[str, str]) -> float:
     """A value of a parameter [SI unit]."""
-    from microslip._units import FORCE, LENGTH, STIFFNESS, QuantityError, to_si
+    from microslip._units import AREA, DENSITY, FORCE, LENGTH, STIFFNESS, QuantityError, to_si
     from microslip._wording import did_you_mean
 
-    if name not in units:
+    base = name.partition(" at ")[0]
+    if base not in units:
         near = did_you_mean(name, units)
         raise click.UsageError(
             f'{option}: no parameter "{name}"{near} (parameters: {", ".join(units)})'
         )
-    kind = {"m": LENGTH, "N": FORCE, "N/m": STIFFNESS}.get(units[name])
+    kinds = (AREA, DENSITY, FORCE, LENGTH, STIFFNESS)
+    kind = next((kind for kind in kinds if kind.unit == units[base]), None)
     if kind is None:
         if not _is_number(text):
             raise click.UsageError(f'{option}: {name} is a plain number, got "{text}"')
         return float(text)
     examples = {"m": "0.3 um", "N": "1 kN", "N/m": "200 N/um"}
     try:
-        return to_si(text, kind, examples[kind.unit])
+        return to_si(text, kind, examples.get(kind.unit, f"100 {kind.usual[0]}"))
     except QuantityError as error:
         raise click.UsageError(f"{option}: {name}: {error}") from None
 

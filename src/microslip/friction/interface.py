@@ -415,7 +415,7 @@ class Interface(BackboneLaw):
         cls,
         data: Any,
         *,
-        pair: MaterialPair,
+        pair: MaterialPair | None = None,
         normal_load: ArrayLike | None = None,
         heights: Any = None,
         radius: float | None = None,
@@ -429,7 +429,7 @@ class Interface(BackboneLaw):
             What was measured: displacement [m] and force [N], at least one closed cycle each.
             Loops of several loads tell the separation, those of one hardly do.
         pair : MaterialPair
-            The two materials.
+            The two materials, which must be given.
         normal_load : array_like, optional
             Normal load [N], one number or one for each of the data; without it that of the
             records.
@@ -450,8 +450,13 @@ class Interface(BackboneLaw):
         ------
         InputError
             Data of another kind, no closed cycle, a force that does not vary, no load, loads that
-            no surface of these heights can carry; a radius or an area not above zero.
+            no surface of these heights can carry; no pair; a radius or an area not above zero.
         """
+        if pair is None:
+            raise InputError(
+                "pair must be given: loops do not tell the materials; write "
+                "pair=ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))"
+            )
         surface, friction, load = guessed_surface(data, pair, normal_load, heights, radius, area)
         return Interface(surface, friction, normal_load=load)
 

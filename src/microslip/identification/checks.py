@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +13,14 @@ from numpy.typing import NDArray
 from microslip import kernels
 from microslip._checks import Floats
 from microslip._frozen import Locked, lock
+from microslip._units import significant
 from microslip.identification.fit import Fit, settle
 from microslip.identification.folding import Folded
 from microslip.identification.problem import Problem
 
 _CERTAIN = 1e-4
+_FAR, _MUCH = 25.0, 0.1
+"""Reduced chi-squared, and share of the force left, from which on a law does not fit."""
 _LARGE = 0.1
 """Spread of the rigs' compliances over their mean from which on they are told to be different."""
 
@@ -113,15 +117,19 @@ def slip_shares(problem: Problem, q: Floats) -> list[float]:
     return shares
 
 
+def _held(cycles: int, share: float) -> NDArray[np.bool_]:
+    """Which cycles are held back: as even as the share allows; one at least, and two stay."""
+    steps = np.floor(np.arange(cycles + 1) * share + 1e-9)
+    rows = np.diff(steps) > 0.0
+    if not rows.any():
+        rows[-1] = True
+    rows[np.flatnonzero(rows)[cycles - 2 :]] = False
+    return np.asarray(rows)
+
+
 def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
     """RMS error over noise with which a fit of the other cycles predicts those held back [-]."""
-    every = max(2, round(1.0 / share))
-    kept = []
-    for folded in problem.folded:
-        rows = np.arange(folded.cycles) % every == every - 1
-        if not rows.any():
-            rows[-1] = True
-        kept.append(~rows)
+    kept = [~_held(folded.cycles, share) for folded in problem.folded]
     parts = [folded.part(rows) for folded, rows in zip(problem.folded, kept, strict=True)]
     rest = Problem(
         parts,
@@ -199,10 +207,14 @@ def rigs_differ(problem: Problem, best: Fit, reduced: float) -> str | None:
         if one is None or len(members) < 2:
             continue
         now = 1.0 / max(problem.physical(best.q)[rig], 1e-300)  # type: ignore[index]
-        spread = float(np.ptp(change[members]))
-        if spread > worst * max(now, 1e-300):
-            worst = spread / max(now, 1e-3 / one.scale)
-            label = problem.folded[members[int(np.argmax(np.abs(change[members])))]].name
+        # A rig that is nearly rigid has no compliance to speak of.
+        share = float(np.ptp(change[members])) / max(now, 1e-3 / one.scale)
+        if share > worst:
+            worst = share
+            # The first record of a free rig stands still in the score, so it may be the odd one.
+            middle = float(np.median(change[members]))
+            far = max(reversed(members), key=lambda i: abs(change[i] - middle))
+            label = problem.folded[far].name
     if worst < _LARGE:
         return None
     return (
@@ -235,9 +247,35 @@ def _by_compliance(problem: Problem, q: Floats) -> Floats:
     return problem.to_bins(by)
 
 
-def information_criteria(cost: float, count: int, parameters: int) -> tuple[float, float]:
-    """Akaike's and Schwarz's criteria, the noise being known from the cycles."""
-    return cost + 2.0 * parameters, cost + parameters * math.log(count)
+class Misfit(NamedTuple):
+    """That a law does not answer the records, and by how much."""
+
+    text: str
+    doubtful: bool
+    """Whether so much is left that no number of it can be trusted."""
+
+
+def misfit(records: Sequence[RecordFit], reduced: float) -> Misfit | None:
+    """What a law leaves beside the noise; None where that is no more than a few times the noise."""
+    if not reduced > _FAR:
+        return None
+    left = sum(float(one.residual @ one.residual) for one in records)
+    whole = sum(float(np.square(one.measured - one.measured.mean()).sum()) for one in records)
+    share = math.sqrt(left / whole) if whole > 0.0 else math.inf
+    return Misfit(
+        f"the law does not answer the records: it leaves {significant(math.sqrt(reduced), 2)} "
+        f"times their noise, {significant(100.0 * share, 2)} % of the force",
+        share > _MUCH,
+    )
+
+
+def information_criteria(deviance: float, count: int, parameters: int) -> tuple[float, float]:
+    """Akaike's and Schwarz's criteria, the noise being known from the cycles.
+
+    Each law makes its own covariance of the noise of the displacement, so the sum of squares goes
+    with the logarithm of its determinant.
+    """
+    return deviance + 2.0 * parameters, deviance + parameters * math.log(count)
 
 
 def total_bins(folded: Sequence[Folded]) -> int:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 from microslip._checks import show
+from microslip._frozen import Locked
 from microslip._units import significant
 from microslip.errors import InputError
 from microslip.identification.intervals import Progress
+from microslip.identification.models import model_of
 from microslip.identification.result import Identification
 from microslip.identification.run import identify
 from microslip.tribometer.record import Record
@@ -20,7 +23,7 @@ LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison:
+class Comparison(Locked):
     """The same records fitted by several laws, the one that predicts best first.
 
     Made by :func:`microslip.compare`; criteria after Akaike (1974, DOI 10.1109/TAC.1974.1100705)
@@ -28,7 +31,8 @@ class Comparison:
     """
 
     fits: Mapping[str, Identification]
-    """The fits by the names of their laws, in the order of Akaike's criterion."""
+    """The fits by the names of their laws, in the order of Akaike's criterion; a law that comes
+    more than once has a number: "jenkins", "jenkins 2"."""
     failed: Mapping[str, str]
     """Laws that could not be fitted, and why."""
 
@@ -39,7 +43,9 @@ class Comparison:
 
     def rows(self) -> list[dict[str, Any]]:
         """One row a law: status, number of parameters, fit and criteria, as plain values."""
-        least = min((fit.aic for fit in self.fits.values()), default=math.nan)
+        fits = self.fits.values()
+        sound = [fit.aic for fit in fits if fit.converged] or [fit.aic for fit in fits]
+        least = min(sound, default=math.nan)
         return [
             {
                 "law": name,
@@ -86,7 +92,7 @@ def compare(
     records : Record or sequence of Record
         As for :func:`microslip.identify`.
     laws : sequence, optional
-        Names, classes or instances of laws, each once.
+        Names, classes or instances of laws. Those of one name are numbered.
     intervals : str, optional
         As for :func:`microslip.identify`; a comparison does not need the profiles.
     progress : callable, optional
@@ -108,6 +114,10 @@ def compare(
     -----
     The noise is known from the cycles, so the criteria are those of Akaike (1974,
     DOI 10.1109/TAC.1974.1100705) and Schwarz (1978, DOI 10.1214/aos/1176344136) on chi-squared.
+    What noise of the displacement does to the force depends on the law's own stiffness, so each
+    law has a covariance of its own, and minus twice the logarithm of the likelihood is chi-squared
+    plus the logarithm of the determinant of that. Under a robust ``loss`` the weights of the forces
+    are part of the covariance, so that a law pays for what it takes for outliers.
     """
     if isinstance(laws, str) or not isinstance(laws, Sequence) or not laws:
         raise InputError(f"laws must be a list such as ['interface', 'jenkins'], got {show(laws)}")
@@ -115,21 +125,31 @@ def compare(
     failed: dict[str, str] = {}
     for at, law in enumerate(laws):
         own = dict(options)
-        name = law if isinstance(law, str) else getattr(law, "__name__", type(law).__name__)
-        if str(name) in ("bouc-wen", "BoucWen"):
-            own["rig_stiffness"] = None  # its elastic part stands for the rig
 
         def report(share: float, at: int = at) -> None:
             if progress is not None:
                 progress((at + share) / len(laws))
 
+        name = _numbered(_plain_name(law), (*fits, *failed))
         try:
-            fit = identify(records, law, intervals=intervals, progress=report, **own)
+            model = model_of(law)
+            name = _numbered(model.name, (*fits, *failed))
+            if not model.is_backbone:
+                own["rig_stiffness"] = None  # its elastic part stands for the rig
+            fits[name] = identify(records, law, intervals=intervals, progress=report, **own)
         except InputError as error:
-            failed[str(name)] = str(error)
-            continue
-        fits[fit.law] = fit
+            failed[name] = str(error)
     if not fits:
         raise InputError(f"no law could be fitted: {'; '.join(failed.values())}")
     ordered = sorted(fits.items(), key=lambda item: (not item[1].converged, item[1].aic))
     return Comparison(MappingProxyType(dict(ordered)), MappingProxyType(failed))
+
+
+def _plain_name(law: Any) -> str:
+    return law if isinstance(law, str) else getattr(law, "__name__", type(law).__name__)
+
+
+def _numbered(name: str, taken: Collection[str]) -> str:
+    """The name, with a number if it is taken."""
+    names = itertools.chain([name], (f"{name} {k}" for k in itertools.count(2)))
+    return next(one for one in names if one not in taken)

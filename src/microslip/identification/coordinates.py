@@ -9,7 +9,9 @@ from microslip.identification.models.base import Parameter
 
 RIG = "rig_stiffness"
 DELAY = "delay"
-AREA = "contact_area"
+AREA, RADIUS, DENSITY = "contact_area", "radius", "density"
+APART = (AREA, RADIUS, DENSITY)
+"""What tells radius and density of the summits apart, each as a coordinate with its own error."""
 
 
 @dataclass(frozen=True)

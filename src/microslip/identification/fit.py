@@ -14,7 +14,13 @@ from microslip._checks import Floats
 from microslip.identification.problem import Problem
 
 _TOLERANCE = 1e-10
-_PASSES = 4
+_PASSES, _DAMPED, _SHARE = 4, 12, 0.5
+_SETTLED = 0.01
+"""Share by which the sum of squares may change with weights of where the fit ended."""
+_UNSETTLED = (
+    "the weights of the displacement's errors, which follow the law's own tangents, do not settle: "
+    "the law does not suit these records"
+)
 _MOST_EVALUATIONS = 150
 _AT_BOUND = 1e-6
 _FEW_EVALUATIONS = 30
@@ -31,6 +37,13 @@ class Fit:
     """Sum of squares."""
     converged: bool
     message: str
+    weight: float = 0.0
+    """Logarithm of the determinant of the covariance under which the sum was taken."""
+
+    @property
+    def deviance(self) -> float:
+        """What sums under different weights are compared by."""
+        return self.cost + self.weight
 
     @property
     def finite(self) -> bool:
@@ -200,10 +213,10 @@ def solve(
     """
     best: Fit | None = None
     for start in starts:
+        problem.forget()
         fit = _reweighted(problem, start)
-        # Sums under other weights do not compare: all are taken under the same ones.
         # Two that end at the same place: no other start will tell more.
-        same = best is not None and abs(fit.cost - best.cost) < 1e-3 * best.cost
+        same = best is not None and abs(fit.deviance - best.deviance) < 1e-3 * best.deviance
         if best is None or _better(fit, best):
             best = fit
         good = same or (
@@ -237,11 +250,11 @@ def _robust(problem: Problem, fit: Fit, loss: str) -> Fit:
     So the offsets and the other nuisances are robust, too, which are projected out linearly. A law
     that fits badly as a whole is judged by its median residual, or all of it would be outliers.
     """
-    for _ in range(30):
+    for passed in range(30):
         rest = problem.standardised(fit.q)
         scale = _TOLERATED * max(1.0, float(np.median(np.abs(rest))) / 0.6745)
         problem.weigh(np.sqrt(_LOSSES[loss]((rest / scale) ** 2)))
-        problem.update(fit.q)
+        problem.update(fit.q, _SHARE, problem.felt if passed >= _PASSES else ())
         before, fit = fit, _again(problem, fit)
         _, by = problem.residuals(fit.q)
         moved = by @ (fit.q - before.q)
@@ -255,34 +268,73 @@ def _again(problem: Problem, fit: Fit) -> Fit:
     again = minimise(problem, fit.q)
     if not again.finite:
         return fit
-    return Fit(again.q, again.cost, again.converged and fit.converged, again.message)
+    message = again.message if fit.converged else fit.message
+    converged = again.converged and fit.converged
+    return Fit(again.q, again.cost, converged, message, problem.log_determinant)
 
 
 def _reweighted(problem: Problem, start: Floats) -> Fit:
     low, high = bounds_of(problem)
-    q = np.clip(start, low, high)
-    fit = minimise(problem, q, tolerance=1e-6)
-    for _ in range(_PASSES):
-        if not fit.finite:
-            return fit
+    fit = minimise(problem, np.clip(start, low, high), tolerance=1e-6)
+    return _settled(problem, fit) if fit.finite else fit
+
+
+def resettled(problem: Problem, start: Floats) -> Fit:
+    """The fit near a start, under the weights of where it ends."""
+    problem.update(start)
+    fit = _settled(problem, minimise(problem, start))
+    if not fit.finite:
+        return fit
+    problem.update(fit.q)
+    return _again(problem, fit)
+
+
+def _settled(problem: Problem, fit: Fit) -> Fit:
+    """The fit repeated under the weights of where it ended until it stays there.
+
+    Weights that swing are damped. Of a fit that never comes to rest, which only a law that does not
+    suit the records does, the best place that was visited; it does not count as converged.
+    """
+    best = fit
+    least = math.inf
+    for passed in range(_PASSES + _DAMPED):
+        used = problem.felt
         problem.update(fit.q)
-        before = fit
-        fit = minimise(problem, fit.q, tolerance=1e-8)
+        fit = _own(problem, fit)
+        if fit.deviance < least:
+            best, least = fit, fit.deviance
+        if passed >= _PASSES:
+            problem.update(fit.q, _SHARE, used)
+        before, fit = fit, minimise(problem, fit.q, tolerance=1e-8)
         if not fit.finite:
-            return before
+            return best
         _, by = problem.residuals(fit.q)
         moved = by @ (fit.q - before.q)
-        if float(np.dot(moved, moved)) < 1e-4:  # of the square of a standard error
+        if float(np.dot(moved, moved)) < max(1e-4, 1e-6 * fit.cost):  # squares of standard errors
             break
-    return fit
+    under = fit.cost
+    problem.update(fit.q)
+    fit = _own(problem, fit)
+    if abs(fit.cost - under) <= _SETTLED * max(fit.cost, 1.0):
+        return fit
+    best = fit if fit.deviance < least else best
+    return Fit(best.q, best.cost, False, _UNSETTLED, best.weight)
+
+
+def _own(problem: Problem, fit: Fit) -> Fit:
+    """The fit with its sum of squares under the weights as they now are."""
+    rest, _ = problem.residuals(fit.q)
+    cost = float(rest @ rest)
+    return Fit(fit.q, cost, fit.converged, fit.message, problem.log_determinant)
 
 
 def _better(fit: Fit, other: Fit) -> bool:
     if not fit.finite or not other.finite:
         return fit.finite
     if fit.converged != other.converged:
-        return fit.converged and fit.cost < 1.1 * other.cost
-    return fit.cost < other.cost
+        good, bad = (fit, other) if fit.converged else (other, fit)
+        return (good is fit) == (good.deviance < 1.1 * bad.deviance)
+    return fit.deviance < other.deviance
 
 
 def at_bounds(problem: Problem, q: Floats) -> list[int]:

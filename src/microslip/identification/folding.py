@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +12,11 @@ from numpy.typing import NDArray
 from microslip._checks import Floats, show
 from microslip._frozen import Locked, lock
 from microslip.errors import InputError
+from microslip.identification.spoilt import jumps, mean_load, spared
 from microslip.loops import Loop
 from microslip.tribometer.cycles import Cycles, split
 from microslip.tribometer.record import Record
+from microslip.tribometer.spikes import Spike, spikes_of, without
 
 FEWEST_CYCLES = 3
 MOST_BINS = 512
@@ -23,7 +26,6 @@ OPEN = 0.25
 _FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
 _ROUNDS, _LARGE = 100, 0.3
 _IN_STEP, _EACH = 0.95, 8
-_STEADY, _CHANGED = 0.02, 0.2  # of the load: ranges of its cycles that go without saying, or not
 _QUIET = 1e-9  # of the amplitude: below it noise is rounding
 
 
@@ -67,6 +69,8 @@ class Folded(Locked):
     left_out: int
     """Number of cycles that were left out."""
     notes: tuple[str, ...]
+    said: tuple[str, ...] = ()
+    """Those of the notes that are of the folding itself, not of the record."""
 
     def basis(self, phase: Floats, order: int = 0) -> Floats:
         """Mean, cosines and sines at phases [rad], or a derivative of them by the phase."""
@@ -116,7 +120,7 @@ class Folded(Locked):
 def fold(
     record: Record, cycles: slice | None = None, bins: int = MOST_BINS, *, running_in: int = 1
 ) -> Folded:
-    """Fold a record on one cycle.
+    """Fold a record on one cycle; cycles with spikes are left out, and a note names these.
 
     Parameters
     ----------
@@ -145,6 +149,17 @@ def fold(
             f"records must be Records, got {show(record)}; "
             "write Record(displacement, force) or Record.read(path)"
         )
+    spikes = spikes_of(record)
+    folded, more = _fold(record, spikes, cycles, bins, running_in)
+    # Those that only the other cycles show come to light once all are folded.
+    return _fold(record, (*spikes, *more), cycles, bins, running_in)[0] if more else folded
+
+
+def _fold(
+    record: Record, spikes: Sequence[Spike], cycles: slice | None, bins: int, running_in: int
+) -> tuple[Folded, list[Spike]]:
+    """The folded record without its spikes, and further ones."""
+    record = without(record, spikes)
     x, force = record.displacement, record.force
     found = split(x, force)
     time = np.arange(x.size, dtype=float)
@@ -154,16 +169,18 @@ def fold(
         time = time / record.sample_rate
     turns, per_second = _turns(time, x, found)
     whole = math.floor(turns[-1] + (turns[-1] - turns[-2]) + 1e-6)
-    chosen, left_out = _settled(turns, force, whole, cycles, running_in, record.name)
+    chosen = _settled(turns, force, whole, cycles, running_in, record.name)
+    place = np.floor(turns + 1e-9).astype(np.int64)
+    chosen, spoilt = spared(chosen, spikes, place, FEWEST_CYCLES)
     rows = np.flatnonzero(chosen)
     cycle = np.full(whole + 2, -1)
     cycle[rows] = np.arange(rows.size)
-    place = np.floor(turns + 1e-9).astype(np.int64)
     inside = (place >= 0) & (place < whole)
     inside[inside] = chosen[place[inside]]
     phase = 2.0 * math.pi * (turns[inside] - place[inside])
     x, force, place = x[inside], force[inside], cycle[place[inside]]
-    load, said = _load(record, inside, place, rows.size)
+    load, said = mean_load(record, inside, place, rows.size)
+    said = (*spoilt, *said)
 
     count_a_cycle = x.size / rows.size
     places = _different(phase, count_a_cycle)
@@ -193,7 +210,8 @@ def fold(
     rest = level - mean[column]
     noise_f = math.sqrt(float(np.dot(rest, rest)) / max(force.size - size, 1))
     timed = record.time is not None or record.sample_rate is not None
-    return Folded(
+    more = jumps(level, rest, column, np.flatnonzero(inside), force)
+    folded = Folded(
         name=record.name,
         phase=lock(middle),
         spread=lock(spread),
@@ -209,32 +227,11 @@ def fold(
         normal_load=load,
         frequency=per_second if timed else None,
         cycles=int(rows.size),
-        left_out=left_out,
+        left_out=int(whole - rows.size),
         notes=(*record.notes, *said),
+        said=said,
     )
-
-
-def _load(
-    record: Record, inside: NDArray[np.bool_], cycle: NDArray[np.int64], cycles: int
-) -> tuple[float | None, tuple[str, ...]]:
-    """Mean normal load [N] of the cycles that count, and a note where it is not the same in all."""
-    if not isinstance(record.normal_load, np.ndarray):
-        return record.normal_load, ()
-    load = record.normal_load[inside]
-    mean = float(load.mean())
-    each = np.bincount(cycle, load, minlength=cycles) / np.bincount(cycle, minlength=cycles)
-    low, high = float(each.min()), float(each.max())
-    if high - low <= _STEADY * abs(mean):
-        return mean, ()
-    if high - low > _CHANGED * abs(mean):
-        raise InputError(
-            f"{record.name}: the normal load must be the same in all cycles, got {low:.4g} to "
-            f"{high:.4g} N in their means; take cycles of one load, cycles=slice(first, last)"
-        )
-    return mean, (
-        f"the normal load is {low:.4g} to {high:.4g} N in the means of the cycles; the law counts "
-        f"with {mean:.4g} N",
-    )
+    return folded, more
 
 
 def _turns(time: Floats, x: Floats, found: Cycles) -> tuple[Floats, float]:
@@ -274,8 +271,8 @@ def _settled(
     cycles: slice | None,
     running_in: int,
     name: str,
-) -> tuple[NDArray[np.bool_], int]:
-    """Which of the whole cycles are settled, and how many others there are."""
+) -> NDArray[np.bool_]:
+    """Which of the whole cycles are settled."""
     if whole < 1:
         raise InputError(f"{name}: no whole cycle from one peak to the next")
     chosen = np.zeros(whole, dtype=bool)
@@ -298,7 +295,7 @@ def _settled(
             f"{np.count_nonzero(chosen)} of {whole} (left out: {running_in} of running-in, and "
             "those that do not close); the scatter between cycles is the measure of the noise"
         )
-    return chosen, int(whole - np.count_nonzero(chosen))
+    return chosen
 
 
 def _span(force: Floats) -> float:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip._checks import Floats
-from microslip.identification.coordinates import RIG
-from microslip.identification.fit import Fit, minimise
+from microslip.identification.coordinates import RIG, Coordinate
+from microslip.identification.fit import Fit, resettled
 from microslip.identification.minos import minos
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import (
+    MOVED,
     Interval,
     covariance_of,
     curvature,
@@ -78,11 +80,48 @@ def profiled(
         linear = task.run(kind, most, report)
         if task.better is None:
             break
-        problem.update(task.better.q)
-        best = minimise(problem, task.better.q)
-    answer = Profiled(best, task.intervals, widen, covariance, threshold, linear)
+        best = resettled(problem, task.better.q)
+    intervals = leant_on_bounds(problem, task.intervals)
+    answer = Profiled(best, intervals, widen, covariance, threshold, linear)
     answer.lower_still = task.lower_still
     return answer
+
+
+def leant_on_bounds(problem: Problem, intervals: Sequence[Interval]) -> list[Interval]:
+    """The intervals, those ends open at which another coordinate stands at an end of its search.
+
+    There that bound ends the interval and not the data, where the other one is open. A number that
+    the other hardly moves, on the way between the ends or on a unit of its own, stays as it is.
+    """
+    searched = {one.name for one in problem.model.parameters if one.searched}
+    free = [problem.coordinates[int(j)] for j in problem.free]
+    found = list(intervals)
+    for j, other in enumerate(free):
+        if other.parameter not in searched:
+            continue
+        own = intervals[j]
+        if not own.low < own.high:
+            continue
+        for i, one in enumerate(intervals):
+            moved = _width(free[i], one) / min(own.high - own.low, 1.0)
+            if i == j or moved < MOVED:
+                continue
+            for end, place in (("low", one.at_low), ("high", one.at_high)):
+                near = 1e-6 * min(own.high - own.low, 1.0)
+                if (own.low_open and place[j] <= own.low + near) or (
+                    own.high_open and place[j] >= own.high - near
+                ):
+                    there = place.copy()
+                    there[i] = getattr(one, end)  # what follows from it is open there, too
+                    found[i] = replace(found[i], **{f"{end}_open": True, f"at_{end}": there})
+    return found
+
+
+def _width(one: Coordinate, interval: Interval) -> float:
+    """Of an interval in the logarithm of the physical value."""
+    if one.kind == "log":
+        return interval.high - interval.low
+    return math.log(max(interval.high, 1e-300) / max(interval.low, 1e-300))
 
 
 class _Task:

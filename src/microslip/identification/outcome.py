@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -12,7 +13,7 @@ from microslip._checks import Floats
 from microslip._frozen import lock
 from microslip.errors import InputError
 from microslip.identification import checks, setup
-from microslip.identification.coordinates import AREA, Coordinate
+from microslip.identification.coordinates import APART, Coordinate
 from microslip.identification.fit import Fit, at_bounds
 from microslip.identification.intervals import Profiled
 from microslip.identification.problem import Problem
@@ -28,6 +29,7 @@ from microslip.identification.result import (
 from microslip.identification.verdicts import (
     FIXED,
     IDENTIFIED,
+    IN_DOUBT,
     NOT,
     Design,
     Direction,
@@ -77,9 +79,28 @@ def result_of(
     correlation = answer.covariance / np.outer(errors, errors)
     free = [coordinates[int(j)].name for j in problem.free]
     status, message = _status(problem, best, freedom, parameters)
-    aic, bic = checks.information_criteria(best.cost, count, problem.free.size + problem.flat)
+    if status == DIFFER:
+        remedy = "name the rig of each record: rigs=[one label a record]"
+        why = "found as if all records had one rig, which they have not"
+        parameters, derived = _doubted(parameters, why), _doubted(derived, why)
+        parameters = {
+            name: replace(one, remedy=remedy) if one.verdict == IN_DOUBT else one
+            for name, one in parameters.items()
+        }
+    unfit = checks.misfit(records, best.cost / freedom)
+    if unfit is not None:
+        message = f"{message}; {unfit.text}"
+        if unfit.doubtful:
+            why = "found under a law that does not answer the records"
+            parameters, derived = _doubted(parameters, why), _doubted(derived, why)
+    deviance = best.cost + problem.log_determinant
+    aic, bic = checks.information_criteria(deviance, count, problem.free.size + problem.flat)
     lost = any(one.verdict == NOT for one in parameters.values())
     notes = [*notes, *_notes(best.cost / freedom, answer.widen, design, loads, lost)]
+    if unfit is not None:
+        notes.append(unfit.text)
+    # What a record says of its own folding; that all cycles are there needs no word.
+    notes += [f"{one.name}: {note}" for one in problem.folded for note in one.said]
     if answer.lower_still:
         notes.append(
             "the sum of squares has many minima, and the profiles met lower ones than that of the "
@@ -127,10 +148,10 @@ def _status(
     problem: Problem, best: Fit, freedom: int, parameters: Mapping[str, Fitted]
 ) -> tuple[str, str]:
     if not best.converged:
-        return NOT_CONVERGED, f"the fit did not end at a minimum: {best.message}"
+        return NOT_CONVERGED, f"the fit did not end at a minimum: {_why(best.message)}"
     told = checks.rigs_differ(problem, best, best.cost / freedom)
     if told is not None:
-        return DIFFER, told
+        return DIFFER, f"{told}: rigs=[one label a record]"
     at = [problem.coordinates[int(problem.free[i])].name for i in at_bounds(problem, best.q)]
     if at:
         of = " and ".join(
@@ -143,6 +164,23 @@ def _status(
         rest = f"identified all the same: {', '.join(known)}" if known else "nothing is identified"
         return AT_BOUND, f"{of}; {rest}"
     return CONVERGED, "the fit ended at a minimum within the bounds"
+
+
+def _why(message: str) -> str:
+    """What a minimiser says, in words for those who do not know it."""
+    if "termination condition" in message:
+        return "its last steps change hardly anything, and yet it comes to rest nowhere"
+    if "maximum number of function evaluations" in message:
+        return "its evaluations were used up while the sum of squares still fell"
+    return message
+
+
+def _doubted(numbers: Mapping[str, Fitted], why: str) -> dict[str, Fitted]:
+    """The same numbers, none identified: what they were found under does not hold."""
+    return {
+        name: replace(one, verdict=IN_DOUBT, reason=why) if one.verdict == IDENTIFIED else one
+        for name, one in numbers.items()
+    }
 
 
 def _parameters(
@@ -182,7 +220,7 @@ def _parameters(
             judged.high_open,
             tuple(sorted(point for point in points if math.isfinite(point[0]))),
         )
-        if verdict not in (IDENTIFIED, FIXED) and one.parameter != AREA:
+        if verdict not in (IDENTIFIED, FIXED) and one.parameter not in APART:
             way = direction_of(one, free, interval.at_low, interval.at_high, remedy)
             if way is not None and not any(alike(way, other) for other in directions):
                 directions.append(way)

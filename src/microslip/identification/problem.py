@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -15,15 +14,15 @@ from microslip import kernels
 from microslip._checks import Floats
 from microslip.identification.coordinates import RIG, Coordinate
 from microslip.identification.folding import Folded
+from microslip.identification.metric import Metric, metric_of
 from microslip.identification.models.base import Model
-from microslip.identification.tree import Cycle, cycle_of, later
+from microslip.identification.tree import cycle_of, later
 
 Answer = tuple[Floats, Floats, Floats, Floats]
 """Force, stiffness, derivatives by the law's parameters and by the compliance in series."""
 
 _STEPS = 60
 _NEAR, _THERE = 1e-5, 1e-8
-_SMALL = 0.02  # of the noise: a nuisance that moves the answer less is left where it is
 
 
 class Group(NamedTuple):
@@ -34,18 +33,6 @@ class Group(NamedTuple):
     """Coordinates of the law's parameters."""
     rig: int | None
     load: float | None
-
-
-@dataclass
-class Metric:
-    """How the residuals of a record are weighted once its nuisances have taken their share."""
-
-    directions: Floats
-    shrink: Floats
-
-    def apply(self, rows: Floats) -> Floats:
-        """Rows (..., bins) of weighted residuals or derivatives, whitened."""
-        return rows - ((rows @ self.directions) * self.shrink) @ self.directions.T
 
 
 class Datum(NamedTuple):
@@ -106,9 +93,10 @@ class Problem:
         ends = np.concatenate(([0], np.cumsum(bins))).astype(np.int64)
         self.bins = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         self.force = np.concatenate([folded[i].force for i in self.order])
-        self.weight = np.concatenate(
+        self._own_weight = np.concatenate(
             [np.sqrt(folded[i].count) / folded[i].force_noise for i in self.order]
         )
+        self.weight = self._own_weight
         self.groups: list[Group] = []
         for at, i in enumerate(self.order):
             places = slice(int(starts[at]), int(starts[at + 1]))
@@ -118,7 +106,8 @@ class Problem:
             self.groups.append(Group(places, columns[i], rigs[i], loads[i]))
         self.guess = [np.zeros(0) for _ in self.groups]
         self._answers: list[tuple[tuple[float, ...], Answer] | None] = [None] * len(self.groups)
-        self.metrics = [self._offset_only(span) for span in self.bins]
+        self.metrics: list[Metric] = []
+        self.forget()
         self._last: tuple[bytes, Floats, Floats] | None = None
 
     # -- the model ------------------------------------------------------------------------------
@@ -281,59 +270,65 @@ class Problem:
 
     def weigh(self, share: Floats) -> None:
         """Give each force a share of the weight that its noise gives it."""
-        self.weight = share * np.concatenate(
-            [np.sqrt(self.folded[i].count) / self.folded[i].force_noise for i in self.order]
-        )
+        self.weight = share * self._own_weight
         self._last = None
 
     def take_weights(self, other: Problem) -> None:
         """Weights of a problem of the same records and bins, if they have as many."""
         if other.weight.size == self.weight.size:
-            own = np.concatenate(
-                [np.sqrt(f.count) / f.force_noise for f in (other.folded[i] for i in other.order)]
-            )
-            self.weight = self.weight * (other.weight / own)
+            self.weight = self.weight * (other.weight / other._own_weight)
             self._last = None
 
     # -- nuisances ------------------------------------------------------------------------------
 
-    def _offset_only(self, span: slice) -> Metric:
-        offset = self.weight[span, None] / np.linalg.norm(self.weight[span])
-        return Metric(offset, np.ones(1))
-
-    def update(self, q: Floats) -> None:
-        """Weigh the residuals by the tangents of this answer: errors of the displacement act so."""
-        _, stiffness, _ = self.respond(q)
-        for at, i in enumerate(self.order):
-            cycle, folded, span = self.cycles[at], self.folded[i], self.bins[at]
-            local = stiffness[self.starts[at] : self.starts[at + 1]]
-            root = np.linalg.cholesky(folded.covariance)
-            rise = self._rise(cycle, local, cycle.basis)
-            uncertain = self._weighed(cycle, span, root.T @ rise)
-            flat = self.weight[span, None].copy()
-            if self.free_delay:
-                flat = np.hstack((flat, self._by_phase(at, local)))
-            basis, _ = np.linalg.qr(flat)
-            uncertain = uncertain - basis @ (basis.T @ uncertain)
-            square, turned = np.linalg.eigh(uncertain.T @ uncertain)
-            felt = square > _SMALL**2
-            left = (uncertain @ turned[:, felt]) / np.sqrt(square[felt])
-            shrink = 1.0 - 1.0 / np.sqrt(1.0 + square[felt])
-            self.metrics[at] = Metric(
-                np.hstack((basis, left)), np.concatenate((np.ones(basis.shape[1]), shrink))
-            )
+    def forget(self) -> None:
+        """Weigh the residuals by the force's noise alone, as before any :meth:`update`."""
+        flat = [self.weight[span, None] for span in self.bins]
+        self.metrics = [metric_of(one, np.zeros((one.size, 0))) for one in flat]
+        self.felt: list[Floats] = []
         self._last = None
 
-    def _by_phase(self, at: int, stiffness: Floats) -> Floats:
-        """Derivative of the weighted answer by a phase of the displacement."""
-        cycle, i = self.cycles[at], self.order[at]
-        folded = later(self.folded[i], self.lags[i])
+    def update(self, q: Floats, share: float = 1.0, before: Sequence[Floats] = ()) -> None:
+        """Weigh the residuals by the tangents of this answer: errors of the displacement act so.
+
+        What an error of each coefficient of the displacement does to the forces is kept as
+        ``felt``. With a ``share`` below 1 the rest is what was felt ``before``, so that weights
+        which swing to and fro come to rest.
+        """
+        _, stiffness, _ = self.respond(q)
+        self.felt = []
+        for at, i in enumerate(self.order):
+            folded, span = self.folded[i], self.bins[at]
+            felt = self._rise(at, q, stiffness, self.cycles[at].basis)
+            if before:
+                felt = share * felt + (1.0 - share) * before[at]
+            self.felt.append(felt)
+            root = np.linalg.cholesky(folded.covariance)
+            flat = self.weight[span, None]
+            if self.free_delay:
+                late = self._turned(at) @ felt * self.weight[span]
+                flat = np.hstack((flat, late[:, None]))
+            self.metrics[at] = metric_of(flat, (root.T @ felt * self.weight[span]).T)
+        self._last = None
+
+    @property
+    def log_determinant(self) -> float:
+        """Of the covariance that the weights stand for, over that of the forces' noise.
+
+        With the sum of squares it is what sums under different weights are compared by: minus
+        twice the logarithm of the likelihood, but for a constant.
+        """
+        shares = float(np.log(self.weight / self._own_weight).sum())
+        return sum(metric.log_determinant for metric in self.metrics) - 2.0 * shares
+
+    def _turned(self, at: int) -> Floats:
+        """Derivative of the displacement's coefficients by a phase."""
+        folded = later(self.folded[self.order[at]], self.lags[self.order[at]])
         n = folded.harmonics.astype(float)
         turned = np.zeros_like(folded.coefficients)
         turned[1::2] = n * folded.coefficients[2::2]
         turned[2::2] = -n * folded.coefficients[1::2]
-        rise = self._rise(cycle, stiffness, (turned @ cycle.basis)[None])
-        return self._weighed(cycle, self.bins[at], rise)
+        return turned
 
     def lags_at(self, q: Floats) -> list[float]:
         """Phases [rad] by which the force of each record lags, as this answer would have them."""
@@ -342,25 +337,29 @@ class Problem:
         lags = list(self.lags)
         for at, i in enumerate(self.order):
             span = self.bins[at]
-            local = stiffness[self.starts[at] : self.starts[at + 1]]
-            flat = np.hstack((self.weight[span, None], self._by_phase(at, local)))
+            felt = self._rise(at, q, stiffness, self._turned(at)[None] @ self.cycles[at].basis)
+            flat = np.stack((self.weight[span], felt[0] * self.weight[span])).T
             lags[i] -= float(np.linalg.lstsq(flat, rest[span], rcond=None)[0][1])
         return lags
 
-    def _rise(self, cycle: Cycle, stiffness: Floats, moves: Floats) -> Floats:
-        """Change of the force by moves (rows) of the displacement, through the tree."""
+    def _rise(self, at: int, q: Floats, stiffness: Floats, moves: Floats) -> Floats:
+        """Change of the forces in the bins by moves (rows) of the displacement of a record."""
+        cycle = self.cycles[at]
         if not self.model.is_backbone:
-            return stiffness * moves
+            values = self.values_of(self.order[at], q)
+            return self.to_own_bins(at, self.model.moved(cycle.displacement, values, moves))
         above = np.where(cycle.parent < 0, 0, cycle.parent)
-        rise = stiffness * (moves - moves[:, above])
+        local = stiffness[self.starts[at] : self.starts[at + 1]]
+        rise = local * (moves - moves[:, above])
         base = np.zeros(1)
         for row in rise:
             kernels.active.accumulate(cycle.parent, row, base)
-        return rise
+        return self.to_own_bins(at, rise)
 
-    def _weighed(self, cycle: Cycle, span: slice, rows: Floats) -> Floats:
-        mean = 0.5 * (rows[:, cycle.first] + rows[:, cycle.second])
-        return np.asarray((mean * self.weight[span]).T)
+    def to_own_bins(self, at: int, rows: Floats) -> Floats:
+        """Means over the bins of one record of rows at its own places."""
+        cycle = self.cycles[at]
+        return np.asarray(0.5 * (rows[:, cycle.first] + rows[:, cycle.second]))
 
     @property
     def flat(self) -> int:

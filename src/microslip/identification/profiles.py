@@ -16,6 +16,9 @@ from microslip.identification.problem import Problem
 _CLOSE = 0.01  # of the threshold, within which an end of an interval is found
 _TRIES, _CREEPS = 14, 2
 _FELT = 1e-9  # of its value: what a quantity changes with a unit of a coordinate that it feels
+MOVED = math.log(1.25)
+"""Change of a logarithm below which a number is told though a coordinate it goes with is open."""
+_AT_END = 1e-6  # of an interval, or of one: what is as near to its end is at it
 _FURTHER = 1.02  # by how much an end must move to count as another one
 
 
@@ -211,8 +214,8 @@ class _Walk:
                 break
             if abs(reached - goal) <= _CLOSE * goal:
                 # The root of the rise is nearly straight: the rest is interpolated.
-                last = float(best.q[i] + direction * min(distance * goal / reached, room))
-                return last, False, answer
+                last = min(distance * goal / reached, room)
+                return float(best.q[i] + direction * last), last >= room, answer
             if reached < goal:
                 if distance >= room:
                     return bound, True, answer
@@ -226,8 +229,9 @@ class _Walk:
                 distance = 0.5 * (inside + outside)
             else:
                 distance = _next(inside, at_inside, outside, at_outside, goal, room)
-        last = outside if math.isfinite(outside) else inside
-        return float(best.q[i] + direction * min(last, room)), False, place
+        last = min(outside if math.isfinite(outside) else inside, room)
+        # The bound of the search is none that the data set.
+        return float(best.q[i] + direction * last), last >= room, place
 
 
 def _next(
@@ -263,6 +267,7 @@ def derived_interval(
     low, high = (np.array([getattr(one, end) for one in intervals]) for end in ("low", "high"))
     low_open = np.array([one.low_open for one in intervals])
     high_open = np.array([one.high_open for one in intervals])
+    near = _AT_END * np.minimum(high - low, 1.0)
     along = covariance @ gradient
     variance = float(gradient @ along)
     places = [best.q]
@@ -274,13 +279,18 @@ def derived_interval(
     ends = []
     for place in places:
         there, by = function(place)
-        at_open = (low_open & (place <= low)) | (high_open & (place >= high))
+        at_open = (low_open & (place <= low + near)) | (high_open & (place >= high - near))
         feels = np.maximum(np.abs(by), np.abs(gradient)) > _FELT * abs(value)
         # A quantity that ends at 0 or without end is as open as what it follows from.
         ends.append((there, bool(np.any(at_open & feels))))
     (first, first_open), (last, last_open) = (
         pick(ends, key=lambda end: end[0]) for pick in (min, max)
     )
+    opened = low_open | high_open
+    width = min(1.0, float((high - low)[opened].min(initial=1.0)))
+    if first * last > 0.0 and abs(math.log(last / first)) < MOVED * width:
+        # What an open coordinate hardly moves is told all the same.
+        first_open = last_open = False
     # An end that is the best value itself and open says that the best value lies at a bound.
     return Interval(first, last, first_open, last_open, best.q, best.q)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,14 +12,15 @@ import numpy as np
 from microslip._checks import Floats, number, positive, show
 from microslip._wording import did_you_mean
 from microslip.errors import InputError
-from microslip.identification.coordinates import AREA, RIG, Coordinate
-from microslip.identification.models.base import Derived
+from microslip.identification.coordinates import APART, AREA, DENSITY, RADIUS, RIG, Coordinate
+from microslip.identification.models.base import Derived, Model
 from microslip.identification.problem import Datum, Problem
 from microslip.identification.setup import SAME_LOAD
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 
 _STEP = 1e-5
+_NEED_MORE = ("std", "density_root_radius", "radius", "density", "summit_count", "contact_area")
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,7 @@ def _differences(function: Callable[[Floats], float], q: Floats) -> Floats:
     return by
 
 
-# -- a measured contact area ----------------------------------------------------------------------
+# -- what tells radius and density apart ----------------------------------------------------------
 
 
 def area_coordinate(given: Any) -> tuple[Coordinate, float]:
@@ -129,17 +130,47 @@ def area_coordinate(given: Any) -> tuple[Coordinate, float]:
     error = positive(f"uncertainty of {AREA}", error, "m^2", 1e-6)
     load = positive(f"normal load of {AREA}", load, "N", 2000.0)
     one = Coordinate(
-        AREA, AREA, "m^2", 1e-3 * value, 1e3 * value, "log", value, prior=(value, error)
+        AREA, AREA, "m^2", 1e-3 * value, 1e3 * value, "log", value, prior=(value, error), load=load
     )
     return one, load
 
 
+def apart_coordinate(
+    contact_area: Any, known: Any, model: Model, pair: MaterialPair | None
+) -> tuple[Coordinate | None, float | None, Any]:
+    """The coordinate that tells radius and density apart, its load, and what else is known.
+
+    A measured contact area, else a known radius, else a known density; each has a prior, with
+    which loops tell the other two.
+    """
+    if contact_area is not None:
+        return *area_coordinate(contact_area), known
+    if not isinstance(known, Mapping) or pair is None or not _has_summits(model):
+        return None, None, known
+    for name, unit, example in ((RADIUS, "m", 1e-3), (DENSITY, "m^-2", 1e8)):
+        if name in known:
+            value, error = _datum(name, known[name])
+            value = positive(f"known {name}", value, unit, example)
+            one = Coordinate(
+                name, name, unit, 1e-3 * value, 1e3 * value, "log", value, prior=(value, error)
+            )
+            return one, None, {key: given for key, given in known.items() if key != name}
+    return None, None, known
+
+
+def _has_summits(model: Model) -> bool:
+    template = getattr(model, "template", None)
+    return template is not None and isinstance(template.law, GreenwoodWilliamson)
+
+
 def summits_of(
-    problem: Problem, pair: MaterialPair | None, area: float | None, load: float
+    problem: Problem, pair: MaterialPair | None, area: float | None, load: float | None
 ) -> list[Quantity]:
-    """Radius and density: the loops know density * sqrt(radius), the area density * radius."""
-    template = getattr(problem.model, "template", None)
-    if template is None or not isinstance(template.law, GreenwoodWilliamson):
+    """Radius, density and contact area: the loops know density * sqrt(radius), and one is given.
+
+    ``load`` [N] is that of the contact area, without one the reference load.
+    """
+    if not _has_summits(problem.model):
         raise InputError(
             "contact_area needs law='interface' with a distribution of summit heights: other laws "
             "do not know their contacts"
@@ -149,26 +180,48 @@ def summits_of(
             "contact_area needs pair=ms.MaterialPair(...): what a load presses flat depends on "
             "the modulus"
         )
-    index = next(i for i, c in enumerate(problem.coordinates) if c.parameter == AREA)
+    index, given = next(
+        (i, c.parameter) for i, c in enumerate(problem.coordinates) if c.parameter in APART
+    )
+    if given == DENSITY and area is None:
+        raise InputError("known: density needs area=..., the apparent area [m^2]: loops know N/A")
+    if load is None:
+        load = problem.model.reference_load  # type: ignore[attr-defined]
 
-    def both(q: Floats) -> tuple[float, float]:
+    def all_of(q: Floats) -> dict[str, float]:
         joint = problem.model.build(problem.values_of(0, q), load, pair=pair, area=area)
         measured, surface = problem.physical(q)[index], joint.surface
-        ratio = measured / joint.contact_area
-        # The area goes with density * radius, the loops with density * sqrt(radius).
-        return surface.radius * ratio**2, surface.density * surface.area / ratio
+        radius, count = surface.radius, surface.density * surface.area
+        # The area goes with count * radius, the loops with count * sqrt(radius).
+        ratio = {
+            AREA: lambda: measured / joint.contact_area,
+            RADIUS: lambda: math.sqrt(measured / radius),
+            DENSITY: lambda: count / (measured * (area or 1.0)),
+        }[given]()
+        return {
+            RADIUS: radius * ratio**2,
+            "summit_count": count / ratio,
+            DENSITY: count / ratio / (area or 1.0),
+            AREA: joint.contact_area * ratio,
+        }
 
-    def of(which: int, over: float) -> Callable[[Floats], tuple[float, Floats]]:
+    def of(name: str) -> Callable[[Floats], tuple[float, Floats]]:
         def function(q: Floats) -> tuple[float, Floats]:
-            return both(q)[which] / over, _differences(lambda p: both(p)[which] / over, q)
+            return all_of(q)[name], _differences(lambda p: all_of(p)[name], q)
 
         return function
 
-    found = [Quantity("radius", "m", None, of(0, 1.0))]
-    found.append(Quantity("summit_count", "", None, of(1, 1.0)))
-    if area is not None:
-        found.append(Quantity("density", "m^-2", None, of(1, area)))
-    return found
+    units = {RADIUS: "m", "summit_count": "", DENSITY: "m^-2", AREA: "m^2"}
+    return [
+        Quantity(
+            f"{name} at {load:.4g} N" if name == AREA else name,
+            unit,
+            load if name == AREA else None,
+            of(name),
+        )
+        for name, unit in units.items()
+        if name != given and (name != DENSITY or area is not None)
+    ]
 
 
 # -- data from elsewhere --------------------------------------------------------------------------
@@ -178,7 +231,7 @@ def known_data(problem: Problem, quantities: list[Quantity], known: Any) -> list
     """Data on parameters or on what follows from them, as (value, standard deviation)."""
     if known is None:
         return []
-    if not isinstance(known, dict):
+    if not isinstance(known, Mapping):
         raise InputError(f"known must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(known)}")
     by_name = {one.name: one for one in quantities}
     free = {problem.coordinates[int(j)].name: i for i, j in enumerate(problem.free)}
@@ -190,22 +243,28 @@ def known_data(problem: Problem, quantities: list[Quantity], known: Any) -> list
             raise InputError(
                 f"known: {show(name)} is nothing that this fit knows, which has "
                 f"{', '.join(names)}{hint}"
-                + ("; give pair=..., too" if name in ("std", "density_root_radius") else "")
+                + ("; give pair=... and area=..., too" if name in _NEED_MORE else "")
             )
-        try:
-            value, error = given
-        except (TypeError, ValueError):
-            raise InputError(
-                f"known: {name} must be (value, standard deviation), got {show(given)}"
-            ) from None
-        value = number(f"known {name}", value)
-        error = positive(f"standard deviation of {name}", error)
+        value, error = _datum(name, given)
         if name in by_name:
             function = by_name[name].function
         else:
             function = _of_coordinate(problem, free[name])
         found.append(Datum(value, error, function))
     return found
+
+
+def _datum(name: str, given: Any) -> tuple[float, float]:
+    """Value and standard deviation, of a pair or of what has both, such as ms.patch_errors."""
+    value, error = (getattr(given, key, None) for key in ("value", "standard_error"))
+    if value is None or error is None:
+        try:
+            value, error = given
+        except (TypeError, ValueError):
+            raise InputError(
+                f"known: {name} must be (value, standard deviation), got {show(given)}"
+            ) from None
+    return number(f"known {name}", value), positive(f"standard deviation of {name}", error)
 
 
 def _of_coordinate(problem: Problem, i: int) -> Callable[[Floats], tuple[float, Floats]]:

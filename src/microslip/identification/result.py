@@ -17,6 +17,8 @@ from microslip.friction import Interface
 from microslip.identification.checks import RecordFit
 from microslip.identification.models.base import Model
 from microslip.identification.verdicts import (
+    AT_A_LOAD,
+    IN_DOUBT,
     NOT,
     Direction,
     Fitted,
@@ -61,7 +63,7 @@ class Identification(Locked):
     confidence: float
     """Level of the intervals [-]."""
     chi_squared: float
-    """Sum of squares of the residuals over their noise [-]."""
+    """Sum of squares of the residuals over their noise [-], by the weights of the loss."""
     degrees_of_freedom: int
     """Number of forces and data less what was fitted."""
     widened: Mapping[str, float]
@@ -69,9 +71,11 @@ class Identification(Locked):
     records: tuple[RecordFit, ...]
     """Each record, folded, beside the answer of the law."""
     aic: float
-    """Akaike's information criterion."""
+    """Akaike's information criterion: chi-squared, the logarithm of the determinant of the
+    covariance by which it was weighed over that of the force's noise, and twice the number of
+    parameters."""
     bic: float
-    """Schwarz's information criterion."""
+    """Schwarz's information criterion, as Akaike's with the logarithm of the number of forces."""
     held_back: float | None
     """RMS error over noise [-] with which a fit of the others predicts the cycles held back."""
     columns: tuple[Mapping[str, str], ...]
@@ -88,7 +92,11 @@ class Identification(Locked):
 
     @property
     def reduced_chi_squared(self) -> float:
-        """Sum of squares over degrees of freedom [-]: 1 if the law explains all but the noise."""
+        """Sum of squares over degrees of freedom [-]: 1 if the law explains all but the noise.
+
+        A robust loss gives less weight to noise, too: then it is less than 1 for such a law, down
+        to about 0.65 with "cauchy".
+        """
         return self.chi_squared / max(self.degrees_of_freedom, 1)
 
     @property
@@ -144,7 +152,7 @@ class Identification(Locked):
         )
 
     def _radius(self) -> float | None:
-        one = self.derived.get("radius")
+        one = self.derived.get("radius") or self.parameters.get("radius")
         return None if one is None or not math.isfinite(one.value) else one.value
 
     def _refuse(self, even_if: tuple[str, ...]) -> None:
@@ -253,16 +261,17 @@ class Identification(Locked):
     def table(self) -> str:
         """The parameters as text: name, value, interval and verdict; then what is left open."""
         lines = [
-            f"{self.law}: {self.status}; {len(self.records)} records, reduced chi-squared "
-            f"{self.reduced_chi_squared:.3g}"
+            f"{self.law}: {self.status}; {_count(len(self.records))}, reduced "
+            f"chi-squared {self.reduced_chi_squared:.3g}"
         ]
         for one in (*self.parameters.values(), *self.derived.values()):
             digits = digits_of(one)
             low, high = (shown(end, one.unit, digits) for end in (one.low, one.high))
             ends = shown_interval((low, high), one.low_open, one.high_open)
-            value = shown(one.value, one.unit) if one.identified else "–"
+            known = one.identified or one.verdict == IN_DOUBT
+            value = shown(one.value, one.unit) if known else "–"
             ends = "" if one.verdict == "fixed" else ends
-            lines.append(f"{one.name:<34} {value:>14}  {ends:<30} {one.verdict}")
+            lines.append(f"{_named(one):<36} {value:>14}  {ends:<30} {one.verdict}")
         for one in self.parameters.values():
             if one.reason:
                 lines.append(f"{one.name}: {one.reason}; {one.remedy}")
@@ -271,9 +280,21 @@ class Identification(Locked):
 
     def __repr__(self) -> str:
         return (
-            f"Identification({self.law!r}, {self.status}, {len(self.records)} records, "
+            f"Identification({self.law!r}, {self.status}, "
+            f"{_count(len(self.records))}, "
             f"reduced_chi_squared={self.reduced_chi_squared:.3g})"
         )
+
+
+def _count(records: int) -> str:
+    return "1 record" if records == 1 else f"{records} records"
+
+
+def _named(one: Fitted) -> str:
+    """Name of a number, with the load of what belongs to one load though its name has none."""
+    if one.load is None or one.name not in AT_A_LOAD:
+        return one.name
+    return f"{one.name} at {one.load:.4g} N"
 
 
 def _finite(value: float) -> float | None:

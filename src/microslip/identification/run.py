@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from microslip._checks import exact, number, positive, show
+from microslip._units import engineering
 from microslip.errors import InputError
 from microslip.identification import checks, setup
 from microslip.identification.fit import LOSSES, Fit, solve
@@ -20,7 +21,7 @@ from microslip.identification.models.base import Model
 from microslip.identification.outcome import result_of
 from microslip.identification.problem import Problem
 from microslip.identification.quantities import (
-    area_coordinate,
+    apart_coordinate,
     known_data,
     quantities_of,
     summits_of,
@@ -33,6 +34,7 @@ _MOST_FORCES = 1 << 15
 _MOST_DELAYS = 10
 INTERVALS = ("profile", "minos", "curvature")
 _IN_TIME, _LATEST = 1e-5, 1.0  # rad
+_CERTAIN, _ALIKE = 5.0, 0.2  # standard deviations; correlation of force and displacement
 
 
 def identify(
@@ -96,12 +98,15 @@ def identify(
         Measured real contact area (value [m^2], uncertainty [m^2], normal load [N]): separates
         radius and density of the summits, which loops cannot.
     known : mapping, optional
-        Data from elsewhere by the names of parameters or of what follows from them, as
-        (value, standard deviation), such as ``{"std": (5e-7, 2e-8)}``.
+        Data from elsewhere by the names of parameters or of what follows from them, as (value,
+        standard deviation), such as ``{"std": (5e-7, 2e-8)}``, or as what has a ``value`` and a
+        ``standard_error``, such as :func:`microslip.patch_errors` of a scan. With ``pair`` and
+        ``area`` a "radius" or a "density" of the summits separates the two, too.
     cycles : slice, optional
         Cycles to take of each record, the first being 0; without it all settled ones but the first.
     held_back : float, optional
-        Share of the cycles [-] that a second fit does not see and predicts; 0 for none.
+        Share of the cycles [-] that a second fit does not see and predicts; 0 for none. At least
+        one cycle of each record is held back, and two are not.
     confidence : float, optional
         Level of the intervals [-].
     intervals : str, optional
@@ -164,16 +169,15 @@ def identify(
     more, rig_of = setup.rig_coordinates(rig_stiffness, rigs, folded, loops, rig_bounds)
     places = [None if rig is None else len(coordinates) + rig for rig in rig_of]
     coordinates = [*coordinates, *more]
-    area_load = None
-    if contact_area is not None:
-        one, area_load = area_coordinate(contact_area)
-        coordinates.append(one)
+    apart, area_load, known = apart_coordinate(contact_area, known, model, pair)
+    if apart is not None:
+        coordinates.append(apart)
     free_delay, lags = _delay(delay, folded)
 
     problem = Problem(folded, model, coordinates, columns, places, free_delay=free_delay, lags=lags)
     starts = setup.starts_for(model, coordinates, columns, places, folded, loops, given)
     quantities = quantities_of(problem, pair, area)
-    if area_load is not None:
+    if apart is not None:
         quantities += summits_of(problem, pair, area, area_load)
     problem.data = known_data(problem, quantities, known)
     count = checks.total_bins(folded) + problem.extra_count
@@ -226,6 +230,8 @@ def _share(name: str, given: Any) -> float:
 def _folded(records: Any, cycles: slice | None, report: Progress) -> list[Folded]:
     if isinstance(records, Record):
         records = [records]
+    if isinstance(records, np.ndarray):
+        records = records.ravel().tolist()
     if isinstance(records, (str, bytes)) or not isinstance(records, Sequence) or not records:
         raise InputError(
             f"records must be a Record or a list of them, got {show(records)}; "
@@ -234,12 +240,30 @@ def _folded(records: Any, cycles: slice | None, report: Progress) -> list[Folded
     bins = max(64, min(MOST_BINS, _MOST_FORCES // len(records)))
     found = []
     for at, record in enumerate(records):
-        found.append(fold(record, cycles, bins))
+        found.append(_right_way(fold(record, cycles, bins)))
         report((at + 1) / len(records))
     names = [one.name for one in found]
     if len(set(names)) < len(names):
         found = [replace(one, name=f"{one.name} {i + 1}") for i, one in enumerate(found)]
     return found
+
+
+def _right_way(folded: Folded) -> Folded:
+    """A record whose force has the sign of friction; a loop that gives energy has not."""
+    x, force = folded.displacement(folded.phase), folded.force
+    width = 0.5 * (np.roll(folded.phase, -1) - np.roll(folded.phase, 1)) % math.pi
+    way = folded.displacement(folded.phase, 1) * width
+    energy = float(force @ way)
+    noise = folded.force_noise * float(np.linalg.norm(way / np.sqrt(folded.count)))
+    away, against = x - x.mean(), force - force.mean()
+    alike = float(away @ against) / float(np.linalg.norm(away) * np.linalg.norm(against))
+    # A delay may turn a thin loop, too, but leaves the force alike to the displacement.
+    if energy < -_CERTAIN * noise and alike < _ALIKE:
+        raise InputError(
+            f"{folded.name}: the loops run the wrong way round (energy {engineering(energy, 'J')} "
+            "a cycle): the force has the opposite sign; sign=-1 when reading turns it"
+        )
+    return folded
 
 
 def _pair_of(pair: Any, model: Model, surface: Any) -> MaterialPair | None:

@@ -109,6 +109,23 @@ def _limits(key: str, given: Any) -> tuple[float, float]:
     return low, high
 
 
+def _value(option: str, key: str, given: Any, one: Coordinate) -> float:
+    """A number of an option; text, which has perhaps a unit, gets an example of the right size."""
+    if isinstance(given, str):
+        of = {"m": 3e-7, "N": 1000.0, "N/m": 2e8}
+        example = of.get(one.unit, 0.5 if one.low >= 0.0 else 2.0)
+        unit = f" [{one.unit}]" if one.unit else ""
+        raise InputError(
+            f"{option}: {key} must be a finite number{unit}, got {show(given)}; write "
+            f"{option}={{'{key}': {example:g}}}"
+        )
+    return number(f"{'start of' if option == 'start' else 'fixed'} {key}", given, one.unit)
+
+
+def _records(count: int) -> str:
+    return "1 record" if count == 1 else f"{count} records"
+
+
 def _within(what: str, value: float, one: Coordinate) -> float:
     if not one.low <= value <= one.high:
         unit = f" {one.unit}" if one.unit else ""
@@ -161,6 +178,8 @@ def coordinates_for(
             one = coordinate_of(
                 parameter, 1.0, load if splits or not several else None, several=splits
             )
+            if parameter.name in getattr(model, "at_reference", ()):
+                one = replace(one, load=getattr(model, "reference_load", load))
             places[parameter.name, level if splits else -1] = len(found)
             found.append(one)
     columns = [
@@ -186,11 +205,11 @@ def coordinates_for(
                     positive(f"lowest {key}", low)
                 one = replace(one, low=low, high=high, shape=one.shape)
             if key in start:
-                value = _within("start of", number(f"start of {key}", start[key]), one)
+                value = _within("start of", _value("start", key, start[key], one), one)
                 given_start[one.name] = value
         for key in (one.parameter, one.name):
             if key in fixed:
-                value = _within("fixed", number(f"fixed {key}", fixed[key]), one)
+                value = _within("fixed", _value("fixed", key, fixed[key], one), one)
                 one = replace(one, fixed=True, start=value)
         found[i] = one
     if RIG in start:
@@ -205,9 +224,11 @@ def rig_coordinates(
     if rigs is None:
         labels = ["rig"] * len(folded)
     else:
+        if isinstance(rigs, np.ndarray):
+            rigs = rigs.ravel().tolist()
         if isinstance(rigs, str) or not isinstance(rigs, Sequence) or len(rigs) != len(folded):
             raise InputError(
-                f"rigs must hold a label for each of the {len(folded)} records, got {show(rigs)}"
+                f"rigs must hold a label for each of the {_records(len(folded))}, got {show(rigs)}"
             )
         labels = [str(label) for label in rigs]
     if given is None:

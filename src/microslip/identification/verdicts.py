@@ -20,13 +20,17 @@ WIDEST_SHAPE = 1.5
 WIDEST_RATIO = 4.0
 """Ratio of the ends of the interval of a positive quantity beyond which it counts so."""
 
-IDENTIFIED, ABOVE, BELOW, NOT, FIXED = (
+IDENTIFIED, IN_DOUBT, ABOVE, BELOW, NOT, FIXED = (
     "identified",
+    "in doubt",
     "bounded above",
     "bounded below",
     "not identified",
     "fixed",
 )
+
+AT_A_LOAD = ("standardised_separation", "contact_area")
+"""Parameters that all records share, but as they are at one load."""
 
 _RIG_APART = "measure the rig's stiffness apart and give it with its uncertainty"
 
@@ -46,7 +50,8 @@ class Fitted:
     standard_error: float
     """From the curvature at the best value; of a fixed value 0."""
     verdict: str
-    """"identified", "bounded above", "bounded below", "not identified" or "fixed"."""
+    """"identified", "in doubt" (identified under what does not hold), "bounded above", "bounded
+    below", "not identified" or "fixed"."""
     reason: str
     """Why it is not identified, or how far it is only bounded; else empty."""
     remedy: str
@@ -54,7 +59,8 @@ class Fitted:
     at_bound: bool
     """Whether the best value lies at a bound."""
     load: float | None = None
-    """Normal load [N] that it belongs to; None for one that belongs to all."""
+    """Normal load [N] that it belongs to, of a separation that all loads share the reference load;
+    None for one that belongs to all."""
     low_open: bool = False
     """Whether the loops set no lower end: all values down to the bound of the search answer."""
     high_open: bool = False

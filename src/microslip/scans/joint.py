@@ -235,7 +235,7 @@ def verdicts(summits: Summits, joint: Any = None) -> tuple[Verdict, ...]:
             "no scratch or spike dominates the moments; Gaussian heights have 3",
         ),
         _most(
-            "radius counted against McCool's",
+            "mean radius counted against McCool's",
             apart,
             1.5,
             3.0,

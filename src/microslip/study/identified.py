@@ -10,11 +10,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TextIO
 
+from rich.cells import cell_len
+
 from microslip._version import __version__
 from microslip.study.printer import Printer
 
 if TYPE_CHECKING:
     from microslip.identification import Comparison, Identification
+    from microslip.study.identified_tables import Row
     from microslip.study.schema import Study
     from microslip.tribometer import Record
 
@@ -106,6 +109,7 @@ def identified(
             own[key] = {name: value for name, value in options[key].items() if name in names}
         if law != "interface":
             own["contact_area"] = None
+            own["known"] = None
         if law == "bouc-wen" and len(laws) > 1:
             own["rig_stiffness"] = None  # its elastic part stands for the rig
         if index > 0:
@@ -131,7 +135,9 @@ def identified(
 # -- files -----------------------------------------------------------------------------------------
 
 
-def summarise(found: Identified, files: Sequence[str] = ()) -> dict[str, Any]:
+def summarise(
+    found: Identified, files: Sequence[str] = (), spell: Callable[[str], str] = str
+) -> dict[str, Any]:
     """What summary.json holds.
 
     Parameters
@@ -140,13 +146,15 @@ def summarise(found: Identified, files: Sequence[str] = ()) -> dict[str, Any]:
         What was identified.
     files : sequence of str
         Names of the other files.
+    spell : callable, optional
+        Puts messages into the words of who asked, such as the options of a command.
 
     Returns
     -------
     dict
         Plain values in SI units.
     """
-    first = found.first.summary()
+    first, *others = (_spelled(result.summary(), spell) for result in found.results)
     for record, values in zip(found.first.records, first["records"], strict=True):
         values["rms_residual"] = math.sqrt(float((record.residual**2).mean()))
     return {
@@ -154,10 +162,19 @@ def summarise(found: Identified, files: Sequence[str] = ()) -> dict[str, Any]:
         "version": __version__,
         "study": None if found.study is None else found.study.name,
         "identification": first,
-        "others": [result.summary() for result in found.results[1:]],
+        "others": others,
         "comparison": None if found.comparison is None else _compared(found.comparison),
         "files": [*files, *(("summary.json",) if files else ())],
     }
+
+
+def _spelled(summary: dict[str, Any], spell: Callable[[str], str]) -> dict[str, Any]:
+    """A summary with its messages spelled."""
+    summary["message"] = spell(summary["message"])
+    summary["notes"] = [spell(note) for note in summary["notes"]]
+    for number in (*summary["parameters"].values(), *summary["derived"].values()):
+        number["reason"], number["remedy"] = spell(number["reason"]), spell(number["remedy"])
+    return summary
 
 
 def _compared(comparison: Comparison) -> dict[str, Any]:
@@ -173,7 +190,10 @@ def _compared(comparison: Comparison) -> dict[str, Any]:
 
 
 def write(
-    found: Identified, folder: Path, progress: Callable[[float], None] | None = None
+    found: Identified,
+    folder: Path,
+    progress: Callable[[float], None] | None = None,
+    spell: Callable[[str], str] = str,
 ) -> dict[str, Any]:
     """Write residuals.csv, the figures, joint.toml, the page and summary.json.
 
@@ -185,6 +205,8 @@ def write(
         An existing folder.
     progress : callable, optional
         Called with the share that is done, 0 ... 1.
+    spell : callable, optional
+        As for :func:`summarise`.
 
     Returns
     -------
@@ -201,12 +223,12 @@ def write(
 
     report = progress or (lambda share: None)
     texts = {"residuals.csv": _residuals(found.first)}
-    toml, why = joint_text(found)
+    toml, why = joint_text(found, spell)
     if toml is not None:
         texts["joint.toml"] = toml
     names = [*texts, *identified_figure.write(found.first, folder)]
     report(0.6)
-    summary = summarise(found, [*names, "report.html"])
+    summary = summarise(found, [*names, "report.html"], spell)
     if why:
         summary["identification"]["notes"].append(why)
     texts["report.html"] = identified_report.page(found, summary, toml, folder)
@@ -235,6 +257,22 @@ def _residuals(result: Identification) -> str:
 # -- on a terminal ---------------------------------------------------------------------------------
 
 
+def _numbers(out: Printer, title: str, what: str, level: str, rows: Sequence[Row]) -> None:
+    """A table of numbers, in which value and interval stay beside each other."""
+    cells = [list(row[:4]) for row in rows]
+    head = [what, "value", level, "verdict"]
+    columns = zip(*([cell_len(text) for text in line] for line in (head, *cells)), strict=True)
+    if sum(max(column) for column in columns) + 3 * (len(head) - 1) > out.width:
+        # Both in one column; where even that is too wide, the verdict alone stands apart.
+        head = [what, f"value, {level}", "verdict"]
+        cells = [[line[0], _beside(line[1], line[2]), line[3]] for line in cells]
+    out.table(title, head, cells, text=(0, len(head) - 1))
+
+
+def _beside(value: str, interval: str) -> str:
+    return value if interval in ("", "–") else f"{value}, {interval}"
+
+
 def show(summary: dict[str, Any], stream: TextIO | None) -> None:
     """Print what was identified, and what was not.
 
@@ -261,13 +299,8 @@ def show(summary: dict[str, Any], stream: TextIO | None) -> None:
     for title, key in (("Parameters", "parameters"), ("What follows from them", "derived")):
         rows = tables.rows_of(found[key])
         if rows:
-            head = [
-                key.rstrip("s") if key == "parameters" else "quantity",
-                "value",
-                level,
-                "verdict",
-            ]
-            out.table(title, head, [list(row[:4]) for row in rows], text=(0, 3))
+            what = "parameter" if key == "parameters" else "quantity"
+            _numbers(out, title, what, level, rows)
     for item in tables.open_of(found):
         out.hanging("  ", f"{item.name}, {item.verdict}: {item.reason}.", 2)
         if item.remedy:

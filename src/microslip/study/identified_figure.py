@@ -15,6 +15,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from microslip._units import engineering, prefix
+from microslip.identification.verdicts import AT_A_LOAD
 from microslip.study.drawing import STYLE, length_prefix, log_scale, new_figure, note, settle
 from microslip.study.identified_tables import label
 from microslip.study.result import some
@@ -210,7 +211,8 @@ def intervals(result: Identification) -> Figure:
         f"Best values and {100.0 * result.confidence:g} % intervals (arrow: no end)", fontsize=8.5
     )
     if several:
-        _heat_map(parts[1].subplots(), names, result.correlation)
+        symbols = [short(name, result.parameters[name].load) for name in names]
+        _heat_map(parts[1].subplots(), symbols, result.correlation)
         parts[1].suptitle("Correlations of the errors", fontsize=8.5)
     return figure
 
@@ -244,7 +246,7 @@ def _strip(axes: Axes, name: str, one: Fitted) -> None:
         axes.spines[side].set_visible(False)
     unit_text = f" [{letter}{one.unit}]" if one.unit not in ("", "-") else ""
     verdict = "" if one.verdict == "identified" else f": {one.verdict}"
-    note(axes, f"{label(name)}{unit_text}{verdict}")
+    note(axes, f"{label(name, one.load)}{unit_text}{verdict}")
 
 
 def _ends(
@@ -260,9 +262,9 @@ def _ends(
     return low, high
 
 
-def _heat_map(axes: Axes, names: Sequence[str], matrix: Floats) -> None:
+def _heat_map(axes: Axes, symbols: Sequence[str], matrix: Floats) -> None:
     """Correlations as colours and numbers; the lower half, since both are the same."""
-    shown_part = np.where(np.tri(len(names), k=-1) > 0.0, matrix, np.nan)[1:, :-1]
+    shown_part = np.where(np.tri(len(symbols), k=-1) > 0.0, matrix, np.nan)[1:, :-1]
     axes.imshow(shown_part, cmap="PuOr", vmin=-1.0, vmax=1.0)
     for i, j in np.argwhere(np.isfinite(shown_part)):
         value = float(shown_part[i, j])
@@ -270,19 +272,20 @@ def _heat_map(axes: Axes, names: Sequence[str], matrix: Floats) -> None:
             j, i, f"{value:+.2f}".replace("-", "−"), ha="center", va="center", fontsize=8.0,
             color="white" if abs(value) > 0.7 else "black",
         )  # fmt: skip
-    symbols = [short(name) for name in names]
-    axes.set_xticks(range(len(names) - 1), symbols[:-1], rotation=30.0, ha="right")
-    axes.set_yticks(range(len(names) - 1), symbols[1:])
+    axes.set_xticks(range(len(symbols) - 1), symbols[:-1], rotation=30.0, ha="right")
+    axes.set_yticks(range(len(symbols) - 1), symbols[1:])
     axes.grid(visible=False)
     axes.tick_params(length=0.0)
     for spine in axes.spines.values():
         spine.set_visible(False)
 
 
-def short(name: str) -> str:
-    """The symbol of a parameter, or its words."""
-    text = label(name)
+def short(name: str, load: float | None = None) -> str:
+    """The symbol of a parameter, or its words, with the load [N] it belongs to."""
+    text = label(name, load)
     key, _, rest = name.partition(" ")
+    if load is not None and not rest and key in AT_A_LOAD:
+        rest = f"at {engineering(load, 'N', 4, trim=True)}"
     symbol = _SYMBOLS.get(key)
     return text if symbol is None else f"{symbol} {rest}".rstrip()
 

@@ -102,4 +102,4 @@ def _curve(axes: Axes, name: str, one: Fitted, level: float) -> None:
     axes.axhline(level, color=RED, linestyle="--", linewidth=0.9)
     axes.set_ylim(0.0, 1.8 * level)
     unit_text = f" [{letter}{one.unit}]" if one.unit not in ("", "-") else ""
-    axes.set_xlabel(f"{short(name)}{unit_text}")
+    axes.set_xlabel(f"{short(name, one.load)}{unit_text}")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Callable
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from microslip._version import __version__
 from microslip.errors import InputError
-from microslip.study.identified_tables import label, open_of, quantity
+from microslip.study.identified_tables import knows_radius, label, open_of, quantity
 from microslip.study.overrides import dump
 
 if TYPE_CHECKING:
@@ -15,13 +17,15 @@ if TYPE_CHECKING:
     from microslip.study.identified import Identified
 
 
-def joint_text(found: Identified) -> tuple[str | None, str]:
+def joint_text(found: Identified, spell: Callable[[str], str] = str) -> tuple[str | None, str]:
     """The identified joint as TOML that `microslip predict` takes as it is.
 
     Parameters
     ----------
     found : Identified
         What was identified.
+    spell : callable, optional
+        Puts a message into the words of who asked, such as the options of a command.
 
     Returns
     -------
@@ -38,7 +42,7 @@ def joint_text(found: Identified) -> tuple[str | None, str]:
     try:
         given: dict[str, Any] = result.study()
     except InputError as error:
-        return None, f"no joint.toml: {error}"
+        return None, f"no joint.toml: {spell(str(error))}"
     source = tomllib.loads(found.study.text)
     # The materials by the names that the study has for them.
     given["surface"]["materials"] = source["surface"]["materials"]
@@ -51,14 +55,14 @@ def joint_text(found: Identified) -> tuple[str | None, str]:
         given["surface"][key] = f"{getattr(_surface(result), key):.6g} {unit}"
     order = ("schema", "title", "material", "surface", "joint", "excitation")
     given = {key: given[key] for key in (*order, *given) if key in given}
-    return f"{_remarks(found)}\n{dump(given)}", ""
+    return f"{_remarks(found, spell)}\n{dump(given)}", ""
 
 
 def _surface(result: Identification) -> Any:
     return result.joint().surface
 
 
-def _remarks(found: Identified) -> str:
+def _remarks(found: Identified, spell: Callable[[str], str]) -> str:
     """What is measured in the file and what is not, as comments."""
     assert found.study is not None
     summary = found.first.summary()
@@ -68,12 +72,19 @@ def _remarks(found: Identified) -> str:
         f"amplitude {quantity(record['amplitude'], 'm')}, {record['cycles']} cycles"
         for record in summary["records"]
     ]
-    if open_ones := [item.name for item in open_of(summary)]:
+    if summary["status"] != "converged":
+        lines += wrap(f"{summary['status'].upper()}: {spell(summary['message'])}.", 96)
+    doubtful = [item.name for item in open_of(summary) if item.verdict == "in doubt"]
+    if doubtful:
+        lines += wrap(f"IN DOUBT for that: {', '.join(doubtful)}.", 96)
+    if open_ones := [item.name for item in open_of(summary) if item.name not in doubtful]:
         lines.append(
             f"NOT identified, one of many values that answer the loops: {', '.join(open_ones)}."
         )
-    if "radius" in summary["derived"]:
-        lines.append("radius and density: told apart by the contact area that was given.")
+    if knows_radius(summary):
+        lines += [
+            "radius and density: told apart by the contact area, radius or density that was given."
+        ]
     else:
         lines += [
             "radius: conventional, not identified: that of the study the fit began with. Loops",

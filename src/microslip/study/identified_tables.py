@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from microslip._units import engineering, significant
-from microslip.identification.verdicts import shown, shown_interval
+from microslip.identification.verdicts import AT_A_LOAD, shown, shown_interval
 
 _LABELS = {
     "friction_coefficient": "friction coefficient μ",
@@ -30,6 +30,7 @@ _LABELS = {
 _WORDS = {
     "identified": "ok",
     "fixed": "ok",
+    "in doubt": "watch",
     "bounded above": "watch",
     "bounded below": "watch",
     "not identified": "outside",
@@ -67,10 +68,15 @@ class Open(NamedTuple):
     remedy: str
 
 
-def label(name: str) -> str:
-    """A name as people read it: "slip_scale at 500 N" is "slip scale κσ at 500 N"."""
+def label(name: str, load: float | None = None) -> str:
+    """A name as people read it: "slip_scale at 500 N" is "slip scale κσ at 500 N".
+
+    ``load`` [N] is that of the number: named with one that belongs to a load without saying so.
+    """
     key, _, rest = name.partition(" ")
     text = _LABELS.get(key, key.replace("_", " "))
+    if load is not None and not rest and key in AT_A_LOAD:
+        rest = f"at {engineering(load, 'N', 4, trim=True)}"
     return f"{text} {rest}" if rest else text
 
 
@@ -100,10 +106,18 @@ def rows_of(numbers: Mapping[str, Mapping[str, Any]]) -> list[Row]:
     """Parameters, or what follows from them, of a summary; no value where none is known."""
     found = []
     for name, number in numbers.items():
-        known = number["verdict"] in ("identified", "fixed")
+        known = number["verdict"] in ("identified", "in doubt", "fixed")
         value = quantity(number["value"], number["unit"], _digits(number)) if known else "–"
         word = _WORDS.get(number["verdict"], "watch")
-        found.append(Row(label(name), value, interval(number), number["verdict"], word))
+        found.append(
+            Row(
+                label(name, number.get("normal_load")),
+                value,
+                interval(number),
+                number["verdict"],
+                word,
+            )
+        )
     return found
 
 
@@ -149,12 +163,18 @@ def hints_of(found: Mapping[str, Any], study: str | None) -> list[str]:
             "The spread of the heights is not reported: the loops know κσ, and κ needs the "
             "materials. Name a study that has them: --study STUDY.toml"
         )
-    elif found["law"] == "interface" and study is not None and "radius" not in found["derived"]:
+    elif found["law"] == "interface" and study is not None and not knows_radius(found):
         hints.append(
             "Loops know density and radius of the summits only as density × √radius. A measured "
-            'real contact area tells them apart: --contact-area "AREA, UNCERTAINTY, LOAD"'
+            'real contact area tells them apart, --contact-area "AREA, UNCERTAINTY, LOAD", or what '
+            'a scan says of either: --known radius="1±0.1 mm"'
         )
     return hints
+
+
+def knows_radius(found: Mapping[str, Any]) -> bool:
+    """Whether radius and density of the summits are told apart."""
+    return "radius" in found["derived"] or "radius" in found["parameters"]
 
 
 def quality_of(found: Mapping[str, Any]) -> list[str]:
@@ -203,7 +223,12 @@ def law_table(comparison: Mapping[str, Any]) -> Table:
 def open_of(found: Mapping[str, Any]) -> list[Open]:
     """What the records do not tell, with reason and remedy."""
     return [
-        Open(label(name), number["verdict"], number["reason"], number["remedy"])
+        Open(
+            label(name, number.get("normal_load")),
+            number["verdict"],
+            number["reason"],
+            number["remedy"],
+        )
         for name, number in found["parameters"].items()
         if number["verdict"] not in ("identified", "fixed")
     ]
@@ -223,7 +248,15 @@ def _labelled(text: str, found: Mapping[str, Any]) -> str:
     """A text with labels instead of names; longer names first, which hold the shorter ones."""
     names = sorted(found["parameters"], key=len, reverse=True)
     pattern = "|".join(map(re.escape, names))
-    return re.sub(pattern, lambda match: label(match[0]), text) if names else text
+    if not names:
+        return text
+    loads = _loads(found)
+    return re.sub(pattern, lambda match: label(match[0], loads[match[0]]), text)
+
+
+def _loads(found: Mapping[str, Any]) -> dict[str, float | None]:
+    """Loads of the parameters by their names."""
+    return {name: number.get("normal_load") for name, number in found["parameters"].items()}
 
 
 def _upper(text: str) -> str:
@@ -235,12 +268,16 @@ def correlation_table(found: Mapping[str, Any]) -> Table | None:
     names, matrix = found["correlation"]["names"], found["correlation"]["matrix"]
     if len(names) < 2:
         return None
+    loads = _loads(found)
     rows = [
-        [label(name), *(_share(matrix[i][j]) if j < i else "" for j in range(len(names) - 1))]
+        [
+            label(name, loads[name]),
+            *(_share(matrix[i][j]) if j < i else "" for j in range(len(names) - 1)),
+        ]
         for i, name in enumerate(names)
         if i > 0
     ]
-    return Table(["", *(label(name) for name in names[:-1])], rows)
+    return Table(["", *(label(name, loads[name]) for name in names[:-1])], rows)
 
 
 def _share(value: float | None) -> str:

@@ -25,6 +25,8 @@ class Parameter:
         Bounds of the physical value: what a joint can have, and where the model is safe.
     log : bool
         Whether it is fitted as its logarithm; then both bounds are above zero.
+    searched : bool
+        Whether its bounds only say how far is searched, while joints go on beyond them.
     """
 
     name: str
@@ -32,6 +34,7 @@ class Parameter:
     low: float
     high: float
     log: bool = False
+    searched: bool = False
 
 
 class Derived(NamedTuple):
@@ -104,6 +107,10 @@ class Model(ABC):
 
     def cycle(self, x: Floats, values: Mapping[str, float]) -> Branch:
         """Forces of the settled cycle of a period x [m], its first sample not repeated."""
+        raise NotImplementedError
+
+    def moved(self, x: Floats, values: Mapping[str, float], moves: Floats) -> Floats:
+        """Change of the forces of :meth:`cycle` by moves (rows) of its displacement x."""
         raise NotImplementedError
 
     @abstractmethod

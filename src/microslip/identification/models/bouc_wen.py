@@ -81,7 +81,27 @@ class BoucWenModel(Model):
         InputError
             A displacement that does not move.
         """
-        k, limit, alpha, n, beta = (values[name] for name in self.names)
+        k, limit, alpha, _, _ = (values[name] for name in self.names)
+        path, memory, rate, memory_by = self._period(x, values, np.zeros((0, x.size)))
+        unit = (1.0 - alpha) * limit
+        by = np.empty((5, path.size))
+        by[0] = alpha * path + unit * memory_by[0]
+        by[1] = (1.0 - alpha) * memory + unit * memory_by[1]
+        by[2] = k * path - limit * memory
+        by[3:] = unit * memory_by[2:]
+        return alpha * k * path + unit * memory, k * (alpha + (1.0 - alpha) * rate), by
+
+    def moved(self, x: Floats, values: Mapping[str, float], moves: Floats) -> Floats:
+        """Change of the forces by moves (rows) of the displacement, memory of the way included."""
+        k, limit, alpha, _, _ = (values[name] for name in self.names)
+        _, _, _, memory_by = self._period(x, values, moves)
+        return np.asarray(alpha * k * moves + (1.0 - alpha) * limit * memory_by[4:])
+
+    def _period(
+        self, x: Floats, values: Mapping[str, float], moves: Floats
+    ) -> tuple[Floats, Floats, Floats, Floats]:
+        """Settled cycle: x, w, f(y), and w by k, F_y, n, beta and by the moves (rows) of x."""
+        k, limit, _, n, beta = (values[name] for name in self.names)
         law = self.build(values)
         root = int(np.argmax(x))
         path = np.append(np.roll(x, -root), x[root])  # begins and ends at its highest place
@@ -108,8 +128,10 @@ class BoucWenModel(Model):
             start = float(np.clip(start + miss / settles, -1.0, 1.0))
 
         memory, rate, by_start = (np.empty(path.size) for _ in range(3))
-        by_values = np.empty((4, path.size))
-        w, grown, known = start, 1.0, np.zeros((4, 1))
+        shift = np.roll(moves, -root, axis=1)
+        shift = scale * np.hstack((shift, shift[:, :1]))
+        by_values = np.empty((4 + len(shift), path.size))
+        w, grown, known = start, 1.0, np.zeros((len(by_values), 1))
         for turn, end, way in zip(turns, ends, ways, strict=True):
             part = slice(turn, end + 1)
             s = np.abs(path[part] - path[turn]) * scale
@@ -117,24 +139,15 @@ class BoucWenModel(Model):
             memory[part], rate[part], by_start[part] = way * y, f, f * gain * grown
             by_values[:, part] = f * gain * known
             by_values[:2, part] += way * f * s * by_scale[:, None]
-            by_values[2:, part] += way * own
+            by_values[2:4, part] += way * own
+            by_values[4:, part] += f * (shift[:, part] - shift[:, [turn]])
             w, grown, known = float(memory[end]), float(by_start[end]), by_values[:, [end]]
         # How what it should have been moves with the parameters.
         settles = max(1.0 - grown, 2.0**-53)
         memory_by = by_values + (known / settles) * by_start
 
-        unit = (1.0 - alpha) * limit
-        memory, rate, memory_by, path = (
-            array[..., :-1] for array in (memory, rate, memory_by, path)
-        )
-        force = alpha * k * path + unit * memory
-        by = np.empty((5, path.size))
-        by[0] = alpha * path + unit * memory_by[0]
-        by[1] = (1.0 - alpha) * memory + unit * memory_by[1]
-        by[2] = k * path - limit * memory
-        by[3:] = unit * memory_by[2:]
-        slope = k * (alpha + (1.0 - alpha) * rate)
-        return np.roll(force, root), np.roll(slope, root), np.roll(by, root, axis=1)
+        rows = (path, memory, rate, memory_by)
+        return tuple(np.roll(row[..., :-1], root, axis=-1) for row in rows)
 
     def build(
         self, values: Mapping[str, float], load: float | None = None, **known: Any

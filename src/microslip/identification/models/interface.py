@@ -37,6 +37,8 @@ class InterfaceModel(Model):
     name = "interface"
     scales_with_load = True
     options = ("heights", "surface", "reference_load")
+    at_reference = ("standardised_separation",)
+    """Parameters that belong to the reference load."""
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -49,19 +51,23 @@ class InterfaceModel(Model):
         return (
             Parameter("friction_coefficient", "", 1e-3, 10.0, log=True),
             Parameter("slip_scale", "m", 1e-13, 1e-1, log=True),
-            Parameter("standardised_separation", "", low, high),
+            Parameter("standardised_separation", "", low, high, searched=True),
         )
 
     @property
     def start(self) -> Mapping[str, float] | None:
-        """Values of the instance it was made of, at its own load, the reference."""
+        """Values of the instance it was made of, its separation taken to the reference load."""
         if self.law is None:
             return None
         unit = self.template.unit
+        ratio = self._ratio(self.law.normal_load)[1]
+        separation = self.law.separation / unit
+        if ratio != 1.0:
+            separation = self.template.separation(separation, 1.0 / ratio)
         return {
             "friction_coefficient": self.law.friction_coefficient,
             "slip_scale": self.law.slip_per_indentation * unit,
-            "standardised_separation": self.law.separation / unit,
+            "standardised_separation": separation,
         }
 
     @property
@@ -75,7 +81,9 @@ class InterfaceModel(Model):
         return None if self.law is None else getattr(self.law.surface, "area", None)
 
     def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> InterfaceModel:
-        """With a reference load: the geometric mean of the loads, unless one is given.
+        """With a reference load: the geometric mean of the loads, of one load that itself.
+
+        One that was given stays; the load of an instance is none, for the records may have others.
 
         Raises
         ------
@@ -83,7 +91,7 @@ class InterfaceModel(Model):
             A load that is missing.
         """
         known = loads_of(loads, len(loops))
-        if self.reference_load is not None:
+        if self.reference_load is not None and self.law is None:
             return self
         return replace(self, reference_load=math.exp(float(np.mean(np.log(known)))))
 

@@ -318,6 +318,6 @@ def test_real_record(folder: Path) -> None:
     # The widths hold what measuring finds: T_m/N 0.476 and E_d/4N delta_g 0.460 of the trace.
     assert 0.45 < found["parameters"]["friction_coefficient"]["value"] < 0.52
     page = (folder / "out/report.html").read_text("utf-8")
-    assert "separation h = d/σ</strong>, not identified" in page
+    assert "separation h = d/σ at 5 N</strong>, not identified" in page
     assert "To settle it:" in page
     assert "That is far above 1" in page

@@ -99,6 +99,18 @@ SOFT = ms.VirtualTribometer(
 ).record(amplitude=4e-5, frequency=10.0, cycles=4)
 
 
+def two_rigs() -> None:
+    """What the fit of records of two rigs says, as an error."""
+    joint = ms.Interface.examples()[0]
+    records = [
+        ms.VirtualTribometer(joint, rig_stiffness=rig, sample_rate=640.0, noise=0.001).record(
+            amplitude=12e-6, frequency=10.0, cycles=5
+        )
+        for rig in (1e8, 2e8)
+    ]
+    raise ms.InputError(ms.identify(records, intervals="curvature", held_back=0).message)
+
+
 def identify(*records: ms.Record, **how: Any) -> Callable[[], object]:
     return lambda: ms.identify(list(records or (RECORD,)), **how)
 
@@ -144,6 +156,8 @@ IDENTIFY: dict[str, Callable[[], object]] = {
     "an area without contacts": identify(law="iwan", contact_area=(6e-6, 1e-6, 2000.0)),
     "no pair": lambda: models.model_of("interface").build({}, 1.0),
     "held back": identify(held_back=3.0),
+    "known without a pair": identify(known={"radius": (1e-3, 1e-4)}),
+    "two rigs": two_rigs,
     "a delay without time": identify(ms.Record(BARE.displacement, BARE.force, 2000.0), delay=1e-3),
     "a load that varies": identify(TILTED),
 }

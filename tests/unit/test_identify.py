@@ -417,6 +417,9 @@ def test_comparison() -> None:
     assert "needs the normal load" in found.failed["interface"]
     assert "jenkins" in found.table()
     assert found.rows()[0]["aic_over_best"] == 0.0
+    again = pickle.loads(pickle.dumps(found))
+    assert again.rows() == found.rows()
+    assert isinstance(again.fits, MappingProxyType)
     for laws in ([], "jenkins", 3):
         with pytest.raises(ms.InputError, match="laws must be a list"):
             ms.compare(record(), laws)  # type: ignore[arg-type]

@@ -88,7 +88,7 @@ def test_models_survive_copies(name: str) -> None:
 
 def test_bounds_of_separations() -> None:
     gauss = model_of("interface").parameters[2]
-    assert gauss == Parameter("standardised_separation", "", -4.0, 8.0)
+    assert gauss == Parameter("standardised_separation", "", -4.0, 8.0, searched=True)
     shifted = model_of("interface", heights=ms.Gaussian(1e-6, mean=3e-6)).parameters[2]
     assert (shifted.low, shifted.high) == pytest.approx((-1.0, 11.0))
     low, high = template_of(ms.Exponential(5e-7)).bounds()

@@ -169,7 +169,7 @@ def _found(result: Identification) -> str:
             lines.append(f"{symbol}: {' … '.join(ends)}{unit}")
         else:
             lines.append(f"{symbol}: {one.verdict}")
-    made = f"made with μ {worked_example().friction_coefficient:g}, rig {MICRO * RIG:g} N/µm"
+    made = f"made with μ {worked_example().friction_coefficient:g},\nrig {MICRO * RIG:g} N/µm"
     return "\n".join(["identified, 95 %:", *lines, made])
 
 

@@ -411,7 +411,7 @@ class Interface(BackboneLaw):
         )
 
     @classmethod
-    def guess(  # type: ignore[override]  # loops do not tell materials
+    def guess(
         cls,
         data: Any,
         *,

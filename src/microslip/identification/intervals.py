@@ -106,14 +106,24 @@ def leant_on_bounds(problem: Problem, intervals: Sequence[Interval]) -> list[Int
             moved = _width(free[i], one) / min(own.high - own.low, 1.0)
             if i == j or moved < MOVED:
                 continue
-            for end, place in (("low", one.at_low), ("high", one.at_high)):
-                near = 1e-6 * min(own.high - own.low, 1.0)
-                if (own.low_open and place[j] <= own.low + near) or (
-                    own.high_open and place[j] >= own.high - near
-                ):
-                    there = place.copy()
-                    there[i] = getattr(one, end)  # what follows from it is open there, too
-                    found[i] = replace(found[i], **{f"{end}_open": True, f"at_{end}": there})
+            near = 1e-6 * min(own.high - own.low, 1.0)
+            low, high = (
+                (own.low_open and place[j] <= own.low + near)
+                or (own.high_open and place[j] >= own.high - near)
+                for place in (one.at_low, one.at_high)
+            )
+            at_low, at_high = one.at_low.copy(), one.at_high.copy()
+            if low:
+                at_low[i] = one.low  # what follows from it is open there, too
+            if high:
+                at_high[i] = one.high
+            found[i] = replace(
+                found[i],
+                low_open=bool(found[i].low_open or low),
+                high_open=bool(found[i].high_open or high),
+                at_low=at_low,
+                at_high=at_high,
+            )
     return found
 
 

@@ -78,6 +78,15 @@ def result_of(
     errors = np.sqrt(np.diag(answer.covariance))
     correlation = answer.covariance / np.outer(errors, errors)
     free = [coordinates[int(j)].name for j in problem.free]
+    unfit = checks.misfit(records, best.cost / freedom)
+    if unfit is not None and unfit.doubtful:
+        why = "found under a law that does not answer the records"
+        parameters, derived = _doubted(parameters, why), _doubted(derived, why)
+        remedy = "free or correct what is fixed, or take another law"
+        parameters = {
+            name: replace(one, remedy=remedy) if one.verdict == IN_DOUBT else one
+            for name, one in parameters.items()
+        }
     status, message = _status(problem, best, freedom, parameters)
     if status == DIFFER:
         remedy = "name the rig of each record: rigs=[one label a record]"
@@ -87,12 +96,8 @@ def result_of(
             name: replace(one, remedy=remedy) if one.verdict == IN_DOUBT else one
             for name, one in parameters.items()
         }
-    unfit = checks.misfit(records, best.cost / freedom)
     if unfit is not None:
         message = f"{message}; {unfit.text}"
-        if unfit.doubtful:
-            why = "found under a law that does not answer the records"
-            parameters, derived = _doubted(parameters, why), _doubted(derived, why)
     deviance = best.cost + problem.log_determinant
     aic, bic = checks.information_criteria(deviance, count, problem.free.size + problem.flat)
     lost = any(one.verdict == NOT for one in parameters.values())

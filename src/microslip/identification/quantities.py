@@ -193,11 +193,12 @@ def summits_of(
         measured, surface = problem.physical(q)[index], joint.surface
         radius, count = surface.radius, surface.density * surface.area
         # The area goes with count * radius, the loops with count * sqrt(radius).
-        ratio = {
-            AREA: lambda: measured / joint.contact_area,
-            RADIUS: lambda: math.sqrt(measured / radius),
-            DENSITY: lambda: count / (measured * (area or 1.0)),
-        }[given]()
+        if given == AREA:
+            ratio = measured / joint.contact_area
+        elif given == RADIUS:
+            ratio = math.sqrt(measured / radius)
+        else:
+            ratio = count / (measured * (area or 1.0))
         return {
             RADIUS: radius * ratio**2,
             "summit_count": count / ratio,

@@ -302,5 +302,8 @@ def _joined(texts: Sequence[str]) -> str:
 
 def alike(one: Direction, other: Direction) -> bool:
     """Whether two directions are the same but for their length and sign."""
-    a, b = (np.nan_to_num(np.array(list(d.change.values())), posinf=10.0) for d in (one, other))
+    a, b = (
+        np.nan_to_num(np.array(list(d.change.values())), posinf=10.0, neginf=-10.0)
+        for d in (one, other)
+    )
     return bool(abs(np.dot(a, b)) > 0.95 * np.linalg.norm(a) * np.linalg.norm(b))

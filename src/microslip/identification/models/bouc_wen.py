@@ -146,8 +146,10 @@ class BoucWenModel(Model):
         settles = max(1.0 - grown, 2.0**-53)
         memory_by = by_values + (known / settles) * by_start
 
-        rows = (path, memory, rate, memory_by)
-        return tuple(np.roll(row[..., :-1], root, axis=-1) for row in rows)
+        path, memory, rate, memory_by = (
+            np.roll(row[..., :-1], root, axis=-1) for row in (path, memory, rate, memory_by)
+        )
+        return path, memory, rate, memory_by
 
     def build(
         self, values: Mapping[str, float], load: float | None = None, **known: Any

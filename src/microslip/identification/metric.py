@@ -1,0 +1,43 @@
+"""Floor 6: how the residuals of a record count once its nuisances have taken their share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from microslip._checks import Floats
+
+_SMALL = 0.02  # of the noise: a nuisance that moves the answer less is left where it is
+
+
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """How the residuals of a record are weighted once its nuisances have taken their share."""
+
+    directions: Floats
+    shrink: Floats
+
+    def apply(self, rows: Floats) -> Floats:
+        """Rows (..., bins) of weighted residuals or derivatives, whitened."""
+        return rows - ((rows @ self.directions) * self.shrink) @ self.directions.T
+
+    @property
+    def log_determinant(self) -> float:
+        """Of the covariance over that of the force's noise alone, without what has no limits."""
+        limited = self.shrink[self.shrink < 1.0]
+        return float(-2.0 * np.log1p(-limited).sum())
+
+
+def metric_of(flat: Floats, uncertain: Floats) -> Metric:
+    """The metric of nuisances without limits, and of others with the variance 1.
+
+    Both are columns (bins, nuisances): what a nuisance of 1 does to the weighted residuals.
+    """
+    basis, _ = np.linalg.qr(flat)
+    uncertain = uncertain - basis @ (basis.T @ uncertain)
+    square, turned = np.linalg.eigh(uncertain.T @ uncertain)
+    felt = square > _SMALL**2
+    left = (uncertain @ turned[:, felt]) / np.sqrt(square[felt])
+    shrink = 1.0 - 1.0 / np.sqrt(1.0 + square[felt])
+    return Metric(np.hstack((basis, left)), np.concatenate((np.ones(basis.shape[1]), shrink)))

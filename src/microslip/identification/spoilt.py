@@ -1,0 +1,104 @@
+"""Floor 6: what must be right before a mean over cycles is taken: no spikes, and one load."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import Floats
+from microslip.errors import InputError
+from microslip.tribometer.record import Record
+from microslip.tribometer.spikes import LONGEST, Spike
+
+_FAR, _PART = 20.0, 0.1  # of the noise, and of the range of force: what is off by more is a spike
+_NAMED = 3
+_STEADY, _CHANGED = 0.02, 0.2  # of the load: ranges of its cycles that go without saying, or not
+
+
+class Spared(NamedTuple):
+    """The cycles that are left, and what to say of the others."""
+
+    chosen: NDArray[np.bool_]
+    notes: tuple[str, ...]
+
+
+def spared(
+    chosen: NDArray[np.bool_], spikes: Sequence[Spike], cycle: NDArray[np.int64], fewest: int
+) -> Spared:
+    """The chosen cycles without those that have spikes, if ``fewest`` are left."""
+    mine = []
+    for one in spikes:
+        of = np.unique(cycle[one.first : one.last + 1])
+        if any(0 <= i < chosen.size and chosen[i] for i in of):
+            mine.append((one, of))
+    if not mine:
+        return Spared(chosen, ())
+    left = chosen.copy()
+    for _, of in mine:
+        left[of[(of >= 0) & (of < chosen.size)]] = False
+    names = ", ".join(str(one) for one, _ in mine[:_NAMED])
+    if len(mine) > _NAMED:
+        names += f", and {len(mine) - _NAMED} more"
+    spoilt = int(np.count_nonzero(chosen) - np.count_nonzero(left))
+    if np.count_nonzero(left) < fewest:
+        return Spared(chosen, (f"straight lines stand in the place of spikes: {names}",))
+    count = "1 cycle is" if spoilt == 1 else f"{spoilt} cycles are"
+    return Spared(left, (f"{count} left out, with spikes that no rig records: {names}",))
+
+
+def jumps(
+    level: Floats,
+    rest: Floats,
+    column: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    force: Floats,
+) -> list[Spike]:
+    """Single forces far from those of the other cycles at their phase.
+
+    ``level`` are the forces taken to the middle of their bins (``column``), ``rest`` the same less
+    the mean of the bin; ``rows`` says which samples of the record they are. Smaller than what
+    :func:`microslip.tribometer.spikes.spikes_of` finds, which knows no cycles.
+    """
+    noise = 1.4826 * float(np.median(np.abs(rest)))
+    low, high = np.percentile(force, (5.0, 95.0))
+    least = max(_FAR * noise, _PART * float(high - low))
+    found = np.zeros(rest.size, dtype=bool)
+    # A spike moves the mean of its bin, and with it what is left of all others there.
+    for bin_ in np.unique(column[np.abs(rest) > 0.5 * least]):
+        mine = np.flatnonzero(column == bin_)
+        found[mine] = np.abs(level[mine] - np.median(level[mine])) > least
+    far = np.flatnonzero(found)
+    spikes = []
+    for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1) if far.size else ():
+        if run.size <= LONGEST:
+            at = int(run[np.argmax(np.abs(rest[run]))])
+            first, last = int(rows[run[0]]), int(rows[run[-1]])
+            usual = 0.5 * float(high - low)
+            spikes.append(Spike("force", first, last, float(force[at]), usual))
+    return spikes
+
+
+def mean_load(
+    record: Record, inside: NDArray[np.bool_], cycle: NDArray[np.int64], cycles: int
+) -> tuple[float | None, tuple[str, ...]]:
+    """Mean normal load [N] of the cycles that count, and a note where it is not the same in all."""
+    if not isinstance(record.normal_load, np.ndarray):
+        return record.normal_load, ()
+    load = record.normal_load[inside]
+    mean = float(load.mean())
+    each = np.bincount(cycle, load, minlength=cycles) / np.bincount(cycle, minlength=cycles)
+    low, high = float(each.min()), float(each.max())
+    if high - low <= _STEADY * abs(mean):
+        return mean, ()
+    if high - low > _CHANGED * abs(mean):
+        raise InputError(
+            f"{record.name}: the normal load must be the same in all cycles, got {low:.4g} to "
+            f"{high:.4g} N in their means; take cycles of one load, cycles=slice(first, last)"
+        )
+    return mean, (
+        f"the normal load is {low:.4g} to {high:.4g} N in the means of the cycles; the law counts "
+        f"with {mean:.4g} N",
+    )

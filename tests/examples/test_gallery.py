@@ -130,7 +130,7 @@ rig_stiffness: identified
 std: identified
 spread of the heights 497 nm
 friction_coefficient: identified
-slip_scale: not identified
+slip_scale: bounded above
 standardised_separation: not identified
 rig_stiffness: identified
 """,

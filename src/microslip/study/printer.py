@@ -38,7 +38,6 @@ _PLAIN = str.maketrans(
 _UNICODE_NEEDED = "µμηζνΣπ²ₜ–…─"
 _WORD_STYLE = {"ok": "green", "watch": "yellow", "outside": "bold red"}
 _WIDE = 10_000
-_NARROWEST = 40  # less is no width that tables could keep to
 
 
 class _Console(Console):
@@ -53,8 +52,8 @@ class Printer:
     Parameters
     ----------
     stream : file object
-        Where the text goes: a terminal in colour, a pipe plainly and in full width, or in that of
-        the variable COLUMNS. None, the standard output of a process that has none, takes nothing.
+        Where the text goes: a terminal in colour, a pipe plainly and in full width. None, the
+        standard output of a process that has none, takes nothing.
     """
 
     def __init__(self, stream: TextIO | None) -> None:
@@ -67,18 +66,14 @@ class Printer:
         except (UnicodeEncodeError, LookupError):
             self._ascii = True
         self._encoding = encoding
-        # Numbers and paths are never folded or cut, and in a pipe there is no width to fit into,
-        # unless somebody states one.
-        self._terminal = _is_terminal(stream)
+        # Numbers and paths are never folded or cut, and in a pipe there is no width to fit into.
         self._wide = self._narrow = _console(stream, _WIDE)
-        if self._terminal:
+        if _is_terminal(stream):
             self._narrow = _console(stream, None)
-        elif (stated := os.environ.get("COLUMNS", "")).isdecimal() and int(stated) >= _NARROWEST:
-            self._narrow = _console(stream, int(stated))
 
     @property
     def width(self) -> int:
-        """Columns of the terminal; in a pipe those that COLUMNS states, or very many."""
+        """Columns of the terminal; very many in a pipe."""
         return self._narrow.width
 
     def _fit(self, text: str) -> str:
@@ -168,7 +163,7 @@ class Printer:
             left = left[shown:]
 
     def _print_wide(self, table: Table) -> None:
-        if self._terminal:
+        if self._wide is not self._narrow:
             self._wide.print(table)
             return
         # Nothing after the last word of a line in a pipe.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from microslip.cli.frame import OneOf, echo_json
-from microslip.cli.records import Reading, pairs, reads
+from microslip.cli.records import Reading, pairs, reads, stiffness, writes
 from microslip.cli.shell import complete_study
 from microslip.cli.spelling import as_options
 from microslip.cli.work import progress, stoppable
@@ -52,16 +52,7 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     shell_complete=complete_study,
     help="Study with the materials, the kind of heights and the values to start from.",
 )
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder for report, tables and figures; without it nothing is written.",
-)
-@click.option("--overwrite", is_flag=True, help="Replace an earlier identification there.")
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables.")
+@writes("report, tables and figures", "identification")
 @click.option(
     "--fix",
     multiple=True,
@@ -317,18 +308,8 @@ def _rig_stiffness(text: str) -> Any:
         value = f"{value} {_unit(deviation)}"
     elif sign and _is_number(deviation) and not _is_number(value):
         deviation = f"{deviation} {_unit(value)}"
-    first = _stiffness(value)
-    return (first, _stiffness(deviation)) if sign else first
-
-
-def _stiffness(text: str) -> float:
-    """A stiffness with its unit; a plain number is in N/m, as for measure."""
-    from microslip._units import STIFFNESS, QuantityError, to_si
-
-    try:
-        return to_si(f"{text} N/m" if _is_number(text) else text, STIFFNESS, "200 N/um")
-    except QuantityError as error:
-        raise click.UsageError(f"--rig-stiffness: {error}") from None
+    first = stiffness(value)
+    return (first, stiffness(deviation)) if sign else first
 
 
 def _contact_area(text: str | None) -> tuple[float, float, float] | None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from microslip.cli.frame import echo_json
-from microslip.cli.records import Reading, reads, stiffness
+from microslip.cli.records import Reading, reads, stiffness, writes
 from microslip.cli.shell import complete_study
 from microslip.cli.spelling import as_options
 from microslip.cli.work import progress, stoppable
@@ -21,16 +21,7 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Measure the loops in a tribometer's records.")
 @click.argument("records", metavar="RECORD...", nargs=-1, required=True, type=click.Path())
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder for tables and figure; without it nothing is written.",
-)
-@click.option("--overwrite", is_flag=True, help="Replace an earlier measurement in that folder.")
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables.")
+@writes("tables and figure", "measurement")
 @reads()
 @click.option(
     "--rig-stiffness",

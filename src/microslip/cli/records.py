@@ -1,9 +1,10 @@
-"""Floor 9: how the commands read records: options that say what a file does not."""
+"""Floor 9: options that commands share: how records are read, and what is written."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -47,6 +48,46 @@ class Reading(NamedTuple):
             calibration=pairs("calibration", self.factors) or None,
             zero=pairs("zero", self.zeros) or None,
         )
+
+
+def writes(files: str, earlier: str) -> Callable[[Command], Command]:
+    """Give a command the options of what it writes: `folder`, `overwrite` and `as_json`.
+
+    Parameters
+    ----------
+    files : str
+        What the folder is for.
+    earlier : str
+        What in it may be replaced.
+
+    Returns
+    -------
+    callable
+        A decorator.
+    """
+    options = (
+        click.option(
+            "-o",
+            "--output",
+            "folder",
+            type=click.Path(path_type=Path),
+            metavar="DIR",
+            help=f"Folder for {files}; without it nothing is written.",
+        ),
+        click.option(
+            "--overwrite", is_flag=True, help=f"Replace an earlier {earlier} in that folder."
+        ),
+        click.option(
+            "--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables."
+        ),
+    )
+
+    def give(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return give
 
 
 def reads(many_loads: bool = False) -> Callable[[Command], Command]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from microslip.cli.frame import OneOf, echo_json
+from microslip.cli.records import writes
 from microslip.cli.work import progress, stoppable
 
 if TYPE_CHECKING:
@@ -70,16 +71,7 @@ METHODS = ("watershed", "neighbours")
 )
 @click.option("--key", metavar="NAME", help="Array of a file that holds several.")
 @click.option("--channel", metavar="NAME", help="Channel of an instrument's file, or its number.")
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder for report, tables and figures; without it nothing is written.",
-)
-@click.option("--overwrite", is_flag=True, help="Replace an earlier one in that folder.")
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables.")
+@writes("report, tables and figures", "one")
 def surface(
     scan: Path,
     cutoff: str | None,

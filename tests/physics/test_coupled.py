@@ -506,12 +506,22 @@ def test_profiles_change_nothing(joint, moves):
     limit = joint.friction_coefficient * max(wanted.normal_load.max(), joint.normal_load)
     np.testing.assert_allclose(one.force, wanted.force, rtol=0, atol=2e-14 * limit)
     lost = wanted.dissipated_energy
-    np.testing.assert_allclose(one.dissipated_energy, lost, rtol=1e-10, atol=1e-14 * lost.max())
+    # How far the front is ahead of the separation is known to the rounding of the separation only,
+    # and what is lost while that moves away begins with the square of how far it is ahead.
+    slip, depth = joint._coupling.slip, joint.normal_load / joint.normal_stiffness
+    moved = np.abs(d - joint.separation).max()
+    unknown = x.size * EPS * moved * np.sqrt(slip * moved * joint.normal_load / depth**2)
+    # The law's own way has one rule for a whole run, the profile one for each few panels: on steps
+    # of several roughnesses the former is 2e-10 off.
+    np.testing.assert_allclose(
+        np.sqrt(one.dissipated_energy), np.sqrt(lost), rtol=5e-10, atol=unknown
+    )
     held = wanted.force
     assume(np.all(np.abs(held) < 0.999 * joint.friction_coefficient * wanted.normal_load))
     one, wanted = (j.coupled_displacement(held, separation=d) for j in (joint, other))
     # Where hardly anything sticks a displacement is as uncertain as the force over its stiffness.
-    np.testing.assert_allclose(one, wanted, rtol=0, atol=1e-10 * np.abs(wanted).max())
+    atol = 1e-10 * np.abs(wanted).max() + 4.0 * EPS * moved * slip
+    np.testing.assert_allclose(one, wanted, rtol=0, atol=atol)
 
 
 def test_profiles_grow_with_what_is_asked() -> None:

@@ -16,12 +16,12 @@ from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
 from microslip.friction.curves import LawCurve, SpheresCurve
 from microslip.kernels.profile import Profile
-from microslip.kernels.twin_hold import Curve
 from microslip.memory import Diagram, Slips, along, loads_along
 from microslip.normal.grids import pairs_of
 
 if TYPE_CHECKING:
     from microslip.friction.interface import Interface
+    from microslip.kernels.twin_hold import Curve
 
 _NODES, _WEIGHTS = gauss_legendre(24)
 # Towards both ends of a run the nodes lie as of a cosine: what has a root there is smooth then.

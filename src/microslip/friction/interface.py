@@ -19,7 +19,6 @@ from microslip.friction.coupled import (
     respond,
     respond_to_force,
 )
-from microslip.friction.surface_guesses import guessed_surface
 from microslip.friction.validity import Verdict, validity
 from microslip.friction.views import Sliders
 from microslip.kernels.table import Table
@@ -457,6 +456,8 @@ class Interface(BackboneLaw):
                 "pair must be given: loops do not tell the materials; write "
                 "pair=ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))"
             )
+        from microslip.friction.surface_guesses import guessed_surface
+
         surface, friction, load = guessed_surface(data, pair, normal_load, heights, radius, area)
         return Interface(surface, friction, normal_load=load)
 

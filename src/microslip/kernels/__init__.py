@@ -13,8 +13,7 @@ from types import ModuleType
 import numpy as np
 
 from microslip._kernel_choice import kernel_name
-from microslip.kernels import twin
-from microslip.kernels.twin import MOMENT_TERMS, PROFILE_TERMS, TERMS, Floats, Integers
+from microslip.kernels.layout import MOMENT_TERMS, PROFILE_TERMS, TERMS, Floats, Integers
 
 __all__ = [
     "MOMENT_TERMS",
@@ -33,7 +32,7 @@ NAME = kernel_name()
 
 def _choose() -> ModuleType:
     if NAME == "numpy":
-        return twin
+        return import_module("microslip.kernels.twin")
     compiled = import_module("microslip.kernels._compiled")
     made_for = compiled.TERMS, getattr(compiled, "PROFILE_TERMS", None)
     if made_for != (TERMS, PROFILE_TERMS):

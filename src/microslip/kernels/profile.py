@@ -14,8 +14,8 @@ from microslip import kernels
 from microslip._checks import Floats
 from microslip._frozen import Locked, lock
 from microslip._quadrature import gauss_legendre
+from microslip.kernels.layout import RULES
 from microslip.kernels.table import NODES, TO_POWERS, TO_SERIES
-from microslip.kernels.twin_losses import RULES
 
 Derivative = Callable[[Floats, int], Floats]
 """Derivatives of N by the separation, of order 0, 1 and 2."""

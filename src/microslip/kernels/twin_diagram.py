@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip.kernels.layout import Floats, Integers
+from microslip.kernels.rows import values_along
+from microslip.kernels.twin_memory import accumulate
 from microslip.kernels.twin_profile import drop_at, drops, load_at
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 def step_front(
@@ -156,25 +155,6 @@ def coupled_step(
     return depth, front, density, kind, value, outer, fall
 
 
-def values_along(
-    tree: tuple[Floats, Floats, Floats, Integers],
-    top: Integers,
-    codes: Integers,
-    drop: Floats,
-    before: Floats,
-    accumulate: Any,
-) -> tuple[Floats, Floats]:
-    """Values at the samples, and of the rows at the end, from those ``before`` the record."""
-    value = tree[2] * drop
-    base = before if before.size else np.zeros(1)
-    accumulate(tree[3], value, base)
-    whole = np.append(value, 0.0)  # so that -1 is the empty diagram
-    old = base[-2 - np.minimum(codes, -2)]
-    ends = np.where(codes >= 0, whole[np.maximum(codes, 0)], old)
-    at_start = base[-2 - np.minimum(top, -2)]
-    return np.where(top >= -1, whole[np.maximum(top, -1)], at_start), ends
-
-
 def coupled(
     separation: Floats,
     place: Floats,
@@ -190,8 +170,6 @@ def coupled(
 
     Returns the depth, and the last separation and place.
     """
-    from microslip.kernels.twin import accumulate
-
     n = separation.size
     base, width, density = np.empty(2 * n), np.empty(2 * n), np.empty(2 * n)
     parent, top = np.empty(2 * n, dtype=np.int64), np.empty(n, dtype=np.int64)
@@ -207,28 +185,3 @@ def coupled(
     tree = base[:count], width[:count], density[:count], parent[:count]
     value[:], values[:depth] = values_along(tree, top, codes[:depth], drop, before, accumulate)
     return depth, last_separation, last_place
-
-
-def push(
-    stack: Floats,
-    values: Floats,
-    depth: int,
-    separation: float,
-    front: float,
-    density: float,
-    kind: int,
-    value: float,
-    outer: float,
-    last_place: float,
-) -> int:
-    """Make a step the diagram; returns how many rows it has then."""
-    beyond = 0.0
-    if depth:
-        end, old, rest = stack[depth - 1].tolist()
-        beyond = old * (end - front) + rest
-        values[depth - 1] = outer
-    if front > separation:
-        stack[depth] = front, density, last_place if kind == 0 else beyond
-        values[depth] = value
-        depth += 1
-    return depth

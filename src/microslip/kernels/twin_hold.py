@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from microslip.kernels.twin_diagram import coupled_step, push
+from microslip.kernels.layout import Floats
+from microslip.kernels.rows import push
+from microslip.kernels.twin_diagram import coupled_step
 from microslip.kernels.twin_profile import drop_at, load_at
-
-Floats = NDArray[np.float64]
 
 
 class Curve(Protocol):

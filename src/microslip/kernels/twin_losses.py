@@ -7,12 +7,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip.kernels.layout import RULES, Floats
 from microslip.kernels.twin_diagram import step_front
 from microslip.kernels.twin_profile import Panels, excesses
 
-Floats = NDArray[np.float64]
 Run = tuple[float, float, float, float, float, float]
 
 
@@ -93,10 +92,6 @@ def slip_runs(
             rows.append((front, density, beyond))
         d0, x0 = d, x
     return np.array(found, dtype=float).reshape(-1, 7).T
-
-
-# A run is cut into pieces of so many panels at most, each with so many nodes.
-RULES = ((0.05, 4), (1.0, 8), (16.0, 16))
 
 
 def losses(

@@ -11,11 +11,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-
-PROFILE_TERMS = 14
+from microslip.kernels.layout import PROFILE_TERMS, TERMS, Floats
+from microslip.kernels.twin_table import evaluate
 
 
 def _value(c: Any, s: Any) -> Any:
@@ -221,8 +219,6 @@ def separations(
     start: float,
 ) -> None:
     """Separations of loads: a table of them over log N from ``start``, and a step of Newton's."""
-    from microslip.kernels.twin import TERMS, evaluate
-
     panels = inverse.size // TERMS
     x = np.clip(np.log(load) - start, 0.0, np.nextafter(panels / inverse_step, 0.0))
     evaluate(x, separation, None, inverse, inverse_step, 0, 0.0, 0.0)

@@ -17,16 +17,18 @@ the kernel does it all in one pass.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from microslip import kernels
 from microslip._checks import Floats
-from microslip.kernels import Integers, twin_diagram
+from microslip.kernels import Integers
 from microslip.kernels.profile import LOSS_RULES, Profile
-from microslip.kernels.twin_hold import Curve, place_of
-from microslip.kernels.twin_losses import slip_runs
+from microslip.kernels.rows import push, values_along
+
+if TYPE_CHECKING:
+    from microslip.kernels.twin_hold import Curve
 
 Drop = Callable[[Floats, Floats], Floats]
 """N(b) - N(b + w) for separations b and widths w."""
@@ -114,7 +116,7 @@ class Diagram:
         rows, stack, codes, separation_, place_ = self._walk(separation, place)
         falls = drop(rows.base, rows.width)
         tree = rows.base, rows.width, rows.density, rows.parent
-        result, values = twin_diagram.values_along(
+        result, values = values_along(
             tree, rows.top, codes, falls, self.values[: self.depth], kernels.active.accumulate
         )
         self._keep(stack, values, codes.size)
@@ -143,6 +145,8 @@ class Diagram:
     def hold(self, separation: Floats, value: Floats, curve: Profile | Curve) -> Floats:
         """Places at which the values T/mu are given ones, after which the diagram is updated."""
         if not isinstance(curve, Profile):
+            from microslip.kernels.twin_hold import place_of
+
             places = np.empty(value.size)
             for i, (d, wanted) in enumerate(zip(separation.tolist(), value.tolist(), strict=True)):
                 place = place_of(
@@ -268,7 +272,7 @@ class Diagram:
     def move(self, step: Step) -> None:
         """Go along a probed step."""
         self.stack, self.values = self._reserve(1)
-        self.depth = twin_diagram.push(
+        self.depth = push(
             self.stack, self.values, step.depth, step.separation, step.front, step.density,
             step.kind, step.value, step.outer, self.place,
         )  # fmt: skip
@@ -279,6 +283,8 @@ class Diagram:
 
     def slips(self, separation: Floats, place: Floats) -> Slips:
         """The runs of the slip front along a record from here on; the diagram stays as it is."""
+        from microslip.kernels.twin_losses import slip_runs
+
         columns = slip_runs(separation, place, self.stack, self.depth, self.separation, self.place)
         return Slips(columns[0].astype(np.int64), *columns[1:])
 

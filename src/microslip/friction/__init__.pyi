@@ -1,0 +1,16 @@
+from .asperity import Asperity as Asperity
+from .base import BackboneLaw as BackboneLaw
+from .bouc_wen import BoucWen as BoucWen
+from .coulomb import Coulomb as Coulomb
+from .coupled import CoupledResponse as CoupledResponse
+from .fields import AsperityFields as AsperityFields
+from .fields import Zone as Zone
+from .interface import Interface as Interface
+from .iwan import Iwan as Iwan
+from .jenkins import Jenkins as Jenkins
+from .laws import LAWS as LAWS
+from .segalman import SegalmanFit as SegalmanFit
+from .segalman import SegalmanIwan as SegalmanIwan
+from .validity import Verdict as Verdict
+from .views import PeriodicResponse as PeriodicResponse
+from .views import Sliders as Sliders

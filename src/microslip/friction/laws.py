@@ -1,0 +1,12 @@
+"""The list of all backbone laws."""
+
+from microslip.friction.asperity import Asperity
+from microslip.friction.base import BackboneLaw
+from microslip.friction.coulomb import Coulomb
+from microslip.friction.interface import Interface
+from microslip.friction.iwan import Iwan
+from microslip.friction.jenkins import Jenkins
+from microslip.friction.segalman import SegalmanIwan
+
+LAWS: tuple[type[BackboneLaw], ...] = (Interface, Asperity, Coulomb, Jenkins, Iwan, SegalmanIwan)
+"""Every backbone law; the shared tests run over it."""

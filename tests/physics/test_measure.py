@@ -81,6 +81,19 @@ def test_stiffness_of_a_line_is_exact() -> None:
     assert mean["reversal_stiffness"].value == pytest.approx(1e8, rel=0.05)
 
 
+@pytest.mark.parametrize("ahead", [0.0, 1e-9, -1e-9, 0.01])
+@pytest.mark.parametrize("noise", [0.0, 0.002, 0.05])
+def test_dry_friction_that_turns_within_a_sample(noise: float, ahead: float) -> None:
+    """A rectangle, whichever side of the turning sample its ends are on."""
+    angle = 2.0 * np.pi * np.arange(8 * 400) / 400
+    force = 50.0 * np.where(np.cos(angle + ahead) > 0.0, 1.0, -1.0)
+    force = force + 50.0 * noise * np.random.default_rng(0).normal(size=angle.size)
+    mean = ms.measure(ms.Record(displacement=1e-5 * np.sin(angle), force=force)).mean
+    # Of the forces at a turn a few samples' noise is left, and a sample is 1/400 of a cycle.
+    assert mean["force_amplitude"].value == pytest.approx(50.0, rel=1e-4 + 0.2 * noise)
+    assert mean["energy_ratio"].value == pytest.approx(1.0, rel=4e-4 + 0.2 * noise)
+
+
 def test_offsets_change_nothing() -> None:
     record = ms.VirtualTribometer(JOINT).record(amplitude=2e-6, cycles=4)
     moved = ms.Record(record.displacement + 1e-3, record.force + 500.0, 2000.0)

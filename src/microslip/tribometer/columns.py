@@ -137,7 +137,12 @@ def _heights(x: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
 
 
 def _forces(force: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
-    """Forces at turning points: parabolas through the samples before, where nothing has kinks."""
+    """Forces at turning points: parabolas through the samples before, where nothing has kinks.
+
+    Dry friction may have turned around within the turning sample: it ends one sample earlier then.
+    """
+    jump = np.abs(force[places] - force[np.maximum(places - 1, 0)])
+    places = np.where(jump > 0.5 * np.ptp(force), np.maximum(places - 1, 0), places)
     half = cycles.window
     if half < 2:
         return force[places]

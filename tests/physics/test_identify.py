@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import microslip as ms
 from microslip.identification import fold, run
 from microslip.identification.coordinates import RIG, Coordinate, coordinate_of
-from microslip.identification.models import MODELS, Model
+from microslip.identification.models import MODELS, BackboneModel, Model
 from microslip.identification.problem import Problem
 
 Floats = NDArray[np.float64]
@@ -155,7 +155,7 @@ def test_jacobian_of_the_whole_residual(name: str, at: int) -> None:
     """Through tree, rig, bins and nuisances it is that of central differences."""
     model = next(m for m in MODELS if m.name == name)
     one, values = model.examples()[at]
-    problem, q = problem_of(one, dict(values), 3e8 if one.is_backbone else None)
+    problem, q = problem_of(one, dict(values), 3e8 if isinstance(one, BackboneModel) else None)
     _, by = problem.residuals(q)
     assert np.isfinite(by).all()
     for i in range(q.size):
@@ -175,7 +175,7 @@ def test_errors_of_the_displacement_act_as_differences_do(name: str, at: int) ->
     """Through tree and memory, of every harmonic; the mean force is free in any case."""
     model = next(m for m in MODELS if m.name == name)
     one, values = model.examples()[at]
-    problem, q = problem_of(one, dict(values), 3e8 if one.is_backbone else None)
+    problem, q = problem_of(one, dict(values), 3e8 if isinstance(one, BackboneModel) else None)
     problem.update(q)
     for number, folded in enumerate(problem.folded):
         where = problem.order.index(number)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import microslip as ms
 from microslip._checks import Floats
-from microslip.identification.models import MODELS, Model, model_of
+from microslip.identification.models import MODELS, BackboneModel, CycleModel, Model, model_of
 from microslip.identification.models.template import Template
 from microslip.normal.base import aluminium
 
@@ -22,12 +22,14 @@ PAIR = aluminium()
 LOADS = (300.0, 800.0, 1500.0)  # the examples of the interface hold 800 N as reference
 
 
-def example_params(which: Callable[[Model], bool] = lambda model: True) -> list[Any]:
+def example_params(
+    kind: type[Model] = Model, which: Callable[[Any], bool] = lambda model: True
+) -> list[Any]:
     return [
         pytest.param(model, values, id=f"{model.name}-{i}")
         for cls in MODELS
         for i, (model, values) in enumerate(cls.examples())
-        if which(model)
+        if isinstance(model, kind) and which(model)
     ]
 
 
@@ -55,7 +57,7 @@ def sixth_order(function: Callable[[float], Any], x: float, step: float) -> Any:
 # -- values ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("model", "values"), example_params(lambda m: m.is_backbone))
+@pytest.mark.parametrize(("model", "values"), example_params(BackboneModel))
 def test_branch_is_the_backbone_of_the_law_it_builds(
     model: Model, values: Mapping[str, float]
 ) -> None:
@@ -80,7 +82,7 @@ def test_examples_lie_within_their_bounds(model: Model, values: Mapping[str, flo
     assert model.within(values) == dict(values)
 
 
-@pytest.mark.parametrize(("model", "values"), example_params(lambda m: m.is_backbone))
+@pytest.mark.parametrize(("model", "values"), example_params(BackboneModel))
 def test_radius_and_area_change_no_loop(model: Model, values: Mapping[str, float]) -> None:
     u = places(model, values)
     first = model.build(values, 500.0, pair=PAIR)
@@ -99,11 +101,11 @@ def corners_of(model: Model, values: Mapping[str, float]) -> Floats:
 
 
 SMOOTH = example_params(
+    BackboneModel,
     lambda m: (
-        m.is_backbone
-        and m.name != "segalman"
+        m.name != "segalman"
         and not (isinstance(getattr(m, "template", None), Template) and m.template.law._spheres)
-    )  # type: ignore[attr-defined]
+    ),
 )
 
 
@@ -210,7 +212,7 @@ def test_derivatives_of_given_summits_by_complex_steps() -> None:
                 assert np.abs(by_values[i] - truth).max() <= 1e-12 * np.abs(truth).max()
 
 
-@pytest.mark.parametrize(("model", "values"), example_params(lambda m: m.name == "segalman"))
+@pytest.mark.parametrize(("model", "values"), example_params(which=lambda m: m.name == "segalman"))
 def test_derivatives_of_segalman_by_complex_steps(
     model: Model, values: Mapping[str, float]
 ) -> None:
@@ -348,7 +350,7 @@ def test_derived_quantities_are_those_of_the_joint() -> None:
 
 # -- settled cycles of Bouc and Wen ---------------------------------------------------------------
 
-BOUC_WEN = example_params(lambda m: not m.is_backbone)
+BOUC_WEN = example_params(CycleModel)
 PHASES = np.linspace(0.0, 2.0 * np.pi, 65)[:-1]
 CYCLES = {  # the last has loops within the loop
     "sine": lambda t: np.sin(t),

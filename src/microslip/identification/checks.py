@@ -16,6 +16,7 @@ from microslip._frozen import Locked, lock
 from microslip._units import significant
 from microslip.identification.fit import Fit, settle
 from microslip.identification.folding import Folded
+from microslip.identification.models import BackboneModel
 from microslip.identification.problem import Problem
 
 _CERTAIN = 1e-4
@@ -237,10 +238,10 @@ def _by_compliance(problem: Problem, q: Floats) -> Floats:
     by = np.zeros_like(problem.half)
     outer = problem.physical(q)
     for number, group in enumerate(problem.groups):
-        if group.rig is None or not problem.model.is_backbone:
+        if group.rig is None or not isinstance(problem.model, BackboneModel):
             continue
         values = {n: outer[j] for n, j in zip(problem.model.names, group.columns, strict=True)}
-        answer = problem.in_series(number, group, values, 1.0 / outer[group.rig])
+        answer = problem.in_series(problem.model, number, group, values, 1.0 / outer[group.rig])
         by[group.places] = answer[3]
     by *= problem.sign
     kernels.active.accumulate(problem.parent, by, np.zeros(1))

@@ -14,7 +14,7 @@ from microslip._frozen import Locked
 from microslip._units import significant
 from microslip.errors import InputError
 from microslip.identification.intervals import Progress
-from microslip.identification.models import model_of
+from microslip.identification.models import CycleModel, model_of
 from microslip.identification.result import Identification
 from microslip.identification.run import identify
 from microslip.tribometer.record import Record
@@ -134,7 +134,7 @@ def compare(
         try:
             model = model_of(law)
             name = _numbered(model.name, (*fits, *failed))
-            if not model.is_backbone:
+            if isinstance(model, CycleModel):
                 own["rig_stiffness"] = None  # its elastic part stands for the rig
             fits[name] = identify(records, law, intervals=intervals, progress=report, **own)
         except InputError as error:

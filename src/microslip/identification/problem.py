@@ -15,7 +15,7 @@ from microslip._checks import Floats
 from microslip.identification.coordinates import RIG, Coordinate
 from microslip.identification.folding import Folded
 from microslip.identification.metric import Metric, metric_of
-from microslip.identification.models.base import Model
+from microslip.identification.models.base import BackboneModel, CycleModel, Model
 from microslip.identification.tree import cycle_of, later
 
 Answer = tuple[Floats, Floats, Floats, Floats]
@@ -98,9 +98,10 @@ class Problem:
         )
         self.weight = self._own_weight
         self.groups: list[Group] = []
+        backbone = isinstance(model, BackboneModel)
         for at, i in enumerate(self.order):
             places = slice(int(starts[at]), int(starts[at + 1]))
-            if self.groups and keys[i] == keys[self.order[at - 1]] and model.is_backbone:
+            if self.groups and keys[i] == keys[self.order[at - 1]] and backbone:
                 last = self.groups.pop()
                 places = slice(last.places.start, places.stop)
             self.groups.append(Group(places, columns[i], rigs[i], loads[i]))
@@ -137,17 +138,14 @@ class Problem:
         row = {int(j): r for r, j in enumerate(self.free)}
         force, stiffness = np.empty_like(self.half), np.empty_like(self.half)
         by = np.zeros((self.free.size, self.half.size))
-        names = self.model.names
+        model, names = self.model, self.model.names
         for number, group in enumerate(self.groups):
             compliance = 0.0 if group.rig is None else 1.0 / outer[group.rig]
             key = (compliance, *(outer[j] for j in group.columns))
             kept = self._answers[number]
             if kept is None or kept[0] != key:
                 values = {n: outer[j] for n, j in zip(names, group.columns, strict=True)}
-                if self.model.is_backbone:
-                    kept = key, self.in_series(number, group, values, compliance)
-                else:
-                    kept = key, self._whole_cycle(group, values)
+                kept = key, self._answer(number, group, values, compliance)
                 self._answers[number] = kept
             force[group.places], stiffness[group.places], by_values, by_compliance = kept[1]
             for j, derivative in zip(group.columns, by_values, strict=True):
@@ -155,7 +153,7 @@ class Problem:
                     by[row[j], group.places] = slopes[j] * derivative
             if group.rig is not None and group.rig in row:
                 by[row[group.rig], group.places] = slopes[group.rig] * by_compliance
-        if self.model.is_backbone:
+        if isinstance(model, BackboneModel):
             base = np.zeros(1)
             force *= self.sign
             kernels.active.accumulate(self.parent, force, base)
@@ -164,43 +162,58 @@ class Problem:
                 kernels.active.accumulate(self.parent, derivative, base)
         return force, stiffness, by
 
-    def in_series(
+    def _answer(
         self, number: int, group: Group, values: dict[str, float], compliance: float
+    ) -> Answer:
+        model = self.model
+        if isinstance(model, BackboneModel):
+            return self.in_series(model, number, group, values, compliance)
+        if isinstance(model, CycleModel):
+            return self._whole_cycle(model, group, values)
+        raise TypeError(f"{type(model).__name__} must be a BackboneModel or a CycleModel")
+
+    def in_series(
+        self,
+        model: BackboneModel,
+        number: int,
+        group: Group,
+        values: dict[str, float],
+        compliance: float,
     ) -> Answer:
         """Branch function of the law behind a spring: v + c T0(v) = y."""
         y = self.half[group.places]
         if compliance == 0.0:
-            force, stiffness, by = self.model.branch(y, values, group.load)
+            force, stiffness, by = model.branch(y, values, group.load)
             return force, stiffness, by, -stiffness * force
         v = self.guess[number] if self.guess[number].size == y.size else np.zeros_like(y)
         scale = float(y.max())
         # The sum is concave and rising: after one step Newton's method climbs, never past it.
         for _ in range(_STEPS):
-            force, stiffness = self.model.curve(v, values, group.load)
+            force, stiffness = model.curve(v, values, group.load)
             new = v + (y - v - compliance * force) / (1.0 + compliance * stiffness)
             new = np.clip(new, 0.0, y)
             moved = float(np.max(np.abs(new - v)))
             v = new
             if moved <= _NEAR * scale:
                 # The last of its steps with all derivatives; beyond a kink it is not the last.
-                force, stiffness, by = self.model.branch(v, values, group.load)
+                force, stiffness, by = model.branch(v, values, group.load)
                 step = (y - v - compliance * force) / (1.0 + compliance * stiffness)
                 if float(np.max(np.abs(step))) <= _THERE * scale:
                     break
                 v = np.clip(v + step, 0.0, y)
         else:
-            force, stiffness, by = self.model.branch(v, values, group.load)
+            force, stiffness, by = model.branch(v, values, group.load)
             step = np.zeros_like(v)
         self.guess[number] = np.clip(v + step, 0.0, y)
         force = force + stiffness * step
         share = 1.0 / (1.0 + compliance * stiffness)
         return force, stiffness * share, by * share, -stiffness * share * force
 
-    def _whole_cycle(self, group: Group, values: dict[str, float]) -> Answer:
+    def _whole_cycle(self, model: CycleModel, group: Group, values: dict[str, float]) -> Answer:
         """The settled cycle of a law without Masing's rules; its rig is rigid."""
         at = int(np.searchsorted(self.starts, group.places.start))
         x = self.cycles[at].displacement
-        force, stiffness, by = self.model.cycle(x, values)
+        force, stiffness, by = model.cycle(x, values)
         return force, stiffness, by, np.zeros_like(force)
 
     @property
@@ -344,10 +357,10 @@ class Problem:
 
     def _rise(self, at: int, q: Floats, stiffness: Floats, moves: Floats) -> Floats:
         """Change of the forces in the bins by moves (rows) of the displacement of a record."""
-        cycle = self.cycles[at]
-        if not self.model.is_backbone:
+        model, cycle = self.model, self.cycles[at]
+        if isinstance(model, CycleModel):
             values = self.values_of(self.order[at], q)
-            return self.to_own_bins(at, self.model.moved(cycle.displacement, values, moves))
+            return self.to_own_bins(at, model.moved(cycle.displacement, values, moves))
         above = np.where(cycle.parent < 0, 0, cycle.parent)
         local = stiffness[self.starts[at] : self.starts[at + 1]]
         rise = local * (moves - moves[:, above])

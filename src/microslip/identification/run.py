@@ -17,7 +17,7 @@ from microslip.identification.fit import LOSSES, Fit, solve
 from microslip.identification.folding import MOST_BINS, Folded, fold
 from microslip.identification.intervals import Progress, profiled
 from microslip.identification.models import model_of
-from microslip.identification.models.base import Model
+from microslip.identification.models.base import CycleModel, Model
 from microslip.identification.outcome import result_of
 from microslip.identification.problem import Problem
 from microslip.identification.quantities import (
@@ -154,7 +154,7 @@ def identify(
     loops = [one.loop for one in folded]
     model = model.prepared(loops, [one.normal_load for one in folded])
     notes = []
-    if not model.is_backbone and rig_stiffness is not None:
+    if isinstance(model, CycleModel) and rig_stiffness is not None:
         if not isinstance(rig_stiffness, str):
             raise InputError(
                 f"rig_stiffness has no place in {model.name!r}, which has its own elastic part; "

@@ -12,7 +12,14 @@ from microslip.friction.iwan import Iwan
 from microslip.friction.jenkins import Jenkins
 from microslip.friction.segalman import SegalmanIwan
 from microslip.friction.surface_guesses import conventional_radius
-from microslip.identification.models.base import Branch, Derived, Model, Parameter
+from microslip.identification.models.base import (
+    BackboneModel,
+    Branch,
+    CycleModel,
+    Derived,
+    Model,
+    Parameter,
+)
 from microslip.identification.models.bouc_wen import BoucWenModel
 from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.models.iwan import IwanModel
@@ -22,7 +29,9 @@ from microslip.identification.models.template import template_of
 
 __all__ = [
     "MODELS",
+    "BackboneModel",
     "Branch",
+    "CycleModel",
     "Derived",
     "Model",
     "Parameter",

@@ -54,17 +54,15 @@ Branch = tuple[Floats, Floats, Floats]
 
 
 class Model(ABC):
-    """A law seen by an identification.
+    """A law seen by an identification: a :class:`BackboneModel` or a :class:`CycleModel`.
 
-    ``is_backbone`` models give :meth:`branch`, from which Masing's rules make every cycle; the
-    others give :meth:`cycle`. A model that needs to know the data first, a grid of yield
-    displacements or a reference load, is what :meth:`prepared` returns.
+    A model that needs to know the data first, a grid of yield displacements or a reference load,
+    is what :meth:`prepared` returns.
     """
 
     name: ClassVar[str]
     scales_with_load: ClassVar[bool] = False
     """Whether the load enters, so that records of all loads share the parameters by default."""
-    is_backbone: ClassVar[bool] = True
     options: ClassVar[tuple[str, ...]] = ()
     """Names of what :meth:`made` takes."""
 
@@ -94,24 +92,6 @@ class Model(ABC):
         ``loops`` have ``displacement`` [m] and ``force`` [N], one or many cycles each; ``loads``
         [N] are theirs.
         """
-
-    def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
-        """First loading curve at u >= 0 [m], one-dimensional, and all its derivatives."""
-        raise NotImplementedError
-
-    def curve(
-        self, u: Floats, values: Mapping[str, float], load: float | None
-    ) -> tuple[Floats, Floats]:
-        """First loading curve and its slope at u >= 0 [m]: :meth:`branch` without the rest."""
-        return self.branch(u, values, load)[:2]
-
-    def cycle(self, x: Floats, values: Mapping[str, float]) -> Branch:
-        """Forces of the settled cycle of a period x [m], its first sample not repeated."""
-        raise NotImplementedError
-
-    def moved(self, x: Floats, values: Mapping[str, float], moves: Floats) -> Floats:
-        """Change of the forces of :meth:`cycle` by moves (rows) of its displacement x."""
-        raise NotImplementedError
 
     @abstractmethod
     def build(
@@ -153,3 +133,29 @@ class Model(ABC):
     def examples(cls) -> tuple[tuple[Model, Mapping[str, float]], ...]:
         """Prepared models with values, for the shared tests."""
         return ()
+
+
+class BackboneModel(Model):
+    """A law given by its first loading curve, from which Masing's rules make every cycle."""
+
+    @abstractmethod
+    def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
+        """First loading curve at u >= 0 [m], one-dimensional, and all its derivatives."""
+
+    def curve(
+        self, u: Floats, values: Mapping[str, float], load: float | None
+    ) -> tuple[Floats, Floats]:
+        """First loading curve and its slope at u >= 0 [m]: :meth:`branch` without the rest."""
+        return self.branch(u, values, load)[:2]
+
+
+class CycleModel(Model):
+    """A law without Masing's rules, which answers a whole settled cycle."""
+
+    @abstractmethod
+    def cycle(self, x: Floats, values: Mapping[str, float]) -> Branch:
+        """Forces of the settled cycle of a period x [m], its first sample not repeated."""
+
+    @abstractmethod
+    def moved(self, x: Floats, values: Mapping[str, float], moves: Floats) -> Floats:
+        """Change of the forces of :meth:`cycle` by moves (rows) of its displacement x."""

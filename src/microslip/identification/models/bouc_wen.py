@@ -12,7 +12,7 @@ from microslip._checks import Floats
 from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
 from microslip.friction.bouc_wen import BoucWen
-from microslip.identification.models.base import Branch, Derived, Model, Parameter
+from microslip.identification.models.base import Branch, CycleModel, Derived, Model, Parameter
 
 _NODES, _WEIGHTS = gauss_legendre(16)
 _FULL = 37.0  # exp(-37) is nothing beside 1
@@ -21,7 +21,7 @@ _ROUNDING = 1e-12  # of the range of the displacement
 
 
 @dataclass(frozen=True)
-class BoucWenModel(Model):
+class BoucWenModel(CycleModel):
     """T = alpha k x + (1 - alpha) F_y w with dw/dx = (k/F_y) [1 - |w|^n (gamma + beta sign)].
 
     Of Wen's constants (1976, DOI 10.1061/JMCEA3.0002106) two say nothing of their own: A is a
@@ -34,7 +34,6 @@ class BoucWenModel(Model):
     law: BoucWen | None = None
 
     name = "bouc-wen"
-    is_backbone = False
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -15,14 +15,14 @@ from microslip.errors import InputError
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.friction.surface_guesses import CONVENTIONAL_AREA, Shape, interface_values
-from microslip.identification.models.base import Branch, Derived, Model, Parameter
+from microslip.identification.models.base import BackboneModel, Branch, Derived, Model, Parameter
 from microslip.identification.models.template import Template, template_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 
 
 @dataclass(frozen=True, eq=False)
-class InterfaceModel(Model):
+class InterfaceModel(BackboneModel):
     """T0 = mu N [1 - n(h + x)/n(h)] with x = u/slip_scale, for loads that the records know.
 
     The normal law is a template with two scales, N(d) = C n(d/s). Loops know mu, the length

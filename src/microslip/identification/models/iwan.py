@@ -14,14 +14,14 @@ from microslip._frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.iwan import Iwan
-from microslip.identification.models.base import Branch, Derived, Model, Parameter
+from microslip.identification.models.base import BackboneModel, Branch, Derived, Model, Parameter
 
 MOST_CELLS = 64
 _LEAST = 1e-12  # of the largest stiffness: a cell that is none
 
 
 @dataclass(frozen=True, eq=False)
-class IwanModel(Locked, Model):
+class IwanModel(Locked, BackboneModel):
     """T0 = sum of k_i min(u, y_i): yield displacements on a fixed geometric grid.
 
     Only the stiffnesses k_i >= 0 are fitted, in which the model is linear (Iwan 1966,

@@ -10,11 +10,11 @@ import numpy as np
 
 from microslip._checks import Floats
 from microslip.friction.jenkins import Jenkins
-from microslip.identification.models.base import Branch, Derived, Model, Parameter
+from microslip.identification.models.base import BackboneModel, Branch, Derived, Model, Parameter
 
 
 @dataclass(frozen=True)
-class JenkinsModel(Model):
+class JenkinsModel(BackboneModel):
     """A spring and a slider: T0 = min(k u, F) (Iwan 1966, DOI 10.1115/1.3625199)."""
 
     law: Jenkins | None = None

@@ -11,11 +11,11 @@ import numpy as np
 
 from microslip._checks import Floats
 from microslip.friction.segalman import SegalmanIwan
-from microslip.identification.models.base import Branch, Derived, Model, Parameter
+from microslip.identification.models.base import BackboneModel, Branch, Derived, Model, Parameter
 
 
 @dataclass(frozen=True)
-class SegalmanModel(Model):
+class SegalmanModel(BackboneModel):
     """T0 = u [K_T - K x^p/(p + 1)], x = u/phi, p = 1 + chi, K = K_T/(1 + beta), up to phi.
 
     After Segalman (2005, DOI 10.1115/1.1989354). With E = beta (p + 1) + p its derivatives are sums

@@ -150,7 +150,7 @@ def test_every_figure_is_on_the_page(text: str, demo: ms.Result) -> None:
 
 def test_a_figure_on_the_page_is_the_file_but_for_what_is_not_seen(demo: ms.Result) -> None:
     svg = figures.picture(demo, "backbone", "svg")
-    packed = report._packed(svg)
+    packed = report.packed(svg)
     assert len(packed) < 0.9 * len(svg)
     tag = "{http://www.w3.org/2000/svg}"
     for name in ("path", "use", "clipPath", "rect"):

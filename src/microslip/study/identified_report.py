@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from microslip._version import __version__
 from microslip.study import identified_tables as tables
-from microslip.study.report import Picture, _packed, _uri
+from microslip.study.report import Picture, svg_uri
 
 if TYPE_CHECKING:
     from microslip.study.identified import Identified
@@ -57,39 +57,35 @@ def page(found: Identified, summary: dict[str, Any], toml: str | None, folder: P
     OSError
         If a figure cannot be read.
     """
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from microslip.study.report import environment
 
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     result = summary["identification"]
     comparison = summary["comparison"]
-    return environment.get_template("identified_report.html").render(
-        version=__version__,
-        title=_title(found),
-        sentence=tables.sentence(result),
-        word=tables.status_word(result),
-        headline=tables.headline(result),
-        message=tables.message_of(result),
-        level=f"{100.0 * result['confidence']:g} %",
-        parameters=tables.rows_of(result["parameters"]),
-        derived=tables.rows_of(result["derived"]),
-        hints=tables.hints_of(result, summary["study"]),
-        open=tables.open_of(result),
-        directions=tables.directions_of(result),
-        pictures=_pictures(folder, summary["files"]),
-        records=tables.record_table(result["records"]),
-        quality=tables.quality_of(result),
-        correlations=tables.correlation_table(result),
-        laws=None if comparison is None else tables.law_table(comparison),
-        toml=toml,
-        notes=result["notes"],
-        files=", ".join(name for name in summary["files"] if name != "report.html"),
+    return (
+        environment()
+        .get_template("identified_report.html")
+        .render(
+            version=__version__,
+            title=_title(found),
+            sentence=tables.sentence(result),
+            word=tables.status_word(result),
+            headline=tables.headline(result),
+            message=tables.message_of(result),
+            level=f"{100.0 * result['confidence']:g} %",
+            parameters=tables.rows_of(result["parameters"]),
+            derived=tables.rows_of(result["derived"]),
+            hints=tables.hints_of(result, summary["study"]),
+            open=tables.open_of(result),
+            directions=tables.directions_of(result),
+            pictures=_pictures(folder, summary["files"]),
+            records=tables.record_table(result["records"]),
+            quality=tables.quality_of(result),
+            correlations=tables.correlation_table(result),
+            laws=None if comparison is None else tables.law_table(comparison),
+            toml=toml,
+            notes=result["notes"],
+            files=", ".join(name for name in summary["files"] if name != "report.html"),
+        )
     )
 
 
@@ -102,9 +98,6 @@ def _pictures(folder: Path, names: list[str]) -> list[Picture]:
     """The figures that lie in the folder as SVG."""
     stems = [name.removesuffix(".svg") for name in names if name.endswith(".svg")]
     return [
-        Picture(
-            stem, _uri("image/svg+xml", _packed((folder / f"{stem}.svg").read_bytes())),
-            *_CAPTIONS[stem],
-        )
+        Picture(stem, svg_uri((folder / f"{stem}.svg").read_bytes()), *_CAPTIONS[stem])
         for stem in stems
-    ]  # fmt: skip
+    ]

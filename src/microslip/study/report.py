@@ -103,7 +103,8 @@ def page(result: Result, progress: Progress | None = None) -> str:
         .get_template("report.html")
         .render(
             title=summary["title"] or "Joint",
-            predicted=predicted(result),
+            version=summary["generator"]["version"],
+            sentence=predicted(result),
             word=judged[0].word if judged else "none",
             headline=_HEADLINES[judged[0].word if judged else "none"],
             doubts=[j for j in judged if j.word != "ok"],
@@ -218,19 +219,24 @@ def data_uri(svg: bytes, png: Callable[[], bytes]) -> str:
     str
         The smaller one, or the SVG if it is small enough in any case.
     """
-    svg = _packed(svg)
-    if len(svg) > LARGEST_SVG:
+    small = packed(svg)
+    if len(small) > LARGEST_SVG:
         pixels = png()
-        if len(pixels) < len(svg):
+        if len(pixels) < len(small):
             return _uri("image/png", pixels)
-    return _uri("image/svg+xml", svg)
+    return _uri("image/svg+xml", small)
+
+
+def svg_uri(svg: bytes) -> str:
+    """An SVG figure, however large, as a data URI."""
+    return _uri("image/svg+xml", packed(svg))
 
 
 def _uri(kind: str, data: bytes) -> str:
     return f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
 
 
-def _packed(svg: bytes) -> bytes:
+def packed(svg: bytes) -> bytes:
     """An SVG file without what only its editors use: indentation, comments, names of groups."""
     svg = re.sub(rb"<!--.*?-->|<metadata>.*?</metadata>", b"", svg, flags=re.DOTALL)
     svg = re.sub(rb'<g id="(?:line2d|text|patch|[xy]tick)_\d+">', b"<g>", svg)

@@ -228,7 +228,7 @@ def page(
         .render(
             title=f"Surface of {summary['name']}",
             version=summary["version"],
-            described=f"{tables.described(summary)}. {_capital(found.cutoff_text())}.",
+            sentence=f"{tables.described(summary)}. {_capital(found.cutoff_text())}.",
             word="watch" if word == "ok" and summary["warnings"] else word,
             headline=_HEADLINES[word] if not summary["warnings"] else "Read with care:",
             remarks=summary["warnings"],
@@ -239,7 +239,7 @@ def page(
             explained=tables.cutoffs_explained(summary),
             pictures=[pictures[name] for name in FIGURES],
             fits=summary["heights"]["verdict"],
-            validity=judged,
+            judged=judged,
             notes=summary["notes"],
             toml=None if found.summits is None else block(found, folder),
             files=[name for name in summary["files"] if name != "report.html"],

@@ -101,6 +101,7 @@ normal_load = ["{light}", "{heavy}"]  # one joint for each; or a single one, "{h
 [excitation]  # all of it may be left out: the joint has a scale of its own
 amplitudes = ["{small}", "{middle}", "{large}"]  # one loop each, at every load
 # force_amplitudes = ["{force}"]  # instead of amplitudes
+# load_variation = {{ share = 0.3, phase = "90 deg" }}  # the normal load breathes over each cycle
 curve = {{ from = "1 nm", to = "10 um", points = 200 }}  # of the curves, evenly on a log axis
 # history = {{ file = "record.csv", column = "x [um]" }}  # a motion of your own, from rest
 

@@ -72,3 +72,13 @@ def _claim(stage: Path, target: Path) -> None:
         if target.exists():
             raise InputError(f"{target}: exists; replace it with overwrite=True") from None
         stage.rename(target)
+
+
+def seen_from(folder: Path, path: Path) -> str:
+    """The way from a folder to a file, with slashes; the file's own where there is none."""
+    # Links are followed, but for one that is the file itself: two dots lead up from where they go.
+    here = Path(os.path.realpath(path.parent)) / path.name
+    try:
+        return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
+    except ValueError:  # on another drive
+        return os.fspath(here)

@@ -210,7 +210,7 @@ def test_the_provenance_is_in_the_file(result: ms.Result, folder: Path, engine: 
         "kind": "microslip-result",
         "source": f"microslip {ms.__version__}",
         "kernel": result.summary["generator"]["kernel"],
-        "study": (folder / "study.toml").read_text("utf-8"),
+        "study": result.study.text,
         "notes": "\n".join(result.summary["notes"]),
         "schema": 1,
     }
@@ -272,15 +272,40 @@ def test_two_results_are_the_same_bytes(result: ms.Result, folder: Path, tmp_pat
         "ms.Study.from_toml(study.read_text('utf-8'), folder=home).run().save(out)"
     )
     out = tmp_path / "elsewhere" / "again"
+    given = tmp_path / "study.toml"
+    given.write_text(result.study.text, "utf-8")
     subprocess.run(
-        [sys.executable, "-c", program, folder / "study.toml", folder.parent, out],
+        [sys.executable, "-c", program, given, folder.parent, out],
         env=os.environ | {"PYTHONHASHSEED": "4711", "TZ": "Asia/Kathmandu"},
         check=True,
         timeout=120,
     )
     first, again = ({p.name: p.read_bytes() for p in f.iterdir()} for f in (folder, out))
     assert set(first) == set(result.summary["files"])
+    # Each names the files of the study as they are seen from where it stands.
+    for there, study in ((folder, first.pop("study.toml")), (out, again.pop("study.toml"))):
+        assert study.decode("utf-8") == result.study.text_for(there)
     assert again == first
+
+
+def test_a_saved_study_runs_where_it_stands(
+    result: ms.Result, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = folder / "study.toml"
+    assert ms.Study.load(study).run().summary["joints"] == result.summary["joints"]
+    assert ("../record.csv" in study.read_text("utf-8")) == bool(result.histories)
+    # From a folder of its own on, whatever the current one is; comments stay.
+    monkeypatch.chdir(tmp_path)
+    text = "# mine\n" + result.study.text
+    (folder.parent / "mine.toml").write_text(text, "utf-8")
+    again = ms.Study.load(folder.parent / "mine.toml").run()
+    again.save("deep/er")
+    saved = Path("deep/er/study.toml")
+    assert saved.read_text("utf-8").startswith("# mine\n")
+    repeated = ms.Study.load(saved).run()
+    assert repeated.summary["joints"] == again.summary["joints"]
+    for one, other in zip(repeated.histories, again.histories, strict=True):
+        np.testing.assert_array_equal(one.force, other.force)
 
 
 def test_no_scipy_is_needed_to_read_it(folder: Path) -> None:

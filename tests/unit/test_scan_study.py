@@ -103,8 +103,7 @@ def test_the_cutoff_is_in_every_file(home: Path, monkeypatch: pytest.MonkeyPatch
     page = Path("out/report.html").read_text("utf-8")
     assert '<th scope="row">Short-wave cut-off</th><td>6 µm</td>' in page
     assert SAID in page
-    # The copy of the study still runs, in the folder of the first.
-    again = ms.Study.from_toml(Path("out/study.toml").read_text("utf-8"), folder=home).run()
+    again = ms.Study.load("out/study.toml").run()
     assert again.summary["scan"] == summary["scan"]
     assert run("check", "joint.toml").exit_code == 0
 

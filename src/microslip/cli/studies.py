@@ -115,7 +115,7 @@ def _predict(read: Callable[[], Study], folder: Path, overwrite: bool, as_json: 
                 except OSError as error:
                     unprinted = error
             with progress("Drawing and writing") as report:
-                write(result, stage, report)
+                write(result, stage, report, folder)
     if unprinted is not None:
         raise unprinted
     if as_json:

@@ -131,6 +131,7 @@ def fill(
         raise StudyError(f"{name}: {explain(error, given, changes)}") from None
     study._name = name
     study._given = given
+    study._folder = folder or Path()
     study._notes = (*(change.note for change in changes), *reading.notes)
 
 

@@ -22,7 +22,12 @@ Blocks = Iterator[dict[str, Floats]]
 _TEXT, _NUMBER, _FIGURE, _FILE = 6e-7, 9e-8, 0.7, 1e-3
 
 
-def write(result: Result, folder: Path, progress: Progress | None = None) -> None:
+def write(
+    result: Result,
+    folder: Path,
+    progress: Progress | None = None,
+    destination: Path | None = None,
+) -> None:
     """Write every file of a result into an existing folder.
 
     Parameters
@@ -33,6 +38,8 @@ def write(result: Result, folder: Path, progress: Progress | None = None) -> Non
         Where.
     progress : callable, optional
         Called now and then with the share that is done, 0 … 1.
+    destination : pathlib.Path, optional
+        Where the folder goes then: the copy of the study names its files as seen from there.
 
     Raises
     ------
@@ -44,7 +51,11 @@ def write(result: Result, folder: Path, progress: Progress | None = None) -> Non
     ends /= ends[-1]
     begin = 0.0
     for name, end in zip(names, ends.tolist(), strict=True):
-        _write(result, folder / name, _part(progress, begin, end))
+        if name == "study.toml":
+            text = result.study.text_for(destination or folder)
+            (folder / name).write_text(text, encoding="utf-8", newline="\n")
+        else:
+            _write(result, folder / name, _part(progress, begin, end))
         begin = end
         if progress is not None:
             progress(end)
@@ -61,8 +72,6 @@ def _write(result: Result, path: Path, progress: Progress | None) -> None:
     if path.name == "summary.json":
         text = json.dumps(result.summary, indent=1, ensure_ascii=False, allow_nan=False)
         path.write_text(text + "\n", encoding="utf-8", newline="\n")
-    elif path.name == "study.toml":
-        path.write_text(result.study.text, encoding="utf-8", newline="\n")
     elif path.name == "report.html":
         from microslip.study import report
 

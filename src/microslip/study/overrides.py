@@ -6,10 +6,12 @@ import copy
 import json
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from microslip._files import seen_from
 from microslip._wording import shorten, show
 from microslip.errors import StudyError
 
@@ -69,6 +71,46 @@ def apply(
     for change in changes:
         _put(data, change)
     return _with_comments(text, data, changes), data, changes
+
+
+# Keys whose text is the name of a file.
+_FILES = ("file", "scan")
+
+
+def moved(text: str, folder: Path, other: Path) -> str:
+    """Name the files that a study uses as they are seen from another folder.
+
+    Parameters
+    ----------
+    text : str
+        The study as TOML.
+    folder, other : pathlib.Path
+        Where its files are looked for, and where they will be.
+
+    Returns
+    -------
+    str
+        The TOML with the new names; comments and order are kept.
+    """
+    data = tomllib.loads(text)
+    changes = [
+        Override("", path, seen_from(other, folder / name))
+        for path, name in _texts(data)
+        if path[-1] in _FILES and not Path(name).is_absolute()
+    ]
+    for change in changes:
+        _put(data, change)
+    return _with_comments(text, data, changes) if changes else text
+
+
+def _texts(
+    node: dict[str, Any], above: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], str]]:
+    for key, value in node.items():
+        if isinstance(value, dict):
+            yield from _texts(value, (*above, key))
+        elif isinstance(value, str):
+            yield (*above, key), value
 
 
 def dotted(path: Sequence[str]) -> str:

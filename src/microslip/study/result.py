@@ -371,7 +371,7 @@ class Result:
         from microslip.study.output import write
 
         with staged(Path(folder), overwrite) as stage:
-            write(self, stage, progress)
+            write(self, stage, progress, Path(folder))
         return tuple(Path(folder) / name for name in self.summary["files"])
 
     def to_xarray(self) -> Any:

@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from microslip._files import seen_from
 from microslip._units import engineering
 
 if TYPE_CHECKING:
@@ -72,12 +73,7 @@ def _path(path: Path, folder: Path) -> str:
     """The scan as a study in this folder finds it: as it was given, if from the root."""
     if path.is_absolute():
         return os.fspath(path)
-    # Links are followed, but for one that is the scan itself: two dots lead up from where they go.
-    here = Path(os.path.realpath(path.parent)) / path.name
-    try:
-        return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
-    except ValueError:  # on another drive
-        return os.fspath(here)
+    return seen_from(folder, path)
 
 
 def _numbers(found: Findings) -> list[str]:

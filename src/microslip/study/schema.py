@@ -301,6 +301,7 @@ class Study(Part):
     _text: str | None = PrivateAttr(default=None)
     _given: dict[str, Any] = PrivateAttr(default_factory=dict)
     _notes: tuple[str, ...] = PrivateAttr(default=())
+    _folder: Path = PrivateAttr(default=Path())
 
     def __init__(self, /, **given: Any) -> None:
         from microslip.study.load import fill
@@ -330,6 +331,23 @@ class Study(Part):
 
             self._text = dump(self._given)
         return self._text
+
+    def text_for(self, folder: str | Path) -> str:
+        """The study as TOML for a file in another folder, from which it finds the same files.
+
+        Parameters
+        ----------
+        folder : str or pathlib.Path
+            Where it will stand.
+
+        Returns
+        -------
+        str
+            Its :attr:`text`, with the names of files that it uses seen from there.
+        """
+        from microslip.study.overrides import moved
+
+        return moved(self.text, self._folder, Path(folder))
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -246,3 +246,10 @@ def test_bad_options() -> None:
         ms.Interface.guess(LOOP, pair=PAIR, normal_load=500.0, area=0.0)
     with pytest.raises(ms.InputError, match="cells must be an integer from 1 to 1000, got 0"):
         ms.Iwan.guess(LOOP, cells=0)
+
+
+@pytest.mark.parametrize("law", [ms.Interface, ms.Asperity])
+def test_laws_of_materials_ask_for_the_pair(law: Any) -> None:
+    loop = ms.Interface.examples()[0].loop(1e-6)
+    with pytest.raises(ms.InputError, match=r"pair must be .*MaterialPair"):
+        law.guess(loop, normal_load=1000.0)

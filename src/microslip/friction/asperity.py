@@ -338,8 +338,8 @@ class Asperity(Interface):
         )
 
     @classmethod
-    def guess(  # type: ignore[override]
-        cls, data: Any, pair: MaterialPair, normal_load: ArrayLike | None = None
+    def guess(
+        cls, data: Any, pair: MaterialPair | None = None, normal_load: ArrayLike | None = None
     ) -> Asperity:
         """An asperity to start a fit from: friction of the limit, radius of the slip limit.
 
@@ -348,7 +348,7 @@ class Asperity(Interface):
         data : Loop, Record or sequence of such
             What was measured: displacement [m] and force [N], at least one closed cycle each.
         pair : MaterialPair
-            The two materials.
+            The two materials, which must be given.
         normal_load : array_like, optional
             Normal load [N], one number or one for each of the data; without it that of the
             records.
@@ -361,9 +361,10 @@ class Asperity(Interface):
         Raises
         ------
         InputError
-            Data of another kind, no closed cycle, a force that does not vary, no load.
+            Data of another kind, no closed cycle, a force that does not vary, no load; no pair.
         """
         check_pair(pair)
+        assert pair is not None
         features = all_features(data)
         loads = np.array(loads_of(normal_load, len(features), data))
         mean = float(np.exp(np.mean(np.log(loads))))

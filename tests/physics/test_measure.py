@@ -66,6 +66,47 @@ def test_clean_records_converge_with_the_second_order(amplitude: float, rig: flo
         assert 1.9 < order < 2.1, name
 
 
+@pytest.mark.parametrize("rate", [16.3, 50.5, 76.92, 333.3])
+@pytest.mark.parametrize(("amplitude", "rig"), [(1e-6, None), (5e-6, None), (15e-6, RIG)])
+def test_records_are_the_closed_form_at_every_sample(
+    amplitude: float, rig: float | None, rate: float
+) -> None:
+    """Masing's rules from the peaks of the motion, which hardly a sample meets."""
+    tribometer = ms.VirtualTribometer(JOINT, rig_stiffness=rig, sample_rate=rate)
+    record = tribometer.record(amplitude=amplitude, frequency=1.0, cycles=5)
+    law, x = tribometer.series, record.displacement
+    angle = 2.0 * np.pi * np.arange(len(record)) / rate
+    top = float(law.backbone(amplitude))
+    down = top - 2.0 * law.backbone(0.5 * (amplitude - x))
+    up = 2.0 * law.backbone(0.5 * (amplitude + x)) - top
+    expected = np.where(np.cos(angle) < 0.0, down, up)
+    first = angle <= 0.5 * np.pi
+    expected[first] = law.backbone(x[first])
+    np.testing.assert_allclose(record.force, expected, rtol=0, atol=1e-9 * JOINT.force_limit)
+
+
+@pytest.mark.parametrize("rate", [50.5, 76.92, 333.3])
+@pytest.mark.parametrize(("amplitude", "rig"), [(1e-6, None), (5e-6, None), (15e-6, RIG)])
+def test_energies_of_cycles_that_turn_between_samples(
+    amplitude: float, rig: float | None, rate: float
+) -> None:
+    """What samples miss is h^2/6 of it: that much do steps of a sine fall short of its speed."""
+    given: dict[str, Any] = {"amplitude": amplitude, "frequency": 1.0, "cycles": 5}
+    many = 16
+    direct, over = (
+        ms.VirtualTribometer(JOINT, rig_stiffness=rig, sample_rate=times * rate).record(**given)
+        for times in (1, many)
+    )
+    thinned = ms.Record(over.displacement[::many], over.force[::many], 2000.0, sample_rate=rate)
+    a = amplitude if rig is None else contact_amplitude(rig, amplitude)
+    energy = ms.measure(direct).cycles["dissipated_energy"]
+    same = ms.measure(thinned).cycles["dissipated_energy"]
+    np.testing.assert_allclose(energy, same, rtol=1e-10)
+    short = 1.0 - energy / float(JOINT.dissipated_energy(a))
+    # Where the turns lie between samples adds terms of a higher order, with either sign.
+    np.testing.assert_allclose(short, (2.0 * np.pi / rate) ** 2 / 6.0, rtol=0.06)
+
+
 @pytest.mark.parametrize("amplitude", [1e-6, 3e-6, 10e-6])
 @pytest.mark.parametrize("joint", [JOINT, JOINT.at(normal_load=100.0), JOINT.at(normal_load=5e3)])
 def test_stiffness_after_reversal(joint: ms.Interface, amplitude: float) -> None:

@@ -291,7 +291,7 @@ def test_without_a_load() -> None:
                                     sample_rate=5120.0)),
          "delay_of needs at least two cycles away from the ends of the record"),
         (lambda: delay_of(virtual(amplitude=5e-5, sample_rate=300.0)), "delay_of needs at least 4 "
-         "samples in the first quarter of the force after a reversal, got 1; sample faster"),
+         "samples in the first quarter of the force after a reversal, got 0; sample faster"),
         (lambda: rig_stiffness_of([MEASURED]), "rig_stiffness_of needs three different normal "
          "loads or more, got 1 records that span 0 N"),
         (lambda: rig_stiffness_of([3]), "measurements must hold Measurements, got 3"),  # type: ignore[list-item]

@@ -10,6 +10,7 @@ import pytest
 
 import microslip as ms
 from microslip.friction import LAWS
+from microslip.tribometer import motion, virtual
 from microslip.tribometer.virtual import InSeries
 
 JOINT = ms.Interface.examples()[0]  # milled Al 2017 at 2 kN
@@ -28,6 +29,108 @@ def test_clean_record_is_the_law() -> None:
     np.testing.assert_array_equal(record.normal_load, 2000.0)
     assert record.displacement.max() == pytest.approx(5e-6, rel=1e-12)
     assert record.displacement[-1] == pytest.approx(5e-6, rel=1e-12)
+
+
+# Samples a cycle: all peaks lie between samples, just beside them, or at them.
+RATES = [50.5, 16.01, 128.0]
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("stiffness", [None, RIG])
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.3])
+def test_a_lower_rate_only_leaves_samples_out(
+    rate: float, stiffness: float | None, share: float
+) -> None:
+    """The joint turns at the peaks of the motion, whether or not they are sampled."""
+    many = 64
+    coarse, fine = (
+        ms.VirtualTribometer(
+            JOINT, rig_stiffness=stiffness, third_harmonic=share, sample_rate=rate * times
+        ).record(amplitude=15e-6, cycles=7)
+        for times in (1.0, many)
+    )
+    few = slice(0, many * len(coarse), many)
+    np.testing.assert_array_equal(coarse.displacement, fine.displacement[few])
+    # Both are the law's; their tables are read at the same places after another history.
+    np.testing.assert_allclose(coarse.force, fine.force[few], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("stiffness", [None, RIG])
+def test_ripple_in_step_is_exact_at_any_rate(rate: float, stiffness: float | None) -> None:
+    records = [
+        ms.VirtualTribometer(
+            JOINT, rig_stiffness=stiffness, load_ripple=0.02, third_harmonic=0.05,
+            sample_rate=rate * times,
+        ).record(amplitude=15e-6, cycles=2)
+        for times in (1.0, 32.0)
+    ]  # fmt: skip
+    coarse, fine = records
+    few = slice(0, 32 * len(coarse), 32)
+    for channel in ("normal_load", "force"):
+        np.testing.assert_allclose(
+            getattr(coarse, channel), getattr(fine, channel)[few], rtol=0, atol=1e-7
+        )
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "phase"), [(None, 0.5), (None, 2.5), (RIG, 0.5), (RIG, -0.5), (RIG, 2.5)]
+)
+def test_ripple_out_of_step_converges(
+    stiffness: float | None, phase: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the square of the steps a cycle; with those there are below 1e-4 of the force here."""
+    forces = []
+    for steps in (128, virtual.STEPS_A_CYCLE, 8 * virtual.STEPS_A_CYCLE):
+        monkeypatch.setattr(virtual, "STEPS_A_CYCLE", steps)
+        rig = ms.VirtualTribometer(
+            JOINT, rig_stiffness=stiffness, load_ripple=0.3, ripple_phase=phase, sample_rate=20.7
+        )
+        record = rig.record(amplitude=3e-6, cycles=2)
+        # The load is exact at any: the force that makes it needs no steps.
+        assert np.abs(np.asarray(record.normal_load) / 2000.0 - 1.0).max() <= 0.3 + 1e-12
+        forces.append(record.force)
+    coarse, usual = (np.abs(f - forces[-1]).max() / np.abs(f).max() for f in forces[:2])
+    assert usual < 1e-4
+    # Eight times the steps: 1/64 of the error in the mean, of which one record may be half or
+    # twice; what is exact anyway stays so.
+    assert usual < coarse / 16.0 or usual < 1e-9
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.1111, 0.1112, 0.3, 0.9])
+def test_turning_points_are_all_there(share: float) -> None:
+    """Roots of the velocity, and between two of them it has one sign."""
+    found = motion.turns(0.3, 40.0, share)
+    velocity = np.cos(found) + 3.0 * share * np.cos(3.0 * found)
+    np.testing.assert_allclose(velocity, 0.0, atol=1e-12)
+    place = np.linspace(0.3, 40.0, 1_000_001)
+    rate = np.cos(place) + 3.0 * share * np.cos(3.0 * place)
+    seen = place[1:][np.diff(np.sign(rate)) != 0.0]
+    np.testing.assert_allclose(found, seen, atol=1e-4)
+    np.testing.assert_array_equal(motion.turns(-30.0, 5.0, share), motion.turns(0.0, 5.0, share))
+    assert motion.turns(-30.0, -5.0, share).size == 0
+
+
+def test_samples_do_not_depend_on_what_lies_between() -> None:
+    plain, own = motion.path(10, 0.1, 1, np.zeros(0))
+    assert own.all()
+    others = np.array([-1.0, 0.0, 0.25, 0.25, 0.3, 0.3 + 1e-12, 0.899, 0.9, 2.0])
+    angle, sampled = motion.path(10, 0.1, 3, others)
+    np.testing.assert_array_equal(angle[sampled], plain)
+    assert np.all(np.diff(angle) > 0.0)
+    # 0.3 and 0.9 are samples, and the first and the last two lie outside.
+    assert angle.size == 9 * 3 + 1 + 2
+    assert {0.25, 0.899} <= set(angle.tolist())
+
+
+def test_a_peak_between_samples_counts_for_the_limits() -> None:
+    limits = {"force": (-1.0e3, 989.9)}
+    given: dict[str, Any] = {"amplitude": 3e-6, "frequency": 1.0, "cycles": 1}
+    rig = ms.VirtualTribometer(ms.Jenkins(3.3e8, 5e3), sample_rate=16.4)
+    peak = float(np.max(rig.record(**given).force))
+    assert peak < 989.9 < 990.0 == pytest.approx(3.3e8 * 3e-6)
+    with pytest.raises(ms.InputError, match="force must be within the limits"):
+        ms.VirtualTribometer(rig.joint, sample_rate=16.4, limits=limits).record(**given)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
@@ -124,6 +227,21 @@ def test_noise_and_seed() -> None:
     assert np.std(one.force - clean.force) == pytest.approx(3.0, rel=0.03)
 
 
+@pytest.mark.parametrize("rate", [512.0, 50.5])
+def test_noise_is_that_of_the_samples(rate: float) -> None:
+    """One stream a channel, one value a sample: what lies between samples draws none."""
+    sizes = {"displacement": 2e-8, "force": 3.0, "normal_load": 5.0}
+    given: dict[str, Any] = {"amplitude": 5e-6, "cycles": 3}
+    rig = ms.VirtualTribometer(JOINT, load_ripple=0.02, noise=sizes, seed=7, sample_rate=rate)
+    noisy = rig.record(**given)
+    clean = ms.VirtualTribometer(JOINT, load_ripple=0.02, sample_rate=rate).record(**given)
+    np.testing.assert_array_equal(noisy.commanded, clean.displacement)
+    streams = np.random.default_rng(7).spawn(3)
+    for (name, size), stream in zip(sizes.items(), streams, strict=True):
+        drawn = stream.normal(0.0, size, len(clean))
+        np.testing.assert_array_equal(getattr(noisy, name), getattr(clean, name) + drawn)
+
+
 def test_a_law_without_a_surface() -> None:
     record = ms.VirtualTribometer(ms.Jenkins(1e8, 500.0)).record(amplitude=2e-5, cycles=1)
     assert record.normal_load is None
@@ -199,6 +317,10 @@ WRONG_RECORDS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     ),
     "a record must have at most 100000000 samples, got 5.12e+08: "
     "take fewer cycles or a lower sample_rate": ({}, {"cycles": 1_000_000}),
+    "a record must have at most 100000000 samples (1024 a cycle with load_ripple), got 2.048e+08: "
+    "take fewer cycles or a lower sample_rate": (
+        {"load_ripple": 0.02, "sample_rate": 16.0}, {"cycles": 200_000},
+    ),
 }  # fmt: skip
 
 

@@ -139,16 +139,18 @@ def _heights(x: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
 def _forces(force: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
     """Forces at turning points: parabolas through the samples before, where nothing has kinks.
 
-    Dry friction may have turned around within the turning sample: it ends one sample earlier then.
+    The turn is seldom at a sample: the one next to it may be on the way back already.
     """
-    jump = np.abs(force[places] - force[np.maximum(places - 1, 0)])
-    places = np.where(jump > 0.5 * np.ptp(force), np.maximum(places - 1, 0), places)
     half = cycles.window
-    if half < 2:
-        return force[places]
-    t = np.arange(-half, 1) / half
-    weights = np.linalg.pinv(np.stack((np.ones_like(t), t**2), axis=1))[0]
-    return np.asarray(_around(force, places, -half, 0) @ weights)
+    if half >= 2:
+        t = np.arange(-half - 1, 0) / half
+        weights = np.linalg.pinv(np.stack((np.ones_like(t), t**2), axis=1))[0]
+        return np.asarray(_around(force, places, -half - 1, -1) @ weights)
+    once, twice = np.maximum(places - 1, 0), np.maximum(places - 2, 0)
+    last, before = force[places] - force[once], force[once] - force[twice]
+    # The way back begins where the force does; dry friction may have jumped all the way.
+    turned = (last * before < 0.0) | (np.abs(last) > 0.5 * np.ptp(force))
+    return force[np.where(turned, once, places)]
 
 
 def _sliding_distance(x: Floats, force: Floats, cycles: Cycles) -> Floats:

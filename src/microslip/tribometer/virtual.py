@@ -10,10 +10,12 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip._checks import Floats, exact, number, positive, show
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw
+from microslip.tribometer.motion import path, shape, turns
 
 if TYPE_CHECKING:
     from microslip.tribometer.record import Record
@@ -23,6 +25,8 @@ _UNITS = {"displacement": "m", "force": "N", "normal_load": "N"}
 SAMPLES_A_CYCLE = 512
 FEWEST_SAMPLES = 16
 MOST_SAMPLES = 100_000_000
+STEPS_A_CYCLE = 1024
+"""Fewest steps a cycle in which a joint is followed under a load that ripples."""
 
 LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
@@ -127,9 +131,16 @@ class VirtualTribometer:
 
     Notes
     -----
-    The rig of section 2.1 of the chapter (DOI 10.1007/978-3-319-56818-8_19). At a constant load the
-    response is exact, the compliance included; under a load that varies each step between samples
-    is a straight line of separation and displacement.
+    The rig of section 2.1 of the chapter (DOI 10.1007/978-3-319-56818-8_19). The joint turns where
+    the motion does, which is seldom at a sample: a lower sample rate only leaves samples out.
+
+    At a constant load the response is exact at every sample, the compliance included. Under a load
+    that ripples the load is exact, too; the joint goes from turn to turn of motion and load along
+    straight lines of separation and displacement, at least 1024 a cycle. In step with the force,
+    ``ripple_phase`` of zero, that is exact as well, as long as the separation moves less than the
+    displacement over kappa. Otherwise slip begins or ends within a line, and the error falls with
+    the square of their number. Ripples of up to 0.3 on surfaces and spheres, up to 30 um: less than
+    1e-3 of the force on a rigid rig, less than 1e-4 behind one of 2e8 N/m.
     """
 
     joint: BackboneLaw
@@ -240,46 +251,52 @@ class VirtualTribometer:
                 f"got {exact(rate)} Hz"
             )
         length = (cycles + 0.25) * rate / frequency
-        if length > MOST_SAMPLES:
+        steps = max(length, (cycles + 0.25) * STEPS_A_CYCLE if self.load_ripple else 0.0)
+        if steps > MOST_SAMPLES:
+            least = f" ({STEPS_A_CYCLE} a cycle with load_ripple)" if steps > length else ""
             raise InputError(
-                f"a record must have at most {MOST_SAMPLES} samples, got {length:.4g}: "
+                f"a record must have at most {MOST_SAMPLES} samples{least}, got {steps:.4g}: "
                 "take fewer cycles or a lower sample_rate"
             )
-        angle: Floats = np.arange(math.floor(length + 1e-9) + 1.0)
-        angle *= 2.0 * math.pi * frequency / rate
-        x = amplitude * self._shape(angle)
+        size, step = math.floor(length + 1e-9) + 1, 2.0 * math.pi * frequency / rate
+        angle, sampled = self._history(size, step)
+        x = amplitude * shape(angle, self.third_harmonic)
         force, load = self._respond(x, amplitude, angle)
-        for extreme in (float(force.min()), float(force.max())):
+        for extreme in (float(force.min()), float(force.max())):  # between samples, too
             self._within("force", extreme, "N", "force")
-        clean = {"displacement": x, "force": force, "normal_load": load}
+        history = {"displacement": x, "force": force, "normal_load": load}
+        clean = {name: v[sampled] for name, v in history.items() if v is not None}
         noisy = self._with_noise(clean, amplitude)
         return Record(
             displacement=noisy["displacement"],
             force=noisy["force"],
             normal_load=noisy.get("normal_load"),
             sample_rate=rate,
-            commanded=x,
+            commanded=clean["displacement"],
             frequency=frequency,
             name="virtual tribometer",
         )
 
-    def _shape(self, angle: Floats) -> Floats:
-        """Displacement over its amplitude; at rest before the record."""
-        share = self.third_harmonic
-        top = 1.0 - share
-        if share > 1.0 / 9.0:  # the peak is then beside the middle of the half cycle
-            sine = math.sqrt((1.0 + 3.0 * share) / (12.0 * share))
-            top = (1.0 + 3.0 * share) * sine - 4.0 * share * sine**3
-        shape = (np.sin(angle) + share * np.sin(3.0 * angle)) / top
-        return np.where(angle > 0.0, shape, 0.0)
+    def _history(self, size: int, step: float) -> tuple[Floats, NDArray[np.bool_]]:
+        """Angles that the joint goes through, the turns between samples too; which are sampled."""
+        last, share = (size - 1.0) * step, self.third_harmonic
+        between, parts = turns(0.0, last, share), 1
+        if self.load_ripple > 0.0:
+            ahead = self.ripple_phase
+            begin = np.array([-ahead] if 0.0 < -ahead < last else [])  # of the ripple, from rest
+            between = np.concatenate((between, begin, turns(ahead, last + ahead, share) - ahead))
+            between.sort()
+            parts = math.ceil(STEPS_A_CYCLE * step / (2.0 * math.pi) - 1e-9)
+        return path(size, step, max(1, parts), between)
 
     def _respond(self, x: Floats, amplitude: float, angle: Floats) -> tuple[Floats, Floats | None]:
-        """Force [N], and normal load [N] if there is one, along a record from rest."""
+        """Force [N], and normal load [N] if there is one, along a history from rest."""
         if self._load is None or self.load_ripple == 0.0:
             load = None if self._load is None else np.full(x.size, self._load)
             return np.asarray(self.series.force(x)), load
-        at_mean = np.asarray(self.series.force(amplitude * self._shape(angle + self.ripple_phase)))
-        ripple = self.load_ripple / float(np.abs(at_mean).max())
+        ahead = amplitude * shape(angle + self.ripple_phase, self.third_harmonic)
+        at_mean = np.asarray(self.series.force(ahead))
+        ripple = self.load_ripple / float(self.series.backbone(amplitude))
         load = self._load * (1.0 + ripple * at_mean)
         if self.rig_stiffness is None:
             return np.asarray(self.joint.start().advance(x, load)), load
@@ -314,16 +331,14 @@ class VirtualTribometer:
             forces[i] = force
         return forces
 
-    def _with_noise(
-        self, clean: Mapping[str, Floats | None], amplitude: float
-    ) -> dict[str, Floats]:
+    def _with_noise(self, clean: Mapping[str, Floats], amplitude: float) -> dict[str, Floats]:
         # A stream of its own for each channel: noise on one changes nothing in the others.
         streams = np.random.default_rng(self.seed).spawn(len(CHANNELS))
         noisy: dict[str, Floats] = {}
         for name, stream in zip(CHANNELS, streams, strict=True):
-            values = clean[name]
-            if values is None:
+            if name not in clean:
                 continue
+            values = clean[name]
             if isinstance(self.noise, Mapping):
                 size = self.noise.get(name, 0.0)
             elif name == "normal_load":

@@ -17,7 +17,6 @@ from microslip.identification import models
 from microslip.identification import outcome as outcomes
 from microslip.identification import run as fits
 from microslip.scans import random_surface
-from microslip.scans.readers.mat import _GAPS as GAPS
 
 ARGUMENT = re.compile(r"(?<!--unit )(?<!--calibration )\b[a-z_]+=(?=[\"'{(\[.]|\d|$|,|;| )")
 """What an argument of Python looks like."""
@@ -154,6 +153,7 @@ IDENTIFY: dict[str, Callable[[], object]] = {
     "bounds by no name": identify(bounds={"nothing": (0.0, 1.0)}),
     "an area without a pair": identify(contact_area=(6e-6, 1e-6, 2000.0)),
     "an area without contacts": identify(law="iwan", contact_area=(6e-6, 1e-6, 2000.0)),
+    "an area beyond all": identify(contact_area=(1.0, 1e-6, 2000.0), pair=PAIR, area=1e-4),
     "no pair": lambda: models.model_of("interface").build({}, 1.0),
     "held back": identify(held_back=3.0),
     "known without a pair": identify(known={"radius": (1e-3, 1e-4)}),
@@ -181,11 +181,15 @@ def two_arrays() -> object:
     return ms.Scan.read("two.npz")
 
 
-def gap_table() -> object:
-    from scipy.io import savemat
+def suspect() -> object:
+    np.save("suspect.npy", np.where(np.eye(96, dtype=bool), -1e-3, HEIGHTS))
+    scan = ms.Scan.read("suspect.npy", unit="m", pixel=1e-6)
+    raise ms.InputError(scan.notes[-1])
 
-    savemat("gaps.mat", dict.fromkeys(sorted(GAPS), np.ones((3, 3))))
-    return ms.Scan.read("gaps.mat")
+
+def no_array() -> object:
+    Path("no.npy").write_bytes(b"\0\1" * 99)
+    return ms.Scan.read("no.npy")
 
 
 def junk() -> object:
@@ -219,7 +223,9 @@ SURFACE: dict[str, Callable[[], object]] = {
     "long": scan(HEIGHTS, steps={"long_cutoff": 1.0}),
     "turned after": scan(HEIGHTS, steps={"long_cutoff": 8e-6}, then={"cutoff": 9e-6}),
     "few left": scan(FEW, steps={"outliers": 2.0}),
-    "a table of gaps": gap_table,
+    "suspect": suspect,
+    "no array": no_array,
+    "half a unit": scan("x,y,z [nm]\n0,0,1\n1,0,2\n0,1,3\n1,1,5\n", "b.txt", unit="m", pixel=None),
     "no format": scan(HEIGHTS, format="nonsense"),
     "no known format": junk,
     "turned": scan(HEIGHTS, steps={"cutoff": 9e-6, "long_cutoff": 8e-6}),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import tomllib
 from pathlib import Path
 
@@ -191,7 +192,7 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert "A profile has peaks but no summits" in outcome.stdout
     names = sorted(path.name for path in (folder / "out").iterdir())
-    assert names == [name for name in FILES if name not in ("summits.csv", "surface.toml")]
+    assert names == [name for name in FILES if name != "summits.csv"]
 
 
 @pytest.mark.parametrize(
@@ -225,6 +226,81 @@ def test_wrong_options_are_one_line(folder: Path, options: tuple[str, ...], mess
     assert message in line
 
 
+def test_coordinates_and_heights_have_a_unit_each(folder: Path, undrawn: None) -> None:
+    """As the usual xyz file has them; a study takes them likewise."""
+    z = np.load("ground.npy")[:32, :32]
+    rows = "".join(f"{x},{2 * y},{z[y, x]:.6f}\n" for y in range(32) for x in range(32))
+    Path("pts.xyz").write_text(rows)
+    units = "--unit", "mm", "--unit", "um"
+    assert run("surface", "pts.xyz", *units, "-o", "out").exit_code == 0
+    summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
+    assert summary["pixel"] == pytest.approx([1e-3, 2e-3], rel=1e-12)
+    wanted = ms.Scan.read("pts.xyz", unit=("mm", "um")).condition(level="plane").statistics()
+    assert summary["parameters"]["rms"]["value"] == wanted.rms
+    text = (folder / "out/surface.toml").read_text("utf-8")
+    assert tomllib.loads(text)["surface"]["unit"] == ["mm", "um"]
+    ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
+    for given, message in (
+        ('["mm", "um", "nm"]', "surface.unit: wanted at most 2 items, got 3"),
+        ('["mm", "kg"]', 'wanted a length such as "1 um", got "1 kg"'),
+        ("5", 'wanted a unit such as "um", got 5'),
+    ):
+        wrong = text.replace('["mm", "um"]', given)
+        with pytest.raises(ms.InputError, match=re.escape(message)):
+            ms.Study.from_toml(STUDY.format(surface=wrong), folder=folder / "out")
+    # The names of the columns are a second witness, and their messages are spelt alike.
+    Path("pts.xyz").write_text("x,y,z [nm]\n" + rows)
+    line = fails("surface", "pts.xyz", "--unit", "um")
+    assert line.endswith('heights are in "nm", not "um"; write --unit um --unit nm')
+    one = STUDY.format(surface=text.replace('["mm", "um"]', '"um"'))
+    with pytest.raises(ms.InputError, match=re.escape('write unit = ["um", "nm"]')):
+        ms.Study.from_toml(one, folder=folder / "out")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--cutoff", "5 um", "--cutoff", "6 um"), "--cutoff: wanted once, got 2 times"),
+        (("--level", "mean", "--level", "mean"), "--level: wanted once, got 2 times"),
+        (
+            ("--unit", "um", "--unit", "um"),
+            "--unit: wanted once, or twice for coordinates and heights, got 3 times",
+        ),
+    ],
+)
+def test_an_option_is_not_taken_from_the_last_of_two(
+    folder: Path, options: tuple[str, ...], message: str
+) -> None:
+    assert message in fails("surface", "ground.npy", *AS_IS, *options)
+
+
+def test_a_number_for_nothing_measured_is_told(folder: Path) -> None:
+    heights = np.load("ground.npy")
+    heights[10:12, 20:30] = -9999.0
+    np.save("gaps.npy", heights)
+    options = "surface", "gaps.npy", *AS_IS, "--cutoff", "6 um", "--json"
+    said = json.loads(run(*options).stdout)["warnings"]
+    found = re.fullmatch(
+        r"20 points are all -9\.999 mm, far from all others; if that stands for "
+        r'"nothing measured", leave them out by --valid "(.*)" "(.*)"\.',
+        said[0],
+    )
+    assert found is not None, said
+    mended = json.loads(run(*options, "--valid", *found.groups()).stdout)
+    assert mended["missing"] == 20 / 96**2
+    assert not any("nothing measured" in text for text in mended["warnings"])
+    whole = json.loads(run("surface", "ground.npy", *options[2:]).stdout)
+    rms = whole["parameters"]["rms"]["value"]
+    assert mended["parameters"]["rms"]["value"] == pytest.approx(rms, rel=0.01)
+
+
+def test_warnings_are_spelt_as_options(folder: Path) -> None:
+    np.save("tilted.npy", np.load("ground.npy") + 1e3 * np.arange(96.0))
+    outcome = run("surface", "tilted.npy", *AS_IS, "--cutoff", "none", "--level", "none")
+    assert "is it levelled? --level plane" in outcome.stdout
+    assert "level=" not in outcome.stdout
+
+
 def test_wrong_files_are_one_line(folder: Path) -> None:
     assert 'groud.npy: no such file; did you mean "ground.npy"?' in fails("surface", "groud.npy")
     assert "does not say the unit" in fails("surface", "ground.npy")
@@ -232,8 +308,10 @@ def test_wrong_files_are_one_line(folder: Path) -> None:
     assert "nothing to measure" in fails("surface", "flat.npy", *AS_IS)
     np.save("tilted.npy", np.add.outer(np.arange(40.0), np.arange(40.0)))
     assert "leaves nothing but rounding" in fails("surface", "tilted.npy", *AS_IS)
-    np.save("row.npy", np.arange(40.0)[None])
-    assert "for a profile, give one dimension" in fails("surface", "row.npy", *AS_IS)
+    np.save("rows.npy", np.load("ground.npy")[:2])
+    assert "need three points along x and along y, got 96 x 2" in fails(
+        "surface", "rows.npy", *AS_IS
+    )
     spiky = np.load("ground.npy")
     spiky[3, 3] = 1e12
     np.save("spiky.npy", spiky)

@@ -85,7 +85,7 @@ def test_shares_of_the_extreme_points() -> None:
 
 def test_verdicts_on_noise_and_on_a_surface() -> None:
     noise = {verdict.name: verdict for verdict in verdicts(NOISE)}
-    assert noise["m4 pixel^2 / m2"].word == "outside"
+    assert noise["share of m4 lost to the pixel"].word == "outside"
     assert noise["kurtosis"].word == "ok"
     fine = random_surface((300, 300), 1e-6, m0=1.2e-13, m2=0.004, m4=0.004 * 0.1e12)
     assert {verdict.word for verdict in verdicts(fine)} == {"ok"}
@@ -372,10 +372,27 @@ def test_default_cutoffs() -> None:
     found = default_cutoffs(NOISE)
     assert found[0] == 0.0
     assert found[1] == pytest.approx(8e-6)
-    assert found[-1] == pytest.approx(10e-6)  # an eighth of 80 um
-    assert default_cutoffs(Scan(np.eye(20), 1e-6)).tolist() == [0.0]
+    assert found[-1] == pytest.approx(80e-6 / 3)  # of 60 x 80 points
+    assert default_cutoffs(Scan(np.eye(11), 1e-6)).tolist() == [0.0]
     long = Scan(np.random.default_rng(0).normal(size=(400, 400)), 1e-6, cutoff=10e-6)
     assert default_cutoffs(long)[1] == pytest.approx(12.5e-6)
+    assert default_cutoffs(long)[-1] == pytest.approx(50e-6)  # an eighth of 400 um
+    banded = Scan(long.heights, 1e-6, long_cutoff=30e-6)
+    assert default_cutoffs(banded)[-1] == pytest.approx(15e-6)
+
+
+@pytest.mark.parametrize("shape", [(40, 50), (16, 16), (12, 300), (90, 90), (2000, 130)])
+def test_default_cutoffs_of_small_scans_are_worth_a_table(shape: tuple[int, int]) -> None:
+    """Several, a quarter apart or more, up to a third of the side or four times the least."""
+    scan = Scan(np.random.default_rng(0).normal(size=shape), 1e-6)
+    found = default_cutoffs(scan)[1:]
+    side = min(shape) * 1e-6
+    assert found[0] == pytest.approx(4e-6)
+    assert found[-1] == pytest.approx(max(side / 8, min(side / 3, 16e-6)))
+    assert found.size == (1 if side < 13e-6 else found.size) <= 8
+    assert (found[1:] / found[:-1] > 1.15).all()
+    table = over_cutoffs(scan)
+    assert np.isfinite(table.mccool_radius).sum() >= found.size
 
 
 def test_a_table_of_cutoffs() -> None:
@@ -400,7 +417,14 @@ def test_a_profile_has_no_counted_summits() -> None:
     assert any("no summits to count" in note for note in table.notes)
 
 
-@pytest.mark.parametrize("cutoffs", [[-1e-6], [[1e-5]], ["10 um"], [math.nan], [1.0], [1e-7]])
+@pytest.mark.parametrize("cutoffs", [["10 um", None], ("10 um", 0.0), [1e-5, 0], [None, 1e-5]])
+def test_cutoffs_as_text_and_as_numbers(cutoffs: Any) -> None:
+    assert over_cutoffs(NOISE, cutoffs, counted=False).cutoff.tolist() == [0.0, 1e-5]
+
+
+@pytest.mark.parametrize(
+    "cutoffs", [[-1e-6], [[1e-5]], ["10"], [math.nan], [1.0], [1e-7], [[None]], [True, "a"]]
+)
 def test_cutoffs_that_cannot_be(cutoffs: Any) -> None:
     with pytest.raises(InputError):
         over_cutoffs(NOISE, cutoffs)

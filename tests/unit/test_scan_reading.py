@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 import microslip as ms
-from microslip.scans.readers import READERS, instruments, text
+from microslip.scans.readers import READERS, instruments, mat, text
 from microslip.scans.readers.grid import on_grid
 
 REAL = Path(__file__).parents[3] / "shared/data/scans"
@@ -171,6 +171,46 @@ def test_what_no_height_can_be_is_missing_where_that_is_said() -> None:
     refused("all 12 heights are missing", "a.npy", valid=("1 m", "2 m"), **UM)
 
 
+@pytest.mark.parametrize(
+    ("sentinel", "told", "limits"),
+    [
+        (-9999.0, "-9.999 mm", '("-4 µm", "4 µm")'),
+        (32767.0, "32.77 mm", '("-4 µm", "4 µm")'),
+        (-30.0, "-30 µm", '("-4 µm", "4 µm")'),
+    ],
+)
+def test_a_number_for_nothing_measured_is_told(sentinel: float, told: str, limits: str) -> None:
+    z = np.linspace(-2.5, 2.5, 400).reshape(20, 20)
+    np.save("whole.npy", z)
+    z[3:5, 4:6] = sentinel
+    np.save("a.npy", z)
+    scan = ms.Scan.read("a.npy", **UM)
+    note = f"suspect: 4 points are all {told}, far from all others; if that stands for "
+    assert f'{note}"nothing measured", leave them out by valid={limits}.' in scan.notes
+    mended = ms.Scan.read("a.npy", valid=("-4 um", "4 um"), **UM)
+    assert mended.missing == 0.01
+    assert not any("suspect" in note for note in (*mended.notes, *_notes_of("whole.npy")))
+
+
+@pytest.mark.parametrize("kind", ["a grating", "clipped", "one point", "two levels and noise"])
+def test_heights_that_are_rightly_repeated_are_not_suspected(kind: str) -> None:
+    z = np.random.default_rng(1).normal(size=(20, 20))
+    if kind == "a grating":
+        z = np.where(np.arange(20) % 10 < 5, 0.0, 1.0) * np.ones((20, 1))
+    elif kind == "clipped":
+        z = np.minimum(np.exp(3.0 * z), 50.0)
+    elif kind == "one point":
+        z[3, 3] = -9999.0
+    else:
+        z = np.round(z, 1) + np.where(np.arange(20) < 10, 0.0, 100.0)
+    np.save("a.npy", z)
+    assert not any("suspect" in note for note in _notes_of("a.npy"))
+
+
+def _notes_of(name: str) -> tuple[str, ...]:
+    return ms.Scan.read(name, **UM).notes
+
+
 def test_spikes_are_told() -> None:
     z = np.random.default_rng(0).normal(size=(20, 20))
     z[3, 3] = 1e9
@@ -186,7 +226,7 @@ def test_spikes_are_told() -> None:
     [
         (np.full((5, 5), np.nan), "all 25 heights are missing"),
         (np.full((5, 5), 3.0), "all heights are 3 µm: nothing to measure"),
-        (np.ones((1, 9)) * np.arange(9), "at least two rows and two columns, got 1 x 9"),
+        (np.arange(3.0)[None], "at least two rows and two columns, got 1 x 3"),
         (np.where(np.eye(5), np.inf, 1.0), "5 of 25 are infinite"),
         (np.where(np.eye(5), 1e300, 1.0), "must be heights in metres"),
         (np.arange(25).reshape(5, 5) * 1j, "wanted real numbers, got an array of complex128"),
@@ -259,6 +299,17 @@ def test_the_wrong_format_says_so() -> None:
 def test_objects_are_not_unpickled() -> None:
     np.save("a.npy", np.array([[print, print]] * 2, dtype=object), allow_pickle=True)
     refused("wanted real numbers, got an array of object", "a.npy", **UM)
+
+
+def test_an_npy_file_is_what_it_says() -> None:
+    np.save("a.npy", Z)
+    content = Path("a.npy").read_bytes().replace(b"(4, 3), }", b"(-4, 3),}")
+    refused("not a usable npy file: it says that it holds -4 x 3", put("b.npy", content), **UM)
+    for name in ("c.npy", "c.npz"):
+        message = refused(
+            f"ending says .{name[2:]}, its first bytes do not", put(name, b"\0\1" * 99)
+        )
+        assert message.endswith("write format=")
 
 
 def _npy(shape: tuple[int, ...], numbers: int) -> bytes:
@@ -346,7 +397,6 @@ def test_ways_to_write_that_a_point_is_missing(gap: str, separator: str) -> None
         ("hello\nworld\n", "wanted rows of numbers, got text"),
         ("1 2 3 4\n5 6 7\n", "wanted rows of 4 numbers"),
         ("1 2 3 4\n5 6 x 8\n", "wanted rows of 4 numbers"),
-        ("1 2 3 4\n", "at least two rows and two columns, got 1 x 4"),
         ("1 2 3 4\n1 2 inf 4\n", "1 of 8 are infinite"),
         ("1 2 3 4\n1 2 1e999 4\n", "1 of 8 are infinite"),
         ("1\n2\n3\n", "at least four points"),
@@ -354,6 +404,118 @@ def test_ways_to_write_that_a_point_is_missing(gap: str, separator: str) -> None
 )
 def test_text_that_is_no_scan(content: str, says: str) -> None:
     refused(says, put("a.txt", content), **UM)
+
+
+@pytest.mark.parametrize(
+    ("head", "stated"),
+    [
+        ("x [um],y [um],z [nm]", None),
+        ("# x [um],y [um],z [nm]", ("um", "nm")),
+        ('"X (µm)","Y (µm)","Z (nm)"', None),
+        ("x/um,y/um,z/nm", None),
+        ("x_um,y_um,z_nm", ("um", "nm")),
+        ("[um],[um],[nm]", None),
+        ("Position X [um] Position Y [um] Mean height [nm]", None),
+        ("x [um] y [um] z [nm]", None),
+        ("by hand\nx [um],y [um],z [nm]\nas measured", None),
+        ("Line 1 X [um],Line 1 Y [um],Mean of 3 [nm]", None),
+        ("x, y, z [nm]", ("um", "nm")),
+        ("x [um], y [um], z", ("um", "nm")),
+    ],
+)
+def test_the_names_of_columns_say_their_units(head: str, stated: tuple[str, str] | None) -> None:
+    put("a.csv", f"{head}\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
+    scan = ms.Scan.read("a.csv", unit=stated)
+    assert scan.heights.tolist() == [[1e-9, 2e-9], [3e-9, 5e-9]]
+    assert scan.pixel == pytest.approx((2e-6, 3e-6), rel=1e-14)
+    told = "as the file says" if stated is None else "as stated"
+    said = [note.replace("µm", "um") for note in scan.notes]
+    assert f"heights: in nm, {told}." in said
+    assert f"coordinates: in um, {told}." in said
+    # A thousandfold is no matter of taste.
+    if stated is None:
+        refused('coordinates are in ".m", not "mm"; leave out unit', "a.csv", unit="mm")
+        refused('heights are in "nm", not "um"; leave out unit', "a.csv", unit="um")
+        assert ms.Scan.read("a.csv", unit=("um", "nm")).heights[0, 0] == 1e-9
+
+
+def test_units_above_some_columns_only() -> None:
+    put("a.csv", "x, y, z [nm]\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
+    refused('heights are in "nm", but not .* write unit=."mm", "nm".', "a.csv")
+    refused('heights are in "nm", not "um"; write unit=."um", "nm".', "a.csv", unit="um")
+    put("e.csv", "x [mm], y [mm], z\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
+    refused('unit of its heights; write unit=."mm", "um".', "e.csv")
+    refused('coordinates are in "mm", not "um"; write unit=."mm", "um".', "e.csv", unit="um")
+    assert ms.Scan.read("e.csv", unit=("mm", "um")).pixel == pytest.approx((2e-3, 3e-3), rel=1e-14)
+    put("b.csv", "x [mm],y [um],z [nm]\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
+    refused('x is in "mm", y in "um": wanted one unit for both', "b.csv")
+    put("c.txt", "z [nm]\n1\n2\n3\n5\n")
+    assert ms.Scan.read("c.txt", pixel="1 um").heights[3] == 5e-9
+    refused('not "um"', "c.txt", unit="um", pixel="1 um")
+    # In another encoding than ours.
+    put("d.csv", "x [µm];z [µm]\n0;1\n1;2\n2;4\n3;3\n".encode("latin-1"))
+    assert ms.Scan.read("d.csv").heights[0] == 1e-6
+
+
+@pytest.mark.parametrize(
+    "head",
+    ["x,y,z", "x [s],y [s],z [V]", "2 [mm] 3 [mm] 5 [um]", "x [left],y [right],z [um^9^9^9]"],
+)
+def test_what_is_above_the_columns_may_mean_nothing(head: str) -> None:
+    put("a.csv", f"{head}\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
+    refused("does not say the unit", "a.csv")
+    assert ms.Scan.read("a.csv", unit="um").heights[0, 0] == 1e-6
+    assert f'skipped above: "{head}".' in ms.Scan.read("a.csv", unit="um").notes
+
+
+def test_points_may_have_more_than_three_columns() -> None:
+    rows = "0 0 1 9\n1 0 2 9\n0 1 3 9\n1 1 5 9\n"
+    for name, content in (
+        ("a.xyz", rows),
+        ("a.txt", "x y z intensity\n" + rows),
+        ("b.csv", "X [um],Y [um],Z [um],I\n" + rows.replace(" ", ",")),
+    ):
+        scan = ms.Scan.read(put(name, content), unit="um")
+        assert scan.heights.tolist() == [[1e-6, 2e-6], [3e-6, 5e-6]]
+        assert "not read: 1 column beyond x, y and z." in scan.notes
+        refused('its coordinates say .* write format="matrix"', name, **UM)
+        assert ms.Scan.read(name, "matrix", **UM).heights.shape == (4, 4)
+    assert ms.Scan.read(put("c.txt", rows), "xyz", unit="um").heights.shape == (2, 2)
+    assert ms.Scan.read("c.txt", **UM).heights.shape == (4, 4)
+    put("d.xyz", "1 2 3 4\n1 2 4 5\n")
+    refused('of 4 columns the first three .* write format="matrix"', "d.xyz", unit="um")
+
+
+@pytest.mark.parametrize("kind", ["row", "column", "text"])
+def test_one_row_is_a_profile(kind: str) -> None:
+    line = np.array([1.0, 2.0, 4.0, 3.0, 5.0])
+    name = f"a.{'txt' if kind == 'text' else 'npy'}"
+    if kind == "text":
+        put(name, "1 2 4 3 5\n")
+    else:
+        np.save(name, line[None] if kind == "row" else line[:, None])
+    scan = ms.Scan.read(name, **UM)
+    assert scan.is_profile
+    assert scan.heights.tolist() == [1e-6, 2e-6, 4e-6, 3e-6, 5e-6]
+    what = "column" if kind == "column" else "row"
+    assert f"profile: one {what} of 5 points, taken for a profile." in scan.notes
+
+
+@pytest.mark.parametrize("column", [False, True])
+def test_one_row_has_the_pixel_along_it(column: bool) -> None:
+    head = "# Width: 8 um\n# Height: 12 um\n# Value units: um\n"
+    put("a.txt", head + ("1\n2\n3\n5\n" if column else "1 2 3 5\n"))
+    scan = ms.Scan.read("a.txt", "matrix")
+    assert scan.pixel == pytest.approx((3e-6 if column else 2e-6,), rel=1e-14)
+
+
+@pytest.mark.parametrize("word", ["csv", "txt", "TXT", ".csv", "Text", " matrix"])
+def test_other_words_for_a_format(word: str) -> None:
+    put("a.bin", "1 2 3 4\n5 6 7 9\n")
+    assert ms.Scan.read("a.bin", word, **UM).heights[1, 3] == 9e-6
+    np.save("a.npy", Z)
+    for npy in ("NPY", ".npy"):
+        assert ms.Scan.read("a.npy", npy, **UM).heights.shape == Z.shape
 
 
 def test_lines_have_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -419,6 +581,10 @@ def test_points_that_are_on_no_grid() -> None:
     with pytest.raises(ValueError, match="x must be finite"):
         on_grid([np.array([0.0, np.nan])], np.arange(2.0), 100)
     line = np.arange(300.0)
+    y, x = (axis.ravel() for axis in np.mgrid[:6, :7])
+    turned = [0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y]
+    with pytest.raises(ValueError, match="points of a grid that is turned, or scattered"):
+        on_grid(turned, np.arange(42.0), 10**6)
     with pytest.raises(ValueError, match="scattered points are no scan"):
         on_grid([line, line], line, 10**6)
     with pytest.raises(ValueError, match="more than limit=100"):
@@ -469,6 +635,18 @@ def test_archives_may_not_unpack_to_anything(monkeypatch: pytest.MonkeyPatch) ->
     with zipfile.ZipFile("a.x3p", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("main.xml", bytes(1_000_000))
     refused("unpacks to 1 MB, more than limit=1000 points can need", "a.x3p", limit=1000)
+
+
+def test_what_is_read_whole_may_not_unpack_to_much(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An XML file grows to a manifold of its size, however many points are allowed."""
+    with zipfile.ZipFile("a.x3p", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("main.xml", bytes(instruments._XML + 1))
+    refused("main.xml in it unpacks to 8 MB, wanted at most 8 MB", "a.x3p")
+    monkeypatch.setattr(instruments, "_XML", 1000)
+    with zipfile.ZipFile("b.x3p", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("main.xml", b"<a/>")
+        archive.writestr("bindata/data.bin", bytes(10_000))
+    refused("cannot be read as x3p", "b.x3p")
 
 
 class Channel(SimpleNamespace):
@@ -642,5 +820,7 @@ def test_truncated_real_scans(name: str, share: float) -> None:
 
 
 def test_a_table_of_gaps_is_no_scan() -> None:
-    message = refused("holds no scan but a table of gap densities", real("brb_surface_data.mat"))
-    assert "ms.TabulatedHeights" in message
+    savemat("gaps.mat", dict.fromkeys(sorted(mat._GAPS), np.ones((3, 3))))
+    message = refused("holds no scan but a table of gap densities", "gaps.mat")
+    assert 'a study takes such heights of kind "table"' in message
+    assert "ms.read_gap_table(path).to_surface(pair, area=...)" in message

@@ -12,7 +12,7 @@ import pytest
 
 import microslip as ms
 from microslip.friction import Verdict
-from microslip.scans import SummitStatistics, find_summits, paraboloids
+from microslip.scans import SummitStatistics, cut, find_summits, paraboloids, random_surface
 from microslip.scans.joint import from_statistics, resample
 from microslip.scans.noise import noise_passed, noise_std, present
 
@@ -90,6 +90,7 @@ def test_methods_differ_by_the_threshold() -> None:
     assert high.prominences.min() >= 3e-7
     assert scan.summits(None).threshold == pytest.approx(3e-7, rel=0.1)
     assert every.threshold == 0.0
+    np.testing.assert_array_equal(scan.summits(None, prominence="300 nm").radii, high.radii)
     for other in (low, high):
         assert other.statistics("neighbours") == every.statistics("neighbours")
 
@@ -202,6 +203,7 @@ def test_surfaces() -> None:
     assert table.mean == pytest.approx(found.mean_height, abs=0.1 * found.std)
     population = found.to_surface(PAIR, estimate="population")
     assert isinstance(population, ms.AsperityPopulation)
+    assert found.to_surface(PAIR, "2 cm^2").area == pytest.approx(2e-4)
     # A little more than was counted, for the edge on which none could be.
     assert found.count <= population.summit_count < 1.2 * found.count
 
@@ -290,7 +292,9 @@ def test_sharp_summits_are_told() -> None:
         ({"window": 17}, "window must be an odd number"),
         ({"window": 3.0}, "window must be an odd number"),
         ({"prominence": -1e-9}, "prominence must not be below zero"),
-        ({"prominence": "high"}, "prominence must be a finite number"),
+        ({"prominence": "high"}, 'prominence: wanted a length such as "2 nm", got "high"'),
+        ({"prominence": "2"}, r"prominence: .* got \"2\" \(no unit\)"),
+        ({"prominence": [1.0]}, "prominence must be a finite number"),
         ({"prominence": 1.0}, "try a smaller prominence"),
         ({"level": "sphere"}, "level"),
         ({"cutoff": 1e-6}, "cutoff must be between two pixels"),
@@ -315,6 +319,10 @@ def test_wrong_joints() -> None:
     found = noisy().summits(1e-5)
     with pytest.raises(ms.InputError, match='"counted"'):
         found.statistics("guess")  # type: ignore[arg-type]
+    with pytest.raises(ms.InputError, match='"nayak" or "population", got '):
+        found.to_surface(PAIR, estimate="bogus")  # type: ignore[arg-type]
+    with pytest.raises(ms.InputError, match=r'area: wanted an area such as "2 cm\^2"'):
+        found.to_surface(PAIR, "2 cm")
     with pytest.raises(ms.InputError, match='heights must be "gaussian"'):
         found.to_surface(PAIR, 1e-4, heights="flat")  # type: ignore[arg-type]
     with pytest.raises(ms.InputError, match="left out for a population"):
@@ -327,3 +335,63 @@ def test_wrong_joints() -> None:
         found.to_surface(PAIR, -1.0)
     with pytest.raises(ms.InputError, match="joint must be an Interface"):
         found.validity(PAIR)  # type: ignore[arg-type]
+
+
+# -- a cut-off twice -------------------------------------------------------------------------------
+
+
+def test_the_same_cutoff_twice_filters_once() -> None:
+    scan = noisy(shape=(120, 120))
+    once = scan.condition(cutoff="10 um")
+    again, before = once.summits("10 um", prominence=0.0), once.summits(None, prominence=0.0)
+    assert again.cutoff == before.cutoff == pytest.approx(1e-5)
+    np.testing.assert_array_equal(again.heights, before.heights)
+    np.testing.assert_array_equal(again.heights, scan.summits("10 um", prominence=0.0).heights)
+
+
+def test_noise_is_that_before_the_cutoff_wherever_it_was_applied() -> None:
+    """Behind a filter hardly a difference from point to point is left to tell noise by."""
+    rough = random_surface((120, 120), 1e-6, m0=1e-14, m2=1e-4, m4=2e6, seed=2)
+    scan = ms.Scan(rough.heights + noisy(shape=(120, 120)).heights / 20.0, 1e-6)
+    once = scan.condition(level="plane", cutoff="6 um")
+    wanted = scan.summits("6 um", level="plane")
+    for found in (once.summits(None), once.summits("6 um"), copy.deepcopy(once).summits(None)):
+        assert found.threshold == pytest.approx(wanted.threshold, rel=1e-6)
+        assert found.count == wanted.count
+    further = once.summits("12 um")
+    assert further.threshold == pytest.approx(scan.summits("12 um").threshold, rel=1e-6)
+    whole = cut(once, (2, 2))[0].summits(None).threshold
+    assert whole == pytest.approx(wanted.threshold, rel=1e-6)
+    # Of heights that came filtered from elsewhere nothing else is known.
+    other = ms.Scan(once.heights, 1e-6, cutoff=6e-6).summits(None)
+    assert other.threshold < 0.5 * wanted.threshold
+
+
+def test_a_longer_cutoff_is_the_one_of_both() -> None:
+    """Half the amplitude passes at it, as if it were applied alone; edges and pixels apart."""
+    scan = noisy(shape=(120, 120))
+    two = scan.condition(cutoff=1e-5).summits(2e-5, prominence=0.0)
+    one = scan.summits(2e-5, prominence=0.0)
+    assert two.cutoff == pytest.approx(2e-5, rel=1e-12)
+    inner = (slice(30, -30),) * 2
+    apart = two.scan.heights[inner] - one.scan.heights[inner]
+    # Each filter leaves out what is beyond a cut-off, 1e-6 of its weight.
+    assert np.abs(apart).max() < 1e-4 * one.scan.heights.std()
+    table = scan.condition(cutoff=1e-5).over_cutoffs([0.0, 1e-5, 2e-5], counted=False)
+    assert table.m2[0] == table.m2[1]
+    assert table.m2[2] == pytest.approx(one.scan.condition(level="plane").moments().m2, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("cutoff", "says"),
+    [
+        ("5 um", r"cutoff must not be shorter than the 10 µm that was applied before, got 5 µm"),
+        ("10.1 um", r"must be the 10 µm that was applied before, or at least 10\.2 µm, got 10\.1"),
+    ],
+)
+def test_a_cutoff_that_cannot_follow_another_is_refused(cutoff: str, says: str) -> None:
+    scan = noisy(shape=(120, 120)).condition(cutoff="10 um")
+    with pytest.raises(ms.InputError, match=says):
+        scan.summits(cutoff)
+    with pytest.raises(ms.InputError, match=says):
+        scan.over_cutoffs([float(cutoff.split()[0]) * 1e-6])

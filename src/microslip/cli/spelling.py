@@ -68,6 +68,7 @@ _TABLE: Mapping[str, Rules] = {
             "--contact-area needs --study STUDY.toml, with the materials",
         ),
         (r"(?<![-\w])write pair=ms\.MaterialPair\(.*\)\)", "write --study STUDY.toml"),
+        (r"(?<![-\w])contact_area must\b", "--contact-area must"),
         (r"(?<![-\w])held_back must\b", "--held-back must"),
         (r"(?<![-\w])write delay='free'", "write --free-delay"),
         (
@@ -77,9 +78,12 @@ _TABLE: Mapping[str, Rules] = {
     ),
     "surface": (
         (r"; write (key|channel)=$", r"; write --\1 NAME"),
+        (r"\bwrite format=$", "write --format NAME"),
+        (r"(?<![-\w])write unit=\(\"(\w+)\", \"(\w+)\"\)", r"write --unit \1 --unit \2"),
         (r"(?<![-\w])write unit=\"([^\"]*)\"", r"write --unit \1"),
         (r"(?<![-\w])leave out unit\b", "leave out --unit"),
-        (r"(?<![-\w])unit: wanted one such as .*, got", '--unit: wanted one such as "um", got'),
+        (r"(?<![-\w])unit: wanted one such as", "--unit: wanted one such as"),
+        (r"\(\"mm\", \"um\"\), got", "--unit mm --unit um, got"),
         (r"(?<![-\w])unit: ", "--unit: "),
         (r"(?<![-\w])leave out pixel\b", "leave out --pixel"),
         (r"(?<![-\w])write pixel=\"", 'write --pixel "'),
@@ -97,6 +101,7 @@ _TABLE: Mapping[str, Rules] = {
             r"(?<![-\w])outliers=6, or valid=\(\"-1 mm\", \"1 mm\"\) when reading",
             '--outliers 6, or --valid "-1 mm" "1 mm"',
         ),
+        (r"(?<![-\w])valid=\(\"([^\"]+)\", \"([^\"]+)\"\)", r'--valid "\1" "\2"'),
         (r"(?<![-\w])valid: ", "--valid: "),
         (r"(?<![-\w])fill the scan first", "fill them first, --fill"),
         (r"(?<![-\w])level=\"(\w+)\" or \"(\w+)\"", r"--level \1 or \2"),
@@ -105,10 +110,6 @@ _TABLE: Mapping[str, Rules] = {
         (r"(?<![-\w])(cutoff|outliers|prominence)(?= must )", r"--\1"),
         (r"(?<=must be longer than )cutoff\b", "--cutoff"),
         (r"(?<![-\w])outliers: only", "--outliers: only"),
-        (
-            r"for ms\.TabulatedHeights; ms\.read_gap_table",
-            "which no command reads; in Python, ms.read_gap_table",
-        ),
     ),
 }
 

@@ -3,23 +3,46 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from microslip.cli.frame import OneOf, echo_json
 from microslip.cli.records import writes
+from microslip.cli.spelling import as_options
 from microslip.cli.work import progress, stoppable
 
 if TYPE_CHECKING:
-    from microslip.study.scanned import Request
+    from microslip.study.scanned import Findings, Request
 
 LEVELS = ("plane", "quadratic", "cylinder", "mean", "none")
 METHODS = ("watershed", "neighbours")
 
+_TWICE = {"units": "coordinates and heights", "pixels": "x and y"}
 
-@click.command(short_help="Measure the roughness and the summits in a scan.")
+
+class _Once(click.Command):
+    """A command that does not take the last of two options for granted."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """As click's; an option is refused where it is there more often than it may be."""
+        if not ctx.resilient_parsing:
+            _, _, order = self.make_parser(ctx).parse_args(args=list(args))
+            for option, count in Counter(order).items():
+                if not isinstance(option, click.Option) or option.is_flag:
+                    continue
+                twice = _TWICE.get(option.name or "")
+                if count > (1 if twice is None else 2):
+                    wanted = "once" if twice is None else f"once, or twice for {twice}"
+                    raise click.UsageError(
+                        f"{option.opts[-1]}: wanted {wanted}, got {count} times", ctx
+                    )
+        return super().parse_args(ctx, args)
+
+
+@click.command(cls=_Once, short_help="Measure the roughness and the summits in a scan.")
 @click.argument("scan", metavar="SCAN", type=click.Path(path_type=Path, readable=False))
 @click.option(
     "--cutoff",
@@ -55,7 +78,13 @@ METHODS = ("watershed", "neighbours")
 )
 @click.option("--area", metavar="AREA", help='Apparent area of the joint, such as "2 cm^2".')
 @click.option("--format", "kind", metavar="FORMAT", help="Format of the file, such as plu or npy.")
-@click.option("--unit", metavar="UNIT", help="Unit of the heights, where the file has none.")
+@click.option(
+    "--unit",
+    "units",
+    metavar="UNIT",
+    multiple=True,
+    help="Unit of the heights, where the file has none; twice, of coordinates and of heights.",
+)
 @click.option(
     "--pixel",
     "pixels",
@@ -83,7 +112,7 @@ def surface(
     prominence: str | None,
     area: str | None,
     kind: str | None,
-    unit: str | None,
+    units: tuple[str, ...],
     pixels: tuple[str, ...],
     valid: tuple[str, str] | None,
     key: str | None,
@@ -105,6 +134,7 @@ def surface(
         from microslip.study.scanned_summary import KIND, summarise
         from microslip.study.scanned_tables import show
 
+        unit: Any = units if len(units) > 1 else units[0] if units else None
         request: Request = Request.of(
             scan,
             cutoff=cutoff,
@@ -129,7 +159,7 @@ def surface(
 
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "measured scan"))
             with progress("Measuring") as report:
-                found = analyse(request, report)
+                found = _spelt(analyse(request, report))
             if stage is None:
                 summary = summarise(found)
             else:
@@ -141,3 +171,17 @@ def surface(
     show(summary, sys.stdout)
     if folder is not None:
         click.echo(f"{len(summary['files'])} files in {folder}")
+
+
+def _spelt(found: Findings) -> Findings:
+    """Findings that say what a reader has to know as a command does."""
+    from dataclasses import replace
+
+    from microslip.scans.reading import SUSPECT
+
+    told = [note.removeprefix(SUSPECT) for note in found.raw.notes if note.startswith(SUSPECT)]
+    if found.request.outliers is not None:
+        told = []  # what was left out is no more to be suspected
+    return replace(
+        found, reasons=tuple(as_options("surface", text) for text in (*told, *found.reasons))
+    )

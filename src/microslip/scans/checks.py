@@ -19,6 +19,10 @@ LIMIT = 100_000_000
 SPIKE = 1e6
 """Distance from the median, in median distances, beyond which a point is no height."""
 
+APART = 3.0
+"""Distance from all other points, in ranges of those, beyond which one height of several points
+may stand for "nothing measured"."""
+
 _ATOM = 1e-10  # [m] no surface varies less: smaller is rounding
 
 
@@ -39,6 +43,46 @@ def spikes(heights: NDArray[np.float64]) -> int:
     if np.nanmax(heights) <= far[0] and np.nanmin(heights) >= far[1]:
         return 0
     return int(np.count_nonzero((heights > far[0]) | (heights < far[1])))
+
+
+def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | None:
+    """A height that may be none and how often it is there, and limits of the others.
+
+    Several points of exactly one height, farther from all others than three times the range of
+    those, are rather a number such as -9999 for "nothing measured".
+    """
+    for end, beyond in ((np.nanmin, np.greater), (np.nanmax, np.less)):
+        value = float(end(heights))
+        count = int(np.count_nonzero(heights == value))
+        if count < 2:
+            continue
+        rest = heights[beyond(heights, value)]
+        if rest.size < max(4, count):
+            continue
+        low, high = float(rest.min()), float(rest.max())
+        size = high - low
+        if max(low - value, value - high) > APART * size > 0.0:
+            # Limits of few digits, from one to two ranges away.
+            digit = 10.0 ** math.floor(math.log10(size))
+            low, high = math.floor(low / digit - 1.0), math.ceil(high / digit + 1.0)
+            return value, count, low * digit, high * digit
+    return None
+
+
+def enough(name: str, heights: NDArray[np.float64]) -> None:
+    """Refuse an area too narrow for curvatures, which need three points along each axis.
+
+    Raises
+    ------
+    InputError
+        Two rows, or two columns.
+    """
+    if heights.ndim == 2 and min(heights.shape) < 3:
+        size = " x ".join(str(count) for count in heights.shape[::-1])
+        raise InputError(
+            f"{name[:60]}: curvatures need three points along x and along y, got {size}; for a "
+            "profile, take one row"
+        )
 
 
 def objection(heights: NDArray[np.float64]) -> str:

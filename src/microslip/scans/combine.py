@@ -55,7 +55,8 @@ def combine(
     -------
     Moments or SummitStatistics
         Those of the sum; a radius is by load if one of the two is. Axes are as laid on each other:
-        x on x and y on y.
+        x on x and y on y. The joint of both is ``combine(a, b).to_surface(pair, area)``; of
+        moments, ``combine(a, b).mccool().to_surface(pair, area)``.
 
     Raises
     ------
@@ -81,8 +82,8 @@ def combine(
             found.density, radius, found.std, found.mean_height, f"combined {label}", by
         )
     raise InputError(
-        "combine wants two Moments or two SummitStatistics, "
-        f"got {show(type(a).__name__)} and {show(type(b).__name__)}"
+        "combine wants two Moments or two SummitStatistics, as scan.moments() and "
+        f"summits.statistics() are, got {show(type(a).__name__)} and {show(type(b).__name__)}"
     )
 
 

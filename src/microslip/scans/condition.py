@@ -17,6 +17,7 @@ from microslip.scans.checks import length_of
 from microslip.scans.filters import smooth
 from microslip.scans.gaps import fill, outliers
 from microslip.scans.leveling import LEVELS, level
+from microslip.scans.noise import noise_std
 from microslip.scans.scan import Scan
 
 _ROUNDING = 1e-14  # of the heights: less is left of an exact plane
@@ -78,7 +79,10 @@ def condition(scan: Scan, steps: Steps) -> Scan:
             heights = fill(heights)
         notes.append(f"fill: {count} of {heights.size} points interpolated from around them.")
     cutoff, long_cutoff = scan.cutoff, scan.long_cutoff
+    noise = scan._noise_before
     if short is not None:
+        if scan.cutoff is None and not scan.is_profile:
+            noise = scan.noise if heights is scan.heights else noise_std(heights)
         heights = smooth(heights, scan.pixel, short)
         # The exponents of two Gaussians add.
         cutoff = math.hypot(cutoff or 0.0, short)
@@ -96,7 +100,7 @@ def condition(scan: Scan, steps: Steps) -> Scan:
         )
     if heights is not scan.heights:
         lock(heights)
-    return Scan(
+    result = Scan(
         heights,
         scan.pixel,
         name=scan.name,
@@ -104,6 +108,8 @@ def condition(scan: Scan, steps: Steps) -> Scan:
         cutoff=cutoff,
         long_cutoff=long_cutoff,
     )
+    object.__setattr__(result, "_noise_before", noise)
+    return result
 
 
 def band(scan: Scan, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float | None]:

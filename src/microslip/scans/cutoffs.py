@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ from microslip._checks import floats
 from microslip._frozen import Locked, lock
 from microslip._units import engineering
 from microslip.errors import InputError
+from microslip.scans.checks import length_of
 
 if TYPE_CHECKING:
     from microslip.scans.scan import Level, Scan
@@ -22,7 +23,9 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _COUNT = 8
-"""Cut-offs of the default table, besides none."""
+"""Cut-offs of the default table, besides none, at most."""
+_STEP = 1.25
+"""The least ratio of one to the next, about: closer ones say the same."""
 _LEAST = 4.0
 """The least of them, in pixels: a Gaussian filter needs some."""
 
@@ -88,8 +91,51 @@ class CutoffTable(Locked):
         ]
 
 
+def remaining(scan: Scan, cutoff: float | None) -> float | None:
+    """Cut-off of the filter that takes a scan to a cut-off, whatever was filtered before.
+
+    Parameters
+    ----------
+    scan : Scan
+        The scan.
+    cutoff : float or None
+        Short-wave cut-off [m] that it is to have in the end; None for the one that it has.
+
+    Returns
+    -------
+    float or None
+        Cut-off [m] of what is left to filter, for the exponents of two Gaussians add; None where
+        the scan is there already.
+
+    Raises
+    ------
+    InputError
+        A cut-off shorter than the one that was applied before, or longer by next to nothing.
+    """
+    before = scan.cutoff
+    if cutoff is None or before is None:
+        return cutoff
+    if math.isclose(cutoff, before, rel_tol=1e-9):
+        return None
+    least = 2.0 * max(scan.pixel)
+    rest = math.sqrt(max(cutoff - before, 0.0) * (cutoff + before))
+    if rest > least:
+        return rest
+    got, had = engineering(cutoff, "m", 4, trim=True), engineering(before, "m", 4, trim=True)
+    if cutoff < before:
+        raise InputError(
+            f"cutoff must not be shorter than the {had} that was applied before, got {got}: waves "
+            "that are gone do not come back; take None, or the scan as it was"
+        )
+    next_one = engineering(math.hypot(before, 1.01 * least), "m", 4, trim=True)
+    raise InputError(
+        f"cutoff must be the {had} that was applied before, or at least {next_one}, got {got}: "
+        "what is between takes a filter of two pixels or less"
+    )
+
+
 def default_cutoffs(scan: Scan) -> Floats:
-    """Cut-offs from none over four pixels to an eighth of the shorter side.
+    """Cut-offs from none over four pixels to an eighth of the shorter side; of a small scan, more.
 
     Parameters
     ----------
@@ -99,25 +145,29 @@ def default_cutoffs(scan: Scan) -> Floats:
     Returns
     -------
     ndarray
-        Cut-offs [m] in geometric steps, 0 for none first; above the cut-off that the scan has.
+        Cut-offs [m] in geometric steps, 0 for none first; above the cut-off that the scan has. On
+        scans of less than 128 pixels they go up to sixteen pixels or a third of the side; they
+        are as many as steps of a quarter allow, eight at most.
     """
     low = max(_LEAST * max(scan.pixel), 1.25 * (scan.cutoff or 0.0))
-    high = min(scan.size) / 8.0
+    side = min(scan.size)
+    high = max(side / 8.0, min(side / 3.0, 4.0 * low))
     if scan.long_cutoff is not None:
         high = min(high, 0.5 * scan.long_cutoff)
     if high < low:
         return np.zeros(1)
-    return np.append(0.0, np.geomspace(low, high, _COUNT if high > 1.01 * low else 1))
+    steps = round(math.log(high / low) / math.log(_STEP))
+    return np.append(0.0, np.geomspace(low, high, min(1 + steps, _COUNT)))
 
 
 def over_cutoffs(
     scan: Scan,
-    cutoffs: ArrayLike | None = None,
+    cutoffs: ArrayLike | Sequence[float | str | None] | None = None,
     *,
     level: Level | None = None,
     counted: bool = True,
     method: Literal["watershed", "neighbours"] = "watershed",
-    prominence: float | None = None,
+    prominence: float | str | None = None,
     window: int = 3,
     progress: Callable[[int, int], None] | None = None,
     known: Summits | None = None,
@@ -129,7 +179,7 @@ def over_cutoffs(
     scan : Scan
         A scan; of a profile there are no counted summits.
     cutoffs : array_like, optional
-        Cut-offs [m], 0 for none; by default :func:`default_cutoffs`.
+        Cut-offs [m], or such as "10 um"; 0 or None for none; by default :func:`default_cutoffs`.
     level : {"plane", "quadratic", "cylinder", "mean"}, optional
         Form to be removed before, if it is not yet.
     counted : bool
@@ -151,7 +201,7 @@ def over_cutoffs(
     InputError
         Cut-offs that cannot be used: below zero, two pixels or less, the size of the scan.
     """
-    wanted = default_cutoffs(scan) if cutoffs is None else np.atleast_1d(floats("cutoffs", cutoffs))
+    wanted = default_cutoffs(scan) if cutoffs is None else _lengths(cutoffs)
     if wanted.ndim != 1 or (wanted < 0.0).any():
         raise InputError("cutoffs must be a series of lengths [m], or 0 for none")
     wanted = np.unique(wanted)
@@ -167,7 +217,7 @@ def over_cutoffs(
         if counted and not scan.is_profile:
             try:
                 # From the unfiltered scan: its noise decides which peaks are summits.
-                found = known if known is not None and known.cutoff == short else None
+                found = known if known is not None and _same(known.cutoff, short) else None
                 found = found or levelled.summits(
                     short, method=method, prominence=prominence, level=None, window=window
                 )
@@ -176,7 +226,7 @@ def over_cutoffs(
             except InputError as error:
                 notes.append(f"{at}: {error}")
         try:
-            own = own or (levelled if short is None else levelled.condition(cutoff=short))
+            own = own or levelled.condition(cutoff=remaining(levelled, short))
             _measure(own, columns, row)
         except InputError as error:
             if cutoffs is not None and own is None:
@@ -188,6 +238,24 @@ def over_cutoffs(
         notes.append("a profile has no summits to count")
     arrays = {name: lock(values) for name, values in columns.items()}
     return CutoffTable(lock(wanted), **arrays, notes=tuple(notes))
+
+
+def _same(one: float | None, other: float | None) -> bool:
+    return one == other or (one is not None and other is not None and math.isclose(one, other))
+
+
+def _lengths(given: Any) -> Floats:
+    """Cut-offs [m], of numbers and of text."""
+    if isinstance(given, (str, list, tuple)):
+        given = [
+            0.0
+            if one is None
+            else length_of("cutoffs", one, "10 um")
+            if isinstance(one, str)
+            else one
+            for one in ([given] if isinstance(given, str) else given)
+        ]
+    return np.atleast_1d(floats("cutoffs", given))
 
 
 def _measure(scan: Scan, columns: dict[str, Floats], row: int) -> None:

@@ -9,31 +9,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._checks import positive, show
+from microslip._units import AREA, QuantityError, to_si
+from microslip._wording import quoted
 from microslip.errors import InputError
 from microslip.friction import Interface, Verdict
 from microslip.heights import Discrete, Gaussian, HeightDistribution, TabulatedHeights
 from microslip.materials import MaterialPair
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson
 from microslip.scans.parameters import SummitStatistics
+from microslip.scans.statistics import pixel_verdict
+from microslip.scans.summit_set import ESTIMATES
 
 if TYPE_CHECKING:
+    from microslip.scans.scan import Scan
     from microslip.scans.summit_set import Summits
 
 LARGEST_POPULATION = 2_000_000
 """Summits that a population is made of at most."""
 
-LAWS = ("gaussian", "discrete", "table")
-
 
 def from_statistics(
-    statistics: SummitStatistics,
-    pair: MaterialPair,
-    area: float,
-    heights: HeightDistribution | None = None,
+    statistics: SummitStatistics, pair: MaterialPair, area: Any, heights: Any = "gaussian"
 ) -> GreenwoodWilliamson:
-    """Greenwood and Williamson's surface from the statistics of summits.
-
-    So two rough surfaces, once combined into the equivalent one, or a profile become a joint.
+    """The surface of :meth:`SummitStatistics.to_surface`, which tells its parameters.
 
     Parameters
     ----------
@@ -41,10 +39,10 @@ def from_statistics(
         Density, radius and spread.
     pair : MaterialPair
         The two materials.
-    area : float
-        Apparent area [m^2].
-    heights : HeightDistribution, optional
-        Law of the summit heights; by default Gaussian about the mean height of the summits.
+    area : float or str
+        Apparent area [m^2], or such as "2 cm^2".
+    heights : {"gaussian"} or HeightDistribution
+        Law of the summit heights.
 
     Returns
     -------
@@ -54,22 +52,28 @@ def from_statistics(
     Raises
     ------
     InputError
-        An area that is not above zero; summits of one height, for a Gaussian.
+        As there.
     """
-    if heights is None:
+    area = area_of(area)
+    if isinstance(heights, str) and heights == "gaussian":
         if statistics.std <= 0.0:
             raise InputError(
                 "std of the summit heights must be above zero for Gaussian heights; for equal "
-                'heights use heights="discrete"'
+                'heights use heights="discrete" of Summits, or heights=ms.Discrete([z])'
             )
         heights = Gaussian(statistics.std, statistics.mean_height)
+    elif not isinstance(heights, HeightDistribution):
+        raise InputError(
+            f'heights must be "gaussian" or a height distribution, got {show(heights)}; the '
+            "heights one by one are known to Summits only"
+        )
     return GreenwoodWilliamson(pair, heights, statistics.radius, statistics.density, area)
 
 
 def surface_of(
     summits: Summits,
     pair: MaterialPair,
-    area: float | None = None,
+    area: Any = None,
     estimate: Any = "counted",
     heights: Any = "gaussian",
 ) -> GreenwoodWilliamson | AsperityPopulation:
@@ -81,7 +85,7 @@ def surface_of(
         The summits.
     pair : MaterialPair
         The two materials.
-    area : float, optional
+    area : float or str, optional
         Apparent area [m^2].
     estimate : str
         One of the estimates, or "population".
@@ -98,28 +102,38 @@ def surface_of(
     InputError
         As there.
     """
-    area = summits.scan.area if area is None else positive("area", area, "m^2", 1e-4)
+    area = summits.scan.area if area is None else area_of(area)
     if estimate == "population":
         if heights != "gaussian":
             raise InputError(
                 f"heights must be left out for a population, which has its own, got {show(heights)}"
             )
         return _population(summits, pair, area)
+    if estimate not in ESTIMATES:
+        words = quoted((*ESTIMATES, "population"))
+        raise InputError(f"estimate must be one of {words}, got {show(estimate)}")
     statistics = summits.statistics(estimate)
-    if isinstance(heights, HeightDistribution):
-        law: HeightDistribution | None = heights
-    elif heights == "gaussian":
-        law = None
-    elif heights == "discrete":
+    law = heights
+    if isinstance(heights, str) and heights == "discrete":
         law = Discrete(summits.heights)
-    elif heights == "table":
+    elif isinstance(heights, str) and heights == "table":
         law = TabulatedHeights.from_samples(summits.heights)
-    else:
+    elif not isinstance(heights, HeightDistribution) and heights != "gaussian":
         raise InputError(
             f'heights must be "gaussian", "discrete", "table" or a height distribution, got '
             f"{show(heights)}"
         )
     return from_statistics(statistics, pair, area, law)
+
+
+def area_of(given: Any) -> float:
+    """Apparent area [m^2], from a number in square metres or text such as "2 cm^2"."""
+    if isinstance(given, str):
+        try:
+            return to_si(given, AREA, "2 cm^2")
+        except QuantityError as error:
+            raise InputError(f"area: {error}") from None
+    return positive("area", given, "m^2", 1e-4)
 
 
 def _population(summits: Summits, pair: MaterialPair, area: float) -> AsperityPopulation:
@@ -199,13 +213,7 @@ def verdicts(summits: Summits, joint: Any = None) -> tuple[Verdict, ...]:
     spread = summits.equivalent_radius / summits.mean_radius
     lost = summits.dropped / (summits.dropped + summits.count)
     found = [
-        _least(
-            "summit radius in pixels",
-            statistics.radius / pixel,
-            5.0,
-            2.0,
-            "the radius is more than a few pixels, so that slopes are small and caps are resolved",
-        ),
+        radius_verdict(statistics, summits.scan),
         _least(
             "summit spacing in pixels",
             spacing / pixel,
@@ -226,6 +234,7 @@ def verdicts(summits: Summits, joint: Any = None) -> tuple[Verdict, ...]:
             )
         )
     found += [
+        pixel_verdict(summits.scan),
         _least("summits", float(summits.count), 30.0, 10.0, "summits are enough for statistics"),
         _most(
             "kurtosis of the heights",
@@ -248,9 +257,52 @@ def verdicts(summits: Summits, joint: Any = None) -> tuple[Verdict, ...]:
             3.0,
             "one radius stands for all summits; on a Gaussian surface the ratio is 1.28",
         ),
+        *_below_threshold(summits),
         _most("share of fits dropped", lost, 0.1, 0.3, "peaks are round enough to be summits"),
     ]
     return (*found, *(joint.validity if joint is not None else ()))
+
+
+def radius_verdict(statistics: SummitStatistics, scan: Scan) -> Verdict:
+    """Whether a radius is one of the surface and not of the pixel.
+
+    Parameters
+    ----------
+    statistics : SummitStatistics
+        With the radius that is judged.
+    scan : Scan
+        The scan, or the profile, that it is from.
+
+    Returns
+    -------
+    Verdict
+        On the radius in pixels.
+    """
+    return _least(
+        "summit radius in pixels",
+        statistics.radius / math.prod(scan.pixel) ** (1.0 / len(scan.pixel)),
+        5.0,
+        2.0,
+        "the radius is more than a few pixels, so that slopes are small and caps are resolved",
+    )
+
+
+def _below_threshold(summits: Summits) -> tuple[Verdict, ...]:
+    """How many peaks the prominence drops: noise, or waves of a few pixels that are no noise."""
+    if summits.threshold <= 0.0:
+        return ()
+    every = summits.neighbours.density * summits.area
+    share = max(1.0 - (summits.count + summits.dropped) / every, 0.0)
+    return (
+        _most(
+            "share of peaks below the prominence",
+            share,
+            0.05,
+            1.0,
+            "hardly a peak is below the prominence; those that are may be noise, or waves of a few "
+            "pixels that a smaller prominence counts: nothing in a scan tells them apart",
+        ),
+    )
 
 
 def _against_mccool(summits: Summits) -> tuple[float, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
@@ -23,6 +24,7 @@ class Measured(Locked):
     heights: NDArray[np.float64]
     pixel: tuple[float, ...]
     name: str
+    cutoff: float | None
 
     def measurable(self) -> Self:
         """The scan itself, if its heights vary and no spike drowns the others.
@@ -41,6 +43,30 @@ class Measured(Locked):
         if self._objection:
             raise InputError(f"{self.name[:60]}: {self._objection}")
         return self
+
+    _noise_before: float | None = None
+    """Noise [m] before the short-wave cut-off, if conditioning applied it: behind a filter there
+    are hardly any differences from point to point left to tell it by."""
+
+    def noise_behind(self, cutoff: float | None) -> float:
+        """Standard deviation [m] of the noise behind one more filter, and those applied before.
+
+        Parameters
+        ----------
+        cutoff : float or None
+            Cut-off [m] of that filter.
+
+        Returns
+        -------
+        float
+            Of white noise of the size that the scan had before any filter, if that is known.
+        """
+        from microslip.scans.noise import noise_passed
+
+        if self._noise_before is None:
+            return noise_passed(self.noise, self.pixel, cutoff)
+        whole = math.hypot(self.cutoff or 0.0, cutoff or 0.0)
+        return noise_passed(self._noise_before, self.pixel, whole or None)
 
     @cached_property
     def noise(self) -> float:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from microslip._checks import number, positive, show
 from microslip._units import engineering, significant
 from microslip._wording import quoted
 from microslip.errors import InputError
+
+if TYPE_CHECKING:
+    from microslip.heights import HeightDistribution
+    from microslip.materials import MaterialPair
+    from microslip.normal import GreenwoodWilliamson
 
 RadiusBy = Literal["curvature", "load"]
 RADII = ("curvature", "load")
@@ -79,6 +84,41 @@ class SummitStatistics:
     def product(self) -> float:
         """Density times radius times std [-]: 0.03 to 0.05 on Greenwood and Williamson's beads."""
         return self.density * self.radius * self.std
+
+    def to_surface(
+        self,
+        pair: MaterialPair,
+        area: float | str,
+        *,
+        heights: Literal["gaussian"] | HeightDistribution = "gaussian",
+    ) -> GreenwoodWilliamson:
+        """A rough surface with these summits, against a rigid plane.
+
+        So two rough surfaces, once they are combined, or a profile become a joint.
+
+        Parameters
+        ----------
+        pair : MaterialPair
+            The two materials.
+        area : float or str
+            Apparent area of the joint [m^2], or such as "2 cm^2".
+        heights : {"gaussian"} or HeightDistribution
+            Law of the summit heights: Gaussian with this mean and standard deviation, or another.
+
+        Returns
+        -------
+        GreenwoodWilliamson
+            Heights are measured from the mean plane of the surface; Greenwood and Williamson
+            (1966), DOI 10.1098/rspa.1966.0242.
+
+        Raises
+        ------
+        InputError
+            An area that is not above zero; another word; summits of one height, for a Gaussian.
+        """
+        from microslip.scans.joint import from_statistics
+
+        return from_statistics(self, pair, area, heights)
 
     def __str__(self) -> str:
         return (

@@ -203,16 +203,16 @@ def cut(scan: Scan, patches: tuple[int, int] | int = (3, 3)) -> list[Scan]:
         heights = scan.heights[where]
         if np.isnan(heights).all():
             continue
-        found.append(
-            Scan(
-                heights,
-                scan.pixel,
-                name=f"{scan.name}, patch {index}",
-                notes=(*scan.notes, f"patch {index} of {counts}"),
-                cutoff=scan.cutoff,
-                long_cutoff=scan.long_cutoff,
-            )
+        patch = Scan(
+            heights,
+            scan.pixel,
+            name=f"{scan.name}, patch {index}",
+            notes=(*scan.notes, f"patch {index} of {counts}"),
+            cutoff=scan.cutoff,
+            long_cutoff=scan.long_cutoff,
         )
+        object.__setattr__(patch, "_noise_before", scan._noise_before)
+        found.append(patch)
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import numbers
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,14 @@ from microslip._files import reason
 from microslip._units import LENGTH, QuantityError, engineering, to_si
 from microslip._wording import did_you_mean, shorten, show
 from microslip.errors import InputError
-from microslip.scans.checks import pixel_of, spikes
+from microslip.scans.checks import pixel_of, repeated, spikes
 from microslip.scans.readers import Raw, Wishes, reader_of
 from microslip.scans.scan import Scan
+
+SUSPECT = "suspect: "
+"""How a note begins that tells of points which may stand for "nothing measured"."""
+
+_TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # endings that say no more than that it is text
 
 
 def read(path: Path, wishes: Wishes) -> Scan:
@@ -41,6 +47,7 @@ def read(path: Path, wishes: Wishes) -> Scan:
     called = shorten(str(path), 200)
     try:
         _check(wishes)
+        wishes = replace(wishes, format=_format(wishes.format))
         if not path.is_dir() and path.exists() and not path.is_file():
             raise ValueError("wanted a file, got a device or a pipe")
         reader = reader_of(path, wishes.format)
@@ -77,7 +84,16 @@ def _check(wishes: Wishes) -> None:
             raise ValueError(f"{name} must be text, got {show(given)}")
 
 
+def _format(given: str | None) -> str | None:
+    """The name of a format, from what can stand for it: an ending, or in capitals."""
+    if given is None:
+        return None
+    word = given.strip().lower().removeprefix(".")
+    return "text" if word in _TEXTS else word
+
+
 def _scan(raw: Raw, path: Path, wishes: Wishes) -> Scan:
+    raw = _line(raw)
     factors, notes = _units(raw, wishes)
     pixel, told = _pixel(raw, wishes, factors[0])
     heights = _metres(raw.heights, factors[1])
@@ -102,9 +118,32 @@ def _scan(raw: Raw, path: Path, wishes: Wishes) -> Scan:
             f"usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; they must go, by "
             "outliers or valid."
         )
+    elif found := repeated(scan.heights):
+        value, count, *limits = found
+        least, most = (engineering(limit, "m", 6, trim=True) for limit in limits)
+        more.append(
+            f"{SUSPECT}{count} points are all {_length(value)}, far from all others; if that "
+            f'stands for "nothing measured", leave them out by valid=("{least}", "{most}").'
+        )
     if not more:
         return scan
     return Scan(scan.heights, pixel, name=name, notes=(*scan.notes, *more))
+
+
+def _line(raw: Raw) -> Raw:
+    """One row or column as what it is: a profile."""
+    shape = np.shape(raw.heights)
+    if len(shape) != 2 or min(shape) != 1 or max(shape) < 4:
+        return raw
+    row = shape[0] == 1
+    what = "one row" if row else "one column"
+    pixel = raw.pixel if raw.pixel is None or len(raw.pixel) == 1 else raw.pixel[int(not row) :][:1]
+    return replace(
+        raw,
+        heights=raw.heights.reshape(-1),
+        pixel=pixel,
+        notes=(*raw.notes, f"profile: {what} of {max(shape)} points, taken for a profile."),
+    )
 
 
 def _units(raw: Raw, wishes: Wishes) -> tuple[tuple[float, float], list[str]]:
@@ -116,16 +155,40 @@ def _units(raw: Raw, wishes: Wishes) -> tuple[tuple[float, float], list[str]]:
             )
         factor = _factor(raw.unit)
         return (factor, factor), [f"heights: in {shorten(raw.unit, 20)}, as the file says."]
+    across, up = raw.columns
     if wishes.unit is None:
-        raise ValueError('the file does not say the unit of its heights; write unit="um", say')
+        if up is None:
+            wanted = '"um"' if across is None else f'("{across}", "um")'
+            raise ValueError(
+                f"the file does not say the unit of its heights; write unit={wanted}, say"
+            )
+        if across is None and raw.steps is not None:
+            raise ValueError(
+                f'the file says that heights are in "{up}", but not the unit of coordinates; write '
+                f'unit=("mm", "{up}"), say'
+            )
+        return _by((across or up, up), raw, "as the file says")
     pair = wishes.unit if isinstance(wishes.unit, (list, tuple)) else (wishes.unit,) * 2
     if len(pair) != 2:
         raise ValueError(
             'unit: wanted one such as "um", or one of the coordinates and one of the heights, '
             f'("mm", "um"), got {show(wishes.unit)}'
         )
-    note = f"heights: in {shorten(str(pair[1]), 20)}, as stated."
-    return (_factor(pair[0]), _factor(pair[1])), [note]
+    for what, said, given in zip(("coordinates", "heights"), (across, up), pair, strict=True):
+        if said is not None and _factor(said) != _factor(given):
+            both = f'write unit=("{across or pair[0]}", "{up or pair[1]}")'
+            raise ValueError(
+                f'the file says that {what} are in "{said}", not "{shorten(given, 20)}"; '
+                + ("leave out unit" if across and up else both)
+            )
+    return _by((pair[0], pair[1]), raw, "as stated")
+
+
+def _by(pair: tuple[Any, Any], raw: Raw, told: str) -> tuple[tuple[float, float], list[str]]:
+    notes = [f"heights: in {shorten(str(pair[1]), 20)}, {told}."]
+    if raw.steps is not None and pair[0] != pair[1]:
+        notes.append(f"coordinates: in {shorten(str(pair[0]), 20)}, {told}.")
+    return (_factor(pair[0]), _factor(pair[1])), notes
 
 
 def _factor(unit: Any) -> float:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._checks import positive, show
 from microslip._units import engineering
 from microslip.errors import InputError
-from microslip.scans.checks import LIMIT, own, pixel_of
+from microslip.scans.checks import LIMIT, enough, own, pixel_of
 from microslip.scans.measured import Measured
 
 if TYPE_CHECKING:
@@ -155,11 +155,11 @@ class Scan(Measured):
         format : str, optional
             Its format, the only one tried then: "npy", "npz", "mat", "text" (or what is in the
             text: "matrix", "xyz", "profile"), or a name of SurfaceTopography's such as "plu",
-            "mnt" or "al3d".
+            "mnt" or "al3d". An ending such as "csv" or ".npy" will do.
         unit : str or pair of str, optional
-            Unit of the heights, such as "um", where the file does not say it: needed for arrays
-            and text. It holds for coordinates in the file as well; ("mm", "um") are the units of
-            coordinates and of heights.
+            Unit of the heights, such as "um", where the file does not say it: needed for arrays,
+            and for text without names such as "z [um]" above its columns. It holds for coordinates
+            in the file as well; ("mm", "um") are the units of coordinates and of heights.
         pixel : float, str or pair of them, optional
             Distance of neighbours, [m] or such as "1.66 um", where the file does not say it; it
             takes the place of what an instrument's file says.
@@ -169,7 +169,7 @@ class Scan(Measured):
             Channel of an instrument's file, by name or from 0.
         valid : pair of floats or str, optional
             Lowest and highest possible height, [m] or such as ("-1 mm", "1 mm"); whatever is
-            beyond is missing. So are numbers such as -9999 that stand for "nothing measured".
+            beyond is missing. Needed where a number such as -9999 stands for "nothing measured".
         limit : int
             Points that the file may hold; it is refused before they are read.
 
@@ -181,8 +181,8 @@ class Scan(Measured):
         Raises
         ------
         InputError
-            A file that is absent, broken, of no known format, without units, too large; heights
-            that are all the same, or all missing.
+            A file that is absent, broken, of no known format, of no units or others than stated,
+            too large; heights that are all the same, or all missing.
         """
         from microslip.scans.readers import Wishes
         from microslip.scans.reading import read
@@ -266,8 +266,9 @@ class Scan(Measured):
         Raises
         ------
         InputError
-            Heights that are all the same, or with huge spikes.
+            Heights that are all the same, or with huge spikes; two rows or columns only.
         """
+        enough(self.name, self.heights)
         return self.measurable()._moments
 
     def spectrum(self) -> Spectrum:
@@ -309,7 +310,7 @@ class Scan(Measured):
         cutoff: float | str | None,
         *,
         method: Literal["watershed", "neighbours"] = "watershed",
-        prominence: float | None = None,
+        prominence: float | str | None = None,
         level: Level | None = None,
         window: int = 3,
     ) -> Summits:
@@ -319,13 +320,14 @@ class Scan(Measured):
         ----------
         cutoff : float, str or None
             Short-wave cut-off [m], or such as "10 um". It decides the result and has no default;
-            None must be written and says that the pixel decides.
+            None must be written and says that the pixel decides. What :meth:`condition` has cut
+            off counts: nothing is filtered twice.
         method : {"watershed", "neighbours"}
             What counts: summits that rise enough above the saddle to a higher one, or every point
             above its eight neighbours.
-        prominence : float, optional
-            Least rise above that saddle [m]; by default, of "watershed", some standard deviations
-            of the noise that passes the cut-off.
+        prominence : float or str, optional
+            Least rise above that saddle [m], or such as "2 nm"; by default, of "watershed", some
+            standard deviations of the noise that passes the cut-off.
         level : {"plane", "quadratic", "cylinder", "mean"}, optional
             Form to be removed before, where :meth:`condition` has not done so.
         window : int
@@ -359,7 +361,7 @@ class Scan(Measured):
         level: Level | None = "plane",
         counted: bool = True,
         method: Literal["watershed", "neighbours"] = "watershed",
-        prominence: float | None = None,
+        prominence: float | str | None = None,
         progress: Callable[[int, int], None] | None = None,
     ) -> CutoffTable:
         """Every parameter against the short-wave cut-off.
@@ -367,8 +369,8 @@ class Scan(Measured):
         Parameters
         ----------
         cutoffs : array_like, optional
-            Cut-offs [m], one-dimensional, 0 for none; by default none, and from a few pixels to
-            an eighth of the scan.
+            Cut-offs [m], or such as "10 um", one-dimensional, 0 or None for none; by default none,
+            and from a few pixels to an eighth of the scan, of a small one to a third.
         level : {"plane", "quadratic", "cylinder", "mean"}, optional
             Form to be removed before; None for none.
         counted : bool

@@ -152,7 +152,8 @@ def spectrum(scan: Scan, *, window: Window = "hann") -> Spectrum:
     Parameters
     ----------
     scan : Scan
-        A scan, or a profile. Missing points count as points on the mean, with no weight.
+        A scan, or a profile. Missing points count as points on the mean, with no weight; the steps
+        at the edges of gaps add power at short waves, whatever was filtered before.
     window : {"hann", None}
         Taper. Without one the step from edge to edge adds power at short waves, like q^-2 along
         the axes; None is for surfaces that are periodic.

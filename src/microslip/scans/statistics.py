@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from microslip.errors import InputError
 from microslip.friction.validity import Verdict, Word
-from microslip.scans.moments import SUMMIT_SHARE, dot, present
+from microslip.scans.moments import SUMMIT_SHARE, dot, lost_to_pixel, present
 
 if TYPE_CHECKING:
     from microslip.scans.scan import Scan
@@ -23,6 +23,9 @@ EXTREME = 0.001
 
 GAUSSIAN_SHARE = 0.0127
 """Share of the variance that the most extreme 0.1 % of a Gaussian variable carry."""
+
+LOST = 0.05
+"""Share of m4 that finite differences may miss unsaid: waves of eight pixels lose as much."""
 
 _BLOCK = 1 << 18
 
@@ -185,7 +188,7 @@ def verdicts(scan: Scan) -> tuple[Verdict, ...]:
     -------
     tuple of Verdict
         On kurtosis, on the shares of extreme points in heights, slopes and curvatures, on the
-        slopes, on short waves at the pixel, on Nayak's alpha (Nayak 1971,
+        slopes, on what the pixel takes from waves of few pixels, on Nayak's alpha (Nayak 1971,
         DOI 10.1115/1.3451608), on the lay and on missing points. The limits are conventions: a
         Gaussian isotropic surface that is well resolved is far within all of them.
 
@@ -196,7 +199,6 @@ def verdicts(scan: Scan) -> tuple[Verdict, ...]:
     """
     numbers, found = scan.statistics(), scan.moments()
     shares = extreme_shares(scan)
-    step = math.sqrt(math.fsum(h * h for h in scan.pixel) / len(scan.pixel))
     result = [
         _judge(
             "kurtosis",
@@ -226,14 +228,7 @@ def verdicts(scan: Scan) -> tuple[Verdict, ...]:
             "slopes are small, as in all contact theory; far above, units are wrong or steps made "
             "them",
         ),
-        _judge(
-            "m4 pixel^2 / m2",
-            found.m4 / found.m2 * step * step,
-            0.5,
-            1.5,
-            "curvatures are of waves of many pixels (3 for noise from point to point): "
-            "else choose a short-wave cut-off",
-        ),
+        pixel_verdict(scan),
         _judge(
             "0.8968 / alpha",
             SUMMIT_SHARE / found.nayak,
@@ -254,6 +249,30 @@ def verdicts(scan: Scan) -> tuple[Verdict, ...]:
             )
         )
     return tuple(result)
+
+
+def pixel_verdict(scan: Scan) -> Verdict:
+    """Whether curvatures are of waves that the pixel resolves.
+
+    Parameters
+    ----------
+    scan : Scan
+        A scan, or a profile, at its cut-off.
+
+    Returns
+    -------
+    Verdict
+        On the share of m4 that finite differences miss.
+    """
+    return _judge(
+        "share of m4 lost to the pixel",
+        lost_to_pixel(scan.heights, scan.pixel),
+        LOST,
+        0.25,
+        "curvatures are of waves of eight pixels or more (0.56 for noise from point to point); "
+        "else m4 and the number of summits come out low by about so much: choose a longer "
+        "short-wave cut-off, or scan with a finer pixel",
+    )
 
 
 def _judge(name: str, value: float, limit: float, outside: float, meaning: str) -> Verdict:

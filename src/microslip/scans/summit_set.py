@@ -176,7 +176,7 @@ class Summits(Locked):
     def to_surface(
         self,
         pair: MaterialPair,
-        area: float | None = None,
+        area: float | str | None = None,
         *,
         estimate: Estimate | Literal["population"] = "counted",
         heights: Literal["gaussian", "discrete", "table"] | HeightDistribution = "gaussian",
@@ -187,8 +187,8 @@ class Summits(Locked):
         ----------
         pair : MaterialPair
             The two materials.
-        area : float, optional
-            Apparent area of the joint [m^2]; by default that of the scan.
+        area : float or str, optional
+            Apparent area of the joint [m^2], or such as "2 cm^2"; by default that of the scan.
         estimate : {"counted", "neighbours", "mccool", "nayak", "population"}
             One of :meth:`statistics` for Greenwood and Williamson's law with one radius, or the
             summits themselves, each with its own height and radius, as many as the area has.

@@ -11,9 +11,11 @@ from microslip._checks import number, show
 from microslip._units import engineering, significant
 from microslip._wording import quoted
 from microslip.errors import InputError
+from microslip.scans.checks import length_of
 from microslip.scans.condition import band
 from microslip.scans.curvature import by_differences, equivalent_radii, fitted
-from microslip.scans.noise import noise_passed, present
+from microslip.scans.cutoffs import remaining
+from microslip.scans.noise import present
 from microslip.scans.parameters import SummitStatistics
 from microslip.scans.prominence import Peaks, find_peaks
 from microslip.scans.scan import Level, Scan
@@ -41,7 +43,7 @@ def find_summits(
     cutoff: float | str | None,
     *,
     method: Method = "watershed",
-    prominence: float | None = None,
+    prominence: float | str | None = None,
     level: Level | None = None,
     window: int = 3,
 ) -> Summits:
@@ -53,12 +55,13 @@ def find_summits(
         An area.
     cutoff : float, str or None
         Short-wave cut-off [m], or such as "10 um". None has to be written: then the pixel decides.
+        What :meth:`Scan.condition` has cut off counts: the scan is not filtered twice.
     method : {"watershed", "neighbours"}
         "watershed": peaks prominent enough, their shape by a quadric through the points around
         them. "neighbours": every point above its eight neighbours, curvatures by differences.
-    prominence : float, optional
-        Least rise above the saddle to a higher summit [m]. By default, of "watershed",
-        :data:`TIMES_NOISE` standard deviations of the noise that passes the cut-off.
+    prominence : float or str, optional
+        Least rise above the saddle to a higher summit [m], or such as "2 nm". By default, of
+        "watershed", :data:`TIMES_NOISE` standard deviations of the noise that passes the cut-off.
     level : {"plane", "quadratic", "cylinder", "mean"}, optional
         Form to be removed before.
     window : int
@@ -72,7 +75,8 @@ def find_summits(
     Raises
     ------
     InputError
-        A profile; a word or a number that is not understood; no summit found.
+        A profile; a word or a number that is not understood; a cut-off shorter than the one the
+        scan has; no summit found.
 
     Notes
     -----
@@ -89,16 +93,16 @@ def find_summits(
         raise InputError(f"scan must be a Scan, got {show(scan)}")
     if scan.is_profile:
         raise InputError(
-            f"{scan.name[:60]}: a profile has peaks but no summits; use moments().mccool()"
+            f"{scan.name[:60]}: a profile has peaks but no summits; use "
+            "condition(cutoff=...).moments().mccool(), which has to_surface(pair, area)"
         )
     if method not in METHODS:
         raise InputError(f"method must be one of {quoted(METHODS)}, got {show(method)}")
     if not isinstance(window, (int, np.integer)) or window not in range(3, 16, 2):
         raise InputError(f"window must be an odd number from 3 to 15, got {show(window)}")
-    if prominence is not None and (prominence := number("prominence", prominence, "m")) < 0.0:
-        raise InputError(f"prominence must not be below zero [m], got {prominence:g}")
-    short, _ = band(scan, cutoff, None)
-    noise = noise_passed(scan.noise, scan.pixel, short)
+    rise = None if prominence is None else _rise(prominence)
+    short = remaining(scan, band(scan, cutoff, None)[0])
+    noise = scan.noise_behind(short)
     scan = scan.condition(level=level, cutoff=short)
     heights = scan.heights
     peaks = find_peaks(heights)
@@ -124,7 +128,7 @@ def find_summits(
         "neighbours",
     )
     by_fit = method == "watershed"
-    threshold = (TIMES_NOISE * noise if by_fit else 0.0) if prominence is None else prominence
+    threshold = (TIMES_NOISE * noise if by_fit else 0.0) if rise is None else rise
     reach = window // 2 if by_fit else 1
     if reach > 1:
         inner = present(heights, reach).reshape(-1)
@@ -154,7 +158,7 @@ def find_summits(
     positions = (np.stack([columns, rows], axis=1) + shifts) * np.array(scan.pixel)
     notes = (
         *scan.notes,
-        *_notes(scan, method, int(window), threshold, prominence is None, noise),
+        *_notes(scan, method, int(window), threshold, rise is None, noise),
         f"summits: {np.count_nonzero(good)} counted of {whole.places.size} points above their "
         f"eight neighbours; {np.count_nonzero(~good)} dropped as not round; {clamped} kept where "
         "they are, since their fit puts the top outside its points.",
@@ -174,6 +178,16 @@ def find_summits(
         neighbours=every,
         notes=notes,
     )
+
+
+def _rise(given: float | str) -> float:
+    """Prominence [m]; zero is one, too."""
+    if isinstance(given, str):
+        return length_of("prominence", given, "2 nm")
+    rise = number("prominence", given, "m")
+    if rise < 0.0:
+        raise InputError(f"prominence must not be below zero [m], got {rise:g}")
+    return rise
 
 
 def _keep(peaks: Peaks, which: NDArray[np.bool_]) -> Peaks:

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from microslip._units import AREA, LENGTH, Kind, Sign, engineering, significant, to_si
+from microslip._units import AREA, LENGTH, Kind, Sign, engineering, to_si
 from microslip.errors import InputError
 from microslip.scans import Scan
 from microslip.scans.statistics import verdicts
 from microslip.study.scanned_errors import errors_of
+from microslip.study.scanned_reasons import differences
 
 if TYPE_CHECKING:
     from microslip.friction import Verdict
@@ -246,7 +247,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     spectrum = scan.spectrum() if cut else whole_spectrum
     fit = scan.height_distribution()
     report(0.5)
-    judged = _verdicts(scan, summits)
+    judged = _verdicts(scan, summits, estimates["mccool"])
     table = _over_cutoffs(levelled, request, summits, lambda share: report(0.5 + 0.4 * share))
     found = Findings(
         request=request,
@@ -280,7 +281,10 @@ NAMES = {
 
 def _summits(request: Request, levelled: Scan) -> tuple[Summits | None, list[str]]:
     if levelled.is_profile:
-        return None, ["A profile has peaks but no summits: only moments tell of them."]
+        return None, [
+            "A profile has peaks but no summits: only moments tell of them, as if it were of an "
+            "isotropic Gaussian surface."
+        ]
     try:
         method: Any = request.method
         return levelled.summits(
@@ -313,112 +317,21 @@ def _over_cutoffs(
     )
 
 
-def _verdicts(scan: Scan, summits: Summits | None) -> tuple[Verdict, ...]:
+def _verdicts(
+    scan: Scan, summits: Summits | None, mccool: SummitStatistics | None
+) -> tuple[Verdict, ...]:
     found = list(verdicts(scan))
+    if scan.is_profile and mccool is not None:
+        from microslip.scans.joint import radius_verdict
+
+        found.append(radius_verdict(mccool, scan))
     if summits is not None:
         # Of moments of no Gaussian surface the verdicts of the scan tell, as of the kurtosis.
         with suppress(InputError):
-            found += [v for v in summits.validity() if not v.name.startswith("kurtosis")]
+            known = {v.name for v in found}
+            found += [
+                v
+                for v in summits.validity()
+                if v.name not in known and not v.name.startswith("kurtosis")
+            ]
     return tuple(found)
-
-
-def differences(found: Findings) -> list[str]:
-    """Why two estimates of the summits differ, in sentences.
-
-    Parameters
-    ----------
-    found : Findings
-        What was found.
-
-    Returns
-    -------
-    list of str
-        Empty where counting and moments agree within a half. Each cause has its own line.
-    """
-    mccool, counted = found.estimates.get("mccool"), found.estimates.get("counted")
-    if mccool is None or counted is None or found.summits is None:
-        return []
-    factors = {
-        name: getattr(counted, name) / getattr(mccool, name)
-        for name in ("density", "radius", "std")
-        if getattr(counted, name) > 0.0
-    }
-    apart = {name: factor for name, factor in factors.items() if not 1.0 / 1.5 < factor < 1.5}
-    if not apart:
-        return []
-    told = [f"{significant(factor, 2)} times the {_SAID[name]}" for name, factor in apart.items()]
-    if found.summits.method == "watershed" and "radius" in apart:
-        # The verdict on radii compares what McCool's is, one over a mean curvature.
-        alike = found.summits.mean_radius / mccool.radius
-        told[list(apart).index("radius")] += (
-            " (the counted one by load; by mean curvature, as McCool's is, "
-            f"{significant(alike, 2)} times)"
-        )
-    judged = sorted(
-        (v for v in found.verdicts if v.word != "ok" and v.name in _CAUSES),
-        key=lambda verdict: (verdict.word != "outside", [*_CAUSES].index(verdict.name)),
-    )
-    causes = [_CAUSES[verdict.name](verdict.value, found) for verdict in judged]
-    every = found.summits.neighbours.density
-    if counted.density < every / 1.5:
-        causes.insert(
-            1 if judged and judged[0].word == "outside" else 0,
-            f"of all points above their eight neighbours only {100.0 * counted.density / every:.2g}"
-            f" % rise {engineering(found.summits.threshold, 'm')} above the saddle to a higher "
-            "one and are round; the rest may be noise, which moments take for summits",
-        )
-    causes = causes[:_MOST_CAUSES] or ["heights are not Gaussian, which moments take for granted"]
-    gappy = any(verdict.name == "missing" for verdict in judged)
-    noisy = any(v.name == "m4 pixel^2 / m2" and v.word == "outside" for v in judged)
-    advice = (
-        "Fill the gaps first (--fill)."
-        if gappy
-        else "Choose a short-wave cut-off first, then build on the counted ones."
-        if noisy and found.request.cutoff is None
-        else "Build on the counted ones, and look at the map."
-    )
-    why = "".join(f"\n({number}) {cause}." for number, cause in enumerate(causes, start=1))
-    return [
-        f"Two estimates differ: the summits counted have {_listed(told)} of McCool's moments. "
-        f"Why:{why}\n{advice}"
-    ]
-
-
-def _listed(parts: list[str]) -> str:
-    return " and ".join([", ".join(parts[:-1])] * (len(parts) > 1) + parts[-1:])
-
-
-_SAID = {"density": "density", "radius": "radius", "std": "spread in height"}
-
-
-_MOST_CAUSES = 3
-
-
-def _carried(what: str) -> Callable[[float, Findings], str]:
-    return lambda value, found: (
-        f"one point in a thousand carries {100.0 * value:.2g} % of the {what}"
-    )
-
-
-_CAUSES: dict[str, Callable[[float, Findings], str]] = {
-    "kurtosis": lambda value, found: (
-        f"the kurtosis is {value:.3g} (3 if Gaussian): few points, a scratch, pits or spikes, make "
-        "the variance of the heights, on which moments are built, while counting takes each summit "
-        "once"
-    ),
-    "missing": lambda value, found: (
-        f"{100.0 * value:.2g} % of the points are missing, and a summit counts only where it and "
-        "its eight neighbours are there"
-    ),
-    "m4 pixel^2 / m2": lambda value, found: (
-        "curvatures are of waves of a few pixels, so that noise and the pixel make them"
-    ),
-    "anisotropy": lambda value, found: (
-        f"slopes across the lay are {value:.2g} times those along it, but moments are averaged "
-        "over directions"
-    ),
-    "share of m0 in 0.1 % of points": _carried("variance of the heights"),
-    "share of m2 in 0.1 % of points": _carried("mean square slope"),
-    "share of m4 in 0.1 % of points": _carried("mean square curvature"),
-}
-"""Verdicts that tell why counting and moments differ, in words; the most telling first."""

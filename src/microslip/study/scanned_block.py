@@ -19,13 +19,20 @@ _HEAD = """\
 """
 
 
+def makes_surface(found: Findings) -> bool:
+    """Whether a study can build on the scan: on its summits, or on a profile's moments."""
+    if found.scan.is_profile:
+        return found.estimates.get("mccool") is not None
+    return found.summits is not None
+
+
 def block(found: Findings, folder: Path) -> str:
     """The surface as a study file has it.
 
     Parameters
     ----------
     found : Findings
-        Of an area; a profile has no summits and makes no surface.
+        What was found; :func:`makes_surface` says whether it makes one.
     folder : pathlib.Path
         Where the study will be.
 
@@ -51,14 +58,21 @@ def block(found: Findings, folder: Path) -> str:
         lines.append(f"outliers = {request.outliers:g}")
     if request.fill:
         lines.append("fill = true")
-    if request.method != "watershed":
+    profile = found.scan.is_profile
+    if request.method != "watershed" and not profile:
         lines.append(f"method = {_text(request.method)}")
-    if request.prominence is not None:
+    if request.prominence is not None and not profile:
         lines.append(f"prominence = {_length(request.prominence)}")
-    lines.append('estimate = "counted"  # or "neighbours", "mccool", "nayak", "population"')
+    lines.append(
+        'estimate = "mccool"  # or "nayak": a profile has no summits to count'
+        if profile
+        else 'estimate = "counted"  # or "neighbours", "mccool", "nayak", "population"'
+    )
     area = request.area
     lines.append(
-        '# area = "2 cm^2"  # apparent area of the joint; without it that of the scan'
+        '# area = "2 cm^2"  # apparent area of the joint: a profile has none, so put yours here'
+        if area is None and profile
+        else '# area = "2 cm^2"  # apparent area of the joint; without it that of the scan'
         if area is None
         else f"area = {_text(f'{_number(area * 1e4)} cm^2')}"
     )
@@ -111,5 +125,5 @@ def _length(value: float | None) -> str:
 
 def _value(value: Any) -> str:
     if isinstance(value, tuple):
-        return f"[{', '.join(map(_length, value))}]"
+        return f"[{', '.join(map(_value, value))}]"
     return _length(value) if isinstance(value, float) else _text(value) if value else str(value)

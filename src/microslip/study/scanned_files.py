@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from microslip.study.scanned_block import block
+from microslip.study.scanned_block import block, makes_surface
 from microslip.study.scanned_errors import HEIGHTS
 from microslip.study.scanned_summary import summarise
 
@@ -58,13 +58,16 @@ def write(
     _write(folder / "cutoffs.csv", _cutoffs(found))
     if found.summits is not None:
         _write(folder / "summits.csv", _summits(found))
+        names.append("summits.csv")
+    if makes_surface(found):
         _write(folder / "surface.toml", block(found, destination or folder))
-        names += ["summits.csv", "surface.toml"]
+        names.append("surface.toml")
     pictures = {}
-    for number, name in enumerate(FIGURES, start=1):
+    shown = figures_of(found)
+    for number, name in enumerate(shown, start=1):
         pictures[name] = _picture(found, name, folder)
         names += [f"{name}.svg", f"{name}.png"]
-        report(number / (len(FIGURES) + 1))
+        report(number / (len(shown) + 1))
     summary = summarise(found, tuple(names))
     _write(folder / "report.html", page(found, summary, pictures, destination or folder))
     _write(folder / "summary.json", json.dumps(summary, indent=1, ensure_ascii=False) + "\n")
@@ -112,6 +115,11 @@ def _summits(found: Findings) -> str:
 # -- figures --------------------------------------------------------------------------------------
 
 
+def figures_of(found: Findings) -> tuple[str, ...]:
+    """Names of the figures; a scan with no cut-off to choose has none of parameters over them."""
+    return tuple(name for name in FIGURES if name != "cutoffs" or found.table.cutoff.size > 1)
+
+
 def figure(found: Findings, name: str) -> Figure:
     """One of the figures.
 
@@ -157,6 +165,8 @@ def _picture(found: Findings, name: str, folder: Path) -> Picture:
     alternative, caption = _CAPTIONS[name]
     if name == "heights" and found.scan.is_profile:
         alternative, caption = "The profile", "Heights above the mean. {cutoff}."
+    if name == "spectrum" and found.scan.missing > 0.0:
+        caption += _GAPS
     source = data_uri(
         (folder / f"{name}.svg").read_bytes(), lambda: (folder / f"{name}.png").read_bytes()
     )
@@ -177,7 +187,8 @@ _CAPTIONS = {
         "A trace of the heights, and their density with fits",
         "Roughness in the manner of Fig. 19.6 of the chapter: a trace, the density of all heights "
         "with the distributions that fit best, and its logarithm, which shows the tails. {cutoff}. "
-        "The percentages are the largest share of the points that a distribution misses.",
+        "The percentages are the largest share of the points that a distribution misses. Where "
+        "nearly all heights would be a spike, (b) shows those between the dotted lines.",
     ),
     "spectrum": (
         "Power spectrum against wavelength, radial and along both axes",
@@ -190,6 +201,12 @@ _CAPTIONS = {
         "off is one of the cut-off as much as of the surface.",
     ),
 }
+
+
+_GAPS = (
+    " Missing points count as points on the mean, and steps at the edges of gaps make waves of "
+    "every length: of such is what seems to have passed a cut-off, and not of the surface."
+)
 
 
 # -- page -----------------------------------------------------------------------------------------
@@ -237,11 +254,11 @@ def page(
             summits=summits,
             cutoffs=tables.cutoff_table(summary),
             explained=tables.cutoffs_explained(summary),
-            pictures=[pictures[name] for name in FIGURES],
+            pictures=list(pictures.values()),
             fits=summary["heights"]["verdict"],
             judged=judged,
             notes=summary["notes"],
-            toml=None if found.summits is None else block(found, folder),
+            toml=block(found, folder) if makes_surface(found) else None,
             files=[name for name in summary["files"] if name != "report.html"],
         )
     )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from microslip._units import engineering
 from microslip.study.drawing import DASHES, drawable, length_prefix, log_scale, new_figure, note
@@ -17,7 +19,10 @@ if TYPE_CHECKING:
 
 _MICRO = 1e-6
 _REMOVED = "#e4e4e4"
+_EDGE: dict[str, Any] = {"color": "#444444", "linewidth": 0.9}
 _BLUE, _ORANGE, _BLACK = "#0072B2", "#D55E00", "#000000"
+_BELOW = 1e-3
+"""How far below the lowest density before the cut-off the axis goes."""
 
 
 def draw(found: Findings) -> Figure:
@@ -35,7 +40,7 @@ def draw(found: Findings) -> Figure:
     """
     whole, kept = found.whole_spectrum, found.spectrum
     profile = found.scan.is_profile
-    figure = new_figure(3.7, found.title("Power spectrum"))
+    figure = new_figure(4.1, found.title("Power spectrum"))
     panels = [figure.subplots()] if profile else list(figure.subplots(1, 2))
     unit, letter = length_prefix(max(found.scan.size), min(found.scan.pixel))
     cut = found.request.cutoff is not None or found.request.long_cutoff is not None
@@ -59,8 +64,22 @@ def draw(found: Findings) -> Figure:
         ("Along the profile" if profile else "Along the axes")
         + (", in grey before the cut-off" if cut else ""),
     )
-    for axes in panels:
-        _frame(axes, found, unit, letter)
+    # By the first lines, which are before the cut-off.
+    counts = [1] if profile else [1, len(whole.axes)]
+    for axes, count in zip(panels, counts, strict=True):
+        _frame(axes, found, unit, letter, axes.lines[:count])
+    shown = [
+        line for axes in panels for line in axes.lines if not str(line.get_label()).startswith("_")
+    ]
+    request = found.request
+    ends = [("short", request.cutoff), ("long", request.long_cutoff)]
+    bounds = [
+        f"{name}-wave {engineering(length, 'm', 4, trim=True)}" for name, length in ends if length
+    ]
+    if bounds:
+        label = f"cut-off{'s' * (len(bounds) > 1)}: {', '.join(bounds)}"
+        shown.append(Line2D([], [], label=label, **_EDGE))
+    figure.legend(handles=shown, loc="outside lower center", ncols=3)
     return figure
 
 
@@ -81,42 +100,32 @@ def _line(
     axes.plot(x, drawable(y, log=True), color=colour, linewidth=width, linestyle=line, label=label)
 
 
-def _frame(axes: Axes, found: Findings, unit: float, letter: str) -> None:
-    """Axes and legend, and the waves that are removed on grey ground."""
+def _frame(axes: Axes, found: Findings, unit: float, letter: str, before: list[Line2D]) -> None:
+    """Axes, and the waves that are removed on grey ground."""
     log_scale(axes, "x")
     log_scale(axes, "y")
-    # What the filter leaves at the far side of a cut-off is rounding.
-    top = max(float(np.nanmax(line.get_ydata())) for line in axes.lines)
-    low = min(float(np.nanmin(line.get_ydata())) for line in axes.lines)
-    axes.set_ylim(max(low / 2.0, 1e-12 * top), 4.0 * top)
     left, right = 2.0 * min(found.scan.pixel) / unit, 1.05 * max(found.scan.size) / unit
+    low, high = _ends(axes.lines, left, right)
+    # What the filter leaves far below all that there was is nothing to look at.
+    axes.set_ylim(max(low, _BELOW * _ends(before, left, right)[0]) / 2.0, 4.0 * high)
     axes.set_xlim(left, right)
     axes.set_xlabel(f"Wavelength [{letter}m]")
     request = found.request
     if request.cutoff is not None:
         axes.axvspan(left, request.cutoff / unit, facecolor=_REMOVED, edgecolor="none", zorder=0)
-        _name(axes, request.cutoff, unit, 3, "left")
+        axes.axvline(request.cutoff / unit, **_EDGE)
     if request.long_cutoff is not None:
         axes.axvspan(
             request.long_cutoff / unit, right, facecolor=_REMOVED, edgecolor="none", zorder=0
         )
-        _name(axes, request.long_cutoff, unit, -3, "right")
-    axes.legend(loc="lower right", bbox_to_anchor=(0.99, 0.02))
+        axes.axvline(request.long_cutoff / unit, **_EDGE)
 
 
-def _name(
-    axes: Axes, cutoff: float, unit: float, offset: float, side: Literal["left", "right"]
-) -> None:
-    """A line at a cut-off, and what it is."""
-    axes.axvline(cutoff / unit, color="#444444", linewidth=0.9)
-    axes.annotate(
-        f"cut-off {engineering(cutoff, 'm', trim=True)}",
-        (cutoff / unit, 0.03),
-        (offset, 0),
-        xycoords=axes.get_xaxis_transform(),
-        textcoords="offset points",
-        ha=side,
-        va="bottom",
-        fontsize=8,
-        rotation=90,
-    )
+def _ends(lines: Iterable[Line2D], left: float, right: float) -> tuple[float, float]:
+    """Lowest and highest value that is seen."""
+    seen = []
+    for line in lines:
+        x, y = (np.asarray(part, dtype=float) for part in line.get_data())
+        seen.append(y[(x >= left) & (x <= right) & np.isfinite(y)])
+    values = np.concatenate(seen)
+    return (float(values.min()), float(values.max())) if values.size else (1.0, 1.0)

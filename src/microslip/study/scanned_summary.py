@@ -21,6 +21,12 @@ NOT_GIVEN = (
 )
 """First line of all that is shown then."""
 
+TOO_SMALL = (
+    "No short-wave cut-off was given: the pixel decides. The scan is too small to choose one: four "
+    "pixels are more than a third of it."
+)
+"""The same of a scan with nothing to choose from."""
+
 
 def summarise(found: Findings, files: tuple[str, ...] = ()) -> dict[str, Any]:
     """What summary.json holds.
@@ -96,7 +102,8 @@ def summarise(found: Findings, files: tuple[str, ...] = ()) -> dict[str, Any]:
 
 def warnings(found: Findings) -> list[str]:
     """What the reader has to know first, in sentences; none if all is well."""
-    return [*(() if found.request.given else (NOT_GIVEN,)), *found.reasons]
+    not_given = NOT_GIVEN if found.table.cutoff.size > 1 else TOO_SMALL
+    return [*(() if found.request.given else (not_given,)), *found.reasons]
 
 
 def _plain(value: Any) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from microslip._units import LENGTH, engineering, to_si
-from microslip._wording import shorten, show
+from microslip._wording import quoted, shorten, show
 from microslip.errors import InputError
 from microslip.study.columns import UnitName, text
 from microslip.study.fields import Area, Height, TwoNames, YesOrNo, array, number, one_of, quantity
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 LEVELS = ("plane", "quadratic", "cylinder", "mean", "none")
 METHODS = ("watershed", "neighbours")
 ESTIMATES = ("counted", "neighbours", "mccool", "nayak", "population")
+OF_PROFILES = ("mccool", "nayak")
 
 NO_CUTOFF = "none: the pixel decides"
 """What stands wherever a cut-off would, if there is none."""
@@ -82,6 +84,7 @@ Pixels = Annotated[
     Check(_pair, lambda inner: inner),
     array('["1 um", "2 um"]', 2, single=True),
 ]
+Units = Annotated[tuple[UnitName, ...], array('["mm", "um"]', 2, single=True)]
 Valid = Annotated[
     tuple[Height, ...], Check(_two, lambda inner: inner), array('["-1 mm", "1 mm"]', 2)
 ]
@@ -90,6 +93,17 @@ Outliers = Annotated[
     float,
     number("a number of at least 2 such as 6", lambda value: 2.0 <= value <= 1e6, {"minimum": 2}),
 ]
+
+
+def _one_or_both(given: tuple[Any, ...] | None) -> Any:
+    """What was said once, by itself."""
+    return given[0] if given and len(given) == 1 else given
+
+
+def _as_keys(message: str) -> str:
+    """A message with the keys of a study in place of arguments."""
+    message = re.sub(r'\b(\w+)=\(("[^"]*"), ("[^"]*")\)', r"\1 = [\2, \3]", message)
+    return re.sub(r'\b(unit|pixel|format)="', r'\1 = "', message)
 
 
 class ScanSurface(Part):
@@ -145,9 +159,10 @@ class ScanSurface(Part):
     format: FormatName | None = Field(
         default=None, description="Format of the file; found if absent.", examples=['"plu"']
     )
-    unit: UnitName | None = Field(
+    unit: Units | None = Field(
         default=None,
-        description="Unit of the heights, where the file does not say it.",
+        description="Unit of the heights, or one of coordinates and one of heights, where the file "
+        "does not say it.",
         examples=['"um"'],
     )
     pixel: Pixels | None = Field(
@@ -171,6 +186,7 @@ class ScanSurface(Part):
 
     _scan: Any = PrivateAttr(default=None)
     _summits: Any = PrivateAttr(default=None)
+    _profile: Any = PrivateAttr(default=None)
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
@@ -183,20 +199,37 @@ class ScanSurface(Part):
             self._scan = Scan.read(
                 here,
                 self.format,
-                unit=self.unit,
-                pixel=self.pixel[0] if self.pixel and len(self.pixel) == 1 else self.pixel,
+                unit=_one_or_both(self.unit),
+                pixel=_one_or_both(self.pixel),
                 key=self.key,
                 channel=self.channel,
                 valid=None if self.valid is None else (self.valid[0], self.valid[1]),
             )
         except InputError as error:
             message = " ".join(str(error).split()).replace(str(here), name)
-            message = message if message.startswith(name) else f"{name}: {message}"
+            message = _as_keys(message if message.startswith(name) else f"{name}: {message}")
             if not here.exists() and reading.folder and not path.is_absolute():
                 message = message.replace("no such file", "no such file in the folder of the study")
             raise KeyedError("surface.scan", message) from None
-        reading.notes.append(f"surface.scan: {' '.join(self._scan.notes)}")
+        reading.notes.append(f"surface.scan: {_as_keys(' '.join(self._scan.notes))}")
+        if self._scan.is_profile:
+            self._check_profile()
         return self
+
+    def _check_profile(self) -> None:
+        """A profile has moments only, and no area."""
+        if self.estimate not in OF_PROFILES:
+            raise KeyedError(
+                "surface.estimate",
+                "a profile has peaks but no summits to count: wanted "
+                f"{quoted(OF_PROFILES)}, got {show(self.estimate)}",
+            )
+        if self.prominence is not None:
+            raise KeyedError("surface.prominence", "means nothing for a profile; leave it out")
+        if self.area is None:
+            raise KeyedError(
+                "surface.area", 'missing, and a profile has none; write for example "2 cm^2"'
+            )
 
     @property
     def read_scan(self) -> Scan:
@@ -227,6 +260,14 @@ class ScanSurface(Part):
         summits: Summits = self._summits
         return summits
 
+    @property
+    def profile(self) -> Scan:
+        """A profile at the cut-off; it is filtered once."""
+        if self._profile is None:
+            self._profile = self.conditioned.condition(cutoff=self.cutoff)
+        scan: Scan = self._profile
+        return scan
+
     def build(self, pair: MaterialPair) -> NormalLaw:
         """Normal law of the summits.
 
@@ -240,6 +281,10 @@ class ScanSurface(Part):
         NormalLaw
             A Greenwood–Williamson surface, or a population of the summits themselves.
         """
+        if self.read_scan.is_profile:
+            assert self.area is not None  # checked when read
+            of_moments: NormalLaw = self._of_profile().to_surface(pair, self.area)
+            return of_moments
         surface: NormalLaw = self.summits.to_surface(
             pair,
             area=self.area,
@@ -253,29 +298,46 @@ class ScanSurface(Part):
 
     def verdicts(self) -> tuple[Verdict, ...]:
         """How far the summits bear a joint, apart from what its load decides."""
+        if self.read_scan.is_profile:
+            from microslip.scans.joint import radius_verdict
+            from microslip.scans.statistics import verdicts
+
+            return radius_verdict(self._of_profile(), self.profile), *verdicts(self.profile)
         with suppress(InputError):  # moments of no Gaussian surface; counting is not asked for them
             return self.summits.validity()
         return ()
 
     def summary(self) -> dict[str, Any]:
         """What was found in the scan, in SI units: what summary.json says of it."""
-        found = self.summits
+        found = None if self.read_scan.is_profile else self.summits
+        scan = self.profile if found is None else found.scan
         return {
-            "name": found.scan.name,
+            "name": scan.name,
             "cutoff": self.cutoff,
             "long_cutoff": self.long_cutoff,
             "estimate": self.estimate,
-            "count": found.count,
-            "area": found.scan.area,
+            "count": None if found is None else found.count,
+            "area": None if found is None else scan.area,
             **{
                 name: None if part is None else asdict(part)
                 for name, part in self._estimates().items()
             },
-            "notes": list(found.notes),
+            "notes": list(scan.notes if found is None else found.notes),
         }
+
+    def _of_profile(self) -> SummitStatistics:
+        """Summit statistics of the isotropic surface with the moments of a profile."""
+        moments = self.profile.moments()
+        return (
+            moments.nayak_summits().statistics() if self.estimate == "nayak" else moments.mccool()
+        )
 
     def _estimates(self) -> dict[str, SummitStatistics | None]:
         estimates: dict[str, SummitStatistics | None] = {}
+        if self.read_scan.is_profile:
+            estimates = dict.fromkeys(ESTIMATES[:-1])
+            estimates[self.estimate] = self._of_profile()
+            return estimates
         for name in ESTIMATES[:-1]:
             try:
                 estimates[name] = self.summits.statistics(name)  # type: ignore[arg-type]
@@ -289,7 +351,7 @@ class ScanSurface(Part):
         part = self._estimates().get("counted" if self.estimate == "population" else self.estimate)
         said = f"cut-off {self.cutoff_text()}" if self.cutoff else "no cut-off: the pixel decides"
         what = "" if part is None else f" {part}"
-        population = ", each summit by itself" if self.estimate == "population" else ""
-        return [
-            f"surface.scan: {name}, {said}:{what}{population}. The cut-off decides these numbers."
-        ]
+        apart = ", each summit by itself" if self.estimate == "population" else ""
+        if self.read_scan.is_profile:
+            apart = ", as if the profile were of an isotropic Gaussian surface"
+        return [f"surface.scan: {name}, {said}:{what}{apart}. The cut-off decides these numbers."]

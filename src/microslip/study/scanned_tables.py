@@ -113,8 +113,11 @@ def cutoff_table(summary: dict[str, Any]) -> Table:
 
 def cutoffs_explained(summary: dict[str, Any]) -> str:
     """What the columns of the table over cut-offs are."""
+    counted = any(row["counted_radius"] is not None for row in summary["over_cutoffs"])
     beside = (
-        ", beside each the counted ones; radius/pixel is of the counted ones"
+        ", beside each the counted ones; radius/pixel is of the counted ones, where there are any"
+        if counted
+        else "; none were counted"
         if len(summary["pixel"]) > 1
         else ""
     )

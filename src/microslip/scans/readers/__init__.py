@@ -17,6 +17,7 @@ READERS: tuple[Reader, ...] = (Npy(), Npz(), Mat(), Text(), Instrument())
 """Every reader, in the order in which they are asked whether a file is theirs."""
 
 _TEXTS = {".txt", ".csv", ".tsv", ".dat", ".xyz", ".asc", ".prf", ".prn", ""}
+_BINARY = {".npy", ".npz"}
 _HEAD = 1024
 
 
@@ -40,7 +41,7 @@ def reader_of(path: Path, wanted: Any) -> Reader:
     OSError
         If the file cannot be opened.
     ValueError
-        If it is empty.
+        If it is empty, or not what its ending says.
     """
     with path.open("rb") as file:
         head = file.read(_HEAD)
@@ -53,6 +54,11 @@ def reader_of(path: Path, wanted: Any) -> Reader:
         # Some instruments write text of their own, which their endings tell.
         if isinstance(reader, Text) and suffix not in _TEXTS:
             continue
+        if isinstance(reader, Instrument) and suffix in _BINARY:
+            raise ValueError(
+                f"its ending says {suffix}, its first bytes do not; if it is of another kind, "
+                "write format="
+            )
         if reader.knows(head, suffix):
             return reader
     raise AssertionError  # pragma: no cover - the last one knows all

@@ -41,7 +41,9 @@ class Raw:
     pixel : tuple of float, optional
         Distance of neighbours [m], as the file says.
     steps : tuple of float, optional
-        The same in the unit of coordinates that the file does not say.
+        The same in the unit of coordinates, which `columns` or the user has to say.
+    columns : pair of str or None
+        Units of the coordinates and of the heights, as the names of columns say.
     notes : tuple of str
         What else is to be told.
     """
@@ -51,6 +53,7 @@ class Raw:
     unit: str | None = None
     pixel: tuple[float, ...] | None = None
     steps: tuple[float, ...] | None = None
+    columns: tuple[str | None, str | None] = (None, None)
     notes: tuple[str, ...] = field(default=())
 
 

@@ -9,6 +9,7 @@ from microslip.scans.readers.base import few
 
 _OFF = 0.05  # share of a step by which a coordinate may be off its place
 _LEAST = 0.01  # share of the places that must be filled
+_BESIDE = 0.02  # neighbours along an axis, for each point: a grid that is turned has none
 
 
 def on_grid(
@@ -35,7 +36,7 @@ def on_grid(
     Raises
     ------
     ValueError
-        Coordinates that are on no regular grid, two points in one place.
+        Coordinates that are on no regular grid along x and y, two points in one place.
     """
     places, counts, steps = [], [], []
     for name, values in zip("xy", coordinates, strict=False):
@@ -55,6 +56,16 @@ def on_grid(
     taken[index] = True
     if (twice := index.size - int(np.count_nonzero(taken))) > 0:
         raise ValueError(f"{twice} points lie where another one is already")
+    grid = taken.reshape(counts[::-1])
+    if grid.ndim == 2:
+        beside = np.count_nonzero(grid[:, 1:] & grid[:, :-1])
+        beside += np.count_nonzero(grid[1:] & grid[:-1])
+        if beside < _BESIDE * heights.size:
+            raise ValueError(
+                f"{heights.size} points on a grid of {' x '.join(map(str, counts))}, hardly any "
+                "beside another: points of a grid that is turned, or scattered, are no scan; "
+                "interpolate them on a regular grid along x and y first"
+            )
     result = np.full(total, np.nan)
     result[index] = heights
     return result.reshape(counts[::-1]), tuple(steps)

@@ -26,6 +26,7 @@ _NOT_ASKED = ("npy", "npz", "mat", "asc", "xyz", "hgt")
 _OF_NO_INTEREST = (DeprecationWarning, FutureWarning, ImportWarning, ResourceWarning)
 _BYTES_A_POINT = 64
 _BESIDE = 1 << 28  # pictures, logs and the like that are in a file with the heights
+_XML = 1 << 23  # bytes of one XML file in an archive, which is read whole and grows manifold
 
 # An NMS file states nanometres where SurfaceTopography expects millimetres.
 _WIDEST_NMS = 1e-3
@@ -121,7 +122,14 @@ def _check_size(path: Path, limit: int) -> None:
     if zipfile.is_zipfile(path):
         try:
             with zipfile.ZipFile(path) as archive:
-                size = max(size, sum(entry.file_size for entry in archive.infolist()))
+                entries = archive.infolist()
+            size = max(size, sum(entry.file_size for entry in entries))
+            for entry in entries:
+                if entry.filename.lower().endswith(".xml") and entry.file_size > _XML:
+                    raise ValueError(
+                        f"{shorten(entry.filename, 40)} in it unpacks to "
+                        f"{entry.file_size / 1e6:.0f} MB, wanted at most {_XML / 1e6:.0f} MB"
+                    )
         except (zipfile.BadZipFile, OSError) as error:
             raise ValueError(f"damaged archive: {first_line(error)}") from None
     if size > most:

@@ -30,7 +30,8 @@ class Mat(Reader):
         arrays = _hdf_shapes(path) if new else _shapes(path)
         if wishes.key is None and arrays.keys() >= _GAPS:
             raise ValueError(
-                "holds no scan but a table of gap densities, for ms.TabulatedHeights; "
+                "holds no scan but a table of gap densities; a study takes such heights of kind "
+                '"table", from columns of a CSV file, and in Python '
                 "ms.read_gap_table(path).to_surface(pair, area=...) makes a surface of it"
             )
         name = one_of(arrays, wishes, "this MAT-file")

@@ -73,6 +73,9 @@ def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
         shape, _, kind = read(file)
     except Exception as error:  # a header is Python text, which breaks in many ways
         raise ValueError(f"not a usable npy file: {first_line(error)}") from None
+    if any(count < 0 for count in shape):
+        size = " x ".join(map(str, shape))
+        raise ValueError(f"not a usable npy file: it says that it holds {size} numbers")
     return tuple(shape), kind
 
 

@@ -13,9 +13,11 @@ from microslip._units import LENGTH, QuantityError, is_unit, to_si
 from microslip._wording import shorten, show
 from microslip.scans.readers.base import Raw, Reader, Wishes, few, first_line
 from microslip.scans.readers.grid import on_grid
+from microslip.scans.readers.header import Names, names_of
 
 _HEAD = 1 << 16  # bytes in which the rows must begin
 _BLOCK = 1 << 24
+_LINES = 50  # above the rows, in which the names of columns are looked for
 _LINE = 1 << 28  # bytes of the longest line, ten million numbers
 _COMMENTS = ("#", "%", "//")
 _NUMBER = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
@@ -38,6 +40,7 @@ class _Layout(NamedTuple):
     stated: dict[str, str]
     encoding: str
     header: str | None
+    names: Names | None
 
 
 class Text(Reader):
@@ -56,34 +59,64 @@ class Text(Reader):
         layout = _layout(path)
         way = wishes.format if wishes.format in self.names[1:] else None
         if way is None:
-            way = {1: "profile", 2: "profile", 3: "xyz"}.get(layout.columns, "matrix")
+            way = _way(layout, path.suffix.lower())
         each = 1 if way == "matrix" else layout.columns
         rows = _count(path, layout)
         few((rows, layout.columns), wishes.limit * each)
         table = _numbers(path, layout)
         notes = () if layout.header is None else (f'skipped above: "{layout.header}".',)
-        wanted = {"xyz": (3,), "profile": (1, 2)}.get(way)
-        if wanted and layout.columns not in wanted:
-            raise ValueError(
-                f'format="{way}": wanted {" or ".join(map(str, wanted))} columns, '
-                f"got {layout.columns}"
-            )
         if way == "matrix":
             return _matrix(table, layout, notes)
+        least, most, wanted = (3, layout.columns, "3") if way == "xyz" else (1, 2, "1 or 2")
+        if not least <= layout.columns <= most:
+            raise ValueError(f'format="{way}": wanted {wanted} columns, got {layout.columns}')
+        columns: tuple[str | None, str | None] = (None, None)
+        if layout.names is not None and any(layout.names.units):
+            columns = _units(layout.names.units[:3])
+            notes = ()
         kind = "text, columns x, y, z" if way == "xyz" else "text, a profile"
         if layout.columns == 1:
-            return Raw(kind, table[:, 0], notes=notes)
+            return Raw(kind, table[:, 0], columns=columns, notes=notes)
         if wishes.pixel is not None:
             raise ValueError(
                 "its coordinates say the distance of neighbours: leave out pixel, or, if it is a "
                 'matrix of heights, write format="matrix"'
             )
-        heights, steps = on_grid(
-            [np.ascontiguousarray(table[:, i]) for i in range(layout.columns - 1)],
-            table[:, -1],
-            wishes.limit,
-        )
-        return Raw(kind, heights, steps=steps, notes=notes)
+        beyond = layout.columns - 3
+        table = table[:, :3]
+        try:
+            heights, steps = on_grid(
+                [np.ascontiguousarray(table[:, i]) for i in range(table.shape[1] - 1)],
+                table[:, -1],
+                wishes.limit,
+            )
+        except ValueError as error:
+            if beyond <= 0:
+                raise
+            raise ValueError(
+                f"of {layout.columns} columns the first three were taken for x, y and z: {error}; "
+                'if it is a matrix of heights, write format="matrix"'
+            ) from None
+        if beyond > 0:
+            other = "1 column" if beyond == 1 else f"{beyond} columns"
+            notes = (*notes, f"not read: {other} beyond x, y and z.")
+        return Raw(kind, heights, steps=steps, columns=columns, notes=notes)
+
+
+def _way(layout: _Layout, suffix: str) -> str:
+    """What is in the columns, where nobody says it."""
+    if layout.columns > 3:
+        named = layout.names is not None and layout.names.are_points
+        return "xyz" if suffix == ".xyz" or named else "matrix"
+    return "xyz" if layout.columns == 3 else "profile"
+
+
+def _units(units: tuple[str | None, ...]) -> tuple[str | None, str | None]:
+    """Units of coordinates and of heights by the names of their columns."""
+    across = list(dict.fromkeys(unit for unit in units[:-1] if unit))
+    if len({to_si(f"1 {unit}", LENGTH, "1 um") for unit in across}) > 1:
+        raise ValueError(f'x is in "{across[0]}", y in "{across[1]}": wanted one unit for both')
+    return across[0] if across else None, units[-1]
 
 
 def _matrix(table: np.ndarray, layout: _Layout, notes: tuple[str, ...]) -> Raw:
@@ -110,6 +143,7 @@ def _layout(path: Path) -> _Layout:
         encoding = "utf-8-sig"
     stated: dict[str, str] = {}
     header: str | None = None
+    lines: list[str] = []
     with path.open(encoding=encoding, errors="replace") as text:
         above = 0
         number = 0
@@ -126,8 +160,11 @@ def _layout(path: Path) -> _Layout:
             if bare and not bare.startswith(_COMMENTS):
                 found = _fields(line.rstrip("\r\n"))
                 if found is not None:
-                    return _Layout(number, *found, stated, encoding, header)
+                    named = (names_of(one, found[0], found[2]) for one in lines[:-_LINES:-1])
+                    names = next((one for one in named if one is not None), None)
+                    return _Layout(number, *found, stated, encoding, header, names)
                 header = header or shorten(bare, 60)
+            lines.append(bare)
             number += 1
     raise ValueError("wanted rows of numbers, got text without any at its beginning")
 

@@ -1,0 +1,119 @@
+"""Floor 8: why two estimates of the summits of a scan differ, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from microslip._units import engineering, significant
+
+if TYPE_CHECKING:
+    from microslip.study.scanned import Findings
+
+
+def differences(found: Findings) -> list[str]:
+    """Why two estimates of the summits differ, in sentences.
+
+    Parameters
+    ----------
+    found : Findings
+        What was found.
+
+    Returns
+    -------
+    list of str
+        Empty where counting and moments agree within a half. Each cause has its own line.
+    """
+    mccool, counted = found.estimates.get("mccool"), found.estimates.get("counted")
+    if mccool is None or counted is None or found.summits is None:
+        return []
+    factors = {
+        name: getattr(counted, name) / getattr(mccool, name)
+        for name in ("density", "radius", "std")
+        if getattr(counted, name) > 0.0
+    }
+    apart = {name: factor for name, factor in factors.items() if not 1.0 / 1.5 < factor < 1.5}
+    if not apart:
+        return []
+    told = [f"{significant(factor, 2)} times the {_SAID[name]}" for name, factor in apart.items()]
+    if found.summits.method == "watershed" and "radius" in apart:
+        # The verdict on radii compares what McCool's is, one over a mean curvature.
+        alike = found.summits.mean_radius / mccool.radius
+        told[list(apart).index("radius")] += (
+            " (the counted one by load; by mean curvature, as McCool's is, "
+            f"{significant(alike, 2)} times)"
+        )
+    judged = sorted(
+        (
+            v
+            for v in found.verdicts
+            # What the pixel takes in part it takes from counting and from moments alike.
+            if v.word != "ok" and v.name in _CAUSES and (v.name != _LOST or v.word == "outside")
+        ),
+        key=lambda verdict: (verdict.word != "outside", [*_CAUSES].index(verdict.name)),
+    )
+    causes = [_CAUSES[verdict.name](verdict.value, found) for verdict in judged]
+    every = found.summits.neighbours.density
+    if counted.density < every / 1.5:
+        causes.insert(
+            1 if judged and judged[0].word == "outside" else 0,
+            f"of all points above their eight neighbours only {100.0 * counted.density / every:.2g}"
+            f" % rise {engineering(found.summits.threshold, 'm')} above the saddle to a higher "
+            "one and are round; the rest may be noise, which moments take for summits",
+        )
+    causes = causes[:_MOST_CAUSES] or ["heights are not Gaussian, which moments take for granted"]
+    gappy = any(verdict.name == "missing" for verdict in judged)
+    noisy = any(v.name == _LOST for v in judged)
+    advice = (
+        "Fill the gaps first (--fill)."
+        if gappy
+        else "Choose a short-wave cut-off first, then build on the counted ones."
+        if noisy and found.request.cutoff is None
+        else "Build on the counted ones, and look at the map."
+    )
+    why = "".join(f"\n({number}) {cause}." for number, cause in enumerate(causes, start=1))
+    return [
+        f"Two estimates differ: the summits counted have {_listed(told)} of McCool's moments. "
+        f"Why:{why}\n{advice}"
+    ]
+
+
+def _listed(parts: list[str]) -> str:
+    return " and ".join([", ".join(parts[:-1])] * (len(parts) > 1) + parts[-1:])
+
+
+_SAID = {"density": "density", "radius": "radius", "std": "spread in height"}
+
+
+_MOST_CAUSES = 3
+_LOST = "share of m4 lost to the pixel"
+
+
+def _carried(what: str) -> Callable[[float, Findings], str]:
+    return lambda value, found: (
+        f"one point in a thousand carries {100.0 * value:.2g} % of the {what}"
+    )
+
+
+_CAUSES: dict[str, Callable[[float, Findings], str]] = {
+    "kurtosis": lambda value, found: (
+        f"the kurtosis is {value:.3g} (3 if Gaussian): few points, a scratch, pits or spikes, make "
+        "the variance of the heights, on which moments are built, while counting takes each summit "
+        "once"
+    ),
+    "missing": lambda value, found: (
+        f"{100.0 * value:.2g} % of the points are missing, and a summit counts only where it and "
+        "its eight neighbours are there"
+    ),
+    _LOST: lambda value, found: (
+        "curvatures are of waves of a few pixels, so that noise and the pixel make them"
+    ),
+    "anisotropy": lambda value, found: (
+        f"slopes across the lay are {value:.2g} times those along it, but moments are averaged "
+        "over directions"
+    ),
+    "share of m0 in 0.1 % of points": _carried("variance of the heights"),
+    "share of m2 in 0.1 % of points": _carried("mean square slope"),
+    "share of m4 in 0.1 % of points": _carried("mean square curvature"),
+}
+"""Verdicts that tell why counting and moments differ, in words; the most telling first."""

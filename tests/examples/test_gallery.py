@@ -134,6 +134,16 @@ slip_scale: bounded above
 standardised_separation: not identified
 rig_stiffness: identified
 """,
+    "15_varying_load": """
+constant load: 92.8 µJ a cycle
+in step: 85.4 µJ a cycle, 0.920 of that
+45° ahead: 136.7 µJ a cycle, 1.474 of that
+90° ahead: 141.8 µJ a cycle, 1.529 of that
+600 N at 2 kN: 141.4 nm
+±10%: 162.0 nm after a cycle, then 0.0 nm more
+±20%: 191.8 nm after a cycle, then 0.0 nm more
+±40%: 353.3 nm after a cycle, then 0.0 nm more
+""",
 }
 
 

@@ -31,7 +31,11 @@ SCAN = 'law = "scan"\nscan = "z.npy"\nunit = "um"\npixel = "1 um"\ncutoff = "5 u
 STUDIES = {
     "full": FULL + '\n[oscillator]\nmass = "2 kg"\nstiffness = "1 N/um"\n',
     "by force": edited((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N"]'), FORMATS),
-    "varying": edited((CURVE, f"{CURVE}\n{LOADS_VARY}"), FORMATS),
+    "varying": edited(
+        ("poisson_ratio = 0.33", 'poisson_ratio = 0.33\nhardness = "1.2 GPa"'),
+        (CURVE, f"{CURVE}\n{LOADS_VARY}"),
+        FORMATS,
+    ),
     "table": edited((SURFACE, SURFACES["table"]), (LOADS, '"1 kN"'), FORMATS),
     "scan": edited((SURFACE, SCAN), (LOADS, '"0.1 N"'), FORMATS),
 }
@@ -84,7 +88,7 @@ def test_every_file_is_named(results: list[ms.Result]) -> None:
 def test_every_variable_is_named(results: list[ms.Result]) -> None:
     told = {variable for *_, variables in quantities() for variable in variables}
     verdicts = [names(row[0])[0] for row in rows(section("result.nc")) if "validity_" in row[0]]
-    told |= {name + end for name in verdicts for end in ("", "_word")}
+    told |= {name + end for name in verdicts for end in ("", "_word", "_normal_load")}
     dims = {names(row[0])[0] for row in rows(section("result.nc")) if len(row) == 2}
     found: set[str] = set()
     for result in results:

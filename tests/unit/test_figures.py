@@ -290,6 +290,14 @@ ODD: dict[str, tuple[tuple[str, str], ...]] = {
         (CURVE, '{ from = "1 um", to = "1.001 um", points = 2 }'),
         ("0.55", "0.001"),
     ),
+    "varying": (
+        (
+            CURVE,
+            f'{CURVE}\nload_variation = {{ amplitude = "123.456 N", phase = "-123.456 deg", '
+            "harmonic = 10 }",
+        ),
+        (LOADS, MANY.replace('"100 N", ', "")),
+    ),
     "tiny": (
         ("0.5 um", "5e-7 um"),
         ("1 mm", "1e-6 mm"),
@@ -340,6 +348,17 @@ def check(figure: Figure, name: str) -> None:
         assert not any(title.overlaps(axes.get_tightbbox()) for axes in panels), (
             "title over a panel"
         )
+
+
+@pytest.mark.parametrize("number", ["coupled-phase", "coupled-ripple"])
+def test_panels_under_a_varying_load_say_what_they_show(number: str) -> None:
+    """A letter alone is no title, and what stands at an axis is a quantity."""
+    from microslip.chapter import PLATES
+
+    plate = next(plate for plate in PLATES if plate.number == number)
+    for axes in plate.draw().figure.axes:
+        assert re.fullmatch(r"\([ab]\) \w.+", axes.get_title())
+        assert "of its" not in axes.get_xlabel()
 
 
 def inside(box: object, page: object, what: str) -> None:

@@ -18,6 +18,7 @@ import microslip as ms
 from microslip.study.preview import preview
 from microslip.study.varying import VaryingLoop
 
+LIFTING = ((SURFACE, SURFACES["sphere"]), (LOADS, '["10 N", "20 N"]'))
 ALL = ('formats = ["csv"]', 'formats = ["csv", "netcdf", "png"]')
 ROWS = [(0.0, 0.0, 1.0), (0.4, 50.0, 1.5), (-0.2, -20.0, 0.7), (0.3, 80.0, 1.2), (-0.5, 0.0, 0.9)]
 RECORD = "\n".join(["x [um],T [N],N [kN]", *(",".join(map(str, row)) for row in ROWS)])
@@ -205,31 +206,208 @@ def test_the_files_read_back(home: Path) -> None:
     assert preview(result.study)["files"] == summary["files"]
 
 
-def test_the_report_says_what_is_at_which_load(home: Path) -> None:
+def test_the_report_says_what_is_at_which_load(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from microslip.study import figures
     from microslip.study.report import page
 
+    # Drawing takes most of the time, and the pictures are looked at elsewhere.
+    monkeypatch.setattr(figures, "picture", lambda result, name, kind: b"<svg/>")
     html = page(ms.Study.from_toml(varying('amplitude = "100 N", phase = "-90 deg"')).run())
     for text in (
         "<h2>Cycles at constant load</h2>",
         "<h2>Cycles as the normal load varies</h2>",
         "±100 N, phase −90°, harmonic 1",
-        "The normal load varies over these cycles.",
+        "The normal load varies over these cycles about the one named: ±100 N, phase −90°, ",
+        "every loop at constant load follows",
+        "filled markers are the loops, under a load that varies about the one named; hollow ones ",
+        "Lines and hollow markers are at constant normal load.",
         "All this is at constant normal load.",
+        "each verdict is the worse of those at its smallest and at its largest value.",
+        "✓ ok</span> at 600 N and 2.1 kN</td><td>real over apparent area",
+        "✓ ok</span> at 400 N and 1.9 kN</td><td>contacts",
+        "✓ ok</span></td><td>density × radius × std",
     ):
         assert text in html, text
+    assert "markers are the loops." not in html
     plain = page(ms.Study.from_toml(edited()).run())
     assert "<h2>Cycles</h2>" in plain
-    assert "varies" not in plain
+    assert "markers are the loops." in plain
+    for word in ("varies", "constant normal load", "worse"):
+        assert word not in plain
+    replay = page(ms.Study.from_toml(replayed(), folder=home).run())
+    assert "The normal load starts from that of the joint and follows the file." in replay
+    assert "All this is at constant normal load." in replay
+
+
+def legend(result: ms.Result, name: str) -> str:
+    from microslip.study.figures import DRAW
+
+    return DRAW[name](result).legends[0].get_title().get_text()
 
 
 def test_the_figures_show_the_load(home: Path) -> None:
-    from microslip.study.figures import DRAW
+    from microslip.study.figures import DRAW, names
 
     result = ms.Study.from_toml(replayed(), folder=home).run()
     labels = [axes.get_ylabel() for axes in DRAW["history"](result).axes]
     assert "Normal load [kN]" in labels
-    loops = DRAW["loops"](ms.Study.from_toml(varying("share = 0.4")).run())
+    assert legend(result, "history") == "Normal load, starts at"
+    assert {legend(result, name) for name in names(result) if name != "history"} == {
+        "Constant normal load"
+    }
+    result = ms.Study.from_toml(varying('share = 0.4, phase = "-30 deg", harmonic = 2')).run()
+    loops = DRAW["loops"](result)
     assert loops.axes[0].get_title() == "Amplitude 0.1 µm, load varies"
+    how = "varies by ±40 %, phase −30°, harmonic 2"
+    assert legend(result, "loops") == f"Mean normal load, which {how}"
+    assert {legend(result, name) for name in names(result) if name != "loops"} == {
+        "Constant normal load"
+    }
+    plain = ms.Study.from_toml(edited()).run()
+    assert {legend(plain, name) for name in names(plain)} == {"Normal load"}
+
+
+@pytest.mark.parametrize(
+    ("name", "column"), [("energy_damping", "amplitude"), ("force_damping", "force_amplitude")]
+)
+def test_loops_under_a_varying_load_are_marked_beside_those_at_constant_load(
+    name: str, column: str
+) -> None:
+    """Filled markers, so the figure does not say that the loops lose what they do not."""
+    from microslip.study.figures import DRAW
+
+    def filled(result: ms.Result, panel: int) -> list[np.ndarray]:
+        lines = DRAW[name](result).axes[panel].lines
+        return [
+            np.array(line.get_xydata())
+            for line in lines
+            if line.get_linestyle() == "None" and line.get_markerfacecolor() != "white"
+        ]
+
+    result = ms.Study.from_toml(varying('share = 1.0, phase = "90 deg"', *LIFTING)).run()
+    for panel, quantity in enumerate(("dissipated_energy", "loss_factor")):
+        axes = DRAW[name](result).axes[panel]
+        found = filled(result, panel)
+        for cycles, points in zip(result.varying, found, strict=True):
+            unit = 1e-6 if column == "amplitude" else 1.0
+            x, y = getattr(cycles, column) / unit, getattr(cycles, quantity)
+            np.testing.assert_allclose(points, np.column_stack([x, y]), rtol=1e-12)
+            for values, (low, high) in ((x, axes.get_xlim()), (y, axes.get_ylim())):
+                assert low < values.min()
+                assert values.max() < high
+    note = DRAW[name](result).axes[0].get_title(loc="left")
+    assert note == "hollow: constant load, filled: load varies by ±100 %, phase 90°, harmonic 1"
+    plain = ms.Study.from_toml(edited(*LIFTING)).run()
+    assert filled(plain, 0) == []
+    assert DRAW[name](plain).axes[0].get_title(loc="left") == ""
+
+
+# -- verdicts ------------------------------------------------------------------------------------
+
+SHARE, COUNT = "real over apparent area", "contacts"
+
+
+def judged(result: ms.Result) -> list[dict[str, dict[str, object]]]:
+    return [{v["name"]: v for v in joint["validity"]} for joint in result.summary["joints"]]
+
+
+def at(joint: ms.Interface, load: float) -> dict[str, ms.friction.Verdict]:
+    return {verdict.name: verdict for verdict in joint.at(normal_load=load).validity}
+
+
+def test_verdicts_are_those_of_the_worse_end_of_the_cycle(tmp_path: Path) -> None:
+    """At 5 kN the joint is fine, at 9.75 kN, where its cycle goes, it is not."""
+    numbers = ('formats = ["csv"]', 'formats = ["netcdf"]\nreport = false')
+    text = varying("share = 0.95", (LOADS, '["4 N", "5 kN"]'), numbers)
+    result = ms.Study.from_toml(text).run()
+    light, heavy = judged(result)
+    for found, load, name, word, worst in (
+        (heavy, 5000.0, SHARE, "watch", 9750.0),
+        (heavy, 5000.0, COUNT, "ok", 250.0),
+        (light, 4.0, COUNT, "outside", 0.2),
+        (light, 4.0, SHARE, "ok", 7.8),
+    ):
+        verdict, joint = found[name], result.joints[0]
+        assert verdict["normal_load"] == pytest.approx(worst, rel=1e-12)
+        same = at(joint, worst)[name]
+        assert (verdict["word"], same.word) == (word, word)
+        assert verdict["value"] == pytest.approx(same.value, rel=1e-9)
+        assert at(joint, load)[name].word == "ok"
+        assert verdict["limit"] == same.limit
+    assert heavy["density * radius * std"]["normal_load"] is None
+    assert [
+        {v["name"]: v for v in entry["validity"]} for entry in preview(result.study)["joints"]
+    ] == [light, heavy]
+    result.save(tmp_path / "result")
+    with h5py.File(tmp_path / "result" / "result.nc") as file:
+        name = "validity_real_over_apparent_area"
+        assert file[name][:].tolist() == [light[SHARE]["value"], heavy[SHARE]["value"]]
+        assert file[f"{name}_word"][:].tolist() == [0, 1]
+        np.testing.assert_allclose(file[f"{name}_normal_load"][:], [7.8, 9750.0], rtol=1e-12)
+        assert file[f"{name}_normal_load"].attrs["units"] in ("N", b"N")
+        assert np.isnan(file["validity_density_radius_std_normal_load"][:]).all()
+
+
+def test_verdicts_are_those_of_the_worse_load_of_a_history(tmp_path: Path) -> None:
+    record = "x [um],N [kN]\n0,1\n0.4,20\n-0.2,0.001\n"
+    (tmp_path / "record.csv").write_text(record, encoding="utf-8")
+    result = ms.Study.from_toml(replayed(), folder=tmp_path).run()
+    for found in judged(result):
+        assert (found[SHARE]["word"], found[SHARE]["normal_load"]) == ("outside", 20_000.0)
+        assert (found[COUNT]["word"], found[COUNT]["normal_load"]) == ("outside", 1.0)
+        assert found[COUNT]["value"] == at(result.joints[0], 1.0)[COUNT].value
+
+
+def test_the_load_of_the_joint_counts_where_a_history_stays_away_from_it(tmp_path: Path) -> None:
+    """The history starts there, and loops and curves are at it."""
+    (tmp_path / "record.csv").write_text("x [um],N [N]\n0,40\n1,30\n", encoding="utf-8")
+    text = replayed().replace(LOADS, '"20 kN"')
+    (found,) = judged(ms.Study.from_toml(text, folder=tmp_path).run())
+    assert (found[SHARE]["word"], found[SHARE]["normal_load"]) == ("outside", 20_000.0)
+
+
+def test_without_contact_there_are_no_contacts() -> None:
+    surface = SURFACE, SURFACES["values"]
+    (found,) = judged(ms.Study.from_toml(varying("share = 1.0", surface, (LOADS, '"5 N"'))).run())
+    assert (found[COUNT]["word"], found[COUNT]["value"]) == ("outside", 0.0)
+    assert found[COUNT]["normal_load"] == 0.0
+
+
+def test_constant_loads_say_nothing_of_another_one() -> None:
+    result = ms.Study.from_toml(edited()).run()
+    for joint, found in zip(result.joints, judged(result), strict=True):
+        assert all("normal_load" not in verdict for verdict in found.values())
+        assert [v["value"] for v in found.values()] == [v.value for v in joint.validity]
+
+
+@pytest.mark.parametrize(
+    ("loads", "lines"),
+    [
+        (
+            '"5 kN"',
+            ["real over apparent area as the load grows to 9.75 kN: 11.2 % (ok up to 10 %)"],
+        ),
+        (
+            '["4 N", "5 kN"]',
+            [
+                "real over apparent area at 5 kN, as it grows to 9.75 kN: 11.2 % (ok up to 10 %)",
+                "contacts at 4 N, as it falls to 200 mN: 2.24 (ok from 30)",
+            ],
+        ),
+    ],
+)
+def test_the_terminal_says_at_which_load(loads: str, lines: list[str]) -> None:
+    from microslip.study.tables import show, show_preview
+
+    study = ms.Study.from_toml(varying("share = 0.95", (LOADS, loads)))
+    for write, given in (
+        (show, (study.run().summary,)),
+        (show_preview, (preview(study), "microslip predict x.toml")),
+    ):
+        stream = io.StringIO()
+        write(*given, stream)
+        for line in lines:
+            assert line in stream.getvalue()
 
 
 KEY = "excitation.load_variation"
@@ -269,15 +447,80 @@ def test_a_variation_goes_with_displacements() -> None:
     )
 
 
-@pytest.mark.parametrize("phase", ["0 deg", "33 deg"])
-def test_where_heights_have_no_end_the_load_is_not_lost(phase: str) -> None:
-    study = ms.Study.from_toml(varying(f'share = 1.0, phase = "{phase}"'))
-    with pytest.raises(ms.StudyError) as caught:
-        study.run()
-    assert str(caught.value) == (
-        "study: excitation.load_variation: normal_load must stay above zero on this surface, whose "
-        "heights have no end: at any separation some summit touches; got 0 at sample 0"
-    )
+NO_END = "this surface never lifts off: its heights, or the tail of its table, have no end"
+
+
+def refusals(text: str, folder: Path | None = None) -> list[str]:
+    """What check and predict say, each of which refuses."""
+    said = []
+    for act in (preview, ms.Study.run):
+        with pytest.raises(ms.StudyError) as caught:
+            act(ms.Study.from_toml(text, folder=folder))
+        said.append(str(caught.value))
+    return said
+
+
+@pytest.mark.parametrize(
+    ("how", "message"),
+    [
+        ("share = 1.0", "share: wanted less than 1, such as 0.99, got 1: the load 500 N"),
+        (
+            'share = 1.0, phase = "33 deg"',
+            "share: wanted less than 1, such as 0.99, got 1: the load 500 N",
+        ),
+        (
+            'amplitude = "500 N"',
+            "amplitude: wanted less than the normal load 500 N, got 500 N: the load 500 N",
+        ),
+    ],
+)
+@pytest.mark.parametrize("surface", ["gaussian", "exponential", "scipy", "tail"])
+def test_where_heights_have_no_end_the_load_is_not_lost(
+    how: str, message: str, surface: str
+) -> None:
+    edits = () if surface == "gaussian" else ((SURFACE, SURFACES[surface]),)
+    text = varying(how, *edits, (LOADS, '["500 N", "700 N"]'))
+    assert refusals(text) == [f"study: {KEY}.{message} would go down to 0 N ({NO_END})"] * 2
+
+
+HIGHER = "or begin the table higher"
+
+
+@pytest.mark.parametrize(
+    ("loads", "how", "message"),
+    [
+        ('"3 kN"', "share = 0.8", f"share: the load 3 kN grows to 5.4 kN; write share = 0.333 or less, {HIGHER}"),
+        ('["1 kN", "3 kN"]', 'amplitude = "1 kN"', ""),
+        ('["2 kN", "3 kN"]', 'amplitude = "1.2 kN"', f'amplitude: the load 3 kN grows to 4.2 kN; write amplitude = "999 N" or less, {HIGHER}'),
+        ('"4 kN"', "share = 0.1", f"share: the load 4 kN grows to 4.4 kN; write a lower joint.normal_load, {HIGHER}"),
+    ],
+)  # fmt: skip
+def test_a_load_stays_within_its_table(loads: str, how: str, message: str) -> None:
+    table = SURFACE, SURFACES["table"].replace('"2 kN"', '"4 kN"')
+    text = varying(how, table, (LOADS, loads))
+    if not message:
+        preview(ms.Study.from_toml(text))
+        ms.Study.from_toml(text).run()
+        return
+    name, _, rest = message.partition(": ")
+    wanted = "wanted loads up to the first load of the table, 4 kN, but"
+    assert refusals(text) == [f"study: {KEY}.{name}: {wanted} {rest}"] * 2
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+@pytest.mark.parametrize("share", [0.5, 0.9999999, 1.0])
+def test_check_refuses_what_predict_refuses(surface: str, share: float) -> None:
+    text = varying(f"share = {share}", (SURFACE, SURFACES[surface]), (LOADS, '"20 N"'))
+    study = ms.Study.from_toml(text)
+    said = []
+    for act in (preview, ms.Study.run):
+        try:
+            act(study)
+        except ms.StudyError as error:
+            said.append(str(error))
+    assert len(set(said)) == (1 if said else 0)
+    assert len(said) in (0, 2)
+    assert bool(said) == (share == 1.0 and surface in ("exponential", "scipy", "tail"))
 
 
 WRONG_RECORDS = [
@@ -301,11 +544,23 @@ def test_a_wrong_record(
 
 def test_a_record_without_load_needs_a_surface_with_an_end(tmp_path: Path) -> None:
     (tmp_path / "record.csv").write_text("x [um],N [kN]\n0,1\n1,0\n", encoding="utf-8")
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(replayed(), folder=tmp_path).run()
-    assert str(caught.value) == (
-        "study: excitation.history: normal_load must stay above zero on this surface, whose "
-        "heights have no end: at any separation some summit touches; got 0 at sample 1"
+    said = "wanted loads above zero, got 0 N in row 2 of the numbers"
+    assert (
+        refusals(replayed(), tmp_path)
+        == [f"study: excitation.history.normal_load: record.csv: {said} ({NO_END})"] * 2
+    )
+    table = SURFACES["table"].replace('"0 N"]', '"0 N"]\n')
+    ms.Study.from_toml(replayed().replace(SURFACE, table), folder=tmp_path).run()
+
+
+def test_a_record_stays_within_its_table(tmp_path: Path) -> None:
+    (tmp_path / "record.csv").write_text("x [um],N [kN]\n0,1\n1,2.5\n", encoding="utf-8")
+    text = replayed().replace(SURFACE, SURFACES["table"])
+    said = "record.csv: wanted loads up to the first load of the table, 2 kN, got 2.5 kN in row 2"
+    assert (
+        refusals(text, tmp_path)
+        == [f"study: excitation.history.normal_load: {said} of the numbers; begin the table higher"]
+        * 2
     )
 
 

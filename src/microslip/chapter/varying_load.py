@@ -86,7 +86,7 @@ def by_ripple(plate: Plate) -> Drawn:
         columns[f"energy ratio at {phase:g} deg"] = share
         left.plot(ripples, share, color=color, linestyle=line, label=f"{phase:g}°")
     left.axhline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
-    left.set(xlabel="Load ripple, of its mean [–]", title="(a)")
+    left.set(xlabel="Load ripple ΔN/N [–]", title="(a) what a cycle costs")
     left.set(ylabel="Energy per cycle over that at constant load [–]")
     left.set_xlim(0.0, 1.0)
     left.set_ylim(0.0, 3.5)
@@ -105,7 +105,7 @@ def by_ripple(plate: Plate) -> Drawn:
         right.plot(x / NANO, force / MILLI, color=color, linestyle=line, label=label)
     cross(right)
     right.set(xlabel="Tangential displacement δ [nm]", ylabel="Tangential force T [mN]")
-    right.set_title("(b)")
+    right.set_title("(b) loops, up to full ripple")
     right.legend(loc="upper left")
     return Drawn(figure, columns)
 

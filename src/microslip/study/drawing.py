@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from microslip.study.result import Result
+    from microslip.study.varying import VaryingCycles
 
 STYLE = Path(__file__).with_name("microslip.mplstyle")
 MOST_LOADS = 6
@@ -91,8 +92,23 @@ def drawn_loads(result: Result, by: By) -> list[tuple[int, dict[str, Any]]]:
     ]
 
 
-def add_legend(figure: Figure, result: Result, by: By) -> None:
-    """Name the loads below the panels."""
+def add_legend(figure: Figure, result: Result, by: By, title: str = "") -> None:
+    """Name the loads below the panels.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure.
+    result : Result
+        What was drawn.
+    by : {"marker", "linestyle"}
+        How the loads differ in it besides their colour.
+    title : str, optional
+        What the loads are; by default normal loads and, in a study with others that vary, constant
+        ones.
+    """
+    if not title:
+        title = "Constant normal load" if result.study.excitation.load_varies else "Normal load"
     loads = drawn_loads(result, by)
     handles = [
         Line2D(
@@ -105,7 +121,7 @@ def add_legend(figure: Figure, result: Result, by: By) -> None:
         for i, look in loads
     ]
     left_out = len(result.joints) - len(loads)
-    title = "Normal load" + (f" ({left_out} more in the tables)" if left_out else "")
+    title += f" ({left_out} more in the tables)" if left_out else ""
     figure.legend(
         handles=handles,
         loc="outside lower center",
@@ -132,7 +148,7 @@ class Axis(NamedTuple):
     high: float
     """Its right end, divided by the unit."""
 
-    def of(self, curve: AmplitudeCurve) -> Floats:
+    def of(self, curve: AmplitudeCurve | VaryingCycles) -> Floats:
         """Values of a curve on this axis."""
         values: Floats = getattr(curve, self.column)
         return values / self.unit
@@ -155,7 +171,10 @@ def displacement_axis(result: Result) -> Axis:
 
 
 def force_axis(result: Result) -> Axis:
-    """The force amplitude, over the range of the curves and past the largest force limit."""
+    """The force amplitude, over the range of the curves and past the largest force limit.
+
+    Loops under a load that varies reach further than the limit at its mean.
+    """
     loads = [i for i, _ in drawn_loads(result, "marker")]
     largest = max(result.joints[i].force_limit for i in loads)
     forces = np.concatenate([result.curves[i].force_amplitude for i in loads])
@@ -163,9 +182,9 @@ def force_axis(result: Result) -> Axis:
     unit, letter = common_prefix([result.joints[i].force_limit for i in loads])
     if 1.6 * largest < 10.0 * least:  # so that nothing lies on the edge
         least /= 1.6
-    return Axis(
-        "force_amplitude", unit, f"Force amplitude [{letter}N]", least / unit, 1.6 * largest / unit
-    )
+    varying = [float(result.varying[i].force_amplitude.max()) for i in loads if result.varying]
+    most = max([1.6 * largest, *(1.2 * force for force in varying)])
+    return Axis("force_amplitude", unit, f"Force amplitude [{letter}N]", least / unit, most / unit)
 
 
 def _apart(low: float, high: float) -> tuple[float, float]:

@@ -11,21 +11,28 @@ from matplotlib.ticker import ScalarFormatter
 
 from microslip.study.drawing import (
     DASHES,
+    MOST_MARKS,
     Axis,
     add_legend,
     displacement_axis,
     draw_curves,
+    drawable,
     drawn_loads,
     force_axis,
     new_figure,
+    note,
     settle,
 )
-from microslip.study.result import AmplitudeCurve, Floats
+from microslip.study.result import AmplitudeCurve, Floats, some
+from microslip.study.varying import in_words
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.axes import Axes
 
     from microslip.study.result import Result
+    from microslip.study.varying import VaryingCycles
 
 CUBIC = r"cubic limit, $\propto\delta_m^{\,3}$"
 CUBIC_IN_FORCE = r"cubic limit, $\propto T_m^{\,3}$"
@@ -78,9 +85,32 @@ def _draw(result: Result, axis: Axis) -> Figure:
     panels[2].set_xlabel(axis.label)
     figure.align_ylabels(panels)
     add_legend(figure, result, "marker")
+    if (variation := result.study.excitation.load_variation) is not None:
+        note(panels[0], f"hollow: constant load, filled: load varies by {in_words(variation)}")
     settle(figure)  # the slopes on paper are known once the layout is
     _name_limits(panels[0], result, axis)
     return figure
+
+
+def _draw_varying(
+    axes: Axes,
+    result: Result,
+    axis: Axis,
+    constant: Floats,
+    quantity: Callable[[VaryingCycles], Floats],
+) -> Floats:
+    """Mark the loops of a load that varies; ordinates drawn, with those at constant load."""
+    if not result.varying:
+        return constant
+    drawn = [constant[np.isfinite(constant)]]
+    for index, look in drawn_loads(result, "marker"):
+        cycles = result.varying[index]
+        marked = some(cycles.amplitude.size, MOST_MARKS)
+        x, y = axis.of(cycles)[marked], drawable(quantity(cycles)[marked], log=True)
+        seen = np.isfinite(y) & (x >= axis.low) & (x <= axis.high)
+        axes.plot(x[seen], y[seen], linestyle="none", zorder=3.1, **look)
+        drawn.append(y[seen])
+    return np.concatenate(drawn)
 
 
 def _mark_force_limits(axes: Axes, result: Result, axis: Axis) -> None:
@@ -99,6 +129,7 @@ def _mark_force_limits(axes: Axes, result: Result, axis: Axis) -> None:
 
 def _energy(axes: Axes, result: Result, axis: Axis) -> None:
     energies = draw_curves(axes, result, axis, lambda curve: curve.dissipated_energy, log=True)
+    energies = _draw_varying(axes, result, axis, energies, lambda cycles: cycles.dissipated_energy)
     axes.set_ylabel("Dissipated energy per cycle [J]")
     if np.isfinite(energies).any():
         axes.set_ylim(energies.min() / 5.0, energies.max() * 10.0)
@@ -176,6 +207,7 @@ def _above(points: Floats, others: Floats) -> bool:
 
 def _damping(axes: Axes, result: Result, axis: Axis) -> None:
     factors = draw_curves(axes, result, axis, lambda curve: curve.loss_factor)
+    factors = _draw_varying(axes, result, axis, factors, lambda cycles: cycles.loss_factor)
     top = 4.0 / math.pi
     largest = float(np.nanmax(factors)) if np.isfinite(factors).any() else 0.0
     left = min(float(result.curves[i].loss_factor[0]) for i, _ in drawn_loads(result, "marker"))

@@ -87,7 +87,9 @@ def history(result: Result) -> Figure:
             panel.set_rasterization_zorder(_RASTER)
     _dress(panels)
     figure.align_ylabels([panels[name] for name in columns])
-    add_legend(figure, result, "linestyle")
+    # Beside a load that varies it is no more than where that begins.
+    starts = "Normal load, starts at" if "varying_normal_load" in names else "Normal load"
+    add_legend(figure, result, "linestyle", starts)
     return figure
 
 

@@ -186,7 +186,23 @@ def _compared(comparison: Comparison) -> dict[str, Any]:
         }
         for row in comparison.rows()
     ]
-    return {"best": comparison.best, "laws": rows, "failed": dict(comparison.failed)}
+    rigs = {
+        name: {
+            law: {
+                "value": one.value if math.isfinite(one.value) else None,
+                "low": one.low if math.isfinite(one.low) else None,
+                "high": one.high if math.isfinite(one.high) else None,
+                "unit": one.unit,
+                "low_open": one.low_open,
+                "high_open": one.high_open,
+            }
+            for law, one in laws.items()
+        }
+        for name, laws in comparison.rigs().items()
+    }
+    return {
+        "best": comparison.best, "laws": rows, "rigs": rigs, "failed": dict(comparison.failed)
+    }  # fmt: skip
 
 
 def write(
@@ -289,6 +305,7 @@ def show(summary: dict[str, Any], stream: TextIO | None) -> None:
         If the stream cannot be written.
     """
     from microslip.study import identified_tables as tables
+    from microslip.study.identified_given import given_table, hanging_of, rig_texts
 
     out = Printer(stream)
     found = summary["identification"]
@@ -307,9 +324,12 @@ def show(summary: dict[str, Any], stream: TextIO | None) -> None:
             out.hanging("  ", f"To settle it: {item.remedy}.", 4)
     for text in tables.directions_of(found):
         out.hanging("  ", text, 2)
-    for hint in tables.hints_of(found, summary["study"]):
+    for hint in (*hanging_of(found), *tables.hints_of(found, summary["study"])):
         out.line(hint)
     out.line()
+    given = given_table(found)
+    if given is not None:
+        out.table("What was given", given.head, given.rows, text=(0, len(given.head) - 1))
     records = tables.record_table(found["records"])
     out.table("Residuals", records.head, records.rows, text=(0,))
     for text in tables.quality_of(found):
@@ -321,6 +341,8 @@ def show(summary: dict[str, Any], stream: TextIO | None) -> None:
     if summary["comparison"] is not None:
         laws = tables.law_table(summary["comparison"])
         out.table("Laws compared", laws.head, laws.rows, text=(0, 1))
+        for text in rig_texts(summary["comparison"]):
+            out.line(text)
         for law, why in summary["comparison"]["failed"].items():
             out.line(f"{law}: {why}")
     for text in found["notes"]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from microslip._version import __version__
 from microslip.study import identified_tables as tables
+from microslip.study.identified_given import given_table, hanging_of, rig_texts
 from microslip.study.report import Picture, svg_uri
 
 if TYPE_CHECKING:
@@ -81,7 +82,10 @@ def page(found: Identified, summary: dict[str, Any], toml: str | None, folder: P
             records=tables.record_table(result["records"]),
             quality=tables.quality_of(result),
             correlations=tables.correlation_table(result),
+            hanging=hanging_of(result),
+            given=given_table(result),
             laws=None if comparison is None else tables.law_table(comparison),
+            rigs=[] if comparison is None else rig_texts(comparison),
             toml=toml,
             notes=result["notes"],
             files=", ".join(name for name in summary["files"] if name != "report.html"),

@@ -72,9 +72,9 @@ def _remarks(found: Identified, spell: Callable[[str], str]) -> str:
         f"amplitude {quantity(record['amplitude'], 'm')}, {record['cycles']} cycles"
         for record in summary["records"]
     ]
-    if summary["status"] != "converged":
-        lines += wrap(f"{summary['status'].upper()}: {spell(summary['message'])}.", 96)
     doubtful = [item.name for item in open_of(summary) if item.verdict == "in doubt"]
+    if summary["status"] != "converged" or doubtful:
+        lines += wrap(f"{summary['status'].upper()}: {spell(summary['message'])}.", 96)
     if doubtful:
         lines += wrap(f"IN DOUBT for that: {', '.join(doubtful)}.", 96)
     if open_ones := [item.name for item in open_of(summary) if item.name not in doubtful]:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from microslip._units import engineering, significant
+from microslip._units import engineering, prefix, significant
 from microslip.identification.verdicts import AT_A_LOAD, shown, shown_interval
 
 _LABELS = {
@@ -221,17 +221,23 @@ def law_table(comparison: Mapping[str, Any]) -> Table:
 
 
 def open_of(found: Mapping[str, Any]) -> list[Open]:
-    """What the records do not tell, with reason and remedy."""
+    """What the records do not tell, with reason and remedy; not a cell of a law that is none."""
     return [
         Open(
             label(name, number.get("normal_load")),
             number["verdict"],
-            number["reason"],
+            _labelled(number["reason"], found),
             number["remedy"],
         )
         for name, number in found["parameters"].items()
-        if number["verdict"] not in ("identified", "fixed")
+        if number["verdict"] not in ("identified", "fixed") and not _is_none(number)
     ]
+
+
+def _is_none(number: Mapping[str, Any]) -> bool:
+    """Whether a number lies at a bound that joints have, so that there is nothing to settle."""
+    at_bound = number.get("at_bound", False)
+    return bool(at_bound and number["verdict"] == "bounded above" and not number["remedy"])
 
 
 def directions_of(found: Mapping[str, Any]) -> list[str]:
@@ -285,8 +291,9 @@ def _share(value: float | None) -> str:
 
 
 def record_table(records: Sequence[Mapping[str, Any]]) -> Table:
-    """What is left of each record."""
+    """What is left of each record, and how late its force is where that was free."""
     rows = []
+    late = any(record.get("delay") for record in records)
     for record in records:
         energy, error = record["energy_residual"], record["energy_error"]
         rows.append(
@@ -300,6 +307,7 @@ def record_table(records: Sequence[Mapping[str, Any]]) -> Table:
                 "–"
                 if energy is None
                 else f"{100.0 * energy:+.3f} ± {100.0 * (error or 0.0):.3f} %",
+                *((_delay(record["delay"]),) if late else ()),
             ]
         )
     head = [
@@ -310,5 +318,18 @@ def record_table(records: Sequence[Mapping[str, Any]]) -> Table:
         "residual",
         "noise of a sample",
         "energy residual",
+        *(("delay",) if late else ()),
     ]
     return Table(head, rows)
+
+
+def _delay(number: Mapping[str, Any] | None) -> str:
+    """A delay and half the width of its interval, both in the unit that suits them."""
+    if number is None or number["verdict"] == "not identified":
+        return "–"
+    value, half = number["value"], 0.5 * (number["high"] - number["low"])
+    factor, letter = prefix(max(abs(value), half))
+    width = float(f"{half / factor:.1e}")  # two digits are enough
+    places = min(max(1 - math.floor(math.log10(width)), 0), 6) if width > 0.0 else 3
+    middle = round(value / factor, places) + 0.0  # no minus before nothing
+    return f"{middle:.{places}f} ± {width:.{places}f} {letter}{number['unit']}"

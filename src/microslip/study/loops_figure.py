@@ -15,6 +15,7 @@ from microslip.study.drawing import (
     new_figure,
 )
 from microslip.study.result import some
+from microslip.study.varying import in_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,7 +57,9 @@ def loops(result: Result) -> Figure:
     for panel in panels[len(shown) :]:
         panel.set_visible(False)
     figure.align_ylabels(panels[: len(shown)])
-    add_legend(figure, result, "linestyle")
+    variation = result.study.excitation.load_variation
+    mean = "" if variation is None else f"Mean normal load, which varies by {in_words(variation)}"
+    add_legend(figure, result, "linestyle", mean)
     return figure
 
 

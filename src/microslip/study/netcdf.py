@@ -17,7 +17,7 @@ from microslip._version import __version__
 from microslip.errors import StudyError
 from microslip.friction.validity import Word
 from microslip.study.quantities import QUANTITIES
-from microslip.study.summary import KIND, SUMMARY_SCHEMA, scalars, slip_scale
+from microslip.study.summary import KIND, SUMMARY_SCHEMA, scalars, slip_scale, verdicts
 
 if TYPE_CHECKING:
     from microslip.study.result import Columns, Floats, Progress, Result
@@ -175,11 +175,12 @@ def _scalars(result: Result) -> dict[str, Variable]:
 
 
 def _validity(result: Result) -> dict[str, Variable]:
-    """Verdicts: of each its value and the index of its word."""
+    """Verdicts: of each its value, the index of its word and, where it varies, the load."""
     variables = {}
-    for place, verdict in enumerate(result.joints[0].validity):
+    judged = [verdicts(result.study, joint) for joint in result.joints]
+    for place, (verdict, _) in enumerate(judged[0][: len(result.joints[0].validity)]):
         name = "validity_" + re.sub(r"\W+", "_", verdict.name)
-        found = [joint.validity[place] for joint in result.joints]
+        found, loads = zip(*(each[place] for each in judged), strict=True)
         values = np.array([float(each.value) for each in found])
         words = np.array([WORDS.index(each.word) for each in found], dtype=np.int8)
         about = {"units": "1", "long_name": verdict.name}
@@ -190,6 +191,12 @@ def _validity(result: Result) -> dict[str, Variable]:
             "flag_meanings": " ".join(WORDS),
         }
         variables[f"{name}_word"] = Variable(("load",), words, {**about, **flags})
+        if result.study.excitation.load_varies:
+            at = np.array([np.nan if load is None else load for load in loads])
+            of = {"comment": "NaN where the verdict is the same at all loads"}
+            label = f"normal load at which {verdict.name} is worst"
+            about = {"units": "N", "long_name": label, **of}
+            variables[f"{name}_normal_load"] = Variable(("load",), at, about)
     return variables
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from microslip._version import __version__
 from microslip.study.result import UNITS
-from microslip.study.run import DEFAULT_POINTS, build_joints, defaults_of
+from microslip.study.run import DEFAULT_POINTS, build_joints, check_loads, defaults_of
 from microslip.study.summary import files, joint_entry, load_notes
 
 if TYPE_CHECKING:
@@ -55,6 +55,7 @@ def preview(study: Study) -> dict[str, Any]:
         If the physics has no answer, such as a load that the surface cannot carry.
     """
     joints = build_joints(study)
+    check_loads(study, joints)
     open_ends = defaults_of(study, joints)
     excitation, loads = study.excitation, len(joints)
     amplitudes = excitation.amplitudes or excitation.force_amplitudes or open_ends.factors

@@ -12,6 +12,7 @@ from microslip._units import engineering
 from microslip.study import figures
 from microslip.study import report_tables as tables
 from microslip.study.summary import REMINDER
+from microslip.study.varying import in_words
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -109,6 +110,7 @@ def page(result: Result, progress: Progress | None = None) -> str:
             headline=_HEADLINES[judged[0].word if judged else "none"],
             doubts=[j for j in judged if j.word != "ok"],
             judged=judged,
+            load_varies=result.study.excitation.load_varies,
             groups=tables.study_groups(result.study),
             toml=text[:MOST_TEXT],
             cut=len(text) > MOST_TEXT,
@@ -190,12 +192,33 @@ def _pictures(result: Result, progress: Progress | None) -> list[Picture]:
     drawn = []
     for index, name in enumerate(names):
         alternative, caption = _CAPTIONS[name]
-        if result.varying:
-            caption += _VARYING.get(name, " All this is at constant normal load.")
+        if result.study.excitation.load_varies:
+            caption = _while_varying(result, name, caption)
         drawn.append(Picture(name, _source(result, name), alternative, caption))
         if progress is not None:
             progress((index + 1) / len(names))
     return drawn
+
+
+def _while_varying(result: Result, name: str, caption: str) -> str:
+    """The caption of a figure of a study in which the normal load varies somewhere."""
+    variation = result.study.excitation.load_variation
+    if name == "history":
+        if result.histories[0].varying_normal_load is None:
+            return f"{caption} The normal load is constant along it."
+        return f"{caption} The normal load starts from that of the joint and follows the file."
+    if name == "loops" and variation is not None:
+        return (
+            f"Closed hysteresis loops, {_PANELS}. The normal load varies over these cycles about "
+            f"the one named: {in_words(variation)}. So the loops need not be symmetric. The area "
+            "is the energy lost in a cycle."
+        )
+    if variation is not None:
+        for constant, varying in _OTHERWISE:
+            caption = caption.replace(constant, varying)
+        if name in ("energy_damping", "force_damping"):
+            return f"{caption} Lines and hollow markers are at constant normal load."
+    return f"{caption} All this is at constant normal load."
 
 
 def _source(result: Result, name: str) -> str:
@@ -243,16 +266,21 @@ def packed(svg: bytes) -> bytes:
     return re.sub(rb">\s+<", b"><", svg)
 
 
-# What is not at constant normal load, or says itself what load it is at.
-_VARYING = {
-    "loops": " The normal load varies over these cycles.",
-    "history": "",
-    "oscillator": " The joint is at constant normal load.",
-}
+_PANELS = "one panel for each amplitude and one loop for each load"
+# What holds of loops at constant normal load only, and what stands for it where that varies.
+_OTHERWISE = (
+    ("every loop follows", "every loop at constant load follows"),
+    ("which no force amplitude passes", "which no force amplitude passes at constant load"),
+    (
+        "markers are the loops.",
+        "filled markers are the loops, under a load that varies about the one named; hollow ones "
+        "are at their amplitudes.",
+    ),
+)
 _CAPTIONS = {
     "loops": (
         "Hysteresis loops, force against displacement",
-        "Closed hysteresis loops, one panel for each amplitude and one loop for each load. Thin "
+        f"Closed hysteresis loops, {_PANELS}. Thin "
         "and pointed: most contacts stick (microslip). A parallelogram with flat ends: all slide. "
         "The area is the energy lost in a cycle.",
     ),

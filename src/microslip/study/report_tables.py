@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
@@ -21,6 +20,7 @@ from microslip.study.cells import (
 from microslip.study.result import some
 from microslip.study.scanned_surface import NO_CUTOFF
 from microslip.study.surfaces import TableHeights
+from microslip.study.varying import in_words
 
 MOST_JOINTS = 20
 MOST_CYCLES = 60
@@ -115,7 +115,7 @@ class Judgement(NamedTuple):
     bound: str
     """Where it would be ok."""
     where: str
-    """The loads at which it is not, if these are not all."""
+    """The loads at which it is so, if these are not all; where the load varies, in any case."""
     meaning: str
     """What is assumed."""
 
@@ -177,11 +177,7 @@ def _rows(part: BaseModel) -> list[tuple[str, str]]:
                 what += f', normal loads, column "{value.normal_load.column}",'
             rows.append(("Own history", f"{what} of {value.file}"))
         elif name == "load_variation":
-            size = _percent(value.share) if value.share else quantity(value.amplitude, "N")
-            phase = f"{_signed(f'{math.degrees(value.phase):.6g}')}°"
-            rows.append(
-                ("Normal load varies by", f"±{size}, phase {phase}, harmonic {value.harmonic}")
-            )
+            rows.append(("Normal load varies by", in_words(value)))
         elif isinstance(value, BaseModel):
             rows += _rows(value)
         else:
@@ -207,8 +203,10 @@ def quantity(value: Any, unit: str) -> str:
     str
         Such as "0.5 µm" or "3 values, 500 N to 5 kN".
     """
-    if isinstance(value, (str, bool)):
-        return str(value)
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
     if isinstance(value, dict):
         return ", ".join(f"{key} = {number:g}" for key, number in value.items()) or "none"
     if isinstance(value, (tuple, list)):
@@ -360,7 +358,11 @@ def _known(head: list[str], rows: list[list[str]], left_out: int) -> Table:
 
 
 def _load(joint: dict[str, Any]) -> str:
-    return engineering(joint["normal_load"], "N", 4, trim=True)
+    return _newtons(joint["normal_load"])
+
+
+def _newtons(load: float) -> str:
+    return engineering(load, "N", 4, trim=True)
 
 
 def _area(joint: dict[str, Any]) -> str:
@@ -414,8 +416,11 @@ def _judged(name: str, pairs: list[tuple[dict[str, Any], dict[str, Any]]]) -> Ju
     values = [verdict["value"] for _, verdict in pairs]
     limit = pairs[0][1]["limit"]
     worst = max((verdict["word"] for _, verdict in pairs), key=_WORDS.index)
-    at = [_load(joint) for joint, verdict in pairs if verdict["word"] == worst]
-    where = "" if len(at) == len(pairs) else _listed(at)
+    at = [(joint["normal_load"], v.get("normal_load")) for joint, v in pairs if v["word"] == worst]
+    # Where the load varies a verdict names its own.
+    loads = [_newtons(mean if own is None else own) for mean, own in at]
+    somewhere = len(at) < len(pairs) or any(own is not None for _, own in at)
+    where = _listed(list(dict.fromkeys(loads))) if somewhere else ""
     rising = any(v["word"] != "ok" and v["value"] < limit for _, v in pairs) or (
         worst == "ok" and min(values) >= limit
     )

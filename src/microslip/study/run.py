@@ -14,6 +14,7 @@ import numpy as np
 import microslip as ms
 from microslip.errors import InputError, StudyError
 from microslip.study import surfaces as u
+from microslip.study.part import KeyedError
 from microslip.study.result import (
     AmplitudeCurve,
     Floats,
@@ -25,6 +26,7 @@ from microslip.study.result import (
     blocks,
 )
 from microslip.study.schema import LoadVariation, Study
+from microslip.study.sense import lifting
 from microslip.study.summary import Defaults, oscillator_of, slip_scale, summarise
 from microslip.study.varying import VaryingCycles, VaryingLoop
 
@@ -39,6 +41,7 @@ DEFAULT_POINTS = 200
 def run(study: Study, progress: Progress | None = None) -> Result:
     """Compute a study; see :meth:`microslip.study.schema.Study.run`."""
     joints = build_joints(study)
+    check_loads(study, joints)
     defaults = defaults_of(study, joints)
     amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
     history = study.excitation.history
@@ -246,6 +249,29 @@ def build_joints(study: Study) -> list[ms.Interface]:
                     )
                 )
     return joints
+
+
+def check_loads(study: Study, joints: list[ms.Interface]) -> None:
+    """See that the surface can carry the loads that vary; the others its joints have.
+
+    Parameters
+    ----------
+    study : Study
+        A validated study.
+    joints : list of Interface
+        Its joints.
+
+    Raises
+    ------
+    StudyError
+        If contact is lost on a surface without an end.
+    """
+    if math.isfinite(joints[0].surface._top):
+        return
+    try:
+        lifting(study, min(study.joint.normal_load))
+    except KeyedError as error:
+        raise StudyError(f"{study.name}: {error.key}: {error}") from None
 
 
 @contextmanager

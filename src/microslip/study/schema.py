@@ -222,6 +222,12 @@ class Excitation(Part):
         default=None, description="A history from rest, in a column of a CSV file."
     )
 
+    @property
+    def load_varies(self) -> bool:
+        """Whether the normal load varies, over the cycles of the loops or along the history."""
+        along = self.history is not None and self.history.normal_load is not None
+        return along or self.load_variation is not None
+
     @model_validator(mode="after")
     def _one_kind_of_amplitudes(self) -> Self:
         if self.amplitudes is not None and self.force_amplitudes is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,9 +16,13 @@ from microslip.study.surfaces import Elastic, GreenwoodWilliamsonSurface, Rigid,
 if TYPE_CHECKING:
     from microslip.study.schema import Study
 
+VARIATION = "excitation.load_variation"
+RECORDED = "excitation.history.normal_load"
 MAX_LOOPS = 2000
 MAX_POINTS = 1_000_000
 MAX_SAMPLES = 10_000_000
+
+_NO_END = "this surface never lifts off: its heights, or the tail of its table, have no end"
 
 
 def check(study: Study) -> None:
@@ -86,17 +91,81 @@ def _loads(study: Study) -> None:
 
 
 def _variation(study: Study) -> None:
-    """A load that varies does not pull."""
+    """A load that varies does not pull, and stays within a table."""
     variation = study.excitation.load_variation
-    if variation is None or variation.amplitude is None:
+    if variation is not None:
+        load = min(study.joint.normal_load)
+        if variation.amplitude is not None and variation.amplitude > load:
+            raise KeyedError(
+                f"{VARIATION}.amplitude",
+                f"wanted at most the normal load {_force(load)}, got {_force(variation.amplitude)} "
+                "(the load would go below zero)",
+            )
+    if not isinstance(study.surface, TableSurface):
         return
-    load = min(study.joint.normal_load)
-    if variation.amplitude > load:
+    most = study.surface.load[0]
+    table = f"the first load of the table, {_force(most)}"
+    if variation is not None:
+        load = max(study.joint.normal_load)
+        share = variation.share_of(load)
+        if load * (1.0 + share) > most:
+            room = math.floor(1000.0 * (most / load - 1.0)) / 1000.0
+            name = "share" if variation.amplitude is None else "amplitude"
+            size = f"{room:g}" if name == "share" else f'"{_force(room * load)}"'
+            lower = f"{name} = {size} or less" if room > 0.0 else "a lower joint.normal_load"
+            raise KeyedError(
+                f"{VARIATION}.{name}",
+                f"wanted loads up to {table}, but the load {_force(load)} grows to "
+                f"{_force(load * (1.0 + share))}; write {lower}, or begin the table higher",
+            )
+    history = study.excitation.history
+    if history is not None and (loads := history.loads) is not None:
+        beyond = np.flatnonzero(loads > most)
+        if beyond.size:
+            row = int(beyond[0])
+            raise KeyedError(
+                RECORDED,
+                f"{shorten(history.file, 100)}: wanted loads up to {table}, got "
+                f"{_force(float(loads[row]))} in row {row + 1} of the numbers; begin the table "
+                "higher",
+            )
+
+
+def lifting(study: Study, lightest: float) -> None:
+    """Find loads that go down to zero on a surface on which some summit always touches.
+
+    Parameters
+    ----------
+    study : Study
+        A study whose surface is such a one: heights without an end, a table with a tail.
+    lightest : float
+        Its smallest normal load [N], at which it varies the most if its amplitude is given.
+
+    Raises
+    ------
+    KeyedError
+        If a load is lost.
+    """
+    variation, history = study.excitation.load_variation, study.excitation.history
+    if variation is not None and variation.share_of(lightest) == 1.0:
+        if variation.amplitude is None:
+            name, most, got = "share", "1, such as 0.99", "1"
+        else:
+            name, most = "amplitude", f"the normal load {_force(lightest)}"
+            got = _force(variation.amplitude)
         raise KeyedError(
-            "excitation.load_variation.amplitude",
-            f"wanted at most the normal load {_force(load)}, got {_force(variation.amplitude)} "
-            "(the load would go below zero)",
+            f"{VARIATION}.{name}",
+            f"wanted less than {most}, got {got}: the load {_force(lightest)} would go down to 0 N "
+            f"({_NO_END})",
         )
+    if history is not None and (loads := history.loads) is not None:
+        none = np.flatnonzero(loads == 0.0)
+        if none.size:
+            raise KeyedError(
+                RECORDED,
+                f"{shorten(history.file, 100)}: wanted loads above zero, got 0 N in row "
+                f"{int(none[0]) + 1} of the numbers ({_NO_END})",
+            )
 
 
 def _forces(study: Study) -> None:

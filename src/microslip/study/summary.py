@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 from microslip._kernel_choice import kernel_name
 from microslip._units import engineering
 from microslip._version import __version__
+from microslip.friction.validity import worst_validity
 from microslip.heights import Gaussian
 from microslip.normal import GreenwoodWilliamson
 from microslip.study import surfaces as u
 from microslip.study.quantities import UNITS
 from microslip.study.result import OscillatorCurve
 from microslip.study.schema import OscillatorPart, Study
+from microslip.study.varying import extremes
 
 if TYPE_CHECKING:
     from microslip.friction import Interface, Verdict
@@ -193,6 +195,11 @@ def load_notes(study: Study) -> list[str]:
             "excitation.history.normal_load: the history starts at displacement 0 under the normal "
             "load of each joint and then follows the loads of the file."
         )
+    if study.excitation.load_varies:
+        notes.append(
+            "The normal load varies: each verdict is the worse of those at its smallest and at its "
+            "largest value."
+        )
     return notes
 
 
@@ -259,6 +266,7 @@ def joint_entry(study: Study, joint: Interface) -> dict[str, Any]:
     dict
         Plain values; numbers in SI units, None for those not known.
     """
+    varies = study.excitation.load_varies
     return {
         "normal_load": _plain(joint.normal_load),
         **{name: _plain(value) for name, value in scalars(study, joint).items()},
@@ -270,16 +278,33 @@ def joint_entry(study: Study, joint: Interface) -> dict[str, Any]:
                 "limit": _plain(verdict.limit),
                 "word": verdict.word,
                 "meaning": verdict.meaning,
+                **({"normal_load": load} if varies else {}),
             }
-            for verdict in (*joint.validity, *_scan_verdicts(study))
+            for verdict, load in verdicts(study, joint)
         ],
     }
 
 
-def _scan_verdicts(study: Study) -> tuple[Verdict, ...]:
-    """What a scan adds to the assumptions of the model."""
+def verdicts(study: Study, joint: Interface) -> list[tuple[Verdict, float | None]]:
+    """Verdicts on a joint at its load or, where that varies, the worst of its extremes.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    joint : Interface
+        Its joint at one load.
+
+    Returns
+    -------
+    list of tuple of Verdict and float or None
+        Those of the joint, then what a scan adds, each with the load [N] that it is for; None where
+        it is the same at every load.
+    """
     surface = study.surface
-    return surface.verdicts() if isinstance(surface, u.ScanSurface) else ()
+    scanned = surface.verdicts() if isinstance(surface, u.ScanSurface) else ()
+    loads = extremes(study.excitation, joint.normal_load)
+    return [*worst_validity(joint, loads), *((verdict, None) for verdict in scanned)]
 
 
 def _joint(result: Result, index: int) -> dict[str, Any]:

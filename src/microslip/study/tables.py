@@ -338,6 +338,15 @@ def _judged(verdict: dict[str, Any]) -> str:
     return f"{verdict_value(name, value)} (ok {side} {verdict_limit(name, limit)})"
 
 
+def _where(load: float, worst: float | None, *, all_loads: bool) -> str:
+    """Load of the joint at which a verdict holds and, if it varies, to where it then goes."""
+    at = "" if all_loads else f" at {engineering(load, 'N', trim=True)}"
+    if worst is None or worst == load:
+        return at
+    goes = f"{'grows' if worst > load else 'falls'} to {engineering(worst, 'N', trim=True)}"
+    return f"{at}, as it {goes}" if at else f" as the load {goes}"
+
+
 def _validity(out: Printer, joints: list[dict[str, Any]]) -> None:
     """Each verdict that is not ok, with its value and where ok is; the others only by name."""
     out.line("Validity", style="bold")
@@ -352,11 +361,12 @@ def _validity(out: Printer, joints: list[dict[str, Any]]) -> None:
         doubtful = [(joint, verdict) for joint, verdict in found if verdict["word"] != "ok"]
         if not doubtful:
             fine.append(name)
-        same = len(doubtful) == len(joints) and len({v["value"] for _, v in doubtful}) == 1
+        alike = {(v["value"], v.get("normal_load")) for _, v in doubtful}
+        same = len(doubtful) == len(joints) and len(alike) == 1
         doubtful.sort(key=lambda pair: pair[1]["word"] != "outside")
         shown = doubtful[: 1 if same else MOST_VERDICTS]
         for joint, verdict in shown:
-            at = "" if same else f" at {engineering(joint['normal_load'], 'N', trim=True)}"
+            at = _where(joint["normal_load"], verdict.get("normal_load"), all_loads=same)
             out.verdict(
                 verdict["word"],
                 f"{name}{at}: {_judged(verdict)} – assumed: {verdict['meaning']}",

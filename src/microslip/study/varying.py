@@ -2,21 +2,71 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from microslip._frozen import lock
+from microslip._units import engineering
 from microslip.loops import Loop
 from microslip.study.result import AmplitudeCurve, Columns, Floats
 
 if TYPE_CHECKING:
     from microslip.friction import Interface
-    from microslip.study.schema import LoadVariation
+    from microslip.study.schema import Excitation, LoadVariation
 
 CYCLE = 1024
 """Steps of a cycle under a normal load of up to twice its frequency."""
+
+
+def extremes(excitation: Excitation, normal_load: float) -> tuple[float, ...]:
+    """Smallest and largest load [N] of a joint over the cycles and the history of a study.
+
+    Parameters
+    ----------
+    excitation : Excitation
+        Of the study.
+    normal_load : float
+        Normal load of the joint [N], which is the mean of the cycles and where the history starts.
+
+    Returns
+    -------
+    tuple of float
+        Both; the load of the joint alone where it does not vary.
+    """
+    if not excitation.load_varies:
+        return (normal_load,)
+    loads = [normal_load]
+    if (variation := excitation.load_variation) is not None:
+        share = variation.share_of(normal_load)
+        loads += [normal_load * (1.0 - share), normal_load * (1.0 + share)]
+    if excitation.history is not None and (given := excitation.history.loads) is not None:
+        loads += [float(given.min()), float(given.max())]
+    return min(loads), max(loads)
+
+
+def in_words(variation: LoadVariation) -> str:
+    """How a load varies over a cycle.
+
+    Parameters
+    ----------
+    variation : LoadVariation
+        Of a study.
+
+    Returns
+    -------
+    str
+        Such as "±50 %, phase 90°, harmonic 1".
+    """
+    size = (
+        f"{100.0 * variation.share:.6g} %"
+        if variation.share is not None
+        else engineering(variation.amplitude, "N", 6, trim=True)
+    )
+    phase = f"{math.degrees(variation.phase):.6g}".replace("-", "−")
+    return f"±{size}, phase {phase}°, harmonic {variation.harmonic}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

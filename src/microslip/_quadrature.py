@@ -113,11 +113,17 @@ def _piecewise(g: Function, u: Floats, t: float, marks: Floats) -> Floats:
     """The same between marks 0 = v_0 < v_1 ... , each piece for the steps that reach into it."""
     total = np.zeros_like(u)
     for low, high in pairwise(marks):
-        at = np.flatnonzero(u > low)
-        step = u[at]
-        width = np.minimum(step, high) - low
-        v = low + width[:, None] * _NODES
-        total[at] += width * (g(v, step[:, None], t) @ _WEIGHTS)
+        # Steps beyond a piece have its nodes in common.
+        whole = np.flatnonzero(u > high)
+        if whole.size:
+            v = (low + (high - low) * _NODES)[None, :]
+            total[whole] += (high - low) * (g(v, u[whole, None], t) @ _WEIGHTS)
+        at = np.flatnonzero((u > low) & (u <= high))
+        if at.size:
+            step = u[at]
+            width = step - low
+            v = low + width[:, None] * _NODES
+            total[at] += width * (g(v, step[:, None], t) @ _WEIGHTS)
     return total
 
 

@@ -260,7 +260,10 @@ def test_criteria_hold_the_determinant_of_the_covariance(
         offset = weight / np.linalg.norm(weight)
         felt = problem.felt[at] * weight
         felt -= np.outer(felt @ offset, offset)
+        drifted = folded.drifted * weight
+        drifted -= (drifted @ offset) * offset
         matrix = np.eye(weight.size) + felt.T @ folded.covariance @ felt
+        matrix += np.outer(drifted, drifted)
         whole += float(np.linalg.slogdet(matrix)[1]) - 2.0 * float(np.log(weight / noise).sum())
     assert whole > 10.0
     fitted = len(found.names) + len(found.records)

@@ -24,6 +24,7 @@ LOADS = (200.0, 500.0, 1000.0, 2000.0, 5000.0)
 REFERENCE = 1000.0  # their geometric mean
 AMPLITUDES = (6e-6, 12e-6, 30e-6)  # stick to gross slip, the rig's deflection included
 FORCE_NOISE, DISPLACEMENT_NOISE = 0.005, 0.002  # of the force limit, and of the amplitude
+LOAD_NOISE = 0.01  # of the load
 CYCLES, SAMPLES = 5, 128
 NAMES = ("friction_coefficient", "slip_scale", "standardised_separation", "rig_stiffness")
 
@@ -45,7 +46,11 @@ def truth() -> dict[str, float]:
 
 def record(load: float, amplitude: float, seed: int, cycles: int, samples: int) -> ms.Record:
     """One record with its noise."""
-    noise = {"force": FORCE_NOISE * MU * load, "displacement": DISPLACEMENT_NOISE * amplitude}
+    noise = {
+        "force": FORCE_NOISE * MU * load,
+        "displacement": DISPLACEMENT_NOISE * amplitude,
+        "normal_load": LOAD_NOISE * load,
+    }
     rig = ms.VirtualTribometer(
         ms.Interface(SURFACE, MU, normal_load=load),
         rig_stiffness=RIG,
@@ -105,8 +110,8 @@ def settled(joint: ms.Interface, rig: float, cosine: float, sine: float) -> Floa
 def cramer_rao() -> dict[str, float]:
     """Smallest standard deviations of the parameters; of scales those of their logarithms.
 
-    Unknown beside them: of each record the force's offset and amplitude and phase of the
-    displacement, which its own samples tell with their noise.
+    Unknown beside them: of each record the force's offset, and amplitude and phase of the
+    displacement and the load, which its own samples tell with their noise.
     """
     values = np.array(list(truth().values()))
     information = np.zeros((4, 4))
@@ -130,12 +135,15 @@ def cramer_rao() -> dict[str, float]:
             small = 1e-4 * amplitude
             by.append((answer(values, a=small) - answer(values, a=-small)) / (2.0 * small))
             by.append((answer(values, b=small) - answer(values, b=-small)) / (2.0 * small))
+            more, less = (answer(values, n=(1.0 + way * 1e-4) * load) for way in (1.0, -1.0))
+            by.append((more - less) / 2e-4)
             by.append(np.ones(SAMPLES))
             jacobian = np.array(by).T / (FORCE_NOISE * MU * load)
             whole = cycles * jacobian.T @ jacobian
             own = 0.5 * SAMPLES * cycles / (DISPLACEMENT_NOISE * amplitude) ** 2
             whole[4, 4] += own
             whole[5, 5] += own
+            whole[6, 6] += SAMPLES * cycles / LOAD_NOISE**2
             lost = whole[:4, 4:] @ np.linalg.solve(whole[4:, 4:], whole[4:, :4])
             information += whole[:4, :4] - lost
     return dict(zip(NAMES, np.sqrt(np.diag(np.linalg.inv(information))), strict=True))

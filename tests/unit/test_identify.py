@@ -76,6 +76,8 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"rigs": ["a", "b"]}, "a label for each of the 1 record,"),
     ({"rigs": ["a"], "rig_stiffness": {"b": 1e8}}, "has nothing for rig 'a'"),
     ({"delay": "late"}, "a time"),
+    ({"delay": 0.6}, r"within half a period, 0\.5 s at 1 Hz, got 0\.6 s"),
+    ({"delay": -30.0}, "within half a period"),
     ({"loss": "l1"}, "loss must be one of"),
     ({"intervals": "bayes"}, "one of 'profile', 'minos', 'curvature'"),
     ({"confidence": 1.0}, "between 0 and 1"),
@@ -233,6 +235,25 @@ def test_each_load_its_own_or_shared() -> None:
         own.joint(1000.0)
     one = ms.identify(records, "jenkins", rig_stiffness=None, shared=["stiffness"], held_back=0)
     assert set(one.parameters) == {"stiffness", "force_limit at 100.2 N", "force_limit at 300 N"}
+
+
+def test_loads_have_short_names() -> None:
+    """A channel's mean is no number that anybody chose; one that was given has four digits."""
+    noisy = [
+        record(JOINT.at(normal_load=load), 3e-6, seed=i, noise=0.01)
+        for i, load in enumerate((500.0, 2000.0))
+    ]
+    assert all(one.normal_load.mean() not in (500.0, 2000.0) for one in noisy)
+    found = ms.identify(noisy, "jenkins", rig_stiffness=None, intervals="curvature", held_back=0)
+    assert {"stiffness at 500 N", "stiffness at 2000 N"} <= set(found.parameters)
+    with pytest.raises(ms.InputError, match="one of those measured, 500, 2000 N"):
+        found.joint(1000.0)
+    given = [
+        ms.Record(one.displacement, one.force, load, sample_rate=64.0)
+        for one, load in zip(noisy, (500.24, 2003.0), strict=True)
+    ]
+    found = ms.identify(given, "jenkins", rig_stiffness=None, intervals="curvature", held_back=0)
+    assert {"stiffness at 500.2 N", "stiffness at 2003 N"} <= set(found.parameters)
 
 
 def test_levels() -> None:
@@ -537,6 +558,40 @@ def test_a_free_delay_and_a_known_one() -> None:
         # 256 forces: the standard deviation is 9 %.
         assert found.reduced_chi_squared == pytest.approx(1.0, abs=0.3)
         assert found.records[0].delay == pytest.approx(5.0 / 256.0, rel=0.01)
+        if delay != "free":
+            assert not found.delays
+            assert found.summary()["records"][0]["delay"] is None
+            continue
+        (one,) = found.delays.values()
+        assert one.low < 5.0 / 256.0 < one.high
+        plain = found.summary()["records"][0]["delay"]
+        assert (plain["value"], plain["unit"]) == (one.value, "s")
+        assert json.dumps(found.summary(), allow_nan=False)
+        (line,) = (line for line in found.table().splitlines() if line.startswith("delay"))
+        assert "19." in line
+        assert "identified" in line
+
+
+def test_a_delay_without_time_is_a_phase() -> None:
+    """And each of several records has its own, by its name."""
+    made = [record(seed=seed) for seed in range(2)]
+    bare = [ms.Record(one.displacement, one.force, name=f"r{i}") for i, one in enumerate(made)]
+    found = ms.identify(bare, "jenkins", rig_stiffness=None, delay="free", held_back=0)
+    assert list(found.delays) == ["r0", "r1"]
+    for name, one in found.delays.items():
+        assert one.name == f"delay of {name}"
+        assert one.unit == "rad"
+        assert one.low < 0.0 < one.high
+    again = pickle.loads(pickle.dumps(found))
+    assert again.delays == found.delays
+    assert isinstance(again.delays, MappingProxyType)
+
+
+def test_a_delay_that_was_given_wrong_is_doubted() -> None:
+    """A third of a period leaves nearly all of the force."""
+    found = ms.identify(record(), "jenkins", rig_stiffness=None, delay=0.3, held_back=0)
+    assert found.reduced_chi_squared > 25.0
+    assert any("delay='free'" in text for text in found.notes)
 
 
 # -- what is quick, and what is said of it --------------------------------------------------------
@@ -664,3 +719,52 @@ def test_a_study_has_the_joints_own_amplitudes() -> None:
     wanted = [top - JOINT.friction_coefficient * load / stiffness for load in (1000.0, 3000.0)]
     assert light == pytest.approx(wanted[0], rel=0.02)
     assert wanted[1] < heavy < 1.5 * wanted[1]
+
+
+# -- what the page shows of delays and of cells that are none -----------------------------------
+
+
+def _number(**more: Any) -> dict[str, Any]:
+    plain: dict[str, Any] = {
+        "value": 312e-6, "low": 309e-6, "high": 315e-6, "unit": "s", "verdict": "identified",
+        "at_bound": False, "remedy": "", "reason": "", "normal_load": None,
+    }  # fmt: skip
+    return {**plain, **more}
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (_number(), "312.0 ± 3.0 µs"),
+        (_number(value=-2e-9, low=-3.3e-6, high=3.3e-6), "0.0 ± 3.3 µs"),
+        (_number(value=0.02, low=0.0199, high=0.0201, unit="rad"), "20.00 ± 0.10 mrad"),
+        (_number(verdict="not identified"), "–"),
+        (None, "–"),
+    ],
+    ids=["delay", "about-none", "phase", "open", "of-another-record"],
+)
+def test_a_delay_stands_beside_its_record(number: Any, text: str) -> None:
+    """With half of its interval; a table without any has no such column."""
+    from microslip.study.identified_tables import record_table
+
+    plain = cell().summary()["records"]
+    for one in plain:
+        one["rms_residual"] = 0.1
+    assert record_table(plain).head[-1] == "energy residual"
+    plain[0]["delay"], plain[1]["delay"] = number, _number()
+    table = record_table(plain)
+    assert table.head[-1] == "delay"
+    assert table.rows[0][-1] == text
+    assert all(len(row) == len(table.head) for row in table.rows)
+
+
+def test_a_cell_that_is_none_is_not_listed_as_open() -> None:
+    """There is nothing to settle about it; about what is only bounded there is."""
+    from microslip.study.identified_tables import open_of
+
+    empty = _number(verdict="bounded above", at_bound=True, low=0.0, value=0.0)
+    wanted = _number(verdict="bounded above", remedy="measure", reason="up to force_limit")
+    found = {"parameters": {"stiffness_1": empty, "force_limit": wanted}}
+    (one,) = open_of(found)
+    assert one.name == "force limit μN"
+    assert one.reason == "up to force limit μN"

@@ -255,3 +255,25 @@ def test_bouc_wen_bears_a_doubled_top(number: int) -> None:
             np.testing.assert_allclose(answer[1][kept], slope, atol=1e-9 * slope.max())
             sizes = np.abs(by).max(axis=1, keepdims=True)
             np.testing.assert_allclose(answer[2][:, kept] / sizes, by / sizes, atol=1e-9)
+
+
+def test_a_separation_at_each_load() -> None:
+    """Split, the parameter is that at the load itself; shared, that at the reference."""
+    shared = model_of("interface").prepared([0, 0], [500.0, 2000.0])
+    own = shared.split(shared.at_reference, [500.0, 2000.0])
+    values = {"friction_coefficient": 0.4, "slip_scale": 4e-7, "standardised_separation": 1.2}
+    u = np.linspace(1e-8, 1e-6, 9)
+    for load in (500.0, 2000.0):
+        made = {one.name: one for one in own.derived(values, [load])}
+        there = {one.name: one for one in shared.derived(values, [load])}
+        assert made["standardised_separation"].value == pytest.approx(1.2, abs=1e-12)
+        assert abs(there["standardised_separation"].value - 1.2) > 0.2
+        moved = {**values, "standardised_separation": there["standardised_separation"].value}
+        assert own.branch(u, moved, load)[0] == pytest.approx(
+            shared.branch(u, values, load)[0], rel=1e-9
+        )
+    # Other names, and laws that know no load, stay as they are.
+    assert shared.split(["slip_scale"], [500.0]).own_loads == ()
+    jenkins = model_of("jenkins")
+    assert jenkins.split(["stiffness"], [500.0]) is jenkins
+    assert all(one.natural for one in model_of("iwan").parameters)

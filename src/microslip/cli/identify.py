@@ -77,7 +77,7 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     "rigs",
     multiple=True,
     metavar="LABEL",
-    help="Name of the rig of each record, in their order, where there are several rigs.",
+    help="Name of the rig of each record, once for each in their order, where there are several.",
 )
 @click.option(
     "--contact-area",
@@ -154,7 +154,7 @@ def identify(
             "fixed": _values(fix, laws),
             "bounds": _bounds(bound, laws),
             "rig_stiffness": _rig_stiffness(rig_stiffness),
-            "rigs": _each("--rig", rigs, len(records)),
+            "rigs": _rigs(rigs, len(records)),
             "contact_area": _contact_area(contact_area),
             "known": _known(known_values, laws),
             "loss": loss,
@@ -215,6 +215,17 @@ def _each(option: str, given: tuple[str, ...], count: int) -> list[str] | None:
             f"{option} wants one for all records or one for each of the {records}, got {len(given)}"
         )
     return list(given) * count if len(given) == 1 else list(given)
+
+
+def _rigs(given: tuple[str, ...], count: int) -> list[str] | None:
+    """A label for each record; one for all of them would tell nothing apart."""
+    if given and len(given) != count:
+        records = "1 record" if count == 1 else f"{count} records"
+        raise click.UsageError(
+            f"--rig wants a label for each of the {records}, got {len(given)}; records of one rig "
+            "need none"
+        )
+    return list(given) or None
 
 
 # -- quantities ------------------------------------------------------------------------------------

@@ -338,18 +338,25 @@ class Statistical(HeightDistribution):
         tables[4] = tables[2].tail(2.0)
         return tables
 
-    @cached_property
-    def _cloud(self) -> tuple[Floats, Floats]:
-        """Nodes and probabilities that integrate the density.
+    def _cloud(self, octave: int) -> tuple[Floats, Floats]:
+        """Nodes and probabilities that integrate the density, seen from so far below its end.
 
-        They are refined towards its lower end, so that no threshold below that end sees a singular
-        integrand.
+        From 2**-octave of its range below its lower end: towards that end they are refined so far
+        that no threshold there sees a singular integrand, and no further.
         """
-        edges = self._density_pieces.edges
-        edges = np.union1d(edges, edges[0] + np.ptp(edges) * 2.0 ** -np.arange(0.0, 60.0))
-        width = np.diff(edges)[:, None]
-        y = edges[:-1, None] + width * _NODES
-        return y.ravel(), self._probabilities(edges).ravel()
+        kept = self._clouds.get(octave)
+        if kept is None:
+            edges = self._density_pieces.edges
+            edges = np.union1d(edges, edges[0] + np.ptp(edges) * 2.0 ** -np.arange(float(octave)))
+            width = np.diff(edges)[:, None]
+            y = edges[:-1, None] + width * _NODES
+            kept = self._clouds[octave] = y.ravel(), self._probabilities(edges).ravel()
+        return kept
+
+    @cached_property
+    def _clouds(self) -> dict[int, tuple[Floats, Floats]]:
+        """Those that were asked for."""
+        return {}
 
     @cached_property
     def _breaks(self) -> Floats:
@@ -383,20 +390,21 @@ class Statistical(HeightDistribution):
         inside = (t >= low) & (t < high)
         if inside.any():
             result[inside] = np.maximum(self._tables[twice_order](t[inside]), 0.0)
-        below = t < low
-        if below.any():
-            y, probability = self._cloud
-            starts, moments = t[below], np.empty(int(below.sum()))
-            for i in range(0, starts.size, 64):
-                part = starts[i : i + 64]
-                s = y - part[:, None]
-                terms = np.sqrt(s) if twice_order & 1 else np.ones_like(s)
-                if twice_order < 0:
-                    np.divide(1.0, terms, out=terms)
-                for _ in range(twice_order // 2):
-                    terms *= s
-                moments[i : i + 64] = terms @ probability
-            result[below] = moments
+        below = np.flatnonzero(t < low)
+        if below.size:
+            flat, moments = t.ravel(), result.ravel()
+            octaves = np.clip(np.ceil(-np.log2((low - flat[below]) / (high - low))), 0.0, 60.0)
+            for octave in np.unique(octaves):
+                y, probability = self._cloud(int(octave))
+                mine = below[octaves == octave]
+                for i in range(0, mine.size, 64):
+                    s = y - flat[mine[i : i + 64], None]
+                    terms = np.sqrt(s) if twice_order & 1 else np.ones_like(s)
+                    if twice_order < 0:
+                        np.divide(1.0, terms, out=terms)
+                    for _ in range(twice_order // 2):
+                        terms *= s
+                    moments[mine[i : i + 64]] = terms @ probability
         return result.reshape(np.shape(threshold))
 
     def _density(self, height: Floats) -> Floats:

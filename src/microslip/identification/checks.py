@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,9 @@ _FAR, _MUCH = 25.0, 0.1
 """Reduced chi-squared, and share of the force left, from which on a law does not fit."""
 _LARGE = 0.1
 """Spread of the rigs' compliances over their mean from which on they are told to be different."""
+_EXPLAINED, _MOST_OF = 2.0, 0.1
+"""Reduced chi-squared up to which rigs apart are all that the records want; share of the sum of
+squares that they may leave to be worth a word."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,12 +165,91 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
     return math.sqrt(total / number) if number else None
 
 
-def rigs_differ(problem: Problem, best: Fit, reduced: float) -> str | None:
+class Rigs(NamedTuple):
+    """That records of one rig would rather have rigs of their own."""
+
+    text: str
+    explain: bool
+    """Whether these leave no more than the noise; else the law lacks something, too."""
+
+
+def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Rigs | None:
     """What says that records of one rig want compliances of their own; None where they do not.
 
-    A score test: by how much the sum of squares would fall, in the linear approximation, if each
-    record had its own. Told only if that is certain and large.
+    First a score test: by how much the sum of squares would fall, in the linear approximation, if
+    each record had its own. Where that is certain and large, a fit in which each has: a law that
+    does not answer the records wants rigs that differ, too, but they do not mend it.
     """
+    reduced = best.cost / max(freedom, 1)
+    wanted = _wanted_compliances(problem, best, reduced)
+    if wanted is None:
+        return None
+    label, members = wanted
+    apart = _apart(problem, best)
+    if apart is None:
+        return None
+    cost, compliances = apart
+    left = cost / max(freedom - len(compliances) + len(set(problem.rigs)), 1)
+    if left > _EXPLAINED and cost > _MOST_OF * best.cost:
+        return None
+    own = np.array([compliances[i] for i in members])
+    spread = float(np.ptp(own) / own.mean()) if own.mean() > 0.0 else 0.0
+    # Of rigs that are nearly rigid no share of a compliance says anything.
+    by = f" by {significant(100.0 * spread, 2)} %" if 0.0 < spread < 1.0 else ""
+    if left > _EXPLAINED:
+        return Rigs(
+            f"rigs of their own, whose compliances differ{by}, would take most of what the law "
+            f"leaves, though not all (most: {label!r}); if the records are of different rigs, name "
+            "the rig of each record",
+            False,
+        )
+    return Rigs(
+        f"one rig for all does not answer the records, and one for each does, with compliances "
+        f"that differ{by} (most: {label!r}); if they are of different rigs, name the rig of each "
+        "record",
+        True,
+    )
+
+
+def _apart(problem: Problem, best: Fit) -> tuple[float, dict[int, float]] | None:
+    """Sum of squares and compliance [m/N] of each record where each has a rig of its own."""
+    coordinates = list(problem.coordinates)
+    rigs: list[int | None] = []
+    q = list(best.q)
+    for i, rig in enumerate(problem.rigs):
+        if rig is None or rig not in rigs:  # the first of each rig keeps it
+            rigs.append(rig)
+            continue
+        one = coordinates[rig]
+        q.append(one.inner(problem.physical(best.q)[rig]))
+        name = f"{one.name} of record {i + 1}"
+        rigs.append(len(coordinates))
+        coordinates.append(replace(one, name=name, fixed=False, prior=None))
+    rest = Problem(
+        problem.folded,
+        problem.model,
+        coordinates,
+        problem.columns,
+        rigs,
+        free_delay=problem.free_delay,
+        lags=problem.lags,
+    )
+    rest.take_weights(problem)
+    fit = Fit(np.array(q), math.inf, True, "")
+    for _ in range(2):  # by the weights of one rig, then by their own
+        rest.update(fit.q)
+        for moving in rest.parts:
+            fit = settle(rest, fit.q, moving)
+            if not fit.finite:
+                return None
+    outer = rest.physical(fit.q)
+    return fit.cost, {i: 1.0 / outer[rig] for i, rig in enumerate(rigs) if rig is not None}
+
+
+def _wanted_compliances(
+    problem: Problem, best: Fit, reduced: float
+) -> tuple[str, list[int]] | None:
+    """The record that stands out most and those of its rig, by the score test."""
     from scipy.special import chdtrc
 
     mine = [i for i, rig in enumerate(problem.rigs) if rig is not None]
@@ -201,7 +283,7 @@ def rigs_differ(problem: Problem, best: Fit, reduced: float) -> str | None:
         return None
     change = np.zeros(len(problem.folded))
     change[owners] = (step / scale)[by.shape[1] :]
-    worst, label = 0.0, ""
+    worst, label, those = 0.0, "", list[int]()
     for rig in names:
         members = [i for i in mine if problem.rigs[i] == rig]
         one = problem.coordinates[rig] if rig is not None else None
@@ -211,17 +293,14 @@ def rigs_differ(problem: Problem, best: Fit, reduced: float) -> str | None:
         # A rig that is nearly rigid has no compliance to speak of.
         share = float(np.ptp(change[members])) / max(now, 1e-3 / one.scale)
         if share > worst:
-            worst = share
+            worst, those = share, members
             # The first record of a free rig stands still in the score, so it may be the odd one.
             middle = float(np.median(change[members]))
             far = max(reversed(members), key=lambda i: abs(change[i] - middle))
             label = problem.folded[far].name
     if worst < _LARGE:
         return None
-    return (
-        f"the records want rigs whose compliances differ by {100.0 * worst:.3g} % (most: "
-        f"{label!r}); if they are of different rigs, name the rig of each record"
-    )
+    return label, those
 
 
 def _own_compliances(problem: Problem, q: Floats, size: int) -> Floats:

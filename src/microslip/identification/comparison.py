@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -13,10 +13,13 @@ from microslip._checks import show
 from microslip._frozen import Locked
 from microslip._units import significant
 from microslip.errors import InputError
+from microslip.identification.coordinates import RIG
 from microslip.identification.intervals import Progress
 from microslip.identification.models import CycleModel, model_of
 from microslip.identification.result import Identification
 from microslip.identification.run import identify
+from microslip.identification.setup import listed
+from microslip.identification.verdicts import FIXED, Fitted, digits_of, shown, shown_interval
 from microslip.tribometer.record import Record
 
 LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
@@ -60,6 +63,19 @@ class Comparison(Locked):
             for name, fit in self.fits.items()
         ]
 
+    def rigs(self) -> dict[str, dict[str, Fitted]]:
+        """The stiffness of each rig as the laws have it, by its name and theirs; not what is fixed.
+
+        Where no law leaves but noise it takes up what a law lacks: then the spread over the laws
+        says more of it than the interval of any of them.
+        """
+        found: dict[str, dict[str, Fitted]] = {}
+        for law, fit in self.fits.items():
+            for name, one in fit.parameters.items():
+                if name.startswith(RIG) and one.verdict != FIXED and fit.converged:
+                    found.setdefault(name, {})[law] = one
+        return {name: laws for name, laws in found.items() if len(laws) > 1}
+
     def table(self) -> str:
         """The rows as text."""
         head = f"{'law':<12}{'parameters':>11}{'chi^2/dof':>12}{'AIC':>12}{'BIC':>12}"
@@ -70,6 +86,9 @@ class Comparison(Locked):
                 for key in ("reduced_chi_squared", "aic", "bic", "held_back")
             )
             lines.append(f"{row['law']:<12}{row['parameters']:>11}{numbers}  {row['status']}")
+        for name, laws in self.rigs().items():
+            each = (f"{_between(one)} ({law})" for law, one in laws.items())
+            lines.append(f"{name}: {', '.join(each)}")
         lines += [f"{name}: {why}" for name, why in self.failed.items()]
         return "\n".join(lines)
 
@@ -78,7 +97,7 @@ class Comparison(Locked):
 
 
 def compare(
-    records: Record | Sequence[Record],
+    records: Record | Iterable[Record],
     laws: Sequence[Any] = LAWS,
     *,
     intervals: str = "curvature",
@@ -89,7 +108,7 @@ def compare(
 
     Parameters
     ----------
-    records : Record or sequence of Record
+    records : Record or iterable of Record
         As for :func:`microslip.identify`.
     laws : sequence, optional
         Names, classes or instances of laws. Those of one name are numbered.
@@ -108,7 +127,7 @@ def compare(
     Raises
     ------
     InputError
-        No law at all, or none that can be fitted.
+        No law at all, one that there is not, or none that can be fitted.
 
     Notes
     -----
@@ -121,21 +140,21 @@ def compare(
     """
     if isinstance(laws, str) or not isinstance(laws, Sequence) or not laws:
         raise InputError(f"laws must be a list such as ['interface', 'jenkins'], got {show(laws)}")
+    models = [model_of(law) for law in laws]  # a wrong name is no law that does not suit
+    records = listed(records)
     fits: dict[str, Identification] = {}
     failed: dict[str, str] = {}
-    for at, law in enumerate(laws):
+    for at, (law, model) in enumerate(zip(laws, models, strict=True)):
         own = dict(options)
 
         def report(share: float, at: int = at) -> None:
             if progress is not None:
                 progress((at + share) / len(laws))
 
-        name = _numbered(_plain_name(law), (*fits, *failed))
+        name = _numbered(model.name, (*fits, *failed))
+        if isinstance(model, CycleModel):
+            own["rig_stiffness"] = None  # its elastic part stands for the rig
         try:
-            model = model_of(law)
-            name = _numbered(model.name, (*fits, *failed))
-            if isinstance(model, CycleModel):
-                own["rig_stiffness"] = None  # its elastic part stands for the rig
             fits[name] = identify(records, law, intervals=intervals, progress=report, **own)
         except InputError as error:
             failed[name] = str(error)
@@ -145,8 +164,11 @@ def compare(
     return Comparison(MappingProxyType(dict(ordered)), MappingProxyType(failed))
 
 
-def _plain_name(law: Any) -> str:
-    return law if isinstance(law, str) else getattr(law, "__name__", type(law).__name__)
+def _between(one: Fitted) -> str:
+    """The interval of a number, or what is left of it."""
+    digits = digits_of(one)
+    low, high = (shown(end, one.unit, digits) for end in (one.low, one.high))
+    return shown_interval((low, high), one.low_open, one.high_open)
 
 
 def _numbered(name: str, taken: Collection[str]) -> str:

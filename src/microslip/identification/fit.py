@@ -22,6 +22,9 @@ _UNSETTLED = (
     "the law does not suit these records"
 )
 _MOST_EVALUATIONS = 150
+_MOST_IN_ALL = 2000
+"""Evaluations of one minimisation, and of all that a fit takes, its starts and weights together."""
+_USED_UP = "the maximum number of function evaluations is exceeded"
 _AT_BOUND = 1e-6
 _FEW_EVALUATIONS = 30
 _MOST_STEPS, _IDLE = 40, 3
@@ -212,7 +215,10 @@ def solve(
     those of where it ended until it stays there.
     """
     best: Fit | None = None
+    problem.most = problem.evaluations + _MOST_IN_ALL
     for start in starts:
+        if best is not None and problem.evaluations > problem.most:
+            break
         problem.forget()
         fit = _reweighted(problem, start)
         # Two that end at the same place: no other start will tell more.
@@ -251,6 +257,8 @@ def _robust(problem: Problem, fit: Fit, loss: str) -> Fit:
     that fits badly as a whole is judged by its median residual, or all of it would be outliers.
     """
     for passed in range(30):
+        if problem.evaluations > problem.most:
+            return Fit(fit.q, fit.cost, False, _USED_UP, fit.weight)
         rest = problem.standardised(fit.q)
         scale = _TOLERATED * max(1.0, float(np.median(np.abs(rest))) / 0.6745)
         problem.weigh(np.sqrt(_LOSSES[loss]((rest / scale) ** 2)))
@@ -281,6 +289,7 @@ def _reweighted(problem: Problem, start: Floats) -> Fit:
 
 def resettled(problem: Problem, start: Floats) -> Fit:
     """The fit near a start, under the weights of where it ends."""
+    problem.most = problem.evaluations + _MOST_IN_ALL
     problem.update(start)
     fit = _settled(problem, minimise(problem, start))
     if not fit.finite:
@@ -298,6 +307,8 @@ def _settled(problem: Problem, fit: Fit) -> Fit:
     best = fit
     least = math.inf
     for passed in range(_PASSES + _DAMPED):
+        if problem.evaluations > problem.most:
+            return Fit(best.q, best.cost, False, _USED_UP, best.weight)
         used = problem.felt
         problem.update(fit.q)
         fit = _own(problem, fit)
@@ -338,7 +349,10 @@ def _better(fit: Fit, other: Fit) -> bool:
 
 
 def at_bounds(problem: Problem, q: Floats) -> list[int]:
-    """Free coordinates that ended at a bound."""
+    """Free coordinates that ended at a bound; a lower one that joints have does not count."""
     low, high = bounds_of(problem)
     near = _AT_BOUND * np.minimum(high - low, 1.0)
-    return [int(i) for i in np.flatnonzero((q - low <= near) | (high - q <= near))]
+    natural = {one.name for one in problem.model.parameters if one.natural}
+    own = np.array([problem.coordinates[j].parameter in natural for j in problem.free], dtype=bool)
+    at_low, at_high = q - low <= near, high - q <= near
+    return [int(i) for i in np.flatnonzero((at_low & ~own) | at_high)]

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip._checks import Floats, show
 from microslip._frozen import Locked, lock
+from microslip._units import engineering, significant
 from microslip.errors import InputError
+from microslip.identification.phases import MeanCycle, places_of, turns_of
+from microslip.identification.slow import Drift, drift_of
 from microslip.identification.spoilt import jumps, mean_load, spared
 from microslip.loops import Loop
-from microslip.tribometer.cycles import Cycles, split
+from microslip.tribometer.cycles import split
 from microslip.tribometer.record import Record
 from microslip.tribometer.spikes import Spike, spikes_of, without
 
@@ -25,7 +28,6 @@ OPEN = 0.25
 """Gap between the ends of a cycle, of the range of force, from which on it is not settled."""
 _FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
 _ROUNDS, _LARGE = 100, 0.3
-_IN_STEP, _EACH = 0.95, 8
 _QUIET = 1e-9  # of the amplitude: below it noise is rounding
 
 
@@ -34,7 +36,8 @@ class Folded(Locked):
     """The settled cycles of a record on one cycle of phase.
 
     The displacement is a Fourier series with the harmonics that stand out of the noise, the force
-    its mean in bins of the phase. Both carry the noise seen in the scatter between the cycles.
+    its mean in bins of the phase. Both carry the noise seen in the scatter between the cycles; a
+    straight drift is taken off both.
     """
 
     name: str
@@ -71,6 +74,14 @@ class Folded(Locked):
     notes: tuple[str, ...]
     said: tuple[str, ...] = ()
     """Those of the notes that are of the folding itself, not of the record."""
+    load_error: float = 0.0
+    """Standard error of the mean normal load [N]; 0 of one that was given as a number."""
+    drift: float = 0.0
+    """Change of the force a cycle [N] beside the loops, which is taken off."""
+    drifted: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
+    """What one standard error of that does to the force of each bin [N]."""
+    freedom: float = math.inf
+    """Degrees of freedom from which the noise of the force is known."""
 
     def basis(self, phase: Floats, order: int = 0) -> Floats:
         """Mean, cosines and sines at phases [rad], or a derivative of them by the phase."""
@@ -106,6 +117,7 @@ class Folded(Locked):
             "spread": lock(self.spread[full]),
             "force": lock(force),
             "count": lock(count[full]),
+            "drifted": lock(self.drifted[full] if self.drifted.size else self.drifted),
             "cycle_force": lock(self.cycle_force[np.ix_(rows, full)]),
             "cycle_count": lock(self.cycle_count[np.ix_(rows, full)]),
             "covariance": lock(self.covariance * (self.cycles / np.count_nonzero(rows))),
@@ -167,7 +179,7 @@ def _fold(
         time = record.time
     elif record.sample_rate is not None:
         time = time / record.sample_rate
-    turns, per_second = _turns(time, x, found)
+    turns, per_second = turns_of(time, x, found)
     whole = math.floor(turns[-1] + (turns[-1] - turns[-2]) + 1e-6)
     chosen = _settled(turns, force, whole, cycles, running_in, record.name)
     place = np.floor(turns + 1e-9).astype(np.int64)
@@ -178,90 +190,81 @@ def _fold(
     inside = (place >= 0) & (place < whole)
     inside[inside] = chosen[place[inside]]
     phase = 2.0 * math.pi * (turns[inside] - place[inside])
-    x, force, place = x[inside], force[inside], cycle[place[inside]]
-    load, said = mean_load(record, inside, place, rows.size)
-    said = (*spoilt, *said)
-
-    count_a_cycle = x.size / rows.size
-    places = _different(phase, count_a_cycle)
-    size = int(min(bins, max(16, places)))
-    harmonics, coefficients, covariance, noise_x = _series(phase, x, places)
+    a_cycle = (turns.size - 1) / float(turns[-1] - turns[0])
+    x, force, turns, place = x[inside], force[inside], turns[inside], cycle[place[inside]]
+    places = places_of(phase, a_cycle)
+    size = int(min(bins, max(16, places.number)))
 
     # Where a cycle has a whole number of samples they lie in the middle of the bins.
     width = 2.0 * math.pi / size
     edge = float(phase[0]) % width - 0.5 * width
-    phase = np.where(phase - edge >= 2.0 * math.pi, phase - 2.0 * math.pi, phase)
+    phase = edge + np.mod(phase - edge, 2.0 * math.pi)
     column = np.clip(((phase - edge) / width).astype(np.int64), 0, size - 1)
-    total = np.bincount(column, minlength=size).astype(float)
-    full = total > 0.0
-    number = np.cumsum(full) - 1
-    column, total = number[column], total[full]
-    size = total.size
-    middle = np.bincount(column, phase) / total
-    mean = np.bincount(column, force) / total
-    about = phase - middle[column]
-    spread = np.sqrt(np.bincount(column, about**2) / total)
+    number = np.cumsum(np.bincount(column, minlength=size) > 0) - 1
+    column, size = number[column], int(number[-1]) + 1
+    curve = MeanCycle(phase, column, size, places.alike and places.number <= size)
+    total, spread = curve.total, curve.spread
     spread[spread < 1e-3 * width] = 0.0
-    # Samples of a bin differ in phase, too: taken to its middle along the mean cycle.
-    level = force - _slopes(middle, mean)[column] * about
+    which = np.rint(turns - phase / (2.0 * math.pi))
+    drift, moved = drift_of(force, which, curve), drift_of(x, which, curve)
+    gone = turns - float(turns.mean())
+    harmonics, coefficients, covariance, noise_x = _series(
+        np.mod(phase, 2.0 * math.pi), x - moved.slope * gone, places.number
+    )
+    saw = np.zeros(coefficients.size)
+    saw[2::2] = moved.error / (math.pi * harmonics)  # a straight line, cut at each cycle
+    level = curve.of(force - drift.slope * gone)
+    noise_f = curve.noise(level.rest, 1)
+    load = mean_load(record, inside, place, curve)
+    said = (
+        *spoilt,
+        *load.notes,
+        *_drifting("force", "N", drift, turns, force),
+        *_drifting("displacement", "m", moved, turns, x),
+    )
     cell = place * size + column
-    sums = np.bincount(cell, level, minlength=rows.size * size).reshape(rows.size, size)
-    counts = np.bincount(cell, minlength=rows.size * size).reshape(rows.size, size).astype(float)
-    rest = level - mean[column]
-    noise_f = math.sqrt(float(np.dot(rest, rest)) / max(force.size - size, 1))
+    shape = rows.size, size
+    sums = np.bincount(cell, level.level, minlength=rows.size * size).reshape(shape)
+    counts = np.bincount(cell, minlength=rows.size * size).reshape(shape).astype(float)
     timed = record.time is not None or record.sample_rate is not None
-    more = jumps(level, rest, column, np.flatnonzero(inside), force)
+    more = jumps(level.level, level.rest, column, np.flatnonzero(inside), force)
     folded = Folded(
         name=record.name,
-        phase=lock(middle),
+        phase=lock(curve.middle),
         spread=lock(spread),
-        force=lock(mean),
+        force=lock(level.mean),
         count=lock(total),
         cycle_force=lock(sums),
         cycle_count=lock(counts),
         harmonics=lock(harmonics),
         coefficients=lock(coefficients),
-        covariance=lock(covariance),
-        force_noise=max(noise_f, _QUIET * 0.5 * float(np.ptp(mean))),
+        covariance=lock(covariance + np.outer(saw, saw)),
+        force_noise=max(noise_f, _QUIET * 0.5 * float(np.ptp(level.mean))),
         displacement_noise=noise_x,
-        normal_load=load,
+        normal_load=load.mean,
         frequency=per_second if timed else None,
         cycles=int(rows.size),
         left_out=int(whole - rows.size),
         notes=(*record.notes, *said),
         said=said,
+        load_error=load.error,
+        drift=drift.slope,
+        drifted=lock(drift.error * np.bincount(column, gone) / total),
+        freedom=max(curve.freedom - 1.0, 1.0),
     )
     return folded, more
 
 
-def _turns(time: Floats, x: Floats, found: Cycles) -> tuple[Floats, float]:
-    """Cycles since the first cut at each sample, by the phase of the fundamental; and their rate.
-
-    The rate is that of the whole record, so the samples of a cycle need not be a whole number.
-    """
-    cuts = found.cuts
-    first, last = time[cuts[0]], time[min(int(cuts[-1]), time.size - 1)]
-    rate = (cuts.size - 1) / float(last - first)
-    if cuts.size < 3:
-        return (time - first) * rate, rate
-    begin = (cuts[:-1]).astype(np.int64)
-    inner = slice(int(cuts[0]), int(cuts[-1]))
-    away = x[inner] - float(np.mean(x[inner]))
-    offset = 0.0
-    for _ in range(3):
-        turn = (time[inner] - first) * rate
-        wave = away * np.exp(-2j * math.pi * turn)
-        angles = np.angle(np.add.reduceat(wave, begin - begin[0])) / (2.0 * math.pi)
-        angles = np.unwrap(angles, period=1.0)
-        centres = np.arange(angles.size) + 0.5
-        # Ends are cut to whole samples, so that the slope is that of a straight line through all.
-        slope, offset = np.polyfit(centres, angles, 1) if angles.size > 2 else (0.0, angles.mean())
-        rate *= 1.0 + float(slope)
-        if abs(slope) * angles.size < 1e-9:
-            break
-    # A peak begins a cycle (a trough where more cycles are whole that way), from the first cut on.
-    turn = (time - first) * rate + float(offset) - (0.5 if found.flipped else 0.0)
-    return turn - math.ceil(float(turn[cuts[0]]) - 0.02), rate
+def _drifting(name: str, unit: str, drift: Drift, turns: Floats, values: Floats) -> tuple[str, ...]:
+    """A note on a drift that is more than noise."""
+    if not drift.is_certain:
+        return ()
+    whole = drift.slope * float(np.ptp(turns))
+    share = 100.0 * abs(whole) / float(np.ptp(values))
+    return (
+        f"the {name} drifts by {engineering(whole, unit)} over the cycles that count, "
+        f"{significant(share, 2)} % of its range; a straight line is taken off",
+    )
 
 
 def _settled(
@@ -304,17 +307,6 @@ def _span(force: Floats) -> float:
     if low == high:
         raise InputError(f"force must vary, got {low:g} N nearly throughout: a dead sensor")
     return float(high - low)
-
-
-def _different(phase: Floats, count: float) -> int:
-    """Different phases that the samples have, a few samples to each.
-
-    Where cycles have a whole number of samples those of one; else the cycles fill the gaps.
-    """
-    whole = round(count)
-    if abs(np.exp(1j * whole * phase).mean()) > _IN_STEP:
-        return whole
-    return max(math.floor(count), phase.size // _EACH)
 
 
 def _series(
@@ -375,11 +367,3 @@ def _rest(
     value, slope, middle = np.zeros((3, full.size))
     value[full], slope[full], middle[full] = fitted, slopes.sum(axis=1), place
     return np.asarray(x - value[column] - slope[column] * (phase - middle[column]))
-
-
-def _slopes(middle: Floats, mean: Floats) -> Floats:
-    """Slope of the mean cycle in each bin [N/rad], by central differences."""
-    turn = 2.0 * math.pi
-    places = np.concatenate(([middle[-1] - turn], middle, [middle[0] + turn]))
-    values = np.concatenate(([mean[-1]], mean, [mean[0]]))
-    return np.asarray((values[2:] - values[:-2]) / (places[2:] - places[:-2]))

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from microslip._checks import Floats
 from microslip.identification.coordinates import RIG, Coordinate
-from microslip.identification.fit import Fit, resettled
+from microslip.identification.fit import Fit, bounds_of, resettled
+from microslip.identification.leaning import Open, open_ends, share
 from microslip.identification.minos import minos
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import (
@@ -33,6 +34,8 @@ _RESTARTS = 3
 
 _MOST_WORK = 1e8
 """Evaluations times places times derivatives after which intervals are those of the curvature."""
+_MOST_EVALUATIONS = 3000
+"""The same for laws of which a single evaluation takes long."""
 _FEW = 12
 """Free coordinates up to which ends of one profile are tried as ways of the others."""
 
@@ -54,6 +57,8 @@ class Profiled:
         """Rise of chi-squared at an end; coordinates whose intervals are those of the curvature."""
         self.lower_still = False
         """Whether even the last profiles came upon a lower minimum."""
+        self.open_ends: list[Open] = []
+        """Where only the search ends a coordinate, and what all do beyond."""
 
 
 def profiled(
@@ -67,7 +72,8 @@ def profiled(
 
     threshold = float(chdtri(1, 1.0 - level))
     size = best.q.size
-    most = problem.evaluations + _MOST_WORK / (problem.half.size * (4.0 + size))
+    work = _MOST_WORK / (problem.half.size * (4.0 + size))
+    most = problem.evaluations + min(work, _MOST_EVALUATIONS)
     for attempt in range(_RESTARTS):
         if not best.finite:
             nothing = Interval(-math.inf, math.inf, True, True, best.q, best.q)
@@ -81,38 +87,44 @@ def profiled(
         if task.better is None:
             break
         best = resettled(problem, task.better.q)
-    intervals = leant_on_bounds(problem, task.intervals)
+    ends = open_ends(problem, best, covariance, task.intervals, threshold * widen)
+    intervals = leant_on_bounds(problem, best, task.intervals, ends)
     answer = Profiled(best, intervals, widen, covariance, threshold, linear)
+    answer.open_ends = ends
     answer.lower_still = task.lower_still
     return answer
 
 
-def leant_on_bounds(problem: Problem, intervals: Sequence[Interval]) -> list[Interval]:
+def leant_on_bounds(
+    problem: Problem, best: Fit, intervals: Sequence[Interval], ends: Sequence[Open]
+) -> list[Interval]:
     """The intervals, those ends open at which another coordinate stands at an end of its search.
 
     There that bound ends the interval and not the data, where the other one is open. A number that
-    the other hardly moves, on the way between the ends or on a unit of its own, stays as it is.
+    the other hardly moves, on the way between the ends and when its search is taken as far again,
+    stays as it is.
     """
-    searched = {one.name for one in problem.model.parameters if one.searched}
     free = [problem.coordinates[int(j)] for j in problem.free]
+    low_bound, high_bound = bounds_of(problem)
     found = list(intervals)
-    for j, other in enumerate(free):
-        if other.parameter not in searched:
-            continue
-        own = intervals[j]
-        if not own.low < own.high:
-            continue
+    for end in ends:
+        j = end.row
+        bound = float((high_bound if end.upward else low_bound)[j])
+        near = 1e-6 * min(float(high_bound[j] - low_bound[j]), 1.0)
+        ways = end.ahead(best.q)
         for i, one in enumerate(intervals):
-            moved = _width(free[i], one) / min(own.high - own.low, 1.0)
-            if i == j or moved < MOVED:
+            if i == j:
                 continue
-            near = 1e-6 * min(own.high - own.low, 1.0)
-            low, high = (
-                (own.low_open and place[j] <= own.low + near)
-                or (own.high_open and place[j] >= own.high - near)
-                for place in (one.at_low, one.at_high)
-            )
-            at_low, at_high = one.at_low.copy(), one.at_high.copy()
+            ahead = share(free[i], float(best.q[i]), float(ways[i]))
+            moves = abs(ahead) >= MOVED
+            unit = 1.0 if end.rests else min(intervals[j].high - intervals[j].low, 1.0)
+            if not moves and _width(free[i], one) / unit < MOVED:
+                continue
+            low, high = (abs(place[j] - bound) <= near for place in (one.at_low, one.at_high))
+            if end.rests and moves:
+                # All values stand there; moved, that end takes the number one way alone.
+                low, high = ahead < 0.0, ahead > 0.0
+            at_low, at_high = found[i].at_low.copy(), found[i].at_high.copy()
             if low:
                 at_low[i] = one.low  # what follows from it is open there, too
             if high:

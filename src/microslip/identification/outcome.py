@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -14,8 +13,19 @@ from microslip._frozen import lock
 from microslip.errors import InputError
 from microslip.identification import checks, setup
 from microslip.identification.coordinates import APART, Coordinate
+from microslip.identification.delays import delays_of
+from microslip.identification.doubts import (
+    BY_AREA,
+    LEANT,
+    far_area,
+    hung_on_law,
+    in_doubt,
+    remedied,
+)
 from microslip.identification.fit import Fit, at_bounds
+from microslip.identification.given import borne_out, of_coordinate
 from microslip.identification.intervals import Profiled
+from microslip.identification.leaning import doubted
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import derived_interval
 from microslip.identification.quantities import Quantity
@@ -27,9 +37,9 @@ from microslip.identification.result import (
     Identification,
 )
 from microslip.identification.verdicts import (
+    ABOVE,
     FIXED,
     IDENTIFIED,
-    IN_DOUBT,
     NOT,
     Design,
     Direction,
@@ -56,8 +66,9 @@ def result_of(
     pair: MaterialPair | None,
     area: float | None,
     notes: list[str],
+    known: Iterable[str] | None = None,
 ) -> Identification:
-    """All that is said of a fit."""
+    """All that is said of a fit; ``known`` are the names of its data."""
     best, coordinates = answer.best, problem.coordinates
     if not best.finite:
         raise InputError(
@@ -75,35 +86,59 @@ def result_of(
     )
     parameters, directions = _parameters(problem, answer, design, level)
     derived = _derived(problem, answer, quantities, parameters, level)
+    parameters, derived = doubted(problem, best, answer.open_ends, quantities, parameters, derived)
     errors = np.sqrt(np.diag(answer.covariance))
     correlation = answer.covariance / np.outer(errors, errors)
     free = [coordinates[int(j)].name for j in problem.free]
     unfit = checks.misfit(records, best.cost / freedom)
     if unfit is not None and unfit.doubtful:
         why = "found under a law that does not answer the records"
-        parameters, derived = _doubted(parameters, why), _doubted(derived, why)
+        parameters, derived = in_doubt(parameters, why), in_doubt(derived, why)
         remedy = "free or correct what is fixed, or take another law"
-        parameters = {
-            name: replace(one, remedy=remedy) if one.verdict == IN_DOUBT else one
-            for name, one in parameters.items()
+        parameters = remedied(parameters, remedy)
+    elif best.cost / freedom > LEANT:
+        parameters = hung_on_law(parameters, best.cost / freedom)
+    given, contradicted = borne_out(problem, best, freedom, list(known or ()), quantities)
+    if contradicted is not None:
+        why = f"what was given for {' and '.join(contradicted.names)} and the loops disagree"
+        remedy = "check what was given, or leave it out"
+        hit = {
+            one.name: parameters[one.name]
+            for j, one in enumerate(coordinates)
+            if j in problem.free and contradicted.reaches(of_coordinate(problem, j))
         }
+        parameters = {**parameters, **remedied(in_doubt(hit, why), remedy)}
+        hit = {
+            one.name: derived[one.name]
+            for one in quantities
+            if one.name in derived and contradicted.reaches(one.function)
+        }
+        derived = {**derived, **in_doubt(hit, why)}
+    far = far_area(coordinates, loads)
+    if far is not None:
+        notes = [*notes, far]
+        hit = {n: one for n, one in (*parameters.items(), *derived.items()) if n in BY_AREA}
+        hit = in_doubt(hit, far)
+        parameters = {n: hit.get(n, one) for n, one in parameters.items()}
+        derived = {n: hit.get(n, one) for n, one in derived.items()}
     status, message = _status(problem, best, freedom, parameters)
     if status == DIFFER:
         remedy = "name the rig of each record: rigs=[one label a record]"
-        why = "found as if all records had one rig, which they have not"
-        parameters, derived = _doubted(parameters, why), _doubted(derived, why)
-        parameters = {
-            name: replace(one, remedy=remedy) if one.verdict == IN_DOUBT else one
-            for name, one in parameters.items()
-        }
+        why = "found as if all records had one rig, which the loops speak against"
+        parameters, derived = in_doubt(parameters, why), in_doubt(derived, why)
+        parameters = remedied(parameters, remedy)
     if unfit is not None:
         message = f"{message}; {unfit.text}"
+    if contradicted is not None:
+        message = f"{message}; {contradicted.text}"
     deviance = best.cost + problem.log_determinant
     aic, bic = checks.information_criteria(deviance, count, problem.free.size + problem.flat)
     lost = any(one.verdict == NOT for one in parameters.values())
     notes = [*notes, *_notes(best.cost / freedom, answer.widen, design, loads, lost)]
     if unfit is not None:
         notes.append(unfit.text)
+    if contradicted is not None:
+        notes.append(contradicted.text)
     # What a record says of its own folding; that all cycles are there needs no word.
     notes += [f"{one.name}: {note}" for one in problem.folded for note in one.said]
     if answer.lower_still:
@@ -146,6 +181,8 @@ def result_of(
         _model=problem.model,
         _pair=pair,
         _area=area,
+        given=given,
+        delays=MappingProxyType(delays_of(problem, answer)),
     )
 
 
@@ -154,9 +191,10 @@ def _status(
 ) -> tuple[str, str]:
     if not best.converged:
         return NOT_CONVERGED, f"the fit did not end at a minimum: {_why(best.message)}"
-    told = checks.rigs_differ(problem, best, best.cost / freedom)
-    if told is not None:
-        return DIFFER, f"{told}: rigs=[one label a record]"
+    told = checks.rigs_differ(problem, best, freedom)
+    if told is not None and told.explain:
+        return DIFFER, f"{told.text}: rigs=[one label a record]"
+    more = "" if told is None else f"; {told.text}: rigs=[one label a record]"
     at = [problem.coordinates[int(problem.free[i])].name for i in at_bounds(problem, best.q)]
     if at:
         of = " and ".join(
@@ -167,8 +205,8 @@ def _status(
         of += f" (and {len(at) - 3} more)" if len(at) > 3 else ""
         known = [name for name, one in parameters.items() if one.verdict == IDENTIFIED]
         rest = f"identified all the same: {', '.join(known)}" if known else "nothing is identified"
-        return AT_BOUND, f"{of}; {rest}"
-    return CONVERGED, "the fit ended at a minimum within the bounds"
+        return AT_BOUND, f"{of}; {rest}{more}"
+    return CONVERGED, f"the fit ended at a minimum within the bounds{more}"
 
 
 def _why(message: str) -> str:
@@ -180,20 +218,13 @@ def _why(message: str) -> str:
     return message
 
 
-def _doubted(numbers: Mapping[str, Fitted], why: str) -> dict[str, Fitted]:
-    """The same numbers, none identified: what they were found under does not hold."""
-    return {
-        name: replace(one, verdict=IN_DOUBT, reason=why) if one.verdict == IDENTIFIED else one
-        for name, one in numbers.items()
-    }
-
-
 def _parameters(
     problem: Problem, answer: Profiled, design: Design, level: float
 ) -> tuple[dict[str, Fitted], list[Direction]]:
     free = [problem.coordinates[int(j)] for j in problem.free]
     outer = problem.physical(answer.best.q)
     rank = {int(j): r for r, j in enumerate(problem.free)}
+    natural = {p.name for p in problem.model.parameters if p.natural}
     found: dict[str, Fitted] = {}
     directions: list[Direction] = []
     for j, one in enumerate(problem.coordinates):
@@ -208,6 +239,9 @@ def _parameters(
         judged = judge(one, value, interval)
         verdict = judged.verdict
         remedy = remedy_for(one, verdict, design)
+        is_none = verdict == ABOVE and judged.at_bound and one.parameter in natural
+        if is_none:
+            remedy = ""  # a cell that is none leaves nothing to settle
         points = [(one.outer(q), rise / float(answer.widen[row])) for q, rise in interval.points]
         found[one.name] = Fitted(
             one.name,
@@ -225,7 +259,7 @@ def _parameters(
             judged.high_open,
             tuple(sorted(point for point in points if math.isfinite(point[0]))),
         )
-        if verdict not in (IDENTIFIED, FIXED) and one.parameter not in APART:
+        if verdict not in (IDENTIFIED, FIXED) and one.parameter not in APART and not is_none:
             way = direction_of(one, free, interval.at_low, interval.at_high, remedy)
             if way is not None and not any(alike(way, other) for other in directions):
                 directions.append(way)
@@ -257,8 +291,16 @@ def _derived(
                 one.name, one.unit, value, value, value, 0.0, FIXED, "", "", False, one.load
             )
             continue
+        is_shape = value <= 0.0 or (one.unit == "" and "separation" in one.name)
         ends = derived_interval(
-            problem, answer.best, one.function, threshold, answer.covariance, answer.intervals
+            problem,
+            answer.best,
+            one.function,
+            threshold,
+            answer.covariance,
+            answer.intervals,
+            answer.open_ends,
+            is_shape,
         )
         shape = Coordinate(
             one.name,
@@ -268,9 +310,14 @@ def _derived(
             math.inf,
             "linear",
             value,
-            shape=value <= 0.0 or (one.unit == "" and "separation" in one.name),
+            shape=is_shape,
         )
         judged = judge(shape, value, ends)
+        reason = reason_for(shape, judged, level)
+        if one.parent is not None and judged.verdict != parameters[one.parent].verdict:
+            # The same number at another load.
+            judged = judged._replace(verdict=parameters[one.parent].verdict)
+            reason = parameters[one.parent].reason
         variance = float(gradient @ answer.covariance @ gradient) * widest
         remedy = ""
         if judged.verdict == NOT:
@@ -283,7 +330,7 @@ def _derived(
             judged.high,
             math.sqrt(max(variance, 0.0)),
             judged.verdict,
-            reason_for(shape, judged, level),
+            reason,
             remedy,
             False,
             one.load,

@@ -16,13 +16,9 @@ from microslip.identification.coordinates import RIG, Coordinate
 from microslip.identification.folding import Folded
 from microslip.identification.metric import Metric, metric_of
 from microslip.identification.models.base import BackboneModel, CycleModel, Model
-from microslip.identification.tree import cycle_of, later
-
-Answer = tuple[Floats, Floats, Floats, Floats]
-"""Force, stiffness, derivatives by the law's parameters and by the compliance in series."""
-
-_STEPS = 60
-_NEAR, _THERE = 1e-5, 1e-8
+from microslip.identification.nuisances import by_load, has_load, uncertain_of
+from microslip.identification.series import Answer, behind_spring
+from microslip.identification.tree import cycle_of, later, turned
 
 
 class Group(NamedTuple):
@@ -47,9 +43,9 @@ class Datum(NamedTuple):
 class Problem:
     """Residuals of all records, in units of their noise, by the free coordinates.
 
-    The force offset of each record is free and the errors of its displacement's Fourier
-    coefficients have the variance of its noise: both are linear nuisances, which are projected out
-    (generalised least squares). The metric stays as it is until :meth:`update`.
+    The force offset of each record is free; the errors of its displacement's Fourier coefficients,
+    of its drift and of its load have the variances of their noise. All are linear nuisances, which
+    are projected out (generalised least squares). The metric stays as it is until :meth:`update`.
     """
 
     def __init__(
@@ -69,7 +65,7 @@ class Problem:
         self.free_delay = free_delay
         self.lags = [0.0] * len(folded) if lags is None else list(lags)
         self.data: list[Datum] = []
-        self.evaluations = 0
+        self.evaluations, self.most = 0, math.inf
         loads = [f.normal_load if model.scales_with_load else None for f in folded]
         keys = [(columns[i], rigs[i], loads[i]) for i in range(len(folded))]
         # Records that answer alike lie side by side, so that one call answers for all of them.
@@ -162,6 +158,12 @@ class Problem:
                 kernels.active.accumulate(self.parent, derivative, base)
         return force, stiffness, by
 
+    def branch_of(self, number: int) -> tuple[Floats, Floats]:
+        """Force and stiffness along the branches of a group, of the last answer."""
+        kept = self._answers[number]
+        assert kept is not None
+        return kept[1][0], kept[1][1]
+
     def _answer(
         self, number: int, group: Group, values: dict[str, float], compliance: float
     ) -> Answer:
@@ -180,34 +182,10 @@ class Problem:
         values: dict[str, float],
         compliance: float,
     ) -> Answer:
-        """Branch function of the law behind a spring: v + c T0(v) = y."""
-        y = self.half[group.places]
-        if compliance == 0.0:
-            force, stiffness, by = model.branch(y, values, group.load)
-            return force, stiffness, by, -stiffness * force
-        v = self.guess[number] if self.guess[number].size == y.size else np.zeros_like(y)
-        scale = float(y.max())
-        # The sum is concave and rising: after one step Newton's method climbs, never past it.
-        for _ in range(_STEPS):
-            force, stiffness = model.curve(v, values, group.load)
-            new = v + (y - v - compliance * force) / (1.0 + compliance * stiffness)
-            new = np.clip(new, 0.0, y)
-            moved = float(np.max(np.abs(new - v)))
-            v = new
-            if moved <= _NEAR * scale:
-                # The last of its steps with all derivatives; beyond a kink it is not the last.
-                force, stiffness, by = model.branch(v, values, group.load)
-                step = (y - v - compliance * force) / (1.0 + compliance * stiffness)
-                if float(np.max(np.abs(step))) <= _THERE * scale:
-                    break
-                v = np.clip(v + step, 0.0, y)
-        else:
-            force, stiffness, by = model.branch(v, values, group.load)
-            step = np.zeros_like(v)
-        self.guess[number] = np.clip(v + step, 0.0, y)
-        force = force + stiffness * step
-        share = 1.0 / (1.0 + compliance * stiffness)
-        return force, stiffness * share, by * share, -stiffness * share * force
+        """Branch function of the law behind a spring, from where it was last."""
+        y, guess = self.half[group.places], self.guess[number]
+        answer, self.guess[number] = behind_spring(model, y, values, group.load, compliance, guess)
+        return answer
 
     def _whole_cycle(self, model: CycleModel, group: Group, values: dict[str, float]) -> Answer:
         """The settled cycle of a law without Masing's rules; its rig is rigid."""
@@ -304,24 +282,35 @@ class Problem:
     def update(self, q: Floats, share: float = 1.0, before: Sequence[Floats] = ()) -> None:
         """Weigh the residuals by the tangents of this answer: errors of the displacement act so.
 
-        What an error of each coefficient of the displacement does to the forces is kept as
-        ``felt``. With a ``share`` below 1 the rest is what was felt ``before``, so that weights
-        which swing to and fro come to rest.
+        What an error of each coefficient of the displacement, and of the logarithm of a load that
+        is not certain, does to the forces is kept as ``felt``. With a ``share`` below 1 the rest is
+        what was felt ``before``, so that weights which swing to and fro come to rest.
         """
         _, stiffness, _ = self.respond(q)
         self.felt = []
-        for at, i in enumerate(self.order):
-            folded, span = self.folded[i], self.bins[at]
+        uncertain = [has_load(self, i) for i in self.order]
+        by = by_load(self, q) if any(uncertain) else np.zeros(0)
+        for at, span in enumerate(self.bins):
             felt = self._rise(at, q, stiffness, self.cycles[at].basis)
+            if uncertain[at]:
+                felt = np.vstack((felt, by[span]))
             if before:
                 felt = share * felt + (1.0 - share) * before[at]
             self.felt.append(felt)
-            root = np.linalg.cholesky(folded.covariance)
-            flat = self.weight[span, None]
-            if self.free_delay:
-                late = self._turned(at) @ felt * self.weight[span]
-                flat = np.hstack((flat, late[:, None]))
-            self.metrics[at] = metric_of(flat, (root.T @ felt * self.weight[span]).T)
+            self.metrics[at] = self.metric_of(at)
+        self.forget_answer()
+
+    def metric_of(self, at: int, *, loads: bool = True) -> Metric:
+        """The metric of a record by what was last felt; as if its load were certain, if wanted."""
+        span = self.bins[at]
+        flat = self.weight[span, None]
+        if self.free_delay:
+            late = self._turned(at) @ self.felt[at][: self._turned(at).size] * self.weight[span]
+            flat = np.hstack((flat, late[:, None]))
+        return metric_of(flat, uncertain_of(self, at, loads))
+
+    def forget_answer(self) -> None:
+        """After a change of weights the residuals are no longer those that were last asked for."""
         self._last = None
 
     @property
@@ -336,12 +325,12 @@ class Problem:
 
     def _turned(self, at: int) -> Floats:
         """Derivative of the displacement's coefficients by a phase."""
-        folded = later(self.folded[self.order[at]], self.lags[self.order[at]])
-        n = folded.harmonics.astype(float)
-        turned = np.zeros_like(folded.coefficients)
-        turned[1::2] = n * folded.coefficients[2::2]
-        turned[2::2] = -n * folded.coefficients[1::2]
-        return turned
+        return turned(later(self.folded[self.order[at]], self.lags[self.order[at]]))
+
+    def late(self, at: int) -> Floats:
+        """What a phase by which the displacement is earlier does to the weighted residuals."""
+        turned = self._turned(at)
+        return np.asarray(turned @ self.felt[at][: turned.size] * self.weight[self.bins[at]])
 
     def lags_at(self, q: Floats) -> list[float]:
         """Phases [rad] by which the force of each record lags, as this answer would have them."""

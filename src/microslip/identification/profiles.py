@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,9 @@ from numpy.typing import NDArray
 from microslip._checks import Floats
 from microslip.identification.fit import Fit, bounds_of, settle
 from microslip.identification.problem import Problem
+
+if TYPE_CHECKING:
+    from microslip.identification.leaning import Open
 
 _CLOSE = 0.01  # of the threshold, within which an end of an interval is found
 _TRIES, _CREEPS = 14, 2
@@ -255,13 +259,16 @@ def derived_interval(
     threshold: float,
     covariance: Floats,
     intervals: Sequence[Interval],
+    beyond: Sequence[Open] = (),
+    shape: bool = False,
 ) -> Interval:
     """Ends of a quantity that follows from the coordinates, and whether they are open.
 
     Along the direction in which the quantity moves most for a rise of the sum of squares, within
     the intervals of the coordinates, where the quantity is taken as it is and not as a straight
     line; and wherever an interval that is open has led. An end is open where a coordinate that the
-    quantity feels stands at an open end of its own.
+    quantity feels stands at an open end of its own, and where the end of a search, taken further,
+    takes the quantity along (``beyond``). Of a ``shape``, a plain number, differences count.
     """
     value, gradient = function(best.q)
     low, high = (np.array([getattr(one, end) for one in intervals]) for end in ("low", "high"))
@@ -286,11 +293,23 @@ def derived_interval(
     (first, first_open), (last, last_open) = (
         pick(ends, key=lambda end: end[0]) for pick in (min, max)
     )
-    opened = low_open | high_open
+    # What is open at a bound of its own; ends of searches are judged by what they take along.
+    bounds = bounds_of(problem)
+    opened = (low_open & (low <= bounds[0] + near)) | (high_open & (high >= bounds[1] - near))
+    opened[[one.row for one in beyond]] = False
     width = min(1.0, float((high - low)[opened].min(initial=1.0)))
-    if first * last > 0.0 and abs(math.log(last / first)) < MOVED * width:
+    size = 1.0 if shape else abs(value) or 1.0
+    moves = [one.shift(function, best.q) / size for one in beyond]
+    if shape:
+        narrow = last - first < MOVED * width
+    else:
+        narrow = first * last > 0.0 and abs(math.log(last / first)) < MOVED * width
+    if narrow and all(abs(one) < MOVED for one in moves):
         # What an open coordinate hardly moves is told all the same.
         first_open = last_open = False
+    far = [move for one, move in zip(beyond, moves, strict=True) if one.rests]
+    first_open = first_open or any(one <= -MOVED for one in far)
+    last_open = last_open or any(one >= MOVED for one in far)
     # An end that is the best value itself and open says that the best value lies at a bound.
     return Interval(first, last, first_open, last_open, best.q, best.q)
 

@@ -13,9 +13,10 @@ from microslip._checks import Floats, number, positive, show
 from microslip._wording import did_you_mean
 from microslip.errors import InputError
 from microslip.identification.coordinates import APART, AREA, DENSITY, RADIUS, RIG, Coordinate
+from microslip.identification.labels import labels_of
 from microslip.identification.models.base import Derived, Model
 from microslip.identification.problem import Datum, Problem
-from microslip.identification.setup import SAME_LOAD
+from microslip.identification.setup import SAME_LOAD, levels_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 
@@ -31,6 +32,8 @@ class Quantity:
     unit: str
     load: float | None
     function: Callable[[Floats], tuple[float, Floats]]
+    parent: str | None = None
+    """The coordinate that it is at another load, whose verdict is its own."""
 
 
 def quantities_of(
@@ -42,20 +45,26 @@ def quantities_of(
     start = np.array([one.inner(one.start) for one in free])
     names = set(model.names)
     groups = list(dict.fromkeys(problem.columns))
+    known = [one.normal_load for one in problem.folded]
+    levels = levels_of(known)
+    labels = labels_of(problem.folded, levels)
+    level = dict(zip(known, levels, strict=True))
     for group in groups:
         mine = [i for i, column in enumerate(problem.columns) if column == group]
         loads = _different(problem.folded[i].normal_load for i in mine)
         several = len(groups) > 1 or len(loads) > 1
         for one in model.derived(problem.values_of(mine[0], start), loads, pair, area):
             load = one.load if one.load is not None else (loads[0] if len(groups) > 1 else None)
-            name = one.name
+            name, parent = one.name, None
+            if name in names:
+                parent = problem.coordinates[group[model.names.index(name)]].name
+                if not several or parent != name:
+                    continue  # the parameter itself
             if several and load is not None:
-                name = f"{one.name} at {load:.4g} N"
-            elif name in names:
-                continue  # the parameter itself
+                name = f"{one.name} at {labels[level[load]]} N"
             at = loads[:1] if one.load is None else [one.load]
             answer = _Answer(problem, mine[0], at, pair, area)
-            found.append(Quantity(name, one.unit, load, answer.of(one.name, group)))
+            found.append(Quantity(name, one.unit, load, answer.of(one.name, group), parent))
     return found
 
 
@@ -187,9 +196,12 @@ def summits_of(
         raise InputError("known: density needs area=..., the apparent area [m^2]: loops know N/A")
     if load is None:
         load = problem.model.reference_load  # type: ignore[attr-defined]
+    assert load is not None
+    known = [one.normal_load or load for one in problem.folded]
+    near = min(range(len(known)), key=lambda i: abs(math.log(known[i] / load)))
 
     def all_of(q: Floats) -> dict[str, float]:
-        joint = problem.model.build(problem.values_of(0, q), load, pair=pair, area=area)
+        joint = problem.model.build(problem.values_of(near, q), load, pair=pair, area=area)
         measured, surface = problem.physical(q)[index], joint.surface
         radius, count = surface.radius, surface.density * surface.area
         # The area goes with count * radius, the loops with count * sqrt(radius).
@@ -256,7 +268,7 @@ def known_data(problem: Problem, quantities: list[Quantity], known: Any) -> list
 
 
 def _datum(name: str, given: Any) -> tuple[float, float]:
-    """Value and standard deviation, of a pair or of what has both, such as ms.patch_errors."""
+    """Value and standard deviation, of a pair or of what has both, such as error bars of a scan."""
     value, error = (getattr(given, key, None) for key in ("value", "standard_error"))
     if value is None or error is None:
         try:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,10 @@ from microslip._frozen import Locked
 from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.identification.checks import RecordFit
+from microslip.identification.given import Given
+from microslip.identification.labels import labels_of
 from microslip.identification.models.base import Model
+from microslip.identification.setup import levels_of
 from microslip.identification.verdicts import (
     AT_A_LOAD,
     IN_DOUBT,
@@ -84,6 +88,11 @@ class Identification(Locked):
     _model: Model
     _pair: MaterialPair | None
     _area: float | None
+    delays: Mapping[str, Fitted] = field(default_factory=lambda: MappingProxyType({}))
+    """Time [s] by which the force of each record lags behind, by the names of the records, where it
+    was free; of a record without a time base the phase [rad]."""
+    given: tuple[Given, ...] = ()
+    """Each datum that was given with an uncertainty, and whether the loops bear it out."""
 
     @property
     def converged(self) -> bool:
@@ -106,8 +115,8 @@ class Identification(Locked):
 
     # -- the joint ------------------------------------------------------------------------------
 
-    def _values(self, load: float | None) -> tuple[dict[str, float], float | None]:
-        """Values of the law's parameters for a load; those of the nearest load fitted."""
+    def _values(self, load: float | None) -> tuple[Model, dict[str, float], float | None]:
+        """The law and its parameters' values for a load; those of the nearest load fitted."""
         loads = [record.normal_load for record in self.records]
         pick = 0
         if load is not None:
@@ -115,7 +124,11 @@ class Identification(Locked):
             pick = int(np.argmin(known))
         names = self.columns[pick]
         values = {name: self.parameters[full].value for name, full in names.items()}
-        return values, loads[pick] if load is None else load
+        model = self._model
+        own = [self.parameters[names[name]].load for name in model.at_reference]
+        if own:
+            model = model.split(model.at_reference, [at for at in own if at is not None])
+        return model, values, loads[pick] if load is None else load
 
     def joint(self, normal_load: float | None = None, *, even_if: tuple[str, ...] = ()) -> Any:
         """The law with the values found.
@@ -144,12 +157,10 @@ class Identification(Locked):
         load = None
         if normal_load is not None:
             load = positive("normal_load", normal_load, "N", 500.0)
-        values, at = self._values(load)
+        model, values, at = self._values(load)
         if load is not None and not self._model.scales_with_load:
             self._check_measured(load)
-        return self._model.build(
-            values, at, pair=self._pair, area=self._area, radius=self._radius()
-        )
+        return model.build(values, at, pair=self._pair, area=self._area, radius=self._radius())
 
     def _radius(self) -> float | None:
         one = self.derived.get("radius") or self.parameters.get("radius")
@@ -170,14 +181,16 @@ class Identification(Locked):
 
     def _check_measured(self, load: float) -> None:
         loads = [record.normal_load for record in self.records if record.normal_load]
+        folded = [record.folded for record in self.records]
+        known = labels_of(folded, levels_of([one.normal_load for one in folded])).values()
         if (
             loads
             and len({tuple(c.items()) for c in self.columns}) > 1
             and not any(abs(load / one - 1.0) <= 0.02 for one in loads)
         ):
             raise InputError(
-                f"normal_load must be one of those measured, {', '.join(f'{x:g}' for x in loads)} "
-                f"N: {self.law!r} has values of its own for each, got {load:g} N"
+                f"normal_load must be one of those measured, {', '.join(known)} N: {self.law!r} "
+                f"has values of its own for each, got {load:g} N"
             )
 
     def study(self, *, even_if: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -223,6 +236,7 @@ class Identification(Locked):
             "parameters": {name: _plain(one) for name, one in self.parameters.items()},
             "derived": {name: _plain(one) for name, one in self.derived.items()},
             "correlation": {"names": list(self.names), "matrix": self.correlation.tolist()},
+            "given": [{key: _finite(x) for key, x in asdict(one).items()} for one in self.given],
             "directions": [
                 {
                     "text": one.text,
@@ -252,6 +266,7 @@ class Identification(Locked):
                     "energy": one.measured_energy,
                     "energy_residual": one.energy_residual,
                     "energy_error": one.energy_error,
+                    "delay": _plain(self.delays[one.name]) if one.name in self.delays else None,
                 }
                 for one in self.records
             ],
@@ -264,7 +279,8 @@ class Identification(Locked):
             f"{self.law}: {self.status}; {_count(len(self.records))}, reduced "
             f"chi-squared {self.reduced_chi_squared:.3g}"
         ]
-        for one in (*self.parameters.values(), *self.derived.values()):
+        numbers = (self.parameters, self.derived, self.delays)
+        for one in (one for kind in numbers for one in kind.values()):
             digits = digits_of(one)
             low, high = (shown(end, one.unit, digits) for end in (one.low, one.high))
             ends = shown_interval((low, high), one.low_open, one.high_open)
@@ -275,6 +291,8 @@ class Identification(Locked):
         for one in self.parameters.values():
             if one.reason:
                 lines.append(f"{one.name}: {one.reason}; {one.remedy}")
+        for given in self.given:
+            lines.append(given.text)
         lines += [direction.text for direction in self.directions]
         return "\n".join(lines)
 
@@ -297,8 +315,8 @@ def _named(one: Fitted) -> str:
     return f"{one.name} at {one.load:.4g} N"
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _plain(one: Fitted) -> dict[str, Any]:

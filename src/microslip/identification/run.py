@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,11 +13,13 @@ from microslip._checks import exact, number, positive, show
 from microslip._units import engineering
 from microslip.errors import InputError
 from microslip.identification import checks, setup
+from microslip.identification.delays import FAR, late_note
 from microslip.identification.fit import LOSSES, Fit, solve
 from microslip.identification.folding import MOST_BINS, Folded, fold
 from microslip.identification.intervals import Progress, profiled
 from microslip.identification.models import model_of
 from microslip.identification.models.base import CycleModel, Model
+from microslip.identification.noise_notes import notes_of
 from microslip.identification.outcome import result_of
 from microslip.identification.problem import Problem
 from microslip.identification.quantities import (
@@ -27,6 +29,7 @@ from microslip.identification.quantities import (
     summits_of,
 )
 from microslip.identification.result import Identification
+from microslip.identification.rigs import is_rigid
 from microslip.materials import MaterialPair
 from microslip.tribometer.record import Record
 
@@ -38,7 +41,7 @@ _CERTAIN, _ALIKE = 5.0, 0.2  # standard deviations; correlation of force and dis
 
 
 def identify(
-    records: Record | Sequence[Record],
+    records: Record | Iterable[Record],
     law: Any = "interface",
     *,
     pair: MaterialPair | None = None,
@@ -66,7 +69,7 @@ def identify(
 
     Parameters
     ----------
-    records : Record or sequence of Record
+    records : Record or iterable of Record
         One or many, at several loads and amplitudes; each with at least three settled cycles.
     law : str, type or BackboneLaw, optional
         "interface", "jenkins", "iwan", "segalman", "bouc-wen", or the class. An instance also gives
@@ -85,8 +88,8 @@ def identify(
         Parameters that all loads share, or that each load has of its own. Without it an interface
         shares all, and other laws, which know no load, share none.
     rig_stiffness : str, float, tuple or None, optional
-        Stiffness in series with the joint [N/m]: "free", a value, (value, uncertainty), or None for
-        a rigid rig; a mapping of these by the labels of ``rigs``.
+        Stiffness in series with the joint [N/m]: "free", a value, (value, uncertainty), or "rigid",
+        which None and infinity say, too; a mapping of these by the labels of ``rigs``.
     rigs : sequence of str, optional
         Label of the rig of each record, where they are not all of one.
     delay : float or "free", optional
@@ -100,8 +103,8 @@ def identify(
     known : mapping, optional
         Data from elsewhere by the names of parameters or of what follows from them, as (value,
         standard deviation), such as ``{"std": (5e-7, 2e-8)}``, or as what has a ``value`` and a
-        ``standard_error``, such as :func:`microslip.patch_errors` of a scan. With ``pair`` and
-        ``area`` a "radius" or a "density" of the summits separates the two, too.
+        ``standard_error``, such as :func:`microslip.scans.patch_errors` of a scan. With ``pair``
+        and ``area`` a "radius" or a "density" of the summits separates the two, too.
     cycles : slice, optional
         Cycles to take of each record, the first being 0; without it all settled ones but the first.
     held_back : float, optional
@@ -133,9 +136,11 @@ def identify(
     the noise in it. Weighted least squares on the mean cycle of each record. The displacement is a
     Fourier series whose errors count (generalised least squares); half distances are those of the
     measured displacement, so that Masing's rules hold for joint and rig in series: T = T0(v),
-    v + T0(v)/k = y. The force's offset is free in each record. Intervals are those of the profile
-    likelihood, widened by the root of the reduced chi-squared where that exceeds 1 significantly,
-    or by the scatter of whole cycles (Huber's sandwich) where that is larger.
+    v + T0(v)/k = y. The force's offset is free in each record; a straight drift of the force or the
+    displacement is taken off, and its error counts, as does that of the mean load of a record whose
+    load is a channel (a load that is given as one number is taken to be exact). Intervals are those
+    of the profile likelihood, widened by the root of the reduced chi-squared where that exceeds 1
+    significantly, or by the scatter of whole cycles (Huber's sandwich) where that is larger.
     """
     report = _reporter(progress)
     level = _share("confidence", confidence)
@@ -154,7 +159,7 @@ def identify(
     loops = [one.loop for one in folded]
     model = model.prepared(loops, [one.normal_load for one in folded])
     notes = []
-    if isinstance(model, CycleModel) and rig_stiffness is not None:
+    if isinstance(model, CycleModel) and not is_rigid(rig_stiffness):
         if not isinstance(rig_stiffness, str):
             raise InputError(
                 f"rig_stiffness has no place in {model.name!r}, which has its own elastic part; "
@@ -165,11 +170,15 @@ def identify(
     coordinates, columns, given = setup.coordinates_for(
         model, folded, fixed=fixed, bounds=bounds, start=start, shared=shared, per_load=per_load
     )
+    model = setup.split(model, coordinates)
     rig_bounds = bounds
     more, rig_of = setup.rig_coordinates(rig_stiffness, rigs, folded, loops, rig_bounds)
     places = [None if rig is None else len(coordinates) + rig for rig in rig_of]
     coordinates = [*coordinates, *more]
+    if soft := setup.softer(coordinates, places, loops, setup.FAR_SOFTER):
+        raise InputError(soft)
     apart, area_load, known = apart_coordinate(contact_area, known, model, pair)
+    setup.checked_area(apart, area)
     if apart is not None:
         coordinates.append(apart)
     free_delay, lags = _delay(delay, folded)
@@ -193,19 +202,26 @@ def identify(
     best = solve(problem, inner, freedom=freedom, loss=loss)
     if best is None:
         raise InputError(
-            "no first guess comes out of these records; give start={...} for "
+            setup.softer(coordinates, places, loops)
+            or "no first guess comes out of these records; give start={...} for "
             f"{', '.join(model.names)}"
         )
     if free_delay:
         problem, best = _in_time(problem, best, loss, freedom)
     report(0.5)
     answer = profiled(problem, best, level, freedom, lambda s: report(0.5 + 0.4 * s), intervals)
+    notes += notes_of(problem, answer.best, freedom, loss)
+    for text in (
+        late_note(problem, answer.best, freedom),
+        setup.softer(coordinates, places, loops) if answer.best.cost > FAR * freedom else None,
+    ):
+        notes += [] if text is None else [text]
     predicted = None
     if held and answer.best.finite:
         predicted = checks.held_back_error(problem, answer.best, held)
     report(1.0)
     return result_of(
-        problem, answer, quantities, level, freedom, count, predicted, pair, area, notes
+        problem, answer, quantities, level, freedom, count, predicted, pair, area, notes, known
     )
 
 
@@ -228,15 +244,7 @@ def _share(name: str, given: Any) -> float:
 
 
 def _folded(records: Any, cycles: slice | None, report: Progress) -> list[Folded]:
-    if isinstance(records, Record):
-        records = [records]
-    if isinstance(records, np.ndarray):
-        records = records.ravel().tolist()
-    if isinstance(records, (str, bytes)) or not isinstance(records, Sequence) or not records:
-        raise InputError(
-            f"records must be a Record or a list of them, got {show(records)}; "
-            "write Record(displacement, force) or Record.read(path)"
-        )
+    records = setup.listed(records)
     bins = max(64, min(MOST_BINS, _MOST_FORCES // len(records)))
     found = []
     for at, record in enumerate(records):
@@ -287,6 +295,12 @@ def _delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:
     lag = 0.0 if free else number("delay", delay, "s")
     if lag != 0.0 and any(one.frequency is None for one in folded):
         raise InputError("delay needs records with time or sample_rate; or write delay='free'")
+    for one in folded:
+        if one.frequency is not None and abs(lag) * one.frequency > 0.5:
+            raise InputError(
+                f"delay must be within half a period, {0.5 / one.frequency:.4g} s at "
+                f"{one.frequency:.4g} Hz, got {lag:g} s"
+            )
     return free, [2.0 * math.pi * (one.frequency or 0.0) * lag for one in folded]
 
 

@@ -10,15 +10,21 @@ from typing import Any
 import numpy as np
 
 from microslip._checks import exact, number, positive, show
+from microslip._units import engineering
 from microslip._wording import did_you_mean
 from microslip.errors import InputError
-from microslip.identification.coordinates import RIG, Coordinate, coordinate_of
+from microslip.identification.coordinates import AREA, RIG, Coordinate, coordinate_of
 from microslip.identification.folding import Folded
+from microslip.identification.labels import labels_of
 from microslip.identification.models.base import Model
+from microslip.identification.rigs import is_rigid, of_each_rig, rig_coordinate
 from microslip.loops import Loop
+from microslip.tribometer.record import Record
 
 SAME_LOAD = 0.01
 """Loads that differ by no more than this share count as one."""
+FAR_SOFTER = 3.0
+"""Ratio of the stiffness of loops to that of a rig which no noise and no delay explain."""
 _SHARES = (0.9, 0.5, 0.97, 0.1)  # of the compliance after a reversal that may be the rig's
 
 
@@ -50,15 +56,40 @@ def checked_loads(model: Model, folded: Sequence[Folded]) -> None:
             )
 
 
-def stiffness_after_reversal(loop: Loop) -> float:
-    """Largest secant stiffness [N/m] over the first fifth of the force after a reversal."""
+def listed(records: Any) -> list[Record]:
+    """The records one by one, of whatever holds them."""
+    found = [records] if isinstance(records, Record) else records
+    if isinstance(found, np.ndarray):
+        found = found.ravel().tolist()
+    if isinstance(found, Iterable) and not isinstance(found, (str, bytes, Mapping)):
+        found = list(found)
+    if not isinstance(found, list) or not found:
+        raise InputError(
+            f"records must be a Record or a list of them, got {show(records)}; "
+            "write Record(displacement, force) or Record.read(path)"
+        )
+    return found
+
+
+def checked_area(contact: Coordinate | None, area: float | None) -> None:
+    """A real contact area is part of the apparent one."""
+    if contact is None or contact.parameter != AREA or area is None or contact.start <= area:
+        return
+    raise InputError(
+        f"contact_area must not be above the apparent area, {exact(area)} m^2, got "
+        f"{exact(contact.start)} m^2"
+    )
+
+
+def stiffness_after_reversal(loop: Loop, share: float = 0.2) -> float:
+    """Largest secant stiffness [N/m] over the first ``share`` of the force after a reversal."""
     x, force = loop.displacement[:-1], loop.force[:-1]
     span = float(np.ptp(force))
     best = 0.0
     for turn, sign in ((int(np.argmax(x)), -1.0), (int(np.argmin(x)), 1.0)):
         after = np.roll(x, -turn), np.roll(force, -turn)
         moved, gone = sign * (after[0] - after[0][0]), sign * (after[1] - after[1][0])
-        far = np.flatnonzero((gone > 0.2 * span) & (moved > 0.0))
+        far = np.flatnonzero((gone > share * span) & (moved > 0.0))
         if far.size:
             best = max(best, float(gone[far[0]] / moved[far[0]]))
     return best or 2.0 * span / float(np.ptp(x))
@@ -149,6 +180,7 @@ def coordinates_for(
     """Coordinates of the law, which of them each record has, and the values to start from."""
     loads = [one.normal_load for one in folded]
     levels = levels_of(loads)
+    labels = labels_of(folded, levels)
     several = len(set(levels)) > 1
     one_for_all = _names("shared", shared)
     one_a_load = _names("per_load", per_load)
@@ -178,7 +210,9 @@ def coordinates_for(
             one = coordinate_of(
                 parameter, 1.0, load if splits or not several else None, several=splits
             )
-            if parameter.name in getattr(model, "at_reference", ()):
+            if splits and load is not None:
+                one = replace(one, name=f"{parameter.name} at {labels[level]} N")
+            elif parameter.name in model.at_reference:
                 one = replace(one, load=getattr(model, "reference_load", load))
             places[parameter.name, level if splits else -1] = len(found)
             found.append(one)
@@ -217,6 +251,15 @@ def coordinates_for(
     return found, columns, given_start
 
 
+def split(model: Model, coordinates: Sequence[Coordinate]) -> Model:
+    """The model where loads have values of their own of what else belongs to one load."""
+    mine = [one for one in coordinates if one.parameter in model.at_reference]
+    names = {one.parameter for one in mine}
+    if len(mine) <= len(names):
+        return model
+    return model.split(names, [one.load for one in mine if one.load is not None])
+
+
 def rig_coordinates(
     given: Any, rigs: Any, folded: Sequence[Folded], loops: Sequence[Loop], bounds: Any
 ) -> tuple[list[Coordinate], list[int | None]]:
@@ -231,16 +274,14 @@ def rig_coordinates(
                 f"rigs must hold a label for each of the {_records(len(folded))}, got {show(rigs)}"
             )
         labels = [str(label) for label in rigs]
-    if given is None:
-        return [], [None] * len(folded)
     known = list(dict.fromkeys(labels))
-    found = []
-    for label in known:
-        own = given
-        if isinstance(given, Mapping):
-            if label not in given:
-                raise InputError(f"rig_stiffness has nothing for rig {show(label)}; write 'free'")
-            own = given[label]
+    told = of_each_rig(given, known, rigs is not None)
+    place: dict[str, int] = {}
+    found: list[Coordinate] = []
+    for label, own in told.items():
+        if is_rigid(own):
+            continue
+        place[label] = len(found)
         mine = [loops[i] for i in range(len(folded)) if labels[i] == label]
         scale = max(stiffness_after_reversal(loop) for loop in mine)
         name = RIG if len(known) == 1 else f"{RIG} of {label}"
@@ -252,27 +293,33 @@ def rig_coordinates(
         one = Coordinate(
             name, RIG, "N/m", low, high, "inverse", 1.1 * scale, scale=scale, rig=label
         )
-        found.append(_rig(one, own, scale))
-    return found, [known.index(label) for label in labels]
+        found.append(rig_coordinate(one, own))
+    return found, [place.get(label) for label in labels]
 
 
-def _rig(one: Coordinate, given: Any, scale: float) -> Coordinate:
-    if isinstance(given, str):
-        if given != "free":
-            raise InputError(
-                "rig_stiffness must be 'free', a stiffness [N/m], (value, uncertainty), or None "
-                f"for a rigid rig, got {show(given)}"
+def softer(
+    coordinates: Sequence[Coordinate],
+    rigs: Sequence[int | None],
+    loops: Sequence[Loop],
+    times: float = 1.0,
+) -> str | None:
+    """What says that loops are so many ``times`` stiffer than the rig that was given for them.
+
+    Of more than once only for a rig without an uncertainty, which the loops may else overrule.
+    """
+    for j, one in enumerate(coordinates):
+        if one.parameter != RIG or not (one.fixed or (one.prior is not None and times == 1.0)):
+            continue
+        mine = [loop for loop, rig in zip(loops, rigs, strict=True) if rig == j]
+        # Over half of the force noise counts little, and the rig gives way by all of it.
+        stiffest = max((stiffness_after_reversal(loop, 0.5) for loop in mine), default=0.0)
+        if stiffest > times * one.start:
+            return (
+                f"the loops are stiffer ({engineering(stiffest, 'N/m')} after a reversal) than the "
+                f"{one.name} given, {engineering(one.start, 'N/m')}: no joint behind such a rig "
+                "makes them; check its unit and that of the force, or leave the rig free"
             )
-        return one
-    if isinstance(given, (tuple, list)):
-        if len(given) != 2:
-            raise InputError(f"rig_stiffness must be (value, uncertainty), got {show(given)}")
-        value = positive(RIG, given[0], "N/m", 1e8)
-        error = positive(f"uncertainty of {RIG}", given[1], "N/m", 1e6)
-        prior = (1.0 / value, error / value**2)
-        return replace(one, start=value, prior=prior, low=min(one.low, 0.1 * value))
-    value = positive(RIG, given, "N/m", 1e8)
-    return replace(one, start=value, fixed=True, low=min(one.low, value))
+    return None
 
 
 # -- where to begin -------------------------------------------------------------------------------
@@ -308,7 +355,9 @@ def starts_for(
         try:
             own = _guessed(model, columns, rigs, folded, loops, values)
         except InputError:
-            continue
+            own = {i: given[one.name] for i, one in enumerate(coordinates) if one.name in given}
+            if any(i not in own and not coordinates[i].fixed for column in columns for i in column):
+                continue
         for i, guess in own.items():
             one = coordinates[i]
             if not one.fixed:

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from microslip._checks import Floats
 from microslip.errors import InputError
+from microslip.identification.phases import MeanCycle
+from microslip.identification.slow import error_of_mean
 from microslip.tribometer.record import Record
 from microslip.tribometer.spikes import LONGEST, Spike
 
@@ -81,24 +83,34 @@ def jumps(
     return spikes
 
 
+class Load(NamedTuple):
+    """Normal load [N] of the cycles that count."""
+
+    mean: float | None
+    error: float
+    """Standard error of the mean [N]; 0 of a load that was given as a number."""
+    notes: tuple[str, ...]
+
+
 def mean_load(
-    record: Record, inside: NDArray[np.bool_], cycle: NDArray[np.int64], cycles: int
-) -> tuple[float | None, tuple[str, ...]]:
-    """Mean normal load [N] of the cycles that count, and a note where it is not the same in all."""
+    record: Record, inside: NDArray[np.bool_], cycle: NDArray[np.int64], curve: MeanCycle
+) -> Load:
+    """Mean normal load of the cycles that count, and a note where it is not the same in all."""
     if not isinstance(record.normal_load, np.ndarray):
-        return record.normal_load, ()
+        return Load(record.normal_load, 0.0, ())
     load = record.normal_load[inside]
-    mean = float(load.mean())
-    each = np.bincount(cycle, load, minlength=cycles) / np.bincount(cycle, minlength=cycles)
+    mean, error = float(load.mean()), error_of_mean(load, cycle, curve)
+    each = np.bincount(cycle, load) / np.bincount(cycle)
     low, high = float(each.min()), float(each.max())
     if high - low <= _STEADY * abs(mean):
-        return mean, ()
+        return Load(mean, error, ())
     if high - low > _CHANGED * abs(mean):
         raise InputError(
             f"{record.name}: the normal load must be the same in all cycles, got {low:.4g} to "
             f"{high:.4g} N in their means; take cycles of one load, cycles=slice(first, last)"
         )
-    return mean, (
+    note = (
         f"the normal load is {low:.4g} to {high:.4g} N in the means of the cycles; the law counts "
-        f"with {mean:.4g} N",
+        f"with {mean:.4g} N"
     )
+    return Load(mean, error, (note,))

@@ -97,3 +97,12 @@ def later(folded: Folded, lag: float) -> Folded:
     turned[1::2] = a * np.cos(angle) - b * np.sin(angle)
     turned[2::2] = a * np.sin(angle) + b * np.cos(angle)
     return Folded(**{**folded.__dict__, "coefficients": turned})
+
+
+def turned(folded: Folded) -> Floats:
+    """Derivative of the displacement's coefficients by a phase [m/rad]."""
+    n = folded.harmonics.astype(float)
+    moved = np.zeros_like(folded.coefficients)
+    moved[1::2] = n * folded.coefficients[2::2]
+    moved[2::2] = -n * folded.coefficients[1::2]
+    return moved

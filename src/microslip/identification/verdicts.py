@@ -53,7 +53,7 @@ class Fitted:
     """"identified", "in doubt" (identified under what does not hold), "bounded above", "bounded
     below", "not identified" or "fixed"."""
     reason: str
-    """Why it is not identified, or how far it is only bounded; else empty."""
+    """Why it is not identified, how far it is only bounded or what it hangs on; else empty."""
     remedy: str
     """What measurement would settle it; else empty."""
     at_bound: bool

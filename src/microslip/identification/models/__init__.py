@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from microslip._checks import show
@@ -53,6 +54,10 @@ _LAWS: tuple[type, ...] = (Interface, Jenkins, Iwan, SegalmanIwan, BoucWen)
 """The law of each of them."""
 
 
+_JOINTS = r"[\s_\-\u2010-\u2015\u2212]+"
+"""What may stand between the words of a name: a space, an underscore, any hyphen or dash."""
+
+
 def model_of(law: Any, **options: Any) -> Model:
     """The model of a law.
 
@@ -83,7 +88,7 @@ def model_of(law: Any, **options: Any) -> Model:
         return law
     found = None
     if isinstance(law, str):
-        asked = law.strip().casefold().replace("_", "-").replace(" ", "-")
+        asked = re.sub(_JOINTS, "-", law.strip().casefold())
         found = next((m for m in MODELS if m.name == asked), None)
         if found is None:
             raise InputError(f"law must be one of {known}, got {show(law)}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -27,6 +27,9 @@ class Parameter:
         Whether it is fitted as its logarithm; then both bounds are above zero.
     searched : bool
         Whether its bounds only say how far is searched, while joints go on beyond them.
+    natural : bool
+        Whether its lower bound is a value that joints have, such as the stiffness of a cell that is
+        none, so that a fit may well end there.
     """
 
     name: str
@@ -35,6 +38,7 @@ class Parameter:
     high: float
     log: bool = False
     searched: bool = False
+    natural: bool = False
 
 
 class Derived(NamedTuple):
@@ -65,6 +69,8 @@ class Model(ABC):
     """Whether the load enters, so that records of all loads share the parameters by default."""
     options: ClassVar[tuple[str, ...]] = ()
     """Names of what :meth:`made` takes."""
+    at_reference: ClassVar[tuple[str, ...]] = ()
+    """Parameters that all loads may share, but as they are at one load."""
 
     @property
     @abstractmethod
@@ -83,6 +89,10 @@ class Model(ABC):
 
     def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> Model:
         """The model with what it has to know of the data; most are ready as they are."""
+        return self
+
+    def split(self, names: Collection[str], loads: Sequence[float]) -> Model:
+        """The model where each of the loads [N] has values of its own of the parameters named."""
         return self
 
     @abstractmethod

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -33,6 +33,8 @@ class InterfaceModel(BackboneModel):
     template: Template
     reference_load: float | None = None
     law: Interface | None = None
+    own_loads: tuple[float, ...] = ()
+    """Loads [N] that have a separation of their own each, which is then that at this load."""
 
     name = "interface"
     scales_with_load = True
@@ -95,19 +97,33 @@ class InterfaceModel(BackboneModel):
             return self
         return replace(self, reference_load=math.exp(float(np.mean(np.log(known)))))
 
+    def split(self, names: Collection[str], loads: Sequence[float]) -> InterfaceModel:
+        """With a separation of its own at each of the loads, if it is among the names."""
+        own = tuple(loads) if set(names) & set(self.at_reference) else ()
+        return replace(self, own_loads=own)
+
     def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
         """Those of :meth:`Interface.guess`, at the reference load."""
-        reference = self.prepared(loops, loads).reference_load
+        known = loads_of(loads, len(loops))
+        if self.own_loads:
+            reference: float | None = self._reference(known[0])
+        else:
+            reference = self.prepared(loops, loads).reference_load
         assert reference is not None
         template = self.template
         shape = Shape(template.law, template.unit)
-        known = loads_of(loads, len(loops))
         found = interface_values(loops, known, reference, shape, template.bounds())
         return self.within(dict(zip(self.names, found, strict=True)))
 
+    def _reference(self, load: float | None) -> float | None:
+        """The load [N] whose separation a parameter is: of several the nearest."""
+        if load is None or not self.own_loads:
+            return self.reference_load
+        return min(self.own_loads, key=lambda own: abs(math.log(own / load)))
+
     def _ratio(self, load: float | None) -> tuple[float, float]:
         """The load [N] and its share of the reference."""
-        reference = self.reference_load
+        reference = self._reference(load)
         if load is None and reference is None:
             raise InputError(
                 "normal_load must be known: the model scales with it; state it with the record, "
@@ -210,7 +226,7 @@ class InterfaceModel(BackboneModel):
             add("tangential_stiffness", "N/m", stiffness, [1.0, -1.0, turn], load)
             by_h = np.array([0.0, 0.0, moved])
             found.append(Derived("standardised_separation", "", here, by_h, load))
-        reference = self._ratio(None if self.reference_load else different[0])[0]
+        reference = self._reference(different[0]) or different[0]
         constant = reference / template.load(h)
         add("load_scale", "N", constant, [0.0, 0.0, rate], None)
         if pair is not None:

@@ -49,7 +49,9 @@ class IwanModel(Locked, BackboneModel):
     def parameters(self) -> tuple[Parameter, ...]:
         """The stiffness of each cell, in the order in which they yield."""
         count = self.cells if self.yields is None else self.yields.size
-        return tuple(Parameter(f"stiffness_{i + 1}", "N/m", 0.0, 1e15) for i in range(count))
+        return tuple(
+            Parameter(f"stiffness_{i + 1}", "N/m", 0.0, 1e15, natural=True) for i in range(count)
+        )
 
     @property
     def start(self) -> Mapping[str, float] | None:

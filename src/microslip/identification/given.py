@@ -1,0 +1,237 @@
+"""Floor 6: what was given beside the loops, and whether the loops bear it out."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._checks import Floats
+from microslip._units import significant
+from microslip.identification.fit import Fit, settle
+from microslip.identification.problem import Problem
+from microslip.identification.profiles import covariance_of, cycle_ratio, information
+from microslip.identification.quantities import Quantity
+from microslip.identification.verdicts import shown
+
+DISAGREE = 3.0
+"""Standard deviations beyond which what was given and the loops disagree."""
+_RARE = 0.0027  # probability of more than three standard deviations
+_MOVED, _SHARE = 1.0, 0.5
+"""What hangs on a datum: what it moves by so many standard errors, or owes it so much of its
+information."""
+
+Function = Callable[[Floats], tuple[float, Floats]]
+"""A number and its derivatives by the free coordinates."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """A value from elsewhere, beside what the fit made of it."""
+
+    name: str
+    unit: str
+    value: float
+    """As it was given."""
+    uncertainty: float
+    """Its standard deviation, as it was given."""
+    found: float
+    """What the fit has for it."""
+    residual: float
+    """Found less given, in standard deviations of what was given [-]."""
+    without: float
+    """What a fit has that does not know it; where nothing else tells, any value."""
+    disagreement: float
+    """By how many standard deviations it contradicts all the rest [-]: the root of what the sum of
+    squares falls by without it, over that of the noise."""
+    agrees: bool
+    """Whether loops and other data bear it out."""
+
+    @property
+    def text(self) -> str:
+        """It in a line."""
+        value, error, found = (
+            shown(x, self.unit) for x in (self.value, self.uncertainty, self.found)
+        )
+        return (
+            f"given {self.name} = {value} ± {error}: found {found}, {self.residual:+.2f} standard "
+            f"deviations off, {abs(self.disagreement):.2f} from what the rest says"
+            f"{'' if self.agrees else ': what was given and the loops disagree'}"
+        )
+
+
+class _Source(NamedTuple):
+    """One datum of a problem."""
+
+    name: str
+    unit: str
+    value: float
+    error: float
+    function: Function
+    inverse: bool
+    """Whether its errors are those of its inverse."""
+    coordinate: int | None
+    """The coordinate that has it as its prior."""
+    place: int | None
+    """Where it stands among the data."""
+
+    def residual(self, found: float) -> float:
+        """Found less given in standard deviations."""
+        if self.inverse:
+            return (1.0 - self.value / found) * self.value / self.error
+        return (found - self.value) / self.error
+
+
+class _Left(NamedTuple):
+    """The fit without some of the data."""
+
+    q: Floats
+    fall: float
+    """By how much the sum of squares is less, over that of the noise."""
+    noise: float
+    """The noise over what white noise would be, as far as these data have no part in it."""
+
+
+class Contradicted(NamedTuple):
+    """Data that the loops contradict."""
+
+    text: str
+    names: tuple[str, ...]
+    best: Floats
+    covariance: Floats
+    moves: tuple[tuple[Floats, Function], ...]
+    """Of each of them: where the fit without it ends, and its own value as a function."""
+
+    def reaches(self, function: Function) -> bool:
+        """Whether a number depends on them."""
+        value, gradient = function(self.best)
+        variance = float(gradient @ self.covariance @ gradient)
+        for elsewhere, datum in self.moves:
+            if abs(function(elsewhere)[0] - value) > _MOVED * math.sqrt(variance):
+                return True
+            by = datum(self.best)[1]
+            both = float(gradient @ self.covariance @ by)
+            if both**2 > _SHARE * variance * float(by @ self.covariance @ by) > 0.0:
+                return True
+        return False
+
+
+def of_coordinate(problem: Problem, j: int) -> Function:
+    """A free coordinate as a number that follows from all."""
+    one, row = problem.coordinates[j], int(np.flatnonzero(problem.free == j)[0])
+
+    def function(q: Floats) -> tuple[float, Floats]:
+        value, by = one.outer(float(q[row])), np.zeros(q.size)
+        by[row] = one.slope(float(q[row]))
+        if one.kind == "inverse":
+            by[row] *= -(value**2) if math.isfinite(value) else 0.0
+        return value, by
+
+    return function
+
+
+def borne_out(
+    problem: Problem,
+    best: Fit,
+    freedom: int,
+    names: Sequence[str],
+    quantities: Iterable[Quantity],
+) -> tuple[tuple[Given, ...], Contradicted | None]:
+    """Each datum beside what the loops say, and those that they contradict.
+
+    ``names`` are those of the problem's data. Each is left out once, and the rest fitted again:
+    the sum of squares falls by the square of the deviations that part it from the rest (Cook and
+    Weisberg 1982, Residuals and Influence in Regression), here without taking it for straight.
+    """
+    from scipy.special import chdtrc
+
+    sources = _sources(problem, names, {one.name: one.unit for one in quantities})
+    if not sources:
+        return (), None
+    found, wrong = [], []
+    for one in sources:
+        left = _without(problem, best, freedom, [one])
+        value = one.function(best.q)[0]
+        residual = one.residual(value)
+        apart = math.copysign(math.sqrt(left.fall), residual)
+        agrees = max(abs(residual), abs(apart)) <= DISAGREE
+        alone = one.function(left.q)[0]
+        found.append(
+            Given(one.name, one.unit, one.value, one.error, value, residual, alone, apart, agrees)
+        )
+        if not agrees:
+            wrong.append((one, left))
+    if not wrong and len(sources) > 1:
+        # Two that are wrong alike hold each other up.
+        left = _without(problem, best, freedom, sources)
+        if chdtrc(len(sources), left.fall) < _RARE:
+            wrong = [(one, left) for one in sources]
+            found = [replace(one, agrees=False) for one in found]
+    if not wrong:
+        return tuple(found), None
+    by_name = {one.name: one for one in found}
+    said = [_said(by_name[one.name], one.function(left.q)[0]) for one, left in wrong]
+    contradicted = Contradicted(
+        f"what was given and the loops disagree: {'; '.join(said)}",
+        tuple(one.name for one, _ in wrong),
+        best.q,
+        covariance_of(information(problem, best.q)) * max(left.noise for _, left in wrong),
+        tuple((left.q, one.function) for one, left in wrong),
+    )
+    return tuple(found), contradicted
+
+
+def _said(one: Given, alone: float) -> str:
+    """One contradiction in words."""
+    apart = max(abs(one.residual), abs(one.disagreement))
+    given, error, rest = (shown(x, one.unit) for x in (one.value, one.uncertainty, alone))
+    return (
+        f"{one.name} was given as {given} ± {error}, without that {rest} is found, "
+        f"{significant(apart, 2)} standard deviations apart"
+    )
+
+
+def _sources(problem: Problem, names: Sequence[str], units: dict[str, str]) -> list[_Source]:
+    found = []
+    for j in map(int, problem.free):
+        one = problem.coordinates[j]
+        if one.prior is None:
+            continue
+        value, error = one.prior
+        inverse = one.kind == "inverse"
+        if inverse:  # a compliance of what was given as a stiffness
+            value, error = (float(f"{x:.14g}") for x in (1.0 / value, error / value**2))
+        function = of_coordinate(problem, j)
+        found.append(_Source(one.name, one.unit, value, error, function, inverse, j, None))
+    units = {**units, **{one.name: one.unit for one in problem.coordinates}}
+    for place, (name, datum) in enumerate(zip(names, problem.data, strict=True)):
+        found.append(
+            _Source(name, units[name], datum.value, datum.error, datum.function, False, None, place)
+        )
+    return found
+
+
+def _without(problem: Problem, best: Fit, freedom: int, left_out: Sequence[_Source]) -> _Left:
+    """The fit near the best one, by the same weights, without some data."""
+    rest = copy.copy(problem)
+    out = {one.coordinate for one in left_out}
+    rest.coordinates = tuple(
+        replace(one, prior=None) if j in out else one for j, one in enumerate(problem.coordinates)
+    )
+    places = {one.place for one in left_out}
+    rest.data = [datum for place, datum in enumerate(problem.data) if place not in places]
+    rest.metrics = list(problem.metrics)
+    rest._last = None
+    fit = best
+    for moving in rest.parts:
+        fit = settle(rest, fit.q, moving)
+        if not fit.finite:
+            return _Left(best.q, 0.0, 1.0)
+    reduced = fit.cost / max(freedom - len(left_out), 1)
+    noise = max(reduced, float(cycle_ratio(rest, fit.q).max(initial=1.0)), 1.0)
+    problem.evaluations = rest.evaluations
+    return _Left(fit.q, max(best.cost - fit.cost, 0.0) / noise, noise)

@@ -1,0 +1,191 @@
+"""Floor 6: numbers that lean on how far another one is searched, and not on the records."""
+
+from __future__ import annotations
+
+import copy
+import math
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._checks import Floats
+from microslip._units import significant
+from microslip.identification.coordinates import Coordinate
+from microslip.identification.fit import Fit, bounds_of, settle
+from microslip.identification.problem import Problem
+from microslip.identification.profiles import Interval
+from microslip.identification.quantities import Quantity
+from microslip.identification.verdicts import IDENTIFIED, IN_DOUBT, Fitted
+
+_NEAR = 1e-6  # of what is searched, or of one: what is as near to its end is at it
+_BACK = 0.02  # of what is searched
+_MOST = 12.0
+"""By how much an end of a search is moved at most: what is searched for Gaussian heights."""
+
+
+class Open(NamedTuple):
+    """A coordinate that only the search ends on one side, and what all do beyond that end."""
+
+    row: int
+    name: str
+    upward: bool
+    """Whether the open end is the upper one."""
+    rests: bool
+    """Whether the best values lie there, so that all of them lean on it."""
+    place: Floats
+    """All coordinates with that end as far out again."""
+    ratio: float
+    """1, or what is left to multiply with where the law has no answer out there."""
+
+    def ahead(self, best: Floats) -> Floats:
+        """Change of all coordinates when the end of the search is as far out again."""
+        return self.ratio * (self.place - best)
+
+    def shift(self, function: Callable[[Floats], tuple[float, Floats]], best: Floats) -> float:
+        """By how much a quantity would move with the end of the search."""
+        try:
+            return self.ratio * (function(self.place)[0] - function(best)[0])
+        except (ArithmeticError, ValueError):  # no number out there
+            return math.inf
+
+
+def open_ends(
+    problem: Problem, best: Fit, covariance: Floats, intervals: Sequence[Interval], rises: Floats
+) -> list[Open]:
+    """Open ends of the coordinates whose bounds only say how far is searched.
+
+    With that end as far out again, the fit goes on from best values that rest there; from others
+    the profile does, to the new end or to where the sum of squares has risen by ``rises``.
+    """
+    searched = {one.name for one in problem.model.parameters if one.searched}
+    low, high = bounds_of(problem)
+    found = []
+    for row, j in enumerate(problem.free):
+        one, own = problem.coordinates[int(j)], intervals[row]
+        reach = min(float(high[row] - low[row]), _MOST)
+        if one.parameter not in searched or not own.low < own.high:
+            continue
+        near = _NEAR * min(reach, 1.0)
+        for upward, is_open, place in (
+            (False, own.low_open, own.at_low),
+            (True, own.high_open, own.at_high),
+        ):
+            if not is_open:
+                continue
+            bound = float((high if upward else low)[row])
+            rests, move = abs(bound - float(best.q[row])) <= near, reach if upward else -reach
+            if rests:
+                there = _fitted(problem, best, best.q, row, move)
+            else:
+                there = _profiled(problem, best, place, row, move, float(rises[row]))
+            ratio = 1.0
+            if there is None:  # back on the way, as the curvature tells it
+                along = covariance[:, row] / max(float(covariance[row, row]), 1e-300)
+                there, ratio = best.q - _BACK * move * along, -1.0 / _BACK
+            found.append(Open(row, one.name, upward, rests, there, ratio))
+    return found
+
+
+def _profiled(
+    problem: Problem, best: Fit, place: Floats, row: int, move: float, rise: float
+) -> Floats | None:
+    """The others where a coordinate is beyond the end of its search; None without an answer."""
+    there = _fitted(problem, best, place, row, move, held=True)
+    if there is None:
+        return None
+    near, far = (
+        float(np.dot(r, r)) - best.cost for r in (problem.residuals(q)[0] for q in (place, there))
+    )
+    if far <= rise:
+        return there
+    goal, first, last = (math.sqrt(max(x, 0.0)) for x in (rise, near, far))
+    part = min(max((goal - first) / max(last - first, 1e-300), 0.0), 1.0)
+    return _fitted(problem, best, place, row, part * move, held=True)
+
+
+def _fitted(
+    problem: Problem, best: Fit, start: Floats, row: int, move: float, held: bool = False
+) -> Floats | None:
+    """Where the fit goes with one bound moved; None where the law has no answer out there."""
+    j = int(problem.free[row])
+    one = problem.coordinates[j]
+    low, high = one.limits
+    ends = sorted((one.outer(low + min(move, 0.0)), one.outer(high + max(move, 0.0))))
+    moved = copy.copy(problem)
+    others = (*problem.coordinates[:j], replace(one, low=ends[0], high=ends[1]))
+    moved.coordinates = (*others, *problem.coordinates[j + 1 :])
+    q, moving = start.copy(), np.arange(start.size)
+    if held:
+        q[row] += move
+        moving = np.delete(moving, row)
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        try:
+            fit = settle(moved, q, moving)
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return None
+    problem.evaluations = moved.evaluations
+    good = fit.finite and np.isfinite(fit.q).all() and (held or fit.cost <= best.cost)
+    return fit.q if good else None
+
+
+def share(one: Coordinate, q: float, moved: float) -> float:
+    """Change of a coordinate as that of the logarithm of its value; of a plain number itself."""
+    if one.kind == "log" or one.shape:
+        return moved
+    return moved / max(abs(q), 1e-300)
+
+
+def doubted(
+    problem: Problem,
+    best: Fit,
+    ends: Sequence[Open],
+    quantities: Sequence[Quantity],
+    parameters: Mapping[str, Fitted],
+    derived: Mapping[str, Fitted],
+) -> tuple[dict[str, Fitted], dict[str, Fitted]]:
+    """The numbers; those "in doubt" which the end of a search moves out of their interval.
+
+    Only ends at which the best values rest: from others the data hold back what leans on them.
+    """
+    own, theirs = dict(parameters), dict(derived)
+    rank = {problem.coordinates[int(j)].name: i for i, j in enumerate(problem.free)}
+    for end in (one for one in ends if one.rests):
+        parameter = problem.coordinates[int(problem.free[end.row])].parameter
+        remedy = (
+            f"take other heights, or records that tell {parameter}; how far that is searched say "
+            f"bounds={{'{parameter}': (lowest, highest)}}"
+        )
+        at = own[end.name]
+        own[end.name] = replace(at, remedy="; ".join(("take other heights", at.remedy)))
+        for name, number in parameters.items():
+            if number.verdict != IDENTIFIED or name not in rank:
+                continue
+            i = rank[name]
+            one = problem.coordinates[int(problem.free[i])]
+            moved = one.outer(float((best.q + end.ahead(best.q))[i])) - number.value
+            if abs(moved) > 0.5 * (number.high - number.low):
+                why = _why(end, moved if one.shape else moved / abs(number.value), one.shape)
+                own[name] = replace(number, verdict=IN_DOUBT, reason=why, remedy=remedy)
+        for quantity in quantities:
+            number = derived[quantity.name]
+            if number.verdict != IDENTIFIED:
+                continue
+            moved = end.shift(quantity.function, best.q)
+            if abs(moved) > 0.5 * (number.high - number.low):
+                shape = number.unit == "" and "separation" in number.name
+                why = _why(end, moved if shape else moved / abs(number.value), shape)
+                theirs[number.name] = replace(number, verdict=IN_DOUBT, reason=why)
+    return own, theirs
+
+
+def _why(end: Open, moved: float, shape: bool) -> str:
+    by = significant(abs(moved), 2) if shape else f"{significant(100.0 * abs(moved), 2)} %"
+    way = "higher" if moved > 0.0 else "lower"
+    return (
+        f"it leans on the end of the search of {end.name}: with that end as far out again it would "
+        f"be {by} {way}"
+    )

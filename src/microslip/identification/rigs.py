@@ -1,0 +1,67 @@
+"""Floor 6: what is known of the rigs beforehand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from microslip._checks import positive, show
+from microslip._wording import did_you_mean
+from microslip.errors import InputError
+from microslip.identification.coordinates import RIG, Coordinate
+
+
+def is_rigid(given: Any) -> bool:
+    """Whether what is said of a rig is that it does not give way."""
+    if isinstance(given, str):
+        return given.strip().casefold() == "rigid"
+    if isinstance(given, (int, float, np.number)):
+        return float(given) == math.inf
+    return given is None
+
+
+def of_each_rig(given: Any, known: Sequence[str], named: bool) -> dict[str, Any]:
+    """What is said of each rig, by its label."""
+    if not isinstance(given, Mapping):
+        return dict.fromkeys(known, given)
+    have = ", ".join(show(label) for label in known)
+    if not named:
+        raise InputError(
+            "rig_stiffness must be one for all records, which have no rigs by name, got a table; "
+            "name the rig of each record: rigs=[one label a record]"
+        )
+    told = {str(label): own for label, own in given.items()}
+    for label in known:
+        if label not in told:
+            raise InputError(f"rig_stiffness has nothing for rig {show(label)}; write 'free'")
+    for label in told:
+        if label not in known:
+            raise InputError(
+                f"rig_stiffness: {show(label)} is the rig of no record; the rigs are {have}"
+                f"{did_you_mean(label, known)}"
+            )
+    return {label: told[label] for label in known}
+
+
+def rig_coordinate(one: Coordinate, given: Any) -> Coordinate:
+    """The coordinate of a rig with what is known of its stiffness."""
+    if isinstance(given, str):
+        if given != "free":
+            raise InputError(
+                "rig_stiffness must be 'free', a stiffness [N/m], (value, uncertainty), or "
+                f"'rigid', got {show(given)}"
+            )
+        return one
+    if isinstance(given, (tuple, list)):
+        if len(given) != 2:
+            raise InputError(f"rig_stiffness must be (value, uncertainty), got {show(given)}")
+        value = positive(RIG, given[0], "N/m", 1e8)
+        error = positive(f"uncertainty of {RIG}", given[1], "N/m", 1e6)
+        prior = (1.0 / value, error / value**2)
+        return replace(one, start=value, prior=prior, low=min(one.low, 0.1 * value))
+    value = positive(RIG, given, "N/m", 1e8)
+    return replace(one, start=value, fixed=True, low=min(one.low, value))

@@ -1,0 +1,81 @@
+"""Floor 6: what changes over a record beside its cycles: a drift, and noise that is slow."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import Floats
+from microslip.identification.phases import MeanCycle
+
+_CERTAIN, _SIGNIFICANT = 5.0, 1e-3
+
+
+class Drift(NamedTuple):
+    """A straight line over the cycles."""
+
+    slope: float
+    """Change a cycle."""
+    error: float
+    """Standard error of that."""
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether it is more than noise makes."""
+        return abs(self.slope) > _CERTAIN * self.error
+
+
+def drift_of(values: Floats, cycle: Floats, curve: MeanCycle) -> Drift:
+    """The drift of a channel beside its mean cycle, by least squares.
+
+    ``cycle`` is the number of the cycle of each sample. Noise that is slow counts by the scatter of
+    the cycles about the line.
+    """
+    gone = curve.of(cycle).rest
+    rest = curve.of(values).rest
+    square = float(gone @ gone)
+    if square == 0.0:
+        return Drift(0.0, 0.0)
+    slope = float(gone @ rest) / square
+    left = rest - slope * gone
+    noise = curve.noise(left, 1)
+    _, number = np.unique(cycle, return_inverse=True)
+    return Drift(slope, noise * math.sqrt(slowness(left, number, noise, 2) / square))
+
+
+def slowness(rest: Floats, number: NDArray[np.int64], noise: float, taken: int) -> float:
+    """Variance of the means of the cycles over that of white noise; 1 if not significantly more.
+
+    ``number`` says to which cycle each sample belongs, ``taken`` how many numbers were fitted to
+    their means.
+    """
+    from scipy.special import chdtrc
+
+    count = np.bincount(number).astype(float)
+    freedom = np.count_nonzero(count) - taken
+    if freedom < 1 or noise == 0.0:
+        return 1.0
+    sums = np.bincount(number, rest)
+    square = float(np.sum(sums**2 / np.maximum(count, 1.0))) / noise**2
+    return square / freedom if chdtrc(freedom, square) < _SIGNIFICANT else 1.0
+
+
+def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -> float:
+    """Standard error of the mean of a channel over all cycles.
+
+    Of white noise, what all cycles have in common taken off; or by the scatter of the cycles about
+    a straight line where that is larger. What changes slowly changes the force along with it.
+    """
+    rest = curve.of(values).rest
+    noise = curve.noise(rest)
+    count = np.bincount(number).astype(float)
+    means = np.bincount(number, rest) / count
+    place = np.arange(means.size, dtype=float)
+    if means.size > 2:
+        line = np.polynomial.Polynomial.fit(place, means, 1, w=np.sqrt(count))
+        rest = rest - line(place)[number]
+    noise = curve.noise(rest, 1)
+    return noise * math.sqrt(slowness(rest, number, noise, 2) / values.size)

@@ -1,0 +1,100 @@
+"""The spellings that an identification takes for rigs, laws and records, and what it refuses."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.identification.models import model_of
+
+CELL = ms.Jenkins(stiffness=5e7, force_limit=100.0)
+
+
+@cache
+def records() -> tuple[ms.Record, ...]:
+    """Two virtual records of a cell."""
+    return tuple(
+        ms.VirtualTribometer(
+            CELL, rig_stiffness=1e8, noise=0.005, sample_rate=64.0, seed=seed
+        ).record(amplitude=amplitude, frequency=1.0, cycles=6)
+        for seed, amplitude in enumerate((6e-6, 9e-6))
+    )  # fmt: skip
+
+
+def identified(given: Any = None, **options: Any) -> ms.Identification:
+    """The cell."""
+    return ms.identify(
+        records() if given is None else given, "jenkins", held_back=0, intervals="curvature",
+        **options,
+    )  # fmt: skip
+
+
+def values(found: ms.Identification) -> dict[str, float]:
+    """Names and values of the parameters."""
+    return {name: one.value for name, one in found.parameters.items()}
+
+
+@pytest.mark.parametrize("rigid", ["rigid", " Rigid ", math.inf, np.float64(math.inf)])
+def test_a_rigid_rig(rigid: Any) -> None:
+    """By its name and as a number without end, for all records or for those of one rig."""
+    assert values(identified(rig_stiffness=rigid)) == values(identified(rig_stiffness=None))
+    one = identified(rigs=["a", "b"], rig_stiffness={"a": rigid, "b": 1e8})
+    none = identified(rigs=["a", "b"], rig_stiffness={"a": None, "b": 1e8})
+    assert values(one) == values(none)
+    assert [record.rig_stiffness for record in one.records] == [None, 1e8]
+    assert ms.identify(records(), "bouc-wen", rig_stiffness=rigid, intervals="curvature").names
+
+
+def test_rigs_that_no_record_has() -> None:
+    """A label that is not used is a slip of the pen, and is named with those that are."""
+    stiffness = {"old": 1e8, "new": "free", "newer": 2e8}
+    with pytest.raises(ms.InputError, match="'newer' is the rig of no record; the rigs are 'old'"):
+        identified(rigs=["old", "new"], rig_stiffness=stiffness)
+    with pytest.raises(ms.InputError, match="name the rig of each record"):
+        identified(rig_stiffness={"old": 1e8})
+    with pytest.raises(ms.InputError, match="nothing for rig 'new'"):
+        identified(rigs=["old", "new"], rig_stiffness={"old": 1e8})
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "bouc-wen",
+        "bouc_wen",
+        "bouc wen",
+        "Bouc\N{EN DASH}Wen",
+        "Bouc\N{NON-BREAKING HYPHEN}Wen",
+        "BOUC \N{MINUS SIGN} WEN",
+    ],
+)
+def test_names_of_laws(name: str) -> None:
+    """As they are written, with whatever dash."""
+    assert model_of(name).name == "bouc-wen"
+
+
+def test_a_wrong_law_is_no_law_that_does_not_suit() -> None:
+    """A comparison refuses it before any fit."""
+    done: list[float] = []
+    with pytest.raises(ms.InputError, match=r"law must be one of .*, got 'jenkin'"):
+        ms.compare(records(), ["jenkins", "jenkin"], progress=done.append)
+    assert not done
+
+
+def test_records_of_any_kind() -> None:
+    """A generator, a queue, an array, a view of a dict: whatever gives them one by one."""
+    first = values(identified())
+    array = np.empty(2, dtype=object)
+    array[:] = records()
+    for given in (iter(records()), deque(records()), array, dict(enumerate(records())).values()):
+        assert values(identified(given)) == first
+    both = ms.compare((one for one in records()), ["jenkins", "segalman"], held_back=0)
+    assert set(both.fits) == {"jenkins", "segalman"}
+    for wrong in (iter(()), {"a": records()[0]}, b"", 3.0):
+        with pytest.raises(ms.InputError, match="must be a Record or a list of them"):
+            identified(wrong)

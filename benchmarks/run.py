@@ -320,6 +320,56 @@ def measure_varying_load(joint: ms.Interface, name: str) -> list[Row]:
     return rows
 
 
+def measure_varying_laws() -> list[Row]:
+    """The same engine on laws that no profile gives: a sphere, a table, given summits, a ramp."""
+    pair = make_surface().pair
+    grid = np.linspace(0.0, 1e-6, 20)
+    heights = np.random.default_rng(5).normal(0.0, 5e-7, 5000)
+    bounded = ms.TabulatedHeights(np.linspace(0.0, 2e-6, 40), np.linspace(1.0, 0.0, 40))
+
+    def rough(given: Any) -> ms.GreenwoodWilliamson:
+        return ms.GreenwoodWilliamson(pair, given, radius=1e-3, density=1e8, area=2e-4)
+
+    rows = []
+    for what, law, first, samples in (
+        ("a sphere", ms.SphereOnFlat(pair, 5e-3), -1e-7, 200_000),
+        (
+            "a table of 20 loads",
+            ms.TabulatedNormalLaw(pair, grid, 1e3 * (1.0 - grid / 1e-6) ** 2),
+            6e-7,
+            200_000,
+        ),
+        ("500 summits", ms.AsperityPopulation(pair, heights[:500], radii=1e-3), 0.0, 20_000),
+        ("5000 summits", rough(heights), 0.0, 2000),
+        ("heights by a table of 40", rough(bounded), 1.2e-6, 5000),
+    ):
+        joint = ms.Interface(law, friction_coefficient=0.55, separation=first)
+        angle = 2.0 * math.pi / 1000 * np.arange(1, samples + 1)
+        x = 0.9 * joint.force_limit / joint.tangential_stiffness * np.sin(angle)
+        load = joint.normal_load * (1.0 + 0.5 * np.cos(angle))
+        some = slice(0, min(samples, 2000))  # what takes tens of microseconds a sample
+        d = law.separation(load)
+        force = 0.4 * joint.coupled_force(x, separation=d)
+
+        def losses(joint: Any = joint, x: Floats = x[some], d: Floats = d[some]) -> Floats:
+            return joint.coupled_response(x, separation=d).dissipated_energy
+
+        def hold(joint: Any = joint, f: Floats = force[some], d: Floats = d[some]) -> Floats:
+            return joint.coupled_displacement(f, separation=d)
+
+        for task, call, count in (
+            (
+                "coupled_force() of normal loads",
+                lambda joint=joint, x=x, n=load: joint.coupled_force(x, normal_load=n),
+                samples,
+            ),
+            ("coupled_response() with dissipated_energy", losses, d[some].size),
+            ("coupled_displacement()", hold, d[some].size),
+        ):
+            rows.append(Row(f"{task}, {what}", kernels.NAME, count / best(call, 2), True))
+    return rows
+
+
 def measure_others() -> tuple[list[list[str]], dict[str, Any]]:
     """Each asperity by itself, and plain Python, against force() on histories of one kind."""
     joint = ms.Interface(make_surface(), friction_coefficient=0.55, normal_load=2000.0)
@@ -613,6 +663,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name in names:
         with kernel(name):
             rows += measure_kernel(name)
+    rows += measure_varying_laws()
     others, other_numbers = measure_others()
     sweeps, sweep_numbers = measure_sweeps()
     rows += measure_scan()

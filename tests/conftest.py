@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import os
+
+# Before NumPy loads: the workers share the cores, and BLAS's threads only wait for each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from types import ModuleType
 
 import pytest

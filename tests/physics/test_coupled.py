@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import tracemalloc
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
+import mpmath as mp
 import numpy as np
 import pytest
 from cases import REFERENCE, interface_of, own_case, reach_of, settled, shared_cases
@@ -15,8 +17,11 @@ from hypothesis import strategies as st
 
 import microslip as ms
 from microslip import kernels
+from microslip.friction.curves import LawCurve, curve_of
 from microslip.kernels import twin
 from microslip.memory import Diagram
+from microslip.normal.runs import means
+from microslip.normal.spheres import Spheres
 
 JOINTS = [
     pytest.param(joint, id=f"Interface-{i}") for i, joint in enumerate(ms.Interface.examples())
@@ -104,6 +109,127 @@ def test_dissipation_at_constant_load_is_masings() -> None:
     cycle = WORKED.dissipated_energy(a)
     wanted = cycle * np.array([0.25, 0.75, 1.25, 1.75, 2.25])
     np.testing.assert_allclose(energy, wanted, rtol=1e-12)
+
+
+# Given summits, however many
+
+
+ALUMINIUM = WORKED.surface.pair
+
+
+def of_many(count: int, law: str = "population") -> ms.Interface:
+    """So many summits, of which a third touches."""
+    y = np.random.default_rng(count).normal(0.0, 5e-7, count)
+    surface: Any
+    if law == "population":
+        surface = ms.AsperityPopulation(ALUMINIUM, heights=y, radii=1e-3)
+    else:
+        surface = ms.GreenwoodWilliamson(ALUMINIUM, y, radius=1e-3, density=1e8, area=2e-4)
+    return ms.Interface(surface, 0.3, separation=float(np.sort(y)[-max(count // 3, 4)]))
+
+
+@pytest.mark.parametrize("law", ["population", "rough"])
+@pytest.mark.parametrize("count", [5, 64, 65, 100, 300, 5000])
+def test_any_number_of_summits_loses_what_masing_says(count, law) -> None:
+    joint = of_many(count, law)
+    a = reach_of(joint) * np.array([0.02, 0.3, 0.9])
+    for x in a:
+        lost = joint.coupled_response([x, -x, x], normal_load=joint.normal_load).energy_per_step
+        # Two ways to the same sums, of which each cancels no digits.
+        assert lost[1] + lost[2] == pytest.approx(joint.dissipated_energy(x), rel=2e-13)
+
+
+@pytest.mark.parametrize("count", [5, 65, 100, 700])
+def test_what_many_summits_lose_is_work_less_store(count) -> None:
+    """By parts, what is lost in a run follows from N and its integral M at the run's ends."""
+    joint = of_many(count)
+    rng = np.random.default_rng(9)
+    load = joint.normal_load * rng.uniform(0.1, 2.0, 150)
+    x = reach_of(joint) * rng.uniform(-1.0, 1.0, 150)
+    response = joint.coupled_response(x, normal_load=load)
+    slip, origin = joint.slip_per_indentation, joint.separation
+    law = joint.surface
+    runs = Diagram().slips(response.separation - origin, x / slip)
+    sample, q0, q1, density, sign, d0, d1 = runs
+    load_, integral = (lambda d, k=k: law._derivative(d + origin, k) for k in (0, -1))
+    ahead = q1 - q0
+    near = np.abs(d1 - d0) < 1e-3 * ahead  # the first quotient cancels: the middle serves
+    still = integral(0.5 * (d0 + d1)) * 0.0 + load_(0.5 * (d0 + d1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.where(near, still, (integral(d0) - integral(d1)) / (d1 - d0))
+    lost = ahead * mean - (2.0 - (d1 - d0) / ahead) * (integral(q0) - integral(q1))
+    lost += load_(q1) * (q1 - d1) - load_(q0) * (q0 - d0)
+    steps = np.bincount(sample, (1.0 - sign * density) * lost, minlength=x.size)
+    steps *= joint._friction * slip
+    got = response.energy_per_step
+    # The differences lose some digits; the old rule was wrong by a per cent of a step.
+    np.testing.assert_allclose(got, steps, rtol=1e-8, atol=1e-8 * got.max())
+    assert got.sum() == pytest.approx(steps.sum(), rel=1e-8)
+
+
+@pytest.mark.parametrize("count", [100, 1000])
+def test_many_summits_in_one_step_or_in_many(count) -> None:
+    joint = of_many(count)
+    rng = np.random.default_rng(5)
+    d = joint.separation + 3e-7 * rng.uniform(-1.0, 1.0, 40)
+    x = reach_of(joint) * rng.uniform(-1.0, 1.0, 40)
+    ends = np.column_stack((np.append(joint.separation, d), np.append(0.0, x)))
+    fine = np.concatenate([a + (b - a) * np.linspace(0, 1, 6)[1:, None] for a, b in pairwise(ends)])
+    fine[4::5] = ends[1:]
+    whole = joint.coupled_response(x, separation=d).dissipated_energy
+    parts = joint.coupled_response(fine[:, 1], separation=fine[:, 0]).dissipated_energy[4::5]
+    np.testing.assert_allclose(parts, whole, rtol=1e-12)
+
+
+@pytest.mark.parametrize("lifted", [0.0, 1.0])
+def test_memory_of_losses_is_bounded(lifted) -> None:
+    """Runs times summits are taken in blocks, those that lift off among them."""
+    joint = of_many(5000)
+    rng = np.random.default_rng(2)
+    x = reach_of(joint) * rng.uniform(-1.0, 1.0, 400)
+    d = np.full(400, joint.separation)
+    d[::2] += 3e-6 * lifted
+    response = joint.coupled_response(x, separation=d)
+    tracemalloc.start()
+    try:
+        response.energy_per_step  # noqa: B018 - it is worked out when it is asked for
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert most < 30e6  # all at once would be 500 runs times 1667 summits times some 20 arrays
+
+
+def exact_mean(y: float, run: tuple[float, float, float, float]) -> float:
+    """Mean of half the integral of v N'' for one summit, in forty digits."""
+    with mp.workdps(40):
+        height, q0, q1, d0, d1 = (mp.mpf(v) for v in (y, *run))
+
+        def share(u: Any) -> Any:
+            deep, rest = height - d0 - (d1 - d0) * u, height - q0 - (q1 - q0) * u
+            a, b = mp.sqrt(max(deep, 0)), mp.sqrt(max(rest, 0))
+            return (a - b) ** 2 * (2 * a + b) / 4
+
+        cuts = [mp.mpf(0), mp.mpf(1)]
+        for p, r in ((q0, q1), (d0, d1)):
+            if p != r and 0 < (height - p) / (r - p) < 1:
+                cuts.append((height - p) / (r - p))
+        return float(sum(mp.quad(share, ends) for ends in pairwise(sorted(cuts))))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_one_summit_in_one_run(seed) -> None:
+    """Gaps and moves of nine decades, with the front or the separation next to the summit."""
+    rng = np.random.default_rng(seed)
+    for _ in range(8):
+        first = rng.uniform(-1.0, 1.0)
+        last = first + rng.choice([0.0, 1.0, -1.0]) * 10.0 ** rng.uniform(-9, 0)
+        start = first + rng.choice([0.0, 1.0]) * 10.0 ** rng.uniform(-9, 0)
+        end = max(last + 10.0 ** rng.uniform(-9, 0), start + 0.1 * 10.0 ** rng.uniform(-9, 0))
+        run = start, end, first, last
+        y = rng.choice(run) + rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-9, 0)
+        spheres = Spheres(np.array([y]), np.ones(1))
+        got = float(means(spheres, *(np.array([v]) for v in run))[0])
+        assert got == pytest.approx(exact_mean(y, run), rel=1e-11, abs=1e-300)
 
 
 # An independent method: springs one by one
@@ -441,11 +567,27 @@ def test_what_is_dragged_on_ratchets() -> None:
     assert advance.size == 3
 
 
+def test_energies_per_step_and_per_cycle() -> None:
+    n = 100
+    t = 2.0 * np.pi * np.arange(1, 3 * n + 31) / n
+    x = reach_of(WORKED) * np.sin(t)
+    response = WORKED.coupled_response(x, normal_load=WORKED.normal_load * (1.0 + 0.5 * np.cos(t)))
+    total, cycles = response.dissipated_energy, response.energy_per_cycle(n)
+    np.testing.assert_allclose(np.cumsum(response.energy_per_step), total, rtol=1e-14)
+    np.testing.assert_allclose(cycles, np.diff(total[29::n]), rtol=1e-12)
+    assert cycles.shape == response.ratcheting(n).shape == (3,)
+    assert cycles[2] == pytest.approx(cycles[1], rel=1e-12)
+    constant = WORKED.coupled_response(x, normal_load=WORKED.normal_load).energy_per_cycle(n)
+    wanted = WORKED.dissipated_energy(np.abs(x).max())
+    np.testing.assert_allclose(constant[1:], wanted, rtol=1e-12)
+
+
 @pytest.mark.parametrize("bad", [0, -1, 3, 2.5, "3", True])
 def test_a_cycle_must_be_whole_and_within_the_record(bad) -> None:
     response = WORKED.coupled_response([1e-7, 2e-7, 1e-7], normal_load=2000.0)
-    with pytest.raises(ms.InputError, match="samples_per_cycle must be"):
-        response.ratcheting(bad)
+    for call in (response.ratcheting, response.energy_per_cycle):
+        with pytest.raises(ms.InputError, match="samples_per_cycle must be"):
+            call(bad)
 
 
 # The load curve as a profile
@@ -559,7 +701,7 @@ def test_below_the_lowest_summit_the_law_is_asked_itself() -> None:
 REFUSED = [
     (
         {"displacement": [1e-7], "normal_load": -1.0},
-        "normal_load must not be negative [N], got -1 at sample 0",
+        "normal_load must not be negative [N], got -1",
     ),
     (
         {"displacement": [1e-7, 2e-7], "normal_load": [1.0, 2.0, 3.0]},
@@ -599,6 +741,84 @@ def test_what_has_no_answer_is_refused(given, message) -> None:
     with pytest.raises(ms.InputError) as caught:
         WORKED.coupled_response(**given)
     assert str(caught.value) == message
+
+
+TABLE = ms.Interface(
+    ms.TabulatedNormalLaw(WORKED.surface.pair, [0.0, 1e-6, 2e-6, 3e-6], [3000.0, 1000.0, 300.0, 0]),
+    friction_coefficient=0.5,
+    normal_load=1000.0,
+)
+BEYOND = "normal_load must be at most 3000 N, where the table begins, got "
+TINY = "normal_load must be between 1e-290 and 1e+40 [N], got 1e-300"
+UNENDING = (
+    "normal_load must stay above zero on this surface, whose heights have no end: at any "
+    "separation some summit touches; got 0"
+)
+
+
+@pytest.mark.parametrize(
+    ("joint", "loads", "message"),
+    [
+        (TABLE, [1e3, 1e4, 1e30], BEYOND + "10000 N at sample 1"),
+        (TABLE, [1e3, 0.0, 2e3, 1e30, 1e4], BEYOND + "1e+30 N at sample 3"),
+        (TABLE, [1e3, 1e3, 1e-300, 1e4], TINY + " at sample 2"),
+        (TABLE, [1e-300, 1e4], TINY + " at sample 0"),
+        (TABLE, 1e4, BEYOND + "10000 N"),
+        (WORKED, [10.0, 0.0, 0.0], UNENDING + " at sample 1"),
+        (WORKED, 0.0, UNENDING),
+        (
+            ms.Interface(
+                ms.AsperityPopulation(WORKED.surface.pair, [1.0, 1.0 - 1e-6], 1e-3),
+                friction_coefficient=0.5,
+                normal_load=1.0,
+            ),
+            [1.0, 2.0, 1e-9, 1e-12],
+            "normal_load must be one that a separation in double precision can tell from its "
+            "neighbours on this surface, not one as light as 1e-09 N at sample 2",
+        ),
+    ],
+)
+def test_a_load_that_cannot_be_carried_is_named(joint, loads, message) -> None:
+    x = np.full(np.size(loads), 1e-7)
+    calls = [
+        lambda: joint.coupled_force(x, normal_load=loads),
+        lambda: joint.coupled_displacement(0.0 * x, normal_load=loads),
+    ]
+    if np.ndim(loads):
+        calls.append(lambda: joint.start().advance(x, normal_load=loads))
+    else:  # a trial has no samples
+        calls.append(lambda: joint.start().try_(1e-7, normal_load=loads))
+    for call in calls:
+        with pytest.raises(ms.InputError) as caught:
+            call()
+        assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        *(joint.surface for joint in ms.Interface.examples() if joint._coupling._refused is None),
+        of_many(300).surface,
+        of_many(20).surface,
+        TABLE.surface,
+        ms.TabulatedNormalLaw(
+            WORKED.surface.pair, [0.0, 2e-7, 1e-6], [9.0, 4.0, 1.0], tail="exponential"
+        ),
+    ],
+    ids=lambda law: type(law).__name__,
+)
+def test_curves_are_the_law(law) -> None:
+    low, high = law._span
+    high = min(high, low + 4e-6)
+    origin = low + 0.4 * (high - low)
+    curve, slow = curve_of(law, origin), LawCurve(law, origin)
+    rng = np.random.default_rng(7)
+    for place in rng.uniform(low, high, 20) - origin:
+        np.testing.assert_allclose(curve.load(place), slow.load(place), rtol=1e-9)
+        for width in (0.0, 1e-14, 1e-9, 1e-7, 3e-7, 1e-6, 1.0):
+            wanted = slow.drop(place, width)
+            # What the last place of a height costs a summit that only just touches.
+            assert curve.drop(place, width) == pytest.approx(wanted, rel=1e-9)
 
 
 @pytest.mark.parametrize("bad", [[], [[1e-7]], [np.nan], ["1 um"]])

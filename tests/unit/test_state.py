@@ -136,6 +136,42 @@ def test_what_is_stored_grows_with_open_reversals_only() -> None:
     assert len(pickle.dumps(state)) - before < 4096
 
 
+SPHERE = next(joint for joint in JOINTS if isinstance(joint.surface, ms.SphereOnFlat))
+
+
+def with_rows(joint: ms.Interface, count: int) -> tuple[ms.State, np.ndarray, np.ndarray]:
+    """A state with so many rows of new contact that sticks, and where they came from."""
+    load = joint.normal_load * np.linspace(1.0, 2.0, count + 1)[1:]
+    fall = joint.separation - np.asarray(joint.surface.separation(load))
+    share = np.random.default_rng(0).uniform(-0.9, 0.9, count)
+    x = joint.slip_per_indentation * np.cumsum(np.diff(fall, prepend=0.0) * share)
+    state = joint.start()
+    state.advance(x[:-10], normal_load=load[:-10])
+    return state, x, load
+
+
+def test_one_sample_under_a_load_touches_one_row() -> None:
+    """On a law without a profile as well: nothing that is stored is copied."""
+    state, x, load = with_rows(SPHERE, 3000)
+    assert state.open_reversals > 2900
+    state.advance(x[-10:-9], normal_load=load[-10:-9])  # there may be no room for one more
+    stack = state._diagram.stack
+    for place, n in zip(x[-9:], load[-9:], strict=True):
+        force = state.advance([place], normal_load=[n])
+        assert state._diagram.stack is stack
+    whole = SPHERE.coupled_force(x, normal_load=load)
+    assert force[0] == pytest.approx(whole[-1], abs=2e-15 * np.abs(whole).max())
+
+
+def test_rows_that_are_gone_take_no_room() -> None:
+    state, _, _ = with_rows(SPHERE, 3000)
+    large = len(pickle.dumps(state))
+    state.try_(10.0 * reach(SPHERE), normal_load=SPHERE.normal_load)
+    state.commit()
+    assert state.open_reversals < 3
+    assert len(pickle.dumps(state)) < 0.1 * large
+
+
 # -- trials leave no trace -------------------------------------------------------------------------
 
 
@@ -272,6 +308,7 @@ def test_another_normal_load() -> None:
         assert state.try_(1e-7, same) == plain
     before = snapshot(state)
     assert refusal(state.try_, 1e-7, -1.0) == "normal_load must not be negative [N], got -1"
+    assert refusal(state.try_, 1e-7, 0.0).endswith("some summit touches; got 0")
     assert refusal(state.try_, 1e-7, np.nan) == "normal_load must be a finite number in N, got nan"
     assert refusal(state.try_, 1e-7, "2 kN") == (
         "normal_load must be a finite number in N, got '2 kN', for example normal_load=1"

@@ -157,6 +157,74 @@ def test_joint_on_a_triangle_is_consistent() -> None:
 # -- from samples ----------------------------------------------------------------------------------
 
 
+REFINED = {
+    "triangle": ([-1e-6, 2e-7, 5e-7], [0.0, 1.0, 0.0]),
+    "box": ([0.0, 1e-6], [1.0, 1.0]),
+    "jumps": ([-1e-6, -1e-6, -1e-7, -1e-7, 6e-7], [0.0, 1.0, 3.0, 0.7, 0.4]),
+    "steep": ([-1e-6, 1e-7, 1.2e-7, 6e-7], [0.1, 1.0, 0.2, 0.0]),
+}
+
+
+@pytest.mark.parametrize("name", REFINED)
+def test_more_points_of_one_density_change_nothing(name: str) -> None:
+    """A short table's kinks are told to the quadrature, those of a long one are not.
+
+    What a long one gives is a difference, or in short steps an integral over few kinks; each must
+    have its digits, next to the kinks, across them and far from them.
+    """
+    x, f = (np.array(v) for v in REFINED[name])
+    fine = np.concatenate([np.linspace(a, b, 40) for a, b in pairwise(x) if b > a])
+    whole = [np.linspace(a, b, 40) for a, b in pairwise(f)]
+    dense = np.concatenate([w for w, (a, b) in zip(whole, pairwise(x), strict=True) if b > a])
+    laws = [
+        ms.GreenwoodWilliamson(PAIR, ms.TabulatedHeights(*table), 1e-3, 1e8, 2e-4)
+        for table in ((x, f), (fine, dense))
+    ]
+    assert laws[0]._breaks.size > 0
+    assert laws[1]._breaks.size == 0
+    rng = np.random.default_rng(3)
+    d = np.concatenate((rng.uniform(x[0] - 3e-7, x[-1] - 5e-8, 12), x[1:-1] - 1e-9))
+    for at in d:
+        length = laws[0].load(at) / laws[0].stiffness(at)
+        u = length * np.geomspace(1e-5, 3.0, 23)
+        # Just before a jump the short table's own pieces are good to 3e-10.
+        for kind, rtol in (("_drop", 1e-12), ("_excess", 1e-9), ("_excess_slope", 1e-9)):
+            wanted = getattr(laws[0], kind)(at, u)
+            for here in (at, np.full(u.size, at)):
+                got = getattr(laws[1], kind)(here, u)
+                np.testing.assert_allclose(got, wanted, rtol=rtol, err_msg=f"{kind} at {at}")
+
+
+def long_tables() -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    rng = np.random.default_rng(0)
+    x = np.linspace(0.0, 2e-6, 40)
+    return {
+        "sine": (x, np.sin(np.linspace(0.0, np.pi, 40))),
+        "box": (x, np.ones(40)),
+        "jumps": (np.sort(np.append(x, x[[13, 27]])), rng.uniform(0.2, 1.0, 42)),
+        "jagged": (np.linspace(0.0, 2e-6, 200), rng.random(200)),
+    }
+
+
+LONG = long_tables()
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_a_joint_on_a_long_table(name: str) -> None:
+    surface = ms.GreenwoodWilliamson(PAIR, ms.TabulatedHeights(*LONG[name]), 1e-3, 1e8, 2e-4)
+    for separation in (-1e-7, 6e-7, 1.4e-6):
+        joint = ms.Interface(surface, 0.3, separation=separation)
+        x = joint.force_limit / joint.tangential_stiffness * np.array([0.1, 0.5, 1.0, 3.0])
+        there = surface.load(joint.separation + x / joint.slip_per_indentation)
+        wanted = joint.friction_coefficient * (joint.normal_load - there)
+        np.testing.assert_allclose(joint.backbone(x), wanted, rtol=1e-12)
+        # The engine of varying loads goes run by run, cut at each knot that it passes.
+        for a in x:
+            lost = joint.coupled_response([a, -a, a], normal_load=joint.normal_load)
+            cycle = lost.dissipated_energy[2] - lost.dissipated_energy[0]
+            assert cycle == pytest.approx(joint.dissipated_energy(a), rel=1e-10)
+
+
 def test_from_samples() -> None:
     values = np.random.default_rng(0).normal(1e-7, 5e-7, 20_000)
     table = ms.TabulatedHeights.from_samples(values)

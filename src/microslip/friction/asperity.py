@@ -338,7 +338,7 @@ class Asperity(Interface):
         )
 
     @classmethod
-    def guess(
+    def guess(  # type: ignore[override]
         cls, data: Any, pair: MaterialPair | None = None, normal_load: ArrayLike | None = None
     ) -> Asperity:
         """An asperity to start a fit from: friction of the limit, radius of the slip limit.

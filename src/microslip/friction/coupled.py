@@ -8,30 +8,25 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from microslip._checks import Floats, exact, record, show
 from microslip._frozen import Locked, lock
-from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
-from microslip.friction.curves import LawCurve, SpheresCurve
+from microslip.friction.curves import curve_of
+from microslip.friction.losses import Losses
 from microslip.kernels.profile import Profile
-from microslip.memory import Diagram, Slips, along, loads_along
+from microslip.memory import Diagram, along, loads_along
 from microslip.normal.grids import pairs_of
 
 if TYPE_CHECKING:
     from microslip.friction.interface import Interface
     from microslip.kernels.twin_hold import Curve
 
-_NODES, _WEIGHTS = gauss_legendre(24)
-# Towards both ends of a run the nodes lie as of a cosine: what has a root there is smooth then.
-_ANGLES = 0.5 * math.pi * _NODES
-_PLACES = np.sin(_ANGLES) ** 2
-_SHARES = 0.5 * math.pi * _WEIGHTS * np.sin(2.0 * _ANGLES)
-_BLOCK = 1 << 14  # pieces at a time
-_FEW_SUMMITS = 64
+Bools = NDArray[np.bool_]
+
 _REACHES = 1.1 ** np.arange(-60.0, 150.0)  # decay lengths
-_FAINT = 1e-30  # of the largest load: what is lighter need not be resolved
+_FAINT = 1e-30  # of the largest load: what is lighter counts as none
 
 
 class Coupling:
@@ -48,10 +43,15 @@ class Coupling:
         self._faint = False  # whether it ends where the load is too light to matter
         self._refused: tuple[float, float] | None = None
 
+    @cached_property
+    def _losses(self) -> Losses:
+        return Losses(self._law, self._origin)
+
     def drop(self, base: Floats, width: Floats) -> Floats:
         """N(b) - N(b + w)."""
-        if not base.size:
-            return base
+        if base.size < 2:  # a trial, or nothing
+            pairs = zip(base.tolist(), width.tolist(), strict=True)
+            return np.array([self.curve.drop(b, w) for b, w in pairs])
         if self._pairs is None:
             return self._law._drop(base + self._origin, width)
         return self._pairs(self._law, "drop", base + self._origin, width)
@@ -110,12 +110,10 @@ class Coupling:
         """N there [N]."""
         return self._law._derivative(separation + self._origin, 0)
 
+    @cached_property
     def curve(self) -> Curve:
         """N asked one separation at a time, for a law without a profile."""
-        spheres = self._law._spheres
-        if spheres is not None and spheres.heights.size <= _FEW_SUMMITS:
-            return SpheresCurve(spheres, self._origin)
-        return LawCurve(self._law, self._origin)
+        return curve_of(self._law, self._origin)
 
     def step_of(self, load: float) -> float:
         """Separation at one load [N]."""
@@ -124,10 +122,17 @@ class Coupling:
         known = self._profile
         if known is not None and known.span[0] <= load <= known.span[1]:
             return float(known.separations(np.array([load]))[0])
-        return float(self.steps_of(np.array([load]))[0])
+        return float(self.steps_of(np.array([load]), numbered=False)[0])
 
-    def steps_of(self, load: Floats) -> Floats:
-        """Separations at loads >= 0 [N]; without a load, that at which the last contact parts."""
+    def steps_of(self, load: Floats, numbered: bool = True) -> Floats:
+        """Separations at loads >= 0 [N]; without a load, that at which the last contact parts.
+
+        Raises
+        ------
+        InputError
+            A load that the surface cannot carry; the first sample with one where samples are
+            ``numbered``.
+        """
         own = load == self._joint.normal_load
         steps = np.zeros_like(load)
         none = load == 0.0
@@ -136,16 +141,48 @@ class Coupling:
             if not math.isfinite(top):
                 raise InputError(
                     "normal_load must stay above zero on this surface, whose heights have no end: "
-                    f"at any separation some summit touches; got 0 at sample "
-                    f"{int(np.flatnonzero(none)[0])}"
+                    "at any separation some summit touches; got 0"
+                    + (f" at sample {int(np.argmax(none))}" if numbered else "")
                 )
             steps[none] = top - self._origin
         other = ~(own | none)
-        if other.all():
-            return self._steps_of(load)
-        if other.any():
-            steps[other] = self._steps_of(load[other])
+        try:
+            if other.all():
+                return self._steps_of(load)
+            if other.any():
+                steps[other] = self._steps_of(load[other])
+        except InputError as error:
+            i, message = self._first_refused(load, other, str(error))
+            where = f" at sample {i}" if numbered else ""
+            raise InputError(f"normal_{message}{where}") from None
         return steps
+
+    def _first_refused(self, load: Floats, asked: Bools, message: str) -> tuple[int, str]:
+        """The first sample whose load the law refuses, and what the law says to it."""
+        samples = np.flatnonzero(asked)
+
+        def refusal(loads: Floats) -> str | None:
+            try:
+                self._law.separation(loads)
+            except InputError as error:
+                return str(error)
+            return None
+
+        # What refuses a load refuses all further out, but for numbers too coarse for a light one.
+        def ends(upto: int) -> Floats:
+            part = load[samples[:upto]]
+            return np.array([part.min(), part.max()])
+
+        def whole(upto: int) -> Floats:
+            return np.unique(load[samples[:upto]])
+
+        loads = ends if refusal(ends(samples.size)) else whole
+        low, high = 1, samples.size
+        while low < high:
+            middle = (low + high) // 2
+            low, high = (low, middle) if refusal(loads(middle)) else (middle + 1, high)
+        i = int(samples[high - 1])
+        return i, refusal(load[i : i + 1]) or message
 
     def _steps_of(self, load: Floats) -> Floats:
         """The same of loads that are neither none nor the joint's own."""
@@ -176,47 +213,11 @@ class Coupling:
         profile = self.profile(float(separation.min()), float(separation.max()))
         with np.errstate(over="ignore", invalid="ignore"):  # fronts may be beyond all numbers
             if profile is None:
-                return self.dissipated(Diagram().slips(separation, places), places.size)
-            return self.friction * self.slip * Diagram().losses(separation, places, profile)
-
-    def dissipated(self, slips: Slips, samples: int) -> Floats:
-        """Energy dissipated in each step [J]: positive integrands only.
-
-        While the front runs by dq over D, with s behind it, mu kappa (1 - s D) [N(d) - N(q) +
-        N'(q) (q - d)] dq is lost.
-        """
-        if not slips.sample.size:
-            return np.zeros(samples)
-        total = np.zeros(samples)
-        marks = self._law._kinks - self._origin
-        block = max(1, _BLOCK // (1 + marks.size))
-        for begin in range(0, slips.sample.size, block):
-            part = Slips._make(column[begin : begin + block] for column in slips)
-            total += np.bincount(part.sample, self._losses(part, marks), minlength=samples)
-        return self.friction * self.slip * total
-
-    def _losses(self, slips: Slips, marks: Floats) -> Floats:
-        """Integral of each run, piece by piece where the front or the separation passes a mark."""
-        _, start, end, density, sign, first, last = slips
-        cuts = [np.zeros((start.size, 1)), np.ones((start.size, 1))]
-        for low, high in ((start, end), (first, last)):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                share = (marks - low[:, None]) / (high - low)[:, None]
-            cuts.append(np.clip(np.nan_to_num(share), 0.0, 1.0))
-        edges = np.sort(np.concatenate(cuts, axis=1), axis=1)
-        run, piece = np.nonzero(np.diff(edges, axis=1) > 0.0)
-        low, width = edges[run, piece], np.diff(edges, axis=1)[run, piece]
-        u = low[:, None] + width[:, None] * _PLACES
-        q = start[run, None] + u * (end - start)[run, None]
-        d = first[run, None] + u * (last - first)[run, None]
-        gap = np.maximum(q - d, 0.0).ravel()
-        separation = (d + self._origin).ravel()
-        if self._pairs is None:
-            heights = self._law._excess_slope(separation, gap).reshape(u.shape)
-        else:
-            heights = self._pairs(self._law, "excess_slope", separation, gap).reshape(u.shape)
-        value = np.bincount(run, width * (heights @ _SHARES), minlength=start.size)
-        return np.asarray(2.0 * (end - start) * (1.0 - sign * density) * value)
+                slips = Diagram().slips(separation, places)
+                lost = self._losses.of(slips, places.size)
+            else:
+                lost = Diagram().losses(separation, places, profile)
+            return self.friction * self.slip * lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,7 +231,11 @@ class CoupledResponse(Locked):
     displacement: Floats
     """Displacements [m]."""
     force: Floats
-    """Tangential forces [N]."""
+    """Tangential forces [N]; 0 where the load is so light that it cannot matter.
+
+    Heights without an end carry some load at any separation. Less than about 1e-30 of the largest
+    load of the history counts as none.
+    """
     normal_load: Floats
     """Normal loads [N]."""
     separation: Floats
@@ -240,13 +245,41 @@ class CoupledResponse(Locked):
     """Separations from the joint's own [m]."""
 
     @cached_property
+    def energy_per_step(self) -> Floats:
+        """Energy dissipated on the way to each sample [J], from rest or from the one before."""
+        return lock(self._coupling.losses(self._steps, self.displacement))
+
+    @cached_property
     def dissipated_energy(self) -> Floats:
         """Energy dissipated up to each sample [J], from rest; it never falls.
 
         Once a periodic history has settled, the rise over a cycle is the area of its loop. In the
         first cycles the area also holds energy that is stored.
         """
-        return lock(np.cumsum(self._coupling.losses(self._steps, self.displacement)))
+        return lock(np.cumsum(self.energy_per_step))
+
+    def energy_per_cycle(self, samples_per_cycle: int) -> Floats:
+        """Energy dissipated in each cycle of a periodic history.
+
+        Parameters
+        ----------
+        samples_per_cycle : int
+            Samples in a cycle; cycles are counted back from the last sample.
+
+        Returns
+        -------
+        ndarray
+            Energies [J]: how much :attr:`dissipated_energy` rises over each whole cycle that begins
+            at a sample, those of :meth:`ratcheting`. Once the history has settled each is the area
+            of its loop.
+
+        Raises
+        ------
+        InputError
+            Not a whole number above zero, or no more samples than one cycle has.
+        """
+        count, first = self._cycles(samples_per_cycle)
+        return np.asarray(self.energy_per_step[first + 1 :].reshape(-1, count).sum(axis=1))
 
     def ratcheting(self, samples_per_cycle: int) -> Floats:
         """How far the displacement gets in each cycle of a periodic history.
@@ -271,6 +304,11 @@ class CoupledResponse(Locked):
         InputError
             Not a whole number above zero, or no more samples than one cycle has.
         """
+        count, first = self._cycles(samples_per_cycle)
+        return np.diff(self.displacement[first::count])
+
+    def _cycles(self, samples_per_cycle: int) -> tuple[int, int]:
+        """Samples in a cycle, checked, and the sample at which the first whole cycle begins."""
         if isinstance(samples_per_cycle, bool) or not isinstance(
             samples_per_cycle, (int, np.integer)
         ):
@@ -283,7 +321,7 @@ class CoupledResponse(Locked):
                 f"samples_per_cycle must be above zero and below the {size} samples there are, "
                 f"got {count}"
             )
-        return np.diff(self.displacement[(size - 1) % count :: count])
+        return count, (size - 1) % count
 
 
 def forces(joint: Interface, displacement: ArrayLike, normal_load: Any, separation: Any) -> Floats:
@@ -319,7 +357,7 @@ def respond_to_force(
             f"got {exact(f[i])} N at sample {i}, where the limit is {limit[i]:.10g} N"
         )
     profile = coupling.profile(float(steps.min()), float(steps.max()))
-    places = Diagram().hold(steps, f / coupling.friction, profile or coupling.curve())
+    places = Diagram().hold(steps, f / coupling.friction, profile or coupling.curve)
     return _response(joint, coupling.slip * places, f, steps)
 
 
@@ -352,4 +390,5 @@ def _steps(joint: Interface, size: int, normal_load: Any, separation: Any) -> Fl
     if separation is not None:
         values = along("separation", separation, size)
         return np.asarray(joint.surface._separations(values)) - joint.separation
-    return joint._coupling.steps_of(loads_along("normal_load", normal_load, size))
+    loads = loads_along("normal_load", normal_load, size)
+    return joint._coupling.steps_of(loads, numbered=np.ndim(normal_load) > 0)

@@ -316,7 +316,8 @@ class Interface(BackboneLaw):
         along the history: the method of memory diagrams (DOI 10.3389/fmech.2020.00030). Normal and
         tangential load are coupled through the contact area alone; dissimilar pairs and the shear
         across the direction of motion are approximate as in Cattaneo and Mindlin's theory.
-        Amortised O(1) a sample.
+        Amortised O(1) a sample. Where the heights have no end, a load of less than about 1e-30 of
+        the largest of the history counts as none: the force is then 0.
         """
         found = forces(self, displacement, normal_load, separation)
         return float(found[0]) if np.ndim(displacement) == 0 else found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -14,7 +15,14 @@ from microslip._frozen import Locked, lock
 from microslip._quadrature import gauss_legendre
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
-from microslip.heights.pieces import Panels, direct, far_series, panels_of, piece_moment
+from microslip.heights.pieces import (
+    Panels,
+    direct,
+    far_series,
+    panels_of,
+    piece_moment,
+    piece_moment_at,
+)
 
 _FEW = 16  # knots up to which the places where moments are not smooth are told
 _BLOCK = 1 << 15  # values a pass
@@ -229,10 +237,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _breaks(self) -> Floats:
-        """Knots, and places ever nearer below them; of a long table none is told.
-
-        There a kink is one of many small ones, and an energy that ignores them is right to 1e-6.
-        """
+        """Knots, and places ever nearer below them; those of a long table are small kinks."""
         knots = self._pieces[0]
         if knots.size > _FEW:
             return np.zeros(0)
@@ -240,6 +245,18 @@ class TabulatedHeights(Locked, HeightDistribution):
         near = knots[:, None] - width[:, None] * 0.25 ** np.arange(1.0, 10.0)
         far = knots[0] - width[0] * 4.0 ** np.arange(0.0, 6.0)
         return np.unique(np.concatenate([knots, near.reshape(-1), far]))
+
+    @cached_property
+    def _small_kinks(self) -> Floats:
+        """The knots of a long table, and places ever nearer below them, more so at jumps."""
+        knots, left, right = self._pieces
+        if knots.size <= _FEW:
+            return np.zeros(0)
+        jump = np.append(left, 0.0) != np.append(0.0, right)
+        width = np.append(knots[1] - knots[0], np.diff(knots))
+        near = knots[:, None] - width[:, None] * 0.25 ** np.arange(1.0, 4.0)
+        below = knots[jump, None] - width[jump, None] * 4.0 ** np.arange(-9.0, 6.0)
+        return np.unique(np.concatenate([knots, near.reshape(-1), below.reshape(-1)]))
 
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
         flat = np.ascontiguousarray(threshold, dtype=float).reshape(-1)
@@ -285,6 +302,32 @@ class TabulatedHeights(Locked, HeightDistribution):
         total += np.maximum(series[panel, 0] + x * high - low, 0.0)
         result[inside] = total
         return result
+
+    def _moment_at(self, twice_order: int, threshold: float) -> float:
+        knots, left, right = self._lists
+        panel = bisect_right(knots, threshold) - 1
+        if panel < 0 or panel + 1 >= len(knots) or twice_order % 2 == 0:
+            return super()._moment_at(twice_order, threshold)
+        a, b = knots[panel], knots[panel + 1]
+        ahead, share = b - threshold, (threshold - a) / (b - a)
+        here = left[panel] * (ahead / (b - a)) + right[panel] * share
+        total = piece_moment_at(twice_order, 0.0, ahead, ahead, here, right[panel])
+        if panel + 1 < len(left):
+            end, beyond = knots[panel + 2], panel + 1
+            total += piece_moment_at(
+                twice_order, ahead, end - threshold, end - b, left[beyond], right[beyond]
+            )
+        series: list[float] = self._far[twice_order][panel].tolist()
+        x = 2.0 * share - 1.0
+        high = low = 0.0
+        for term in series[:0:-1]:
+            high, low = term + 2.0 * x * high - low, high
+        return total + max(series[0] + x * high - low, 0.0)
+
+    @cached_property
+    def _lists(self) -> tuple[list[float], list[float], list[float]]:
+        knots, left, right = self._panels
+        return knots.tolist(), left.tolist(), right.tolist()
 
     def _rest(self, twice: int, knot: NDArray[np.intp], distance: Floats) -> Floats:
         """Moment of order 0, 1 or 2 of all above a knot, at a threshold so far below it."""

@@ -113,6 +113,9 @@ class Diagram:
         """
         if profile is not None:
             return self._respond(separation, place, profile)
+        if separation.size == 1:  # in constant time, however many rows there are
+            self.move(self.probe(float(separation[0]), float(place[0]), drop))
+            return np.array([self.value])
         rows, stack, codes, separation_, place_ = self._walk(separation, place)
         falls = drop(rows.base, rows.width)
         tree = rows.base, rows.width, rows.density, rows.parent
@@ -271,11 +274,12 @@ class Diagram:
 
     def move(self, step: Step) -> None:
         """Go along a probed step."""
-        self.stack, self.values = self._reserve(1)
-        self.depth = push(
-            self.stack, self.values, step.depth, step.separation, step.front, step.density,
-            step.kind, step.value, step.outer, self.place,
+        stack, values = self._reserve(1)
+        depth = push(
+            stack, values, step.depth, step.separation, step.front, step.density, step.kind,
+            step.value, step.outer, self.place,
         )  # fmt: skip
+        self._keep(stack, values, depth)
         self.value = step.value
         self.separation, self.place = step.separation, step.place
 

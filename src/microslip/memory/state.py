@@ -35,8 +35,8 @@ class Load(Protocol):
     def step_of(self, load: float) -> float:
         """Separation [m] at a load [N]."""
 
-    def steps_of(self, load: Floats) -> Floats:
-        """Separations [m] at loads [N]."""
+    def steps_of(self, load: Floats, numbered: bool = True) -> Floats:
+        """Separations [m] at loads [N]; what is refused names its sample if it is ``numbered``."""
 
 
 class Law(Protocol):
@@ -71,8 +71,9 @@ def loads_along(name: str, given: ArrayLike, size: int) -> Floats:
     """
     values = along(name, given, size)
     if values.min() < 0.0:
-        i = int(np.argmin(values))
-        raise InputError(f"{name} must not be negative [N], got {exact(values[i])} at sample {i}")
+        i = int(np.argmax(values < 0.0))
+        where = f" at sample {i}" if np.ndim(given) else ""
+        raise InputError(f"{name} must not be negative [N], got {exact(values[i])}{where}")
     return values
 
 
@@ -287,7 +288,8 @@ class State:
         if normal_load is None:
             steps = np.full(x.size, diagram.separation)
         else:
-            steps = load.steps_of(loads_along("normal_load", normal_load, x.size))
+            loads = loads_along("normal_load", normal_load, x.size)
+            steps = load.steps_of(loads, numbered=np.ndim(normal_load) > 0)
         profile = load.profile(
             min(float(steps.min()), diagram.separation), max(float(steps.max()), diagram.separation)
         )

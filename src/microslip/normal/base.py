@@ -13,9 +13,8 @@ from microslip import _quadrature
 from microslip._checks import LARGEST, Floats, exact, floats, plain, show
 from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
+from microslip.normal import kinked
 from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
-
-_FEW_SUMMITS = 64
 
 
 def check_pair(pair: Any) -> None:
@@ -64,17 +63,18 @@ class NormalLaw(ABC):
         return np.zeros(0)
 
     @property
+    def _small_kinks(self) -> Floats:
+        """The same where they are many and each is small."""
+        return np.zeros(0)
+
+    @property
     def _top(self) -> float:
         """Separation [m] from which on nothing touches; infinite where there is no such end."""
         return math.inf if self._spheres is None else float(self._spheres.heights[0])
 
     @property
     def _kinks(self) -> Floats:
-        """Separations [m], rising, at which N'' is not smooth; of many summits none is told."""
-        spheres = self._spheres
-        if spheres is not None:
-            few = spheres.heights.size <= _FEW_SUMMITS
-            return np.unique(spheres.heights) if few else np.zeros(0)
+        """Separations [m], rising, at which N'' is not smooth, but for given summits."""
         edge = [self._edge] if math.isfinite(self._edge) else []
         return np.union1d(self._breaks, edge)
 
@@ -182,6 +182,8 @@ class NormalLaw(ABC):
         """N(d) - N(d + u) for steps u >= 0, without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(DROP, d, u)
+        if self._small_kinks.size:
+            return kinked.drop(self, d, u)
         return _quadrature.drop(self, d, u)
 
     def _fall(self, d: Floats | float, u: Floats) -> Floats:
@@ -194,12 +196,16 @@ class NormalLaw(ABC):
         """Half the integral of v (u - v) N''(d + v) over 0 <= v <= u, without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS, d, u)
+        if self._small_kinks.size:
+            return kinked.excess(self, d, u)
         return _quadrature.excess(self, d, u)
 
     def _excess_slope(self, d: Floats | float, u: Floats) -> Floats:
         """Half the integral of v N''(d + v) over 0 <= v <= u, without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS_SLOPE, d, u)
+        if self._small_kinks.size:
+            return kinked.excess_slope(self, d, u)
         return _quadrature.excess_slope(self, d, u)
 
     def _corners(self, d: float) -> tuple[Floats, Floats]:
@@ -278,14 +284,17 @@ class NormalLaw(ABC):
             active = active[going]
             if active.size == 0:
                 break
+        self._check_fine(d, loads)
+        return d
+
+    def _check_fine(self, d: Floats, loads: Floats) -> None:
+        """Next to the highest of given summits a separation is too coarse a number."""
         off = np.abs(self._derivative(d, 0) - loads) > 1e-9 * loads
         if off.any():
-            # Next to the highest of given summits a separation is too coarse a number.
             raise InputError(
                 "load must be one that a separation in double precision can tell from its "
-                f"neighbours on this surface, got {exact(loads[off][0])} N, which is too light"
+                f"neighbours on this surface, not one as light as {exact(loads[off][0])} N"
             )
-        return d
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:

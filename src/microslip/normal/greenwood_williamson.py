@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._checks import Floats, plain, positive
-from microslip.heights import Discrete, Exponential, Gaussian, HeightDistribution, as_heights
+from microslip.heights import (
+    Discrete,
+    Exponential,
+    Gaussian,
+    HeightDistribution,
+    TabulatedHeights,
+    as_heights,
+)
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair
 from microslip.normal.spheres import DERIVATIVES, Spheres
@@ -94,6 +101,12 @@ class GreenwoodWilliamson(NormalLaw):
     def _breaks(self) -> Floats:
         return self._heights._breaks
 
+    @property
+    def _small_kinks(self) -> Floats:
+        if isinstance(self.heights, TabulatedHeights):
+            return self.heights._small_kinks
+        return super()._small_kinks
+
     def _derivative(self, separation: Floats, order: int) -> Floats:
         if self._spheres is not None:
             return self._spheres.derivative(separation, order)
@@ -111,6 +124,12 @@ class GreenwoodWilliamson(NormalLaw):
     def _heights(self) -> HeightDistribution:
         heights: HeightDistribution = self.heights
         return heights
+
+    @property
+    def _kinks(self) -> Floats:
+        if self._small_kinks.size:
+            return np.asarray(self.heights._pieces[0])
+        return super()._kinks
 
     def contact_probability(self, separation: ArrayLike) -> Any:
         """Probability that a summit is in contact (19.5), for separations [m] of any shape."""

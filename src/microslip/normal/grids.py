@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from microslip._checks import Floats
+from microslip.kernels import Integers
 from microslip.kernels.table import Table
 from microslip.normal.base import NormalLaw
 from microslip.normal.table import TabulatedNormalLaw, _decayed
@@ -257,26 +258,24 @@ def _table_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
     assert isinstance(law, TabulatedNormalLaw)
     if kind == "fall":
         return -law._derivative(d + u, 1)
+    if kind == "drop":
+        return _table_drop(law, d, u)
     spline = law._spline
     last = float(spline.knots[-1])
     total = np.zeros(d.size)
-    pieces = zip(
-        spline.knots[:-1], spline.knots[1:], spline.curvatures[:-1], spline.ends, strict=True
-    )
-    for left, right, curve, end in pieces:
-        if curve == 0.0 and kind != "drop":
+    pieces = zip(spline.knots[:-1], spline.knots[1:], spline.curvatures[:-1], strict=True)
+    for left, right, curve in pieces:
+        if curve == 0.0:
             continue
         low, high = np.maximum(left - d, 0.0), np.minimum(right - d, u)
         width, middle = high - low, 0.5 * (low + high)
-        if kind == "drop":
-            inner = curve * (right - d - middle) - end
-        elif kind == "excess":
+        if kind == "excess":
             inner = 0.5 * curve * (middle * (u - middle) - width * width / 12.0)
         else:
             inner = 0.5 * curve * middle
         total += np.where(width > 0.0, width * inner, 0.0)
     for place, jump in zip(spline.knots, spline.jumps, strict=True):
-        if jump > 0.0 and kind != "drop":
+        if jump > 0.0:
             v = place - d
             inner = v * (u - v) if kind == "excess" else v
             total += np.where((v > 0.0) & (v <= u), 0.5 * jump * inner, 0.0)
@@ -287,10 +286,44 @@ def _table_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
         v = begin[past]
         load = float(spline.loads[-1]) * np.exp(-np.maximum(d[past] - last, 0.0) / length)
         x = (u[past] - v) / length
-        if kind == "drop":
-            total[past] -= load * np.expm1(-x)
-        elif kind == "excess":
+        if kind == "excess":
             total[past] += 0.5 * load * (v * _decayed(x, 0, 1) + length * _decayed(x, 1, 1))
         else:
             total[past] += 0.5 * load * (v / length * _decayed(x, 0, 0) + _decayed(x, 1, 0))
     return total
+
+
+def _table_drop(law: TabulatedNormalLaw, d: Floats, u: Floats) -> Floats:
+    """The drops: the piece of d and, of those that reach further, what comes after it."""
+    knots, _, curvatures, _, _, ends = law._spline
+    i = np.clip(np.searchsorted(knots, d, side="right") - 1, 0, knots.size - 2)
+    rest = knots[i + 1] - d
+    first = np.clip(rest, 0.0, u)
+    total = first * (curvatures[i] * (rest - 0.5 * first) - ends[i])
+    further = np.flatnonzero(u > rest)
+    if further.size:
+        total[further] += _table_rest(law, i[further], d[further], u[further])
+    return np.asarray(total)
+
+
+def _table_rest(law: TabulatedNormalLaw, i: Integers, d: Floats, u: Floats) -> Floats:
+    """What drops d + u have past piece i, that of d."""
+    knots, slopes, curvatures, loads, _, ends = law._spline
+    last = knots.size - 1
+    j = np.maximum(np.searchsorted(knots, d + u, side="right") - 1, i + 1)
+    h = np.maximum(u - np.maximum(knots[j] - d, 0.0), 0.0)
+    falls = -0.5 * np.diff(knots) * (slopes[:-1] + ends)
+    end = np.append(slopes[:-1], 0.0)  # past the last knot there is the tail, or nothing
+    total = h * (-end[j] - 0.5 * curvatures[j] * h)
+    between = np.flatnonzero(j > i + 1)
+    if between.size:
+        one, other = i[between] + 1, j[between]
+        # One or two pieces by themselves; the loads at the ends of more differ by enough.
+        two = falls[one] + np.where(other > one + 1, falls[np.minimum(one + 1, last - 1)], 0.0)
+        total[between] += np.where(other > one + 2, loads[one] - loads[other], two)
+    if law.tail is not None:
+        length = float(loads[-1] / -slopes[-1])
+        past = np.flatnonzero(j == last)
+        load = loads[-1] * np.exp(-np.maximum(d[past] - knots[-1], 0.0) / length)
+        total[past] -= load * np.expm1(-h[past] / length)
+    return np.asarray(total)

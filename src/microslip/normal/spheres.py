@@ -13,6 +13,7 @@ from microslip.kernels import Integers
 from microslip.kernels.table import NODES, TO_SERIES, Table
 
 _BLOCK = 1 << 18  # products held at a time
+CACHED = 1 << 14  # the same where there are many passes over them: as many as a cache holds
 _FEW = 24  # summits that are summed one by one
 _NEAR = 3  # panels in which a summit is summed by itself: its own and those next to it
 _OCCUPANTS = 8  # summits a panel, on average
@@ -20,9 +21,9 @@ DERIVATIVES = {-1: 0.4, 0: 1.0, 1: -1.5, 2: 0.75}
 """Factors of s^(3/2 - order) in the derivatives of s^(3/2) by the separation."""
 
 
-def blocks(rows: int, columns: int) -> list[slice]:
-    """Slices of the rows of a matrix, each of a size that a cache or two can hold."""
-    step = max(1, _BLOCK // max(1, columns))
+def blocks(rows: int, columns: int, most: int = _BLOCK) -> list[slice]:
+    """Slices of the rows of a matrix, each of ``most`` elements at most, or of one row."""
+    step = max(1, most // max(1, columns))
     return [slice(i, i + step) for i in range(0, rows, step)]
 
 
@@ -219,7 +220,7 @@ class Spheres:
         """Derivative of the load, orders -1 (integral to infinity) to 2; any shape."""
         flat = separation.reshape(-1)
         result = np.zeros(flat.size)
-        for part in blocks(flat.size, self.count(float(flat.min()))):
+        for part in blocks(flat.size, self.count(float(flat.min())), CACHED):
             count = self.count(float(flat[part].min()))
             s = np.maximum(self.heights[:count] - flat[part, None], 0.0)
             terms = np.sqrt(s)
@@ -237,7 +238,7 @@ class Spheres:
         """
         if isinstance(d, np.ndarray):
             result = np.zeros(v.size)
-            for part in blocks(v.size, self.count(float(d.min()))):
+            for part in blocks(v.size, self.count(float(d.min())), CACHED):
                 count = self.count(float(d[part].min()))
                 s = np.maximum(self.heights[:count] - d[part, None], 0.0)
                 result[part] = _terms(kind, v[part, None], s, self.constants[:count]).sum(axis=1)

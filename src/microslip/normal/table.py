@@ -175,7 +175,18 @@ class TabulatedNormalLaw(Locked, NormalLaw):
                 f"load must be at most {exact(most)} N, where the table begins, "
                 f"got {exact(loads.max())} N"
             )
-        return super()._solve(loads)
+        knots, slopes, curvatures, ends_of, _, ends = self._spline
+        i = np.clip(np.searchsorted(-ends_of, -loads, side="left"), 1, ends.size) - 1
+        # The steps from the right ends of pieces, where the load is less, without cancellation.
+        more = np.maximum(loads - ends_of[i + 1], 0.0)
+        root = np.sqrt(ends[i] ** 2 + 2.0 * curvatures[i] * more)
+        d = np.maximum(knots[i + 1] - 2.0 * more / (root - ends[i]), knots[0])
+        if self.tail is not None:
+            past = loads < ends_of[-1]
+            length = ends_of[-1] / -slopes[-1]
+            d[past] = knots[-1] + length * np.log(ends_of[-1] / loads[past])
+        self._check_fine(d, loads)
+        return np.asarray(d)
 
     # Sums over the pieces from a separation on; every term is positive, none cancels another.
 

@@ -1,0 +1,113 @@
+"""What slip loses along a varying load, for laws that no profile gives.
+
+While the front runs by dq over D, with s behind it, mu kappa (1 - s D) [N(d) - N(q) +
+N'(q) (q - d)] dq is lost: twice half the integral of v N''(d + v), of which every part is positive.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._checks import Floats
+from microslip._quadrature import gauss_legendre
+from microslip.kernels import Integers
+from microslip.memory import Slips
+from microslip.normal import NormalLaw, TabulatedNormalLaw
+from microslip.normal.grids import pairs_of
+from microslip.normal.runs import means
+from microslip.normal.spheres import Spheres
+
+Rule = tuple[Floats, Floats]
+
+_RUNS = 1 << 12  # at a time
+_PIECES = 1 << 13  # of them
+_NODES, _WEIGHTS = gauss_legendre(24)
+# Towards both ends of a run the nodes lie as of a cosine: what has a root there is smooth then.
+_ANGLES = 0.5 * math.pi * _NODES
+_ROOTS: Rule = (
+    np.sin(_ANGLES) ** 2,
+    0.5 * math.pi * _WEIGHTS * np.sin(2.0 * _ANGLES),
+)
+_PARABOLAS: Rule = gauss_legendre(2)
+
+
+class Losses:
+    """The losses of one law; separations count from ``origin``."""
+
+    def __init__(self, law: NormalLaw, origin: float) -> None:
+        self._law, self._origin = law, origin
+        self._pairs = pairs_of(law)
+        self._marks = law._kinks - origin
+        spheres = law._spheres
+        self._spheres: Spheres | None = None
+        if spheres is not None:
+            self._spheres = Spheres(spheres.heights - origin, spheres.constants)
+
+    def of(self, slips: Slips, samples: int) -> Floats:
+        """What each step of a record loses, over mu kappa."""
+        total = np.zeros(samples)
+        for begin in range(0, slips.sample.size, _RUNS):
+            part = Slips._make(column[begin : begin + _RUNS] for column in slips)
+            _, start, end, density, sign, first, last = part
+            if self._spheres is not None:
+                mean = means(self._spheres, start, end, first, last)
+            else:
+                mean = self._means(start, end, first, last)
+            lost = 2.0 * (end - start) * (1.0 - sign * density) * mean
+            total += np.bincount(part.sample, lost, minlength=samples)
+        return total
+
+    def _means(self, start: Floats, end: Floats, first: Floats, last: Floats) -> Floats:
+        """Means over runs, piece by piece where the front or the separation passes a mark."""
+        runs, lows, widths = _pieces(self._marks, start, end, first, last)
+        ahead, rise = end - start, last - first
+        result = np.zeros(start.size)
+        for begin in range(0, runs.size, _PIECES):
+            run, low, width = (v[begin : begin + _PIECES] for v in (runs, lows, widths))
+            for (places, weights), chosen in self._rules(end[run]):
+                of, share = run[chosen], width[chosen]
+                if not of.size:
+                    continue
+                u = low[chosen, None] + share[:, None] * places
+                q = start[of, None] + u * ahead[of, None]
+                d = first[of, None] + u * rise[of, None]
+                values = self._slope(d.ravel(), np.maximum(q - d, 0.0).ravel()).reshape(u.shape)
+                result += np.bincount(of, share * (values @ weights), minlength=start.size)
+        return result
+
+    def _rules(self, end: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
+        """Which rule serves which pieces: between the knots of a table all is a parabola."""
+        law = self._law
+        if not isinstance(law, TabulatedNormalLaw):
+            return [(_ROOTS, np.ones(end.size, dtype=bool))]
+        tail = np.zeros(end.size, dtype=bool) if law.tail is None else end > self._marks[-1]
+        return [(_PARABOLAS, ~tail), (_ROOTS, tail)]
+
+    def _slope(self, separation: Floats, gap: Floats) -> Floats:
+        at = separation + self._origin
+        if self._pairs is None:
+            return self._law._excess_slope(at, gap)
+        return self._pairs(self._law, "excess_slope", at, gap)
+
+
+def _pieces(
+    marks: Floats, start: Floats, end: Floats, first: Floats, last: Floats
+) -> tuple[Integers, Floats, Floats]:
+    """The runs cut where one of their two places passes a mark: run, begin and share of each."""
+    runs, cuts = [np.arange(start.size)] * 2, [np.zeros(start.size), np.ones(start.size)]
+    for begin, stop in ((start, end), (first, last)):
+        low = np.searchsorted(marks, np.minimum(begin, stop), side="right")
+        count = np.maximum(np.searchsorted(marks, np.maximum(begin, stop), side="left") - low, 0)
+        run = np.repeat(np.arange(start.size), count)
+        index = np.arange(run.size) - np.repeat(np.cumsum(count) - count, count)
+        runs.append(run)
+        cuts.append((marks[low[run] + index] - begin[run]) / (stop - begin)[run])
+    run, cut = np.concatenate(runs), np.concatenate(cuts)
+    order = np.lexsort((cut, run))
+    run, cut = run[order], cut[order]
+    width = np.diff(cut)
+    at = np.flatnonzero((np.diff(run) == 0) & (width > 0.0))
+    return run[at], cut[at], width[at]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -524,3 +525,14 @@ def test_long_records(compiled):
         x = np.ascontiguousarray(x * REACH)
         alike(by_respond(twin, x, Memory()), by_respond(compiled, x, Memory()))
         alike(by_branches(twin, x, Memory())[:2], by_respond(compiled, x, Memory()))
+
+
+@pytest.mark.skipif(sys.version_info >= (3, 12), reason="None is immortal from Python 3.12 on")
+def test_none_keeps_its_references(compiled):
+    """Headers of later Pythons must not build a module that takes them away from this one."""
+    value, base = np.zeros(1), np.zeros(1)
+    parent = np.full(1, -1)
+    before = sys.getrefcount(None)
+    for _ in range(2000):
+        compiled.accumulate(parent, value, base)
+    assert abs(sys.getrefcount(None) - before) < 1000

@@ -21,6 +21,14 @@ static int long_enough(int right)
     return right;
 }
 
+/* A new reference to None. Headers of Python 3.12 and 13 take none in Py_RETURN_NONE, since None is
+ * immortal there; built by them, this module would take None's references away from Python 3.11. */
+static PyObject *none(void)
+{
+    Py_IncRef(Py_None);
+    return Py_None;
+}
+
 #include "_tables.h"
 #include "_memory.h"
 #include "_curves.h"

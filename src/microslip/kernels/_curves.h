@@ -165,7 +165,7 @@ static PyObject *py_loads(PyObject *self, PyObject *args)
     PyBuffer_Release(&coefficients);
     if (fall.obj) PyBuffer_Release(&fall);
     if (!right) return NULL;
-    Py_RETURN_NONE;
+    return none();
 }
 
 static PyObject *py_drops(PyObject *self, PyObject *args)
@@ -189,7 +189,7 @@ static PyObject *py_drops(PyObject *self, PyObject *args)
     PyBuffer_Release(&drop);
     PyBuffer_Release(&coefficients);
     if (!right) return NULL;
-    Py_RETURN_NONE;
+    return none();
 }
 
 static PyObject *py_separations(PyObject *self, PyObject *args)
@@ -222,5 +222,5 @@ static PyObject *py_separations(PyObject *self, PyObject *args)
     PyBuffer_Release(&coefficients);
     PyBuffer_Release(&inverse);
     if (!right) return NULL;
-    Py_RETURN_NONE;
+    return none();
 }

@@ -415,7 +415,7 @@ static PyObject *py_losses(PyObject *self, PyObject *args)
     PyBuffer_Release(&rules);
     PyBuffer_Release(&coefficients);
     if (!right) return NULL;
-    Py_RETURN_NONE;
+    return none();
 }
 
 /* ---- force control -------------------------------------------------------------------------- */

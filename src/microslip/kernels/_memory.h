@@ -166,5 +166,5 @@ static PyObject *py_accumulate(PyObject *self, PyObject *args)
     PyBuffer_Release(&rise);
     PyBuffer_Release(&base);
     if (!right) return NULL;
-    Py_RETURN_NONE;
+    return none();
 }

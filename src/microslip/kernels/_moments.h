@@ -53,7 +53,7 @@ static PyObject *py_gaussian_moment(PyObject *self, PyObject *args)
     PyBuffer_Release(&out);
     PyBuffer_Release(&coefficients);
     if (!right) return NULL;
-    Py_RETURN_NONE;
+    return none();
 }
 
 static PyObject *py_gaussian_moment_at(PyObject *self, PyObject *args)

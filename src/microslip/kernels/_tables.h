@@ -94,7 +94,7 @@ static PyObject *py_evaluate(PyObject *self, PyObject *args)
     PyBuffer_Release(&coefficients);
     if (slope.obj) PyBuffer_Release(&slope);
     if (!right) return NULL;
-    Py_RETURN_NONE;
+    return none();
 }
 
 static PyObject *py_evaluate_one(PyObject *self, PyObject *args)

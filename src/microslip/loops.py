@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import Floats, record
-from microslip._frozen import Locked, lock
+from microslip._core.checks import Floats, record
+from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 
 

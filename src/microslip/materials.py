@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
 
-from microslip._checks import exact, number, positive, show
+from microslip._core.checks import exact, number, positive, show
 from microslip.errors import InputError
 
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import microslip as ms
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.identification.models import MODELS, BackboneModel, CycleModel, Model, model_of
 from microslip.identification.models.template import Template
 from microslip.normal.base import aluminium

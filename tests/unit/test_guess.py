@@ -11,7 +11,7 @@ import pytest
 from cases import law_params
 
 import microslip as ms
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.friction.guesses import all_features
 
 # A joint that never slips wholly does not show its limit: loops of a few reaches do.

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, STUDY, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip._units import (
+from microslip._core.units import (
     AREA,
     DENSITY,
     FORCE,

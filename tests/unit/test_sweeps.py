@@ -18,7 +18,7 @@ import pytest
 import xarray
 
 import microslip as ms
-from microslip import _netcdf
+from microslip._core import netcdf
 from microslip.friction import LAWS
 
 JOINT = ms.Interface.examples()[0]
@@ -306,9 +306,9 @@ def test_without_xarray(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_writer_of_netcdf(tmp_path: Path) -> None:
     """Text, flags, whole numbers, names of points that are no dimension, a large array."""
     path = tmp_path / "all.nc"
-    variable = _netcdf.Variable
+    variable = netcdf.Variable
     noise = np.random.default_rng(0).normal(size=(2, 3000))
-    _netcdf.write(
+    netcdf.write(
         path,
         {"load": 2, "point": 3000},
         {
@@ -334,7 +334,7 @@ def test_the_writer_of_netcdf(tmp_path: Path) -> None:
             np.testing.assert_array_equal(data["empty"], [np.nan, np.inf])
             assert data.attrs == {"title": "µ"}
     with pytest.raises(FileExistsError):
-        _netcdf.write(path, {}, {}, {}, {})
+        netcdf.write(path, {}, {}, {}, {})
 
 
 # -- errors ----------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Wedge
 from numpy.typing import NDArray
 
-from microslip._units import engineering
+from microslip._core.units import engineering
 from microslip.chapter.plate import (
     BACK,
     BLUE,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._units import engineering
+from microslip._core.units import engineering
 from microslip.chapter.contact import assumed as one_summit
 from microslip.chapter.contact import path, summit
 from microslip.chapter.plate import (

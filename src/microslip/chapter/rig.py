@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._units import engineering, significant
+from microslip._core.units import engineering, significant
 from microslip.chapter.joint import COLORS, LINES
 from microslip.chapter.joint import assumed as worked_out
 from microslip.chapter.plate import BLUE, DOTS, GREY, INK, LIGHT, RED, Drawn, Plate, cross, words

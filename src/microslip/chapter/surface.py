@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._units import engineering
+from microslip._core.units import engineering
 from microslip.chapter.plate import BLUE, GREY, HATCH, INK, SLIP, STICK, Drawn, Plate, words
 from microslip.friction import Interface
 from microslip.heights import Gaussian

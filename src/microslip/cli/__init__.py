@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from microslip._kernel_choice import kernel_name
+from microslip._core.kernel_choice import kernel_name
 from microslip._version import __version__
 from microslip.cli.chapter import figures
 from microslip.cli.frame import Group

@@ -285,8 +285,8 @@ def _units_of(laws: Sequence[str]) -> dict[str, str]:
 
 def _quantity(option: str, name: str, text: str, units: dict[str, str]) -> float:
     """A value of a parameter [SI unit]."""
-    from microslip._units import AREA, DENSITY, FORCE, LENGTH, STIFFNESS, QuantityError, to_si
-    from microslip._wording import did_you_mean
+    from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, STIFFNESS, QuantityError, to_si
+    from microslip._core.wording import did_you_mean
 
     base = name.partition(" at ")[0]
     if base not in units:
@@ -324,7 +324,7 @@ def _rig_stiffness(text: str) -> Any:
 
 
 def _contact_area(text: str | None) -> tuple[float, float, float] | None:
-    from microslip._units import AREA, FORCE, QuantityError, to_si
+    from microslip._core.units import AREA, FORCE, QuantityError, to_si
 
     if text is None:
         return None

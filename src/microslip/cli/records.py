@@ -187,7 +187,7 @@ def stiffness(text: str) -> float:
     click.UsageError
         Not a stiffness, or none above zero.
     """
-    from microslip._units import STIFFNESS, QuantityError, to_si
+    from microslip._core.units import STIFFNESS, QuantityError, to_si
 
     try:
         float(text)

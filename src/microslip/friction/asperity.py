@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, exact, floats, number, plain, positive, record
-from microslip._frozen import lock
+from microslip._core.checks import Floats, exact, floats, number, plain, positive, record
+from microslip._core.frozen import lock
 from microslip.errors import InputError
 from microslip.friction.fields import AsperityFields, Body, bodies, distances
 from microslip.friction.guesses import all_features, draw, loads_of

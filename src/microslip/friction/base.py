@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip import kernels
-from microslip._checks import Floats, exact, floats, plain, positive, record, show
-from microslip._frozen import lock
+from microslip._core.checks import Floats, exact, floats, plain, positive, record, show
+from microslip._core.frozen import lock
 from microslip.errors import InputError
-from microslip.friction.numerics import adaptive, invert
 from microslip.friction.views import PeriodicResponse, Sliders
 from microslip.kernels.table import Table
 from microslip.loops import Loop, unit_cycle
 from microslip.memory import Load, Memory, State
+from microslip.numerics.inversion import adaptive, invert
 
 if TYPE_CHECKING:
     from microslip.friction.iwan import Iwan

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, exact, number, positive, record
-from microslip._quadrature import gauss_legendre
+from microslip._core.checks import Floats, exact, number, positive, record
 from microslip.errors import InputError
 from microslip.friction.base import checked_cycle
 from microslip.friction.guesses import all_features
-from microslip.friction.numerics import invert
 from microslip.loops import Loop
+from microslip.numerics.inversion import invert
+from microslip.numerics.quadrature import gauss_legendre
 
 _MOST = 100.0  # the largest exponent
 _FULL = 45.0  # exp(-45) is nothing beside 1

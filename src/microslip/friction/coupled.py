@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import Floats, exact, record, show
-from microslip._frozen import Locked, lock
+from microslip._core.checks import Floats, exact, record, show
+from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.curves import curve_of
 from microslip.friction.losses import Losses

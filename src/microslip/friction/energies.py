@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from microslip import kernels
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.friction.base import BackboneLaw
 from microslip.kernels import Integers
 from microslip.memory import Memory

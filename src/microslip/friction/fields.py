@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import Floats, floats, plain, show
-from microslip._frozen import Locked
+from microslip._core.checks import Floats, floats, plain, show
+from microslip._core.frozen import Locked
 from microslip.errors import InputError
 from microslip.friction.half_space import potentials
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from microslip._checks import Floats, positive, show
-from microslip._checks import record as series
+from microslip._core.checks import Floats, positive, show
+from microslip._core.checks import record as series
 from microslip.errors import InputError
 
 Share = Callable[[Floats], Floats]

@@ -24,8 +24,8 @@ import math
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._quadrature import gauss_legendre
+from microslip._core.checks import Floats
+from microslip.numerics.quadrature import gauss_legendre
 
 # g is a polynomial of sines: on any part of a quarter turn this is exact to rounding.
 _NODES, _WEIGHTS = gauss_legendre(16)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, exact, floats, number, plain, positive, show
+from microslip._core.checks import Floats, exact, floats, number, plain, positive, show
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.coupled import (

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import LARGEST, SMALLEST, Floats, record, show
-from microslip._frozen import Locked, lock
+from microslip._core.checks import LARGEST, SMALLEST, Floats, record, show
+from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import cell_stiffnesses, yield_grid

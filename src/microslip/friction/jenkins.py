@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats, positive
-from microslip._frozen import lock
+from microslip._core.checks import Floats, positive
+from microslip._core.frozen import lock
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import all_features, draw, elastic_plastic, points_of
 from microslip.friction.views import Sliders

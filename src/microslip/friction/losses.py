@@ -11,14 +11,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
-from microslip._quadrature import gauss_legendre
+from microslip._core.checks import Floats
 from microslip.kernels import Integers
 from microslip.memory import Slips
 from microslip.normal import NormalLaw, TabulatedNormalLaw
 from microslip.normal.grids import pairs_of
 from microslip.normal.runs import means
 from microslip.normal.spheres import Spheres
+from microslip.numerics.quadrature import gauss_legendre
 
 Rule = tuple[Floats, Floats]
 

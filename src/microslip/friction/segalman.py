@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import LARGEST, Floats, exact, number, plain, positive
-from microslip._frozen import lock
+from microslip._core.checks import LARGEST, Floats, exact, number, plain, positive
+from microslip._core.frozen import lock
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import all_features, draw, points_of
-from microslip.friction.numerics import invert
 from microslip.friction.views import Sliders
+from microslip.numerics.inversion import invert
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats, positive, show
+from microslip._core.checks import Floats, positive, show
 from microslip.errors import InputError
 from microslip.friction.guesses import Features, Scaled, all_features, best_of, loads_of
 from microslip.heights import (

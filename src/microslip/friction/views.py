@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import Floats, floats, plain
-from microslip._frozen import Locked
+from microslip._core.checks import Floats, floats, plain
+from microslip._core.frozen import Locked
 from microslip.errors import InputError
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import show
+from microslip._core.checks import show
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
 from microslip.heights.discrete import Discrete

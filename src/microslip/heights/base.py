@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, floats, plain, show
+from microslip._core.checks import Floats, floats, plain, show
 from microslip.errors import InputError
 
 TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1, 6)})

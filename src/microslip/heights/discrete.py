@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, record
-from microslip._frozen import Locked, lock
+from microslip._core.checks import Floats, record
+from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
 

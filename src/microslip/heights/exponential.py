@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip._checks import Floats, positive
+from microslip._core.checks import Floats, positive
 from microslip.heights.base import HeightDistribution
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip import kernels
-from microslip._checks import Floats, number, positive
+from microslip._core.checks import Floats, number, positive
 from microslip.heights.base import HeightDistribution
 
 

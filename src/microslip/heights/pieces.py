@@ -9,8 +9,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
-from microslip._quadrature import gauss_legendre
+from microslip._core.checks import Floats
+from microslip.numerics.quadrature import gauss_legendre
 
 Panels = tuple[Floats, Floats, Floats]
 """Knots [m], and the density [1/m] at the left and at the right end of each piece between them."""

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.polynomial import chebyshev as cheb
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, show
-from microslip._quadrature import gauss_legendre
+from microslip._core.checks import Floats, show
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
+from microslip.numerics.quadrature import gauss_legendre
 
 _DEGREE = 15
 _TOLERANCE = 3e-12  # of the largest value on a panel

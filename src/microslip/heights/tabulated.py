@@ -10,9 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import Floats, record, show
-from microslip._frozen import Locked, lock
-from microslip._quadrature import gauss_legendre
+from microslip._core.checks import Floats, record, show
+from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
 from microslip.heights.pieces import (
@@ -23,6 +22,7 @@ from microslip.heights.pieces import (
     piece_moment,
     piece_moment_at,
 )
+from microslip.numerics.quadrature import gauss_legendre
 
 _FEW = 16  # knots up to which the places where moments are not smooth are told
 _BLOCK = 1 << 15  # values a pass

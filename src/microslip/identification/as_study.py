@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import show
-from microslip._units import engineering
+from microslip._core.checks import show
+from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.heights import Discrete, Exponential, Gaussian

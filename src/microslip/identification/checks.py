@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip import kernels
-from microslip._checks import Floats
-from microslip._frozen import Locked, lock
-from microslip._units import significant
+from microslip._core.checks import Floats
+from microslip._core.frozen import Locked, lock
+from microslip._core.units import significant
 from microslip.identification.fit import Fit, settle
 from microslip.identification.folding import Folded
 from microslip.identification.models import BackboneModel

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from microslip._checks import show
-from microslip._frozen import Locked
-from microslip._units import significant
+from microslip._core.checks import show
+from microslip._core.frozen import Locked
+from microslip._core.units import significant
 from microslip.errors import InputError
 from microslip.identification.coordinates import RIG
 from microslip.identification.intervals import Progress

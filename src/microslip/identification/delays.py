@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._units import significant
+from microslip._core.checks import Floats
+from microslip._core.units import significant
 from microslip.identification.fit import Fit
 from microslip.identification.intervals import Profiled
 from microslip.identification.nuisances import uncertain_of

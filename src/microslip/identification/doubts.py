@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from microslip._units import significant
+from microslip._core.units import significant
 from microslip.identification.coordinates import AREA, DENSITY, RADIUS, RIG, Coordinate
 from microslip.identification.verdicts import IDENTIFIED, IN_DOUBT, Fitted, shown
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats, show
-from microslip._frozen import Locked, lock
-from microslip._units import engineering, significant
+from microslip._core.checks import Floats, show
+from microslip._core.frozen import Locked, lock
+from microslip._core.units import engineering, significant
 from microslip.errors import InputError
 from microslip.identification.phases import MeanCycle, places_of, turns_of
 from microslip.identification.slow import Drift, drift_of

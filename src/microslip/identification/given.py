@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._units import significant
+from microslip._core.checks import Floats
+from microslip._core.units import significant
 from microslip.identification.fit import Fit, settle
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of, cycle_ratio, information

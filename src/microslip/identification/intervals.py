@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.identification.coordinates import RIG, Coordinate
 from microslip.identification.fit import Fit, bounds_of, resettled
 from microslip.identification.leaning import Open, open_ends, share

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._units import significant
+from microslip._core.checks import Floats
+from microslip._core.units import significant
 from microslip.identification.coordinates import Coordinate
 from microslip.identification.fit import Fit, bounds_of, settle
 from microslip.identification.problem import Problem

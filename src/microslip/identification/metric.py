@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 
 _SMALL = 0.02  # of the noise: a nuisance that moves the answer less is left where it is
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.identification.fit import Fit, bounds_of
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import Interval

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._units import significant
+from microslip._core.checks import Floats
+from microslip._core.units import significant
 from microslip.identification.fit import Fit
 from microslip.identification.nuisances import has_load
 from microslip.identification.problem import Problem

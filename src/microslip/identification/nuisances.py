@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from microslip import kernels
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.identification.models.base import BackboneModel
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._frozen import lock
+from microslip._core.checks import Floats
+from microslip._core.frozen import lock
 from microslip.errors import InputError
 from microslip.identification import checks, setup
 from microslip.identification.coordinates import APART, Coordinate

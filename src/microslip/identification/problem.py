@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip import kernels
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.identification.coordinates import RIG, Coordinate
 from microslip.identification.folding import Folded
 from microslip.identification.metric import Metric, metric_of

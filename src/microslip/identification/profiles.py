@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.identification.fit import Fit, bounds_of, settle
 from microslip.identification.problem import Problem
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats, number, positive, show
-from microslip._wording import did_you_mean
+from microslip._core.checks import Floats, number, positive, show
+from microslip._core.wording import did_you_mean
 from microslip.errors import InputError
 from microslip.identification.coordinates import APART, AREA, DENSITY, RADIUS, RIG, Coordinate
 from microslip.identification.labels import labels_of

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import positive, show
-from microslip._frozen import Locked
+from microslip._core.checks import positive, show
+from microslip._core.frozen import Locked
 from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.identification.checks import RecordFit

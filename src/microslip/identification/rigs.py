@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import positive, show
-from microslip._wording import did_you_mean
+from microslip._core.checks import positive, show
+from microslip._core.wording import did_you_mean
 from microslip.errors import InputError
 from microslip.identification.coordinates import RIG, Coordinate
 

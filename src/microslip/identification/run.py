@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import exact, number, positive, show
-from microslip._units import engineering
+from microslip._core.checks import exact, number, positive, show
+from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.identification import checks, setup
 from microslip.identification.delays import FAR, late_note

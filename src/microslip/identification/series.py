@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.identification.models.base import BackboneModel
 
 Answer = tuple[Floats, Floats, Floats, Floats]

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import exact, number, positive, show
-from microslip._units import engineering
-from microslip._wording import did_you_mean
+from microslip._core.checks import exact, number, positive, show
+from microslip._core.units import engineering
+from microslip._core.wording import did_you_mean
 from microslip.errors import InputError
 from microslip.identification.coordinates import AREA, RIG, Coordinate, coordinate_of
 from microslip.identification.folding import Folded

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._units import engineering, significant
+from microslip._core.checks import Floats
+from microslip._core.units import engineering, significant
 from microslip.identification.coordinates import RIG, Coordinate
 from microslip.identification.folding import Folded
 from microslip.identification.profiles import Interval

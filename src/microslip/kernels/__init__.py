@@ -12,7 +12,7 @@ from types import ModuleType
 
 import numpy as np
 
-from microslip._kernel_choice import kernel_name
+from microslip._core.kernel_choice import kernel_name
 from microslip.kernels.layout import MOMENT_TERMS, PROFILE_TERMS, TERMS, Floats, Integers
 
 __all__ = [

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from microslip import kernels
-from microslip._checks import Floats
-from microslip._frozen import Locked, lock
-from microslip._quadrature import gauss_legendre
+from microslip._core.checks import Floats
+from microslip._core.frozen import Locked, lock
 from microslip.kernels.layout import RULES
 from microslip.kernels.table import NODES, TO_POWERS, TO_SERIES
+from microslip.numerics.quadrature import gauss_legendre
 
 Derivative = Callable[[Floats, int], Floats]
 """Derivatives of N by the separation, of order 0, 1 and 2."""

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from microslip import kernels
-from microslip._checks import Floats
-from microslip._frozen import Locked, lock
+from microslip._core.checks import Floats
+from microslip._core.frozen import Locked, lock
 
 _POINTS = kernels.TERMS + 2
 _ANGLES = math.pi * (np.arange(_POINTS) + 0.5) / _POINTS

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from microslip import kernels
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.kernels import Integers
 from microslip.kernels.profile import LOSS_RULES, Profile
 from microslip.kernels.rows import push, values_along

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip import kernels
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.kernels import Integers
 from microslip.kernels.table import Table
 

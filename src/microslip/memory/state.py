@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, exact, floats, number, record, show
+from microslip._core.checks import Floats, exact, floats, number, record, show
 from microslip.errors import InputError
 from microslip.kernels.profile import Profile
 from microslip.kernels.table import Table

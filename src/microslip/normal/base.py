@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip import _quadrature
-from microslip._checks import LARGEST, Floats, exact, floats, plain, show
+from microslip._core.checks import LARGEST, Floats, exact, floats, plain, show
 from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
 from microslip.normal import kinked
 from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
+from microslip.numerics import quadrature
 
 
 def check_pair(pair: Any) -> None:
@@ -184,7 +184,7 @@ class NormalLaw(ABC):
             return self._spheres.sum(DROP, d, u)
         if self._small_kinks.size:
             return kinked.drop(self, d, u)
-        return _quadrature.drop(self, d, u)
+        return quadrature.drop(self, d, u)
 
     def _fall(self, d: Floats | float, u: Floats) -> Floats:
         """-N'(d + u) for steps u >= 0."""
@@ -198,7 +198,7 @@ class NormalLaw(ABC):
             return self._spheres.sum(EXCESS, d, u)
         if self._small_kinks.size:
             return kinked.excess(self, d, u)
-        return _quadrature.excess(self, d, u)
+        return quadrature.excess(self, d, u)
 
     def _excess_slope(self, d: Floats | float, u: Floats) -> Floats:
         """Half the integral of v N''(d + v) over 0 <= v <= u, without cancellation."""
@@ -206,7 +206,7 @@ class NormalLaw(ABC):
             return self._spheres.sum(EXCESS_SLOPE, d, u)
         if self._small_kinks.size:
             return kinked.excess_slope(self, d, u)
-        return _quadrature.excess_slope(self, d, u)
+        return quadrature.excess_slope(self, d, u)
 
     def _corners(self, d: float) -> tuple[Floats, Floats]:
         """Steps from d at which N' jumps, and by how much [N/m]; for most laws none."""
@@ -219,7 +219,7 @@ class NormalLaw(ABC):
         """
         if self._spheres is not None or d < self._edge:
             return None
-        _, length = _quadrature._decay(self, d)
+        _, length = quadrature._decay(self, d)
         steps = length * _REACHES
         gone = self._derivative(d + steps, 0) <= 3e-17 * self._derivative(np.array([d]), 0)
         return float(steps[np.argmax(gone)]) if gone.any() else None

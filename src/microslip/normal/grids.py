@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.kernels import Integers
 from microslip.kernels.table import Table
 from microslip.normal.base import NormalLaw

@@ -1,8 +1,8 @@
 """Differences of laws with many kinks, such as heights by a long table have.
 
-The sums are those of :mod:`microslip._quadrature`. One rule over many kinks is not exact, and a
-piece for each is slow. So a step takes the difference itself as soon as that keeps enough digits;
-only shorter steps, which meet few kinks, are integrated piece by piece.
+The sums are those of :mod:`microslip.numerics.quadrature`. One rule over many kinks is not exact,
+and a piece for each is slow. So a step takes the difference itself as soon as that keeps enough
+digits; only shorter steps, which meet few kinks, are integrated piece by piece.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from microslip import _quadrature
-from microslip._checks import Floats
+from microslip._core.checks import Floats
+from microslip.numerics import quadrature
 
 if TYPE_CHECKING:
     from microslip.normal.base import NormalLaw
@@ -37,34 +37,34 @@ class _Pieces:
 
 def drop(law: NormalLaw, d: Floats | float, u: Floats) -> Floats:
     """N(d) - N(d + u)."""
-    here, length = _quadrature._decay(law, d)
+    here, length = quadrature._decay(law, d)
     result: Floats = here - law._derivative(d + u, 0)
     small = u < _DROP * length
     if small.any():
-        result[small] = _quadrature.drop(_Pieces(law), _of(d, small), u[small])
+        result[small] = quadrature.drop(_Pieces(law), _of(d, small), u[small])
     return result
 
 
 def excess(law: NormalLaw, d: Floats | float, u: Floats) -> Floats:
     """Half the integral of v (u - v) N''(d + v) over [0, u]."""
-    here, length = _quadrature._decay(law, d)
+    here, length = quadrature._decay(law, d)
     end = d + u
-    whole = _quadrature._at(law, d, -1) - law._derivative(end, -1)
+    whole = quadrature._at(law, d, -1) - law._derivative(end, -1)
     result: Floats = 0.5 * u * (here + law._derivative(end, 0)) - whole
     small = u < _EXCESS * length
     if small.any():
-        result[small] = _quadrature.excess(_Pieces(law), _of(d, small), u[small])
+        result[small] = quadrature.excess(_Pieces(law), _of(d, small), u[small])
     return result
 
 
 def excess_slope(law: NormalLaw, d: Floats | float, u: Floats) -> Floats:
     """Half the integral of v N''(d + v) over [0, u]."""
-    here, length = _quadrature._decay(law, d)
+    here, length = quadrature._decay(law, d)
     end = d + u
     result: Floats = 0.5 * (here - law._derivative(end, 0) + u * law._derivative(end, 1))
     small = u < _EXCESS_SLOPE * length
     if small.any():
-        result[small] = _quadrature.excess_slope(_Pieces(law), _of(d, small), u[small])
+        result[small] = quadrature.excess_slope(_Pieces(law), _of(d, small), u[small])
     return result
 
 

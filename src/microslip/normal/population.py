@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, floats, plain, record
-from microslip._frozen import Locked, lock
+from microslip._core.checks import Floats, floats, plain, record
+from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._quadrature import gauss_legendre
+from microslip._core.checks import Floats
 from microslip.normal.spheres import CACHED, Spheres
+from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(10)
 _CLOSE = 0.05  # of the indentation: nearer than that, differences of powers lose digits

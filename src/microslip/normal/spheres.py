@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.kernels import Integers
 from microslip.kernels.table import NODES, TO_SERIES, Table
 

@@ -11,13 +11,13 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, exact, record, show
-from microslip._frozen import Locked, lock
-from microslip._quadrature import gauss_legendre
+from microslip._core.checks import Floats, exact, record, show
+from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.kernels import Integers
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair
+from microslip.numerics.quadrature import gauss_legendre
 
 
 class _Spline(NamedTuple):

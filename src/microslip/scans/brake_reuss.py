@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats, positive, show
-from microslip._wording import did_you_mean, shorten
+from microslip._core.checks import Floats, positive, show
+from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import InputError
 from microslip.heights import TabulatedHeights
 from microslip.materials import MaterialPair

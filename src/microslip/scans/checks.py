@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import LARGEST, exact, positive, show
-from microslip._frozen import lock
-from microslip._units import LENGTH, QuantityError, to_si
+from microslip._core.checks import LARGEST, exact, positive, show
+from microslip._core.frozen import lock
+from microslip._core.units import LENGTH, QuantityError, to_si
 from microslip.errors import InputError
 
 LIMIT = 100_000_000

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import overload
 
-from microslip._checks import show
+from microslip._core.checks import show
 from microslip.errors import InputError
 from microslip.scans.moments import SUMMIT_SHARE, Moments
 from microslip.scans.parameters import BY_LOAD, RadiusBy, SummitStatistics

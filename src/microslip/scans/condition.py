@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import exact, number, positive
-from microslip._frozen import lock
-from microslip._units import engineering
-from microslip._wording import did_you_mean, quoted, show
+from microslip._core.checks import exact, number, positive
+from microslip._core.frozen import lock
+from microslip._core.units import engineering
+from microslip._core.wording import did_you_mean, quoted, show
 from microslip.errors import InputError
 from microslip.scans.checks import length_of
 from microslip.scans.filters import smooth

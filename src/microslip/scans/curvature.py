@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 
 _BLOCK = 1 << 16  # summits a pass
 

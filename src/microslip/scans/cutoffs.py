@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import floats
-from microslip._frozen import Locked, lock
-from microslip._units import engineering
+from microslip._core.checks import floats
+from microslip._core.frozen import Locked, lock
+from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.scans.checks import length_of
 

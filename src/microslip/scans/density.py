@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._frozen import Locked, lock
-from microslip._units import engineering
+from microslip._core.frozen import Locked, lock
+from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.friction.validity import Verdict, Word
 from microslip.scans.fits import RANGE, TAIL, Fit, fits_of

@@ -8,8 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
-from microslip._frozen import lock
+from microslip._core.checks import Floats
+from microslip._core.frozen import lock
 
 REACH = 1.0
 """Half-width of the weights in cut-offs; beyond it they are below 1e-6 of the middle one."""

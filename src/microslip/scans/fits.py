@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import floats, plain
+from microslip._core.checks import floats, plain
 from microslip.friction.validity import Word
 from microslip.scans.statistics import Statistics
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.scans.leveling import level
 
 _PASSES = 40  # of conjugate gradients on each grid: bounds the time; a guess is there already

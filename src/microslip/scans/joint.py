@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import positive, show
-from microslip._units import AREA, QuantityError, to_si
-from microslip._wording import quoted
+from microslip._core.checks import positive, show
+from microslip._core.units import AREA, QuantityError, to_si
+from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.friction import Interface, Verdict
 from microslip.heights import Discrete, Gaussian, HeightDistribution, TabulatedHeights

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.errors import InputError
 
 LEVELS = ("plane", "quadratic", "cylinder", "mean")

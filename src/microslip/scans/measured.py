@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._frozen import Locked
+from microslip._core.frozen import Locked
 from microslip.errors import InputError
 from microslip.scans.checks import objection
 

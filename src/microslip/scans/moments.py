@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import positive
+from microslip._core.checks import positive
 from microslip.errors import InputError
 from microslip.scans.parameters import SummitStatistics
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import Floats, floats, plain, positive
+from microslip._core.checks import Floats, floats, plain, positive
 from microslip.errors import InputError
 from microslip.scans.parameters import BY_LOAD, SummitStatistics
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.scans.filters import weights
 
 _BLOCK = 1 << 20  # points a pass

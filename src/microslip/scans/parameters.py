@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from microslip._checks import number, positive, show
-from microslip._units import engineering, significant
-from microslip._wording import quoted
+from microslip._core.checks import number, positive, show
+from microslip._core.units import engineering, significant
+from microslip._core.wording import quoted
 from microslip.errors import InputError
 
 if TYPE_CHECKING:

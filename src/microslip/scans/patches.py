@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import number, show
-from microslip._frozen import Locked, lock
-from microslip._wording import did_you_mean, quoted
+from microslip._core.checks import number, show
+from microslip._core.frozen import Locked, lock
+from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import InputError
 from microslip.scans.scan import Scan
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 
 Codes = NDArray[np.uint8]
 Places = NDArray[np.intp]

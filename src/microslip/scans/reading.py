@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from microslip._files import reason
-from microslip._units import LENGTH, QuantityError, engineering, to_si
-from microslip._wording import did_you_mean, shorten, show
+from microslip._core.files import reason
+from microslip._core.units import LENGTH, QuantityError, engineering, to_si
+from microslip._core.wording import did_you_mean, shorten, show
 from microslip.errors import InputError
 from microslip.scans.checks import pixel_of, repeated, spikes
 from microslip.scans.readers import Raw, Wishes, reader_of

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import positive, show
-from microslip._units import engineering
+from microslip._core.checks import positive, show
+from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.scans.checks import LIMIT, enough, own, pixel_of
 from microslip.scans.measured import Measured

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import show
-from microslip._frozen import Locked, lock
-from microslip._wording import quoted
+from microslip._core.checks import show
+from microslip._core.frozen import Locked, lock
+from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.scans.moments import Moments
 

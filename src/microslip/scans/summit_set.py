@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from microslip._checks import Floats, show
-from microslip._frozen import Locked, lock
-from microslip._units import engineering
-from microslip._wording import quoted
+from microslip._core.checks import Floats, show
+from microslip._core.frozen import Locked, lock
+from microslip._core.units import engineering
+from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.scans.parameters import SummitStatistics
 from microslip.scans.scan import Scan

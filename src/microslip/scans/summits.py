@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import number, show
-from microslip._units import engineering, significant
-from microslip._wording import quoted
+from microslip._core.checks import number, show
+from microslip._core.units import engineering, significant
+from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.scans.checks import length_of
 from microslip.scans.condition import band

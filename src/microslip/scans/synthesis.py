@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import exact, floats, number, positive, show
-from microslip._frozen import lock
+from microslip._core.checks import exact, floats, number, positive, show
+from microslip._core.frozen import lock
 from microslip.errors import InputError
 from microslip.scans.checks import pixel_of
 from microslip.scans.scan import Scan

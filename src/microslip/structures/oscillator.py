@@ -10,12 +10,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import LARGEST, Floats, exact, number, plain, positive, show
-from microslip._frozen import Locked, lock
+from microslip._core.checks import LARGEST, Floats, exact, number, plain, positive, show
+from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction import LAWS, BackboneLaw
-from microslip.friction.numerics import adaptive
 from microslip.kernels import Integers
+from microslip.numerics.inversion import adaptive
 from microslip.structures.ring_down import RingDown, ring_down
 from microslip.structures.slow_flow import MOST_CYCLES, slow_flow
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
-from microslip._frozen import Locked, lock
+from microslip._core.checks import Floats
+from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.energies import energies_along
 from microslip.memory import State

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from microslip._checks import Floats, exact
+from microslip._core.checks import Floats, exact
 from microslip.errors import InputError
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from microslip._units import significant
+from microslip._core.units import significant
 
 COUNTING_LAWS = ("population", "sphere")
 """Normal laws whose contacts are counted, one by one."""

@@ -14,8 +14,8 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import Field, GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
-from microslip._units import LARGEST, SMALLEST, Kind, Sign, factor_of, is_unit, times
-from microslip._wording import did_you_mean, quoted, shorten, show
+from microslip._core.units import LARGEST, SMALLEST, Kind, Sign, factor_of, is_unit, times
+from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.study.part import Check, Part, Reading
 from microslip.study.textfile import read_text
 

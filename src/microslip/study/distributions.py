@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from microslip._wording import did_you_mean, quoted, shorten, show
+from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.errors import InputError
 from microslip.study.part import KeyedError
 

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import Formatter
 
-from microslip._units import engineering, prefix
+from microslip._core.units import engineering, prefix
 from microslip.study.result import AmplitudeCurve, Floats, some
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
-from microslip._wording import did_you_mean, nearest, quoted, shorten, show
+from microslip._core.wording import did_you_mean, nearest, quoted, shorten, show
 from microslip.materials import metals
 from microslip.study import schema as s
 from microslip.study import surfaces as u

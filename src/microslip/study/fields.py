@@ -9,7 +9,7 @@ from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator
 
-from microslip._units import (
+from microslip._core.units import (
     ANGLE,
     AREA,
     DENSITY,
@@ -22,7 +22,7 @@ from microslip._units import (
     Sign,
     to_si,
 )
-from microslip._wording import did_you_mean, quoted, show
+from microslip._core.wording import did_you_mean, quoted, show
 from microslip.study.columns import FromFile
 from microslip.study.part import Check, JsonSchema
 

@@ -24,8 +24,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from microslip._files import reason
-from microslip._wording import shorten
+from microslip._core.files import reason
+from microslip._core.wording import shorten
 from microslip.errors import StudyError
 from microslip.study.filesystem import held, move, swap
 from microslip.study.summary import KIND

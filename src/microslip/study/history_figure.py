@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from microslip._units import prefix
+from microslip._core.units import prefix
 from microslip.study.drawing import (
     add_legend,
     drawn_loads,

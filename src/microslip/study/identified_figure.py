@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from microslip._units import engineering, prefix
+from microslip._core.units import engineering, prefix
 from microslip.identification.verdicts import AT_A_LOAD
 from microslip.study.drawing import STYLE, length_prefix, log_scale, new_figure, note, settle
 from microslip.study.identified_tables import label

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from microslip._units import significant
+from microslip._core.units import significant
 from microslip.identification.verdicts import shown_interval
 from microslip.study.identified_tables import Table, label, quantity
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from microslip._units import prefix
+from microslip._core.units import prefix
 from microslip.study.drawing import log_scale, new_figure
 from microslip.study.identified_figure import BLUE, RED, short
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from microslip._units import engineering, prefix, significant
+from microslip._core.units import engineering, prefix, significant
 from microslip.identification.verdicts import AT_A_LOAD, shown, shown_interval
 
 _LABELS = {

@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from microslip._wording import shorten
+from microslip._core.wording import shorten
 from microslip.errors import StudyError
 from microslip.study.explain import explain
 from microslip.study.overrides import Override, apply

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-from microslip._units import engineering, prefix
+from microslip._core.units import engineering, prefix
 from microslip.study.drawing import (
     add_legend,
     drawn_loads,

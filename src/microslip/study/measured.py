@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
-from microslip._units import engineering, significant
+from microslip._core.units import engineering, significant
+from microslip._core.wording import shorten
 from microslip._version import __version__
-from microslip._wording import shorten
 from microslip.study.printer import Printer
 from microslip.tribometer import Measurement
 from microslip.tribometer.columns import UNITS

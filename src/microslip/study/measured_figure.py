@@ -11,8 +11,8 @@ from matplotlib import style
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from microslip._units import engineering, prefix
-from microslip._wording import shorten
+from microslip._core.units import engineering, prefix
+from microslip._core.wording import shorten
 from microslip.study.drawing import _LINES as LINES
 from microslip.study.drawing import STYLE, length_prefix, new_figure, note, settle
 from microslip.study.result import some

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TextIO
 
-from microslip._units import engineering
+from microslip._core.units import engineering
 from microslip.study.printer import Printer
 
 if TYPE_CHECKING:

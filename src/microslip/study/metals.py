@@ -7,8 +7,8 @@ from typing import Any
 
 from pydantic import ValidationInfo
 
-from microslip._units import engineering
-from microslip._wording import did_you_mean, quoted, shorten, show
+from microslip._core.units import engineering
+from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.materials import Metal, metals
 from microslip.study.part import Reading
 

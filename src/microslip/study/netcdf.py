@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
 
-from microslip import _netcdf
-from microslip._kernel_choice import kernel_name
-from microslip._netcdf import Variable
+from microslip._core import netcdf
+from microslip._core.kernel_choice import kernel_name
+from microslip._core.netcdf import Variable
 from microslip._version import __version__
 from microslip.errors import StudyError
 from microslip.friction.validity import Word
@@ -64,7 +64,7 @@ def write(result: Result, path: Path, progress: Progress | None = None) -> None:
     OSError
         If the file cannot be written.
     """
-    _netcdf.write(path, *contents(result), progress)
+    netcdf.write(path, *contents(result), progress)
 
 
 def dataset(contents: Contents) -> Any:

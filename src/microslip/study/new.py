@@ -9,8 +9,8 @@ from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 
-from microslip._files import reason
-from microslip._wording import did_you_mean, quoted, shorten, show
+from microslip._core.files import reason
+from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.errors import StudyError
 
 SCHEMA_FILE = "study.schema.json"

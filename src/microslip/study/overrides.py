@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from microslip._files import seen_from
-from microslip._wording import shorten, show
+from microslip._core.files import seen_from
+from microslip._core.wording import shorten, show
 from microslip.errors import StudyError
 
 _EXAMPLE = """joint.normal_load="3 kN\""""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from microslip._units import engineering
+from microslip._core.units import engineering
 from microslip.study import figures
 from microslip.study import report_tables as tables
 from microslip.study.summary import REMINDER

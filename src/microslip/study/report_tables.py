@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
-from microslip._units import engineering, significant
+from microslip._core.units import engineering, significant
 from microslip.study.cells import (
     contact_count,
     force_ratio,

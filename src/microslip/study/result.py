@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._frozen import Locked, lock
+from microslip._core.frozen import Locked, lock
 from microslip.study.quantities import UNITS
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from microslip._units import AREA, LENGTH, Kind, Sign, engineering, to_si
+from microslip._core.units import AREA, LENGTH, Kind, Sign, engineering, to_si
 from microslip.errors import InputError
 from microslip.scans import Scan
 from microslip.scans.statistics import verdicts
@@ -189,7 +189,7 @@ class Findings:
 
     def title(self, what: str) -> str:
         """Title of a figure, which names the scan and the cut-off."""
-        from microslip._wording import shorten
+        from microslip._core.wording import shorten
 
         return f"{what} of {shorten(self.raw.name, 50)}, {self.cutoff_text()}"
 

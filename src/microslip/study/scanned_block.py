@@ -7,8 +7,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from microslip._files import seen_from
-from microslip._units import engineering
+from microslip._core.files import seen_from
+from microslip._core.units import engineering
 
 if TYPE_CHECKING:
     from microslip.study.scanned import Findings

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import Formatter, FuncFormatter
 from numpy.typing import NDArray
 
-from microslip._units import prefix
+from microslip._core.units import prefix
 from microslip.study.drawing import DASHES, drawable, length_prefix, log_scale, new_figure, note
 
 if TYPE_CHECKING:

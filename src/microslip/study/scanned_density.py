@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from microslip._units import prefix, significant
+from microslip._core.units import prefix, significant
 from microslip.study.drawing import DASHES, length_prefix, log_scale, new_figure, note
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
-from microslip._units import prefix
+from microslip._core.units import prefix
 from microslip.study.drawing import length_prefix, new_figure, note
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from microslip._units import engineering, significant
+from microslip._core.units import engineering, significant
 
 if TYPE_CHECKING:
     from microslip.study.scanned import Findings

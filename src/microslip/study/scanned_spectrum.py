@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from microslip._units import engineering
+from microslip._core.units import engineering
 from microslip.study.drawing import DASHES, drawable, length_prefix, log_scale, new_figure, note
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
-from microslip._units import LENGTH, engineering, to_si
-from microslip._wording import quoted, shorten, show
+from microslip._core.units import LENGTH, engineering, to_si
+from microslip._core.wording import quoted, shorten, show
 from microslip.errors import InputError
 from microslip.study.columns import UnitName, text
 from microslip.study.fields import Area, Height, TwoNames, YesOrNo, array, number, one_of, quantity

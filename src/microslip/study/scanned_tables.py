@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, TextIO
 
-from microslip._units import engineering, significant
-from microslip._wording import shorten
+from microslip._core.units import engineering, significant
+from microslip._core.wording import shorten
 from microslip.study.printer import Printer
 from microslip.study.report_tables import Judgement, Table
 from microslip.study.scanned import NAMES

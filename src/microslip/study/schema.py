@@ -20,8 +20,8 @@ from pydantic import (
     model_validator,
 )
 
-from microslip._units import FORCE, LENGTH, engineering
-from microslip._wording import shorten
+from microslip._core.units import FORCE, LENGTH, engineering
+from microslip._core.wording import shorten
 from microslip.study.columns import Column, ColumnName, UnitName
 from microslip.study.fields import (
     Amplitude,

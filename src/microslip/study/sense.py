@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from microslip._units import engineering
-from microslip._wording import shorten
+from microslip._core.units import engineering
+from microslip._core.wording import shorten
 from microslip.study.metals import unknown
 from microslip.study.part import KeyedError
 from microslip.study.surfaces import Elastic, GreenwoodWilliamsonSurface, Rigid, TableSurface

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from microslip._kernel_choice import kernel_name
-from microslip._units import engineering
+from microslip._core.kernel_choice import kernel_name
+from microslip._core.units import engineering
 from microslip._version import __version__
 from microslip.friction.validity import worst_validity
 from microslip.heights import Gaussian

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, ValidationInfo, model_validator
 
-from microslip._units import LENGTH, engineering
+from microslip._core.units import LENGTH, engineering
 from microslip.study.columns import Column, ColumnName, FileName, UnitName, text
 from microslip.study.fields import (
     Area,

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
-from microslip._units import engineering, significant
-from microslip._wording import shorten
+from microslip._core.units import engineering, significant
+from microslip._core.wording import shorten
 from microslip.study.cells import (
     contact_count,
     force_ratio,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from microslip._files import reason
-from microslip._wording import did_you_mean, shorten
+from microslip._core.files import reason
+from microslip._core.wording import did_you_mean, shorten
 
 
 def read_text(path: Path, wanted: str, most: int, missing: str = "no such file") -> str:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from microslip._frozen import lock
-from microslip._units import engineering
+from microslip._core.frozen import lock
+from microslip._core.units import engineering
 from microslip.loops import Loop
 from microslip.study.result import AmplitudeCurve, Columns, Floats
 

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import show
-from microslip._files import whole_file
-from microslip._frozen import lock
-from microslip._netcdf import Variable
-from microslip._netcdf import write as write_netcdf
+from microslip._core.checks import show
+from microslip._core.files import whole_file
+from microslip._core.frozen import lock
+from microslip._core.netcdf import Variable
+from microslip._core.netcdf import write as write_netcdf
 from microslip.errors import InputError
 
 if TYPE_CHECKING:

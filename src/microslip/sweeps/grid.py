@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats, exact
+from microslip._core.checks import Floats, exact
 from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.normal.grids import inverse_on_grid, on_grid, separations

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._checks import LARGEST, SMALLEST, Floats, exact, floats, show
-from microslip._netcdf import Variable
+from microslip._core.checks import LARGEST, SMALLEST, Floats, exact, floats, show
+from microslip._core.netcdf import Variable
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, Interface

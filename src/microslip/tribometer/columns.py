@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.tribometer.cycles import Cycles
 
 UNITS: Mapping[str, str] = MappingProxyType(

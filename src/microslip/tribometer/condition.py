@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats, exact, number, positive, show
+from microslip._core.checks import Floats, exact, number, positive, show
 from microslip.errors import InputError
 from microslip.tribometer.cycles import Cycles, split
 from microslip.tribometer.estimates import Estimate, mean_of, quantile, trend

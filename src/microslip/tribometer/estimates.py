@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 
 
 class Estimate(NamedTuple):

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats, exact, number, positive, show
-from microslip._frozen import lock
+from microslip._core.checks import Floats, exact, number, positive, show
+from microslip._core.frozen import lock
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw
 from microslip.tribometer.columns import UNITS, columns_of

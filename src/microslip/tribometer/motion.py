@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 
 _NEAR = 1e-9
 """Angle [rad] from a turning point over which the motion stands still, to rounding."""

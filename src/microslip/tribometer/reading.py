@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._frozen import lock
-from microslip._units import FORCE, QuantityError, engineering, to_si
-from microslip._wording import did_you_mean, shorten, show
+from microslip._core.checks import Floats
+from microslip._core.frozen import lock
+from microslip._core.units import FORCE, QuantityError, engineering, to_si
+from microslip._core.wording import did_you_mean, shorten, show
 from microslip.tribometer.readers import Table, reader_of
 from microslip.tribometer.roles import KINDS, NEEDED, Named, find, guess, listed, understood
 from microslip.tribometer.scaling import Scale, apply, by_role, scale_of, sign_of, zero_of

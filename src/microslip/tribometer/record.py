@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._checks import Floats, exact, positive, show
-from microslip._checks import record as checked
-from microslip._frozen import Locked, lock
+from microslip._core.checks import Floats, exact, positive, show
+from microslip._core.checks import record as checked
+from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 
 _UNITS = {"time": "s", "displacement": "m", "force": "N", "normal_load": "N", "commanded": "m"}

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from microslip._checks import Floats, show
+from microslip._core.checks import Floats, show
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw
 

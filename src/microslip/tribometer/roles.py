@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from microslip._units import FORCE, LENGTH, Kind, QuantityError, factor_of, is_unit
-from microslip._wording import did_you_mean, quoted, shorten, show
+from microslip._core.units import FORCE, LENGTH, Kind, QuantityError, factor_of, is_unit
+from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.tribometer.readers.base import Column
 from microslip.tribometer.readers.layout import bare
 

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._units import Kind, QuantityError, engineering, factor_of, to_si
-from microslip._wording import quoted, shorten, show
+from microslip._core.checks import Floats
+from microslip._core.units import Kind, QuantityError, engineering, factor_of, to_si
+from microslip._core.wording import quoted, shorten, show
 from microslip.tribometer.roles import KINDS, Named, fits, is_raw
 
 ZEROS = ("mean", "middle", "first")

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats
-from microslip._units import engineering
+from microslip._core.checks import Floats
+from microslip._core.units import engineering
 from microslip.tribometer.record import Record
 
 FAR = 5.0

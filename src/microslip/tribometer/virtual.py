@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._checks import Floats, exact, number, positive, show
+from microslip._core.checks import Floats, exact, number, positive, show
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw
 from microslip.tribometer.motion import path, shape, turns

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from microslip._checks import show
+from microslip._core.checks import show
 from microslip.errors import InputError
 from microslip.friction.bouc_wen import BoucWen
 from microslip.friction.interface import Interface

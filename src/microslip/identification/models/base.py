@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.materials import MaterialPair
 
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._quadrature import gauss_legendre
+from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.friction.bouc_wen import BoucWen
 from microslip.identification.models.base import Branch, CycleModel, Derived, Model, Parameter
+from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(16)
 _FULL = 37.0  # exp(-37) is nothing beside 1

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats, positive
+from microslip._core.checks import Floats, positive
 from microslip.errors import InputError
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface

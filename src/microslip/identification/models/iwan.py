@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats, show
-from microslip._frozen import Locked, lock
+from microslip._core.checks import Floats, show
+from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.iwan import Iwan

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.friction.jenkins import Jenkins
 from microslip.identification.models.base import BackboneModel, Branch, Derived, Model, Parameter
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.friction.segalman import SegalmanIwan
 from microslip.identification.models.base import BackboneModel, Branch, Derived, Model, Parameter
 

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from microslip import _quadrature
-from microslip._checks import Floats, show
+from microslip._core.checks import Floats, show
 from microslip.errors import InputError
 from microslip.friction.surface_guesses import conventional_radius, scaled
 from microslip.heights import Exponential, Gaussian, as_heights
@@ -23,6 +22,7 @@ from microslip.normal import (
     TabulatedNormalLaw,
 )
 from microslip.normal.base import aluminium
+from microslip.numerics import quadrature
 
 _PANELS = (24, 32, 48, 64)
 _LEFT_OUT = 1e-14  # of the largest value, for the terms that a panel leaves out
@@ -143,7 +143,7 @@ class Template:
         near = x * rate < 0.3
         if near.any():
             if law._spheres is None and not isinstance(law, TabulatedNormalLaw):
-                lost = _quadrature.drop(_Steepness(law), here, steps[near]) * (unit / at)
+                lost = quadrature.drop(_Steepness(law), here, steps[near]) * (unit / at)
             else:  # neither has an N'' to integrate: right to rounding of the whole
                 lost = rate - by_step[near]
             result[near] = rate * value[near] - lost

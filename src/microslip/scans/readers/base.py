@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from microslip._wording import shorten
+from microslip._core.wording import shorten
 
 
 @dataclass(frozen=True)

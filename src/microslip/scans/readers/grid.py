@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.scans.readers.base import few
 
 _OFF = 0.05  # share of a step by which a coordinate may be off its place

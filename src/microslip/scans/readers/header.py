@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from microslip._units import LENGTH, QuantityError, to_si
+from microslip._core.units import LENGTH, QuantityError, to_si
 
 _LONGEST = 400  # characters of a line of names
 _WORD = r"[^\W\d_]{1,12}|\ufffdm"

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from microslip._units import LENGTH, QuantityError, engineering, to_si
-from microslip._wording import did_you_mean, shorten, show
+from microslip._core.units import LENGTH, QuantityError, engineering, to_si
+from microslip._core.wording import did_you_mean, shorten, show
 from microslip.scans.readers.base import Raw, Reader, Wishes, few, first_line
 from microslip.scans.readers.grid import on_grid
 

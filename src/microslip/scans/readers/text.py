@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from microslip._units import LENGTH, QuantityError, is_unit, to_si
-from microslip._wording import shorten, show
+from microslip._core.units import LENGTH, QuantityError, is_unit, to_si
+from microslip._core.wording import shorten, show
 from microslip.scans.readers.base import Raw, Reader, Wishes, few, first_line
 from microslip.scans.readers.grid import on_grid
 from microslip.scans.readers.header import Names, names_of

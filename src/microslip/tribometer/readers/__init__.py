@@ -45,7 +45,7 @@ def reader_of(path: Path, wanted: str | None) -> Reader:
     ValueError
         If no reader is called so, or none knows such a file.
     """
-    from microslip._wording import quoted, show
+    from microslip._core.wording import quoted, show
 
     with path.open("rb") as file:
         head = file.read(_HEAD)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 
 MAX_SAMPLES = 500_000_000
 """Most samples of one column; four columns of them are 16 GB."""
@@ -92,7 +92,7 @@ class Reader(ABC):
 
 def first_line(error: BaseException) -> str:
     """What a library says, on one line."""
-    from microslip._wording import shorten
+    from microslip._core.wording import shorten
 
     lines = str(error).strip().splitlines()
     return shorten(lines[0], 200) if lines else type(error).__name__

@@ -251,7 +251,7 @@ def bare(cell: str) -> str:
 
 
 def _is_unit_or_empty(cell: str) -> bool:
-    from microslip._units import is_unit
+    from microslip._core.units import is_unit
 
     text = bare(cell)
     # What is in square brackets is meant as one, even if nobody knows it.

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.tribometer.readers.base import MAX_SAMPLES, Column, Reader, Table, first_line
 
 

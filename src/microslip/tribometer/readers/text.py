@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.tribometer.readers.base import Column, Reader, Stated, Table
 from microslip.tribometer.readers.layout import (
     MISSING,
@@ -213,7 +213,7 @@ def _careful(file: _File, places: list[int]) -> Floats:
 
 
 def _wrong_cell(layout: Layout, index: int, place: int, cell: str, decimal: str) -> str:
-    from microslip._wording import shorten, show
+    from microslip._core.wording import shorten, show
 
     name = shorten(layout.names[place], 40) or f"#{place + 1}"
     other = {".": ",", ",": "."}[decimal]
@@ -228,7 +228,7 @@ def _wrong_cell(layout: Layout, index: int, place: int, cell: str, decimal: str)
 
 
 def _excerpt(text: str) -> str:
-    from microslip._wording import show
+    from microslip._core.wording import show
 
     return f", {show(text.strip())}"
 

@@ -13,7 +13,7 @@ from decimal import Decimal, DecimalException
 from functools import lru_cache
 from typing import Any, Literal
 
-from microslip._wording import nearest, shorten, show
+from microslip._core.wording import nearest, shorten, show
 
 Sign = Literal["positive", "any"]
 

@@ -28,8 +28,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from microslip._checks import Floats
-from microslip._frozen import lock
+from microslip._core.checks import Floats
+from microslip._core.frozen import lock
 
 Function = Callable[[Floats, Floats, Floats | float], Floats]
 

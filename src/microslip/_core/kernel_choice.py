@@ -27,7 +27,7 @@ def _extension_loads() -> bool:
     # import NumPy. It is loaded rather than only found, since an extension left by another
     # platform or Python is there and of no use.
     spec = PathFinder.find_spec(
-        "microslip.kernels._compiled", [str(Path(__file__).with_name("kernels"))]
+        "microslip.kernels._compiled", [str(Path(__file__).parents[1] / "kernels")]
     )
     if spec is None or spec.loader is None or spec.origin is None:
         return False

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from microslip._checks import Floats
+from microslip._core.checks import Floats
 from microslip.kernels import Integers
 
 # Gauss-Lobatto: with the ends among its nodes a rule sees a kink close to one of them.

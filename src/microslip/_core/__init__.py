@@ -1,0 +1,1 @@
+"""What every floor stands on: checks, units, wording, frozen arrays, whole files, verdicts."""

@@ -1,0 +1,1 @@
+"""Quadrature and inversion that do not cancel; no physics."""

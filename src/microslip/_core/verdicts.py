@@ -1,0 +1,78 @@
+"""Verdicts as data: a rule is a name, a quantity, limits, words, a reason and a remedy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, get_args
+
+Word = Literal["ok", "not judged", "watch", "outside"]
+WORDS: tuple[str, ...] = get_args(Word)
+"""From the best to the worst; what is not judged is not fine."""
+
+
+class Verdict(NamedTuple):
+    """One assumption held to its limit."""
+
+    name: str
+    """What is judged."""
+    value: float | None
+    """Its value [-]; None where it is not known."""
+    limit: float
+    """Where ``ok`` ends; ``outside`` begins further."""
+    word: Word
+    """``ok``, ``watch`` (the result leans on it), ``outside``, or ``not judged``."""
+    meaning: str
+    """What the assumption is, in a sentence."""
+    reason: str = ""
+    """Where the limits come from or, not judged, what is missing."""
+    remedy: str = ""
+    """What to do about it."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How a quantity is judged.
+
+    Parameters
+    ----------
+    name : str
+        What is judged.
+    watch, outside : float
+        Where ``ok`` ends and where ``outside`` begins; falling limits (``outside`` below
+        ``watch``) judge what must not be too small.
+    meaning : str
+        The assumption in a sentence.
+    reason : str
+        Evidence for the limits, with its source.
+    remedy : str
+        What to do where it does not hold.
+    missing : str
+        What has to be given before it can be judged.
+    """
+
+    name: str
+    watch: float
+    outside: float
+    meaning: str
+    reason: str = ""
+    remedy: str = ""
+    missing: str = ""
+
+    def judge(self, value: float | None) -> Verdict:
+        """Hold a value to the limits; None or not a number is not judged."""
+        if value is None or math.isnan(value):
+            return Verdict(
+                self.name, None, self.watch, "not judged", self.meaning, self.missing, self.remedy
+            )
+        falling = self.outside < self.watch
+        fine = value >= self.watch if falling else value <= self.watch
+        bearable = value >= self.outside if falling else value <= self.outside
+        word: Word = "ok" if fine else "watch" if bearable else "outside"
+        return Verdict(self.name, value, self.watch, word, self.meaning, self.reason, self.remedy)
+
+
+def worst(verdicts: Iterable[Verdict]) -> Word:
+    """The worst word of all; only where all was judged and holds it is ``ok``."""
+    return max((verdict.word for verdict in verdicts), key=WORDS.index, default="not judged")

@@ -1,0 +1,1 @@
+"""One document of a result, and its renderers: terminal, HTML, JSON, CSV, netCDF. No physics."""

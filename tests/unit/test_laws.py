@@ -106,7 +106,7 @@ NOT_FINITE = "must be finite: 1 of 2 values are not, the first is"
         (lambda: ms.SegalmanIwan(1.0, 1.0, 1e41, 0.0), "chi must be at most 1e+40, got 1e+41"),
         (
             lambda: ms.SegalmanIwan(1.0, 1.0, -0.5, -0.1),
-            "beta must not be negative, got -0.1",
+            "beta must be zero or more, got -0.1",
         ),
         (
             lambda: ms.SegalmanIwan(1.0, 1.0, -0.5, math.inf),

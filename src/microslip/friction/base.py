@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from microslip import kernels
 from microslip._core.checks import Floats, exact, floats, plain, positive, record, show
 from microslip._core.frozen import lock
+from microslip._core.parameters import Parametric
 from microslip.errors import InputError
 from microslip.friction.views import PeriodicResponse, Sliders
 from microslip.kernels.table import Table
@@ -31,7 +32,7 @@ Self = TypeVar("Self", bound="BackboneLaw")
 MOST_CELLS = 10_000_000
 
 
-class BackboneLaw(ABC):
+class BackboneLaw(Parametric, ABC):
     """A tangential law that obeys Masing's rules, fully given by its first loading curve T0.
 
     A subclass gives :meth:`_backbone`, :meth:`_slope` and :attr:`force_limit`; all else has a

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, number, positive, record
+from microslip._core.checks import Floats, exact, positive, record
+from microslip._core.parameters import Parametric, parameter
 from microslip.errors import InputError
 from microslip.friction.base import checked_cycle
 from microslip.friction.guesses import all_features
@@ -25,7 +26,7 @@ _BLOCK = 1 << 14  # values a pass, so that temporaries stay small
 
 
 @dataclass(frozen=True)
-class BoucWen:
+class BoucWen(Parametric):
     """Hysteresis after Bouc (1967) and Wen (1976): T = alpha k x + (1 - alpha) F_y w.
 
     The memory w follows dw/dx = (k/F_y) [A - |w|^n (gamma + beta sign(w dx))].
@@ -62,23 +63,26 @@ class BoucWen:
     Newton's method, to 1e-12 of the force limit; how densely a record is sampled does not matter.
     """
 
-    stiffness: float
-    yield_force: float
-    alpha: float = 0.0
-    A: float = 1.0
-    beta: float = 0.5
-    gamma: float = 0.5
-    n: float = 1.0
+    stiffness: float = field(metadata=parameter("k", "N/m", "stiffness at rest", above=0.0))
+    yield_force: float = field(
+        metadata=parameter("F_y", "N", "unit of the hysteretic force", above=0.0)
+    )
+    alpha: float = field(
+        default=0.0,
+        metadata=parameter(
+            "alpha", meaning="share of the stiffness that stays elastic", least=0.0, below=1.0
+        ),
+    )
+    A: float = field(default=1.0, metadata=parameter("A", meaning="slope at rest", above=0.0))
+    beta: float = field(default=0.5, metadata=parameter("beta", meaning="shape of the loop"))
+    gamma: float = field(default=0.5, metadata=parameter("gamma", meaning="shape of the loop"))
+    n: float = field(
+        default=1.0,
+        metadata=parameter("n", meaning="sharpness of the yielding", least=1.0, most=_MOST),
+    )
 
     def __post_init__(self) -> None:
-        for name, unit in (("stiffness", "N/m"), ("yield_force", "N"), ("A", "")):
-            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
-        for name in ("alpha", "beta", "gamma", "n"):
-            object.__setattr__(self, name, number(name, getattr(self, name)))
-        if not 0.0 <= self.alpha < 1.0:
-            raise InputError(f"alpha must be in [0, 1), got {exact(self.alpha)}")
-        if not 1.0 <= self.n <= _MOST:
-            raise InputError(f"n must be in [1, {_MOST:g}], got {exact(self.n)}")
+        self._check_parameters()
         if self.beta < abs(self.gamma):
             raise InputError(
                 "beta must be at least the size of gamma, or the model is not dissipative (it "

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, positive
+from microslip._core.checks import Floats
 from microslip._core.frozen import lock
+from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import all_features
@@ -41,10 +42,7 @@ class Coulomb(BackboneLaw):
     errors.
     """
 
-    force_limit: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "force_limit", positive("force_limit", self.force_limit, "N"))
+    force_limit: float = field(metadata=parameter("F", "N", "force at which it slips", above=0.0))
 
     def _backbone(self, u: Floats) -> Floats:
         return np.where(u > 0.0, self.force_limit, 0.0)

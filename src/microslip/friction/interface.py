@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, plain, positive, show
+from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.coupled import (
@@ -58,9 +59,20 @@ class Interface(BackboneLaw):
     """
 
     surface: NormalLaw
-    friction_coefficient: float
-    normal_load: float = None  # type: ignore[assignment]  # always set after creation
-    separation: float = None  # type: ignore[assignment]  # always set after creation
+    friction_coefficient: float = field(
+        metadata=parameter(
+            "mu", meaning="coefficient of friction", above=0.0, search=(1e-3, 10.0), log=True
+        )
+    )
+    # Both are always set after creation.
+    normal_load: float = field(
+        default=None,  # type: ignore[assignment]
+        metadata=parameter("N", "N", "normal load", above=0.0),
+    )
+    separation: float = field(
+        default=None,  # type: ignore[assignment]
+        metadata=parameter("d", "m", "separation of the mean planes"),
+    )
 
     def __post_init__(self) -> None:
         if not isinstance(self.surface, NormalLaw):

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, SMALLEST, Floats, record, show
+from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
+from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
@@ -51,23 +52,21 @@ class Iwan(Locked, BackboneLaw):
     yield. Sorted once, a value costs O(log n), and every sum has terms of one sign only.
     """
 
-    stiffnesses: ArrayLike
-    force_limits: ArrayLike
+    stiffnesses: ArrayLike = field(
+        metadata=parameter("k_i", "N/m", "stiffness of each spring", above=0.0, many=True)
+    )
+    force_limits: ArrayLike = field(
+        metadata=parameter("f_i", "N", "force at which each slider slips", above=0.0, many=True)
+    )
 
     def __post_init__(self) -> None:
-        given = {}
-        for name, unit in (("stiffnesses", "N/m"), ("force_limits", "N")):
-            values = record(name, getattr(self, name)).reshape(-1).copy()
-            _check_sizes(name, unit, values)
-            given[name] = values
-        cells = [values.size for values in given.values()]
+        self._check_parameters()
+        cells = [np.size(values) for values in (self.stiffnesses, self.force_limits)]
         if cells[0] != cells[1]:
             raise InputError(
                 "stiffnesses and force_limits must be of one length, one of each for a cell, "
                 f"got {cells[0]} and {cells[1]}"
             )
-        for name, values in given.items():
-            object.__setattr__(self, name, lock(values))
 
     @property
     def cell_count(self) -> int:
@@ -168,15 +167,6 @@ class Iwan(Locked, BackboneLaw):
         shares = (np.arange(1000.0) + 0.5) / 1000.0
         many = cls(np.full(1000, 1e6), 0.8 * shares)
         return cls([2e8], [150.0]), few, many
-
-
-def _check_sizes(name: str, unit: str, values: Floats) -> None:
-    off = (values <= 0.0) | (values < SMALLEST) | (values > LARGEST)
-    if not off.any():
-        return
-    i = int(np.argmax(off))
-    wanted = "above zero" if values[i] <= 0.0 else f"between {SMALLEST:g} and {LARGEST:g}"
-    raise InputError(f"{name} must be {wanted} [{unit}], got {values[i]:g} at index {i}")
 
 
 def _running_sum(x: Floats) -> Floats:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, positive
+from microslip._core.checks import Floats
 from microslip._core.frozen import lock
+from microslip._core.parameters import parameter
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import all_features, draw, elastic_plastic, points_of
 from microslip.friction.views import Sliders
@@ -36,12 +37,10 @@ class Jenkins(BackboneLaw):
     a cycle dissipates 4 limit (a - y) for amplitudes a > y, and nothing below.
     """
 
-    stiffness: float
-    force_limit: float
-
-    def __post_init__(self) -> None:
-        for name, unit in (("stiffness", "N/m"), ("force_limit", "N")):
-            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+    stiffness: float = field(metadata=parameter("k", "N/m", "stiffness of the spring", above=0.0))
+    force_limit: float = field(
+        metadata=parameter("F", "N", "force at which the slider slips", above=0.0)
+    )
 
     @property
     def yield_displacement(self) -> float:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, Floats, exact, number, plain, positive
+from microslip._core.checks import Floats, plain
 from microslip._core.frozen import lock
+from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import all_features, draw, points_of
@@ -47,26 +48,29 @@ class SegalmanIwan(BackboneLaw):
     sums of nothing that cancels.
     """
 
-    force_limit: float
-    stiffness: float
-    chi: float
-    beta: float
+    force_limit: float = field(metadata=parameter("F_S", "N", "force of gross slip", above=0.0))
+    stiffness: float = field(metadata=parameter("K_T", "N/m", "stiffness at rest", above=0.0))
+    # A joint of rough surfaces tends to chi = 0, and what stiffens may lie above.
+    chi: float = field(
+        metadata=parameter(
+            "chi",
+            meaning="exponent of the density of sliders",
+            above=-1.0,
+            search=(-0.99, 3.0),
+            example=-0.5,
+            why="sliders that dense at displacement 0 would be infinitely stiff",
+        )
+    )
+    beta: float = field(
+        metadata=parameter(
+            "beta",
+            meaning="stiffness of the last slider over that of all others",
+            least=0.0,
+            search=(0.0, 100.0),
+        )
+    )
 
-    def __post_init__(self) -> None:
-        for name, unit in (("force_limit", "N"), ("stiffness", "N/m")):
-            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
-        chi, beta = number("chi", self.chi, example=-0.5), number("beta", self.beta)
-        if chi <= -1.0:
-            raise InputError(
-                "chi must be above -1 (sliders that dense at displacement 0 would be infinitely "
-                f"stiff), got {exact(chi)}"
-            )
-        if beta < 0.0:
-            raise InputError(f"beta must not be negative, got {exact(beta)}")
-        for name, value in (("chi", chi), ("beta", beta)):
-            if value > LARGEST:
-                raise InputError(f"{name} must be at most {LARGEST:g}, got {exact(value)}")
-            object.__setattr__(self, name, value)
+    key = "segalman"
 
     @property
     def slip_displacement(self) -> float:

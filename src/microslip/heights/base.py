@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain, show
+from microslip._core.parameters import Parametric
 from microslip.errors import InputError
 
 TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1, 6)})
 """Orders n of the partial moments that exist here, with twice their value."""
 
 
-class HeightDistribution(ABC):
+class HeightDistribution(Parametric, ABC):
     """Distribution of summit heights y about a zero of its own, which is never recentred.
 
     A subclass gives ``_moment``, ``_density``, ``spread`` and ``span``; where its density ends

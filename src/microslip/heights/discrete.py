@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, record
 from microslip._core.frozen import Locked, lock
+from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
 
@@ -28,7 +29,7 @@ class Discrete(Locked, HeightDistribution):
         Nothing given, several dimensions, a value that is not finite.
     """
 
-    values: ArrayLike
+    values: ArrayLike = field(metadata=parameter("y_i", "m", "heights", many=True))
 
     def __post_init__(self) -> None:
         values = np.sort(record("heights", self.values).reshape(-1))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from microslip._core.checks import Floats, positive
+from microslip._core.checks import Floats
+from microslip._core.parameters import parameter
 from microslip.heights.base import HeightDistribution
 
 
@@ -32,12 +33,11 @@ class Exponential(HeightDistribution):
     sqrt(pi) erfcx(sqrt(x)) or 1 upwards by g(a+1) = a g(a) + x^a, which adds positive terms only.
     """
 
-    scale: float
+    scale: float = field(
+        metadata=parameter("lambda", "m", "mean and standard deviation", above=0.0)
+    )
 
     edge = 0.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "scale", positive("scale", self.scale, "m"))
 
     @property
     def spread(self) -> float:

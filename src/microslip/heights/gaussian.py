@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from microslip import kernels
-from microslip._core.checks import Floats, number, positive
+from microslip._core.checks import Floats
+from microslip._core.parameters import parameter
 from microslip.heights.base import HeightDistribution
 
 
@@ -34,12 +35,8 @@ class Gaussian(HeightDistribution):
     Chebyshev fits that are right to 4e-15 of their value for every h until they underflow near 38.
     """
 
-    std: float
-    mean: float = 0.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "std", positive("std", self.std, "m"))
-        object.__setattr__(self, "mean", number("mean", self.mean, "m"))
+    std: float = field(metadata=parameter("sigma", "m", "standard deviation", above=0.0))
+    mean: float = field(default=0.0, metadata=parameter("m", "m", "mean height"))
 
     @property
     def spread(self) -> float:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, record, show
 from microslip._core.frozen import Locked, lock
+from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
 from microslip.heights.pieces import (
@@ -68,8 +69,10 @@ class TabulatedHeights(Locked, HeightDistribution):
     steps leap to and fro by many powers of ten.
     """
 
-    height: ArrayLike
-    density: ArrayLike
+    height: ArrayLike = field(metadata=parameter("y", "m", "heights, rising", many=True))
+    density: ArrayLike = field(
+        metadata=parameter("p", "1/m", "density at these", least=0.0, many=True)
+    )
     integral: float = field(init=False, default=1.0)
     """Integral of the density as it was given [-], by which it was divided."""
     _held: tuple[int, int] = field(init=False, default=(0, 0), repr=False)

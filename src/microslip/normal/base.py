@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import LARGEST, Floats, exact, floats, plain, show
+from microslip._core.parameters import Parametric
 from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
 from microslip.normal import kinked
@@ -26,7 +27,7 @@ def check_pair(pair: Any) -> None:
         )
 
 
-class NormalLaw(ABC):
+class NormalLaw(Parametric, ABC):
     """Normal load N of an interface against the separation d: decreasing, convex, zero in the end.
 
     A subclass is a frozen dataclass with a ``pair`` that gives :meth:`_derivative` and
@@ -38,6 +39,10 @@ class NormalLaw(ABC):
     """
 
     pair: MaterialPair
+
+    def __post_init__(self) -> None:
+        check_pair(self.pair)
+        self._check_parameters()
 
     @abstractmethod
     def _derivative(self, separation: Floats, order: int) -> Floats:

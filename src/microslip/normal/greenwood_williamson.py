@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, plain, positive
+from microslip._core.checks import Floats, plain
+from microslip._core.parameters import parameter
 from microslip.heights import (
     Discrete,
     Exponential,
@@ -20,7 +21,7 @@ from microslip.heights import (
     as_heights,
 )
 from microslip.materials import MaterialPair
-from microslip.normal.base import NormalLaw, aluminium, check_pair
+from microslip.normal.base import NormalLaw, aluminium
 from microslip.normal.spheres import DERIVATIVES, Spheres
 
 
@@ -54,15 +55,15 @@ class GreenwoodWilliamson(NormalLaw):
 
     pair: MaterialPair
     heights: Any
-    radius: float
-    density: float
-    area: float
+    radius: float = field(metadata=parameter("rho", "m", "radius of the summits", above=0.0))
+    density: float = field(
+        metadata=parameter("rho_a", "1/m^2", "summits per apparent area", above=0.0)
+    )
+    area: float = field(metadata=parameter("S_a", "m^2", "apparent area", above=0.0))
 
     def __post_init__(self) -> None:
-        check_pair(self.pair)
+        super().__post_init__()
         object.__setattr__(self, "heights", as_heights(self.heights))
-        for name, unit in (("radius", "m"), ("density", "1/m^2"), ("area", "m^2")):
-            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
 
     @property
     def summit_count(self) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import Locked, lock
+from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair
@@ -43,8 +44,10 @@ class AsperityPopulation(Locked, NormalLaw):
     """
 
     pair: MaterialPair
-    heights: ArrayLike
-    radii: ArrayLike
+    heights: ArrayLike = field(metadata=parameter("y_i", "m", "heights of the summits", many=True))
+    radii: ArrayLike = field(
+        metadata=parameter("rho_i", "m", "radii of the summits", above=0.0, many=True)
+    )
 
     def __post_init__(self) -> None:
         check_pair(self.pair)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, plain, positive
+from microslip._core.checks import Floats, plain
+from microslip._core.parameters import parameter
 from microslip.materials import MaterialPair
-from microslip.normal.base import NormalLaw, aluminium, check_pair
+from microslip.normal.base import NormalLaw, aluminium
 from microslip.normal.spheres import Spheres
 
 
@@ -34,11 +35,7 @@ class SphereOnFlat(NormalLaw):
     """
 
     pair: MaterialPair
-    radius: float
-
-    def __post_init__(self) -> None:
-        check_pair(self.pair)
-        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
+    radius: float = field(metadata=parameter("rho", "m", "radius of the sphere", above=0.0))
 
     @cached_property
     def _constant(self) -> float:

@@ -1,0 +1,94 @@
+"""What a class says of its parameters is what it checks, and what others may read of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import pytest
+
+import microslip as ms
+from microslip._core.parameters import (
+    Parametric,
+    dimension_of,
+    key_of,
+    parameter,
+    parameters_of,
+    rescaled,
+    values_of,
+)
+from microslip.friction import LAWS
+from microslip.heights import HEIGHTS
+from microslip.normal import NORMAL_LAWS
+
+
+@dataclass(frozen=True)
+class Spring(Parametric):
+    """A stand-in for a law, one parameter of each kind."""
+
+    stiffness: float = field(metadata=parameter("k", "N/m", "stiffness at rest", above=0.0))
+    share: float = field(default=0.5, metadata=parameter("s", least=0.0, below=1.0))
+    power: float = field(default=1.0, metadata=parameter("n", least=1.0, most=9.0))
+    steps: tuple[float, ...] = field(
+        default=(1.0,), metadata=parameter("d_i", "m", above=0.0, many=True)
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"stiffness": 0.0}, "stiffness must be above zero [N/m], got 0"),
+        ({"stiffness": 1e41}, "stiffness must be between 1e-40 and 1e+40 [N/m], got 1e+41"),
+        ({"share": 1.0}, "share must be in [0, 1), got 1"),
+        ({"share": -0.1}, "share must be in [0, 1), got -0.1"),
+        ({"power": 9.5}, "power must be in [1, 9], got 9.5"),
+        ({"steps": [1.0, -2.0]}, "steps must be above zero [m], got -2 at index 1"),
+        ({"steps": []}, "steps must hold at least one number"),
+        ({"power": math.nan}, "power must be a finite number"),
+    ],
+)
+def test_what_a_field_says_is_checked(given: dict[str, object], message: str) -> None:
+    with pytest.raises(ms.InputError) as caught:
+        Spring(**{"stiffness": 1.0, **given})  # type: ignore[arg-type]
+    assert str(caught.value).startswith(message)
+
+
+def test_a_class_lists_its_parameters() -> None:
+    stiffness, share, power, steps = parameters_of(Spring)
+    assert (stiffness.name, stiffness.symbol, stiffness.unit) == ("stiffness", "k", "N/m")
+    assert stiffness.is_log
+    assert (stiffness.low, stiffness.high) == (1e-6, 1e15)
+    assert stiffness.default is None
+    assert share.default == 0.5
+    assert (share.low, share.high) == (0.0, 1.0 - 1e-6)
+    assert not share.is_log
+    assert (power.low, power.high) == (1.0, 9.0)
+    assert steps.many
+    assert steps.dimension == (0, 1)
+    assert parameters_of(int) == ()
+
+
+@pytest.mark.parametrize("kind", [*LAWS, ms.BoucWen, *NORMAL_LAWS, *HEIGHTS])
+def test_every_parameter_is_said_in_full(kind: type) -> None:
+    for said in parameters_of(kind):
+        assert said.symbol
+        assert said.meaning
+        assert said.unit == "" or said.dimension is not None
+        assert said.low < said.high
+        assert not said.is_log or said.low > 0.0
+
+
+def test_names_of_classes() -> None:
+    names = [key_of(kind) for kind in (ms.Jenkins, ms.SegalmanIwan, ms.BoucWen, Spring)]
+    assert names == ["jenkins", "segalman", "bouc-wen", "spring"]
+
+
+def test_units_say_how_a_value_scales() -> None:
+    units = ("N/m", "N", "", "1/m^2", "N*m^-1.5", "Pa", "m^2", "N/m^2")
+    dimensions = [(1, -1), (1, 0), (0, 0), (0, -2), None, None, (0, 2), (1, -2)]
+    assert [dimension_of(unit) for unit in units] == dimensions
+    cell = ms.Jenkins(stiffness=4.0, force_limit=6.0)
+    assert rescaled(ms.Jenkins, values_of(cell), 2.0, 10.0) == {
+        "stiffness": pytest.approx(0.8, rel=1e-15),
+        "force_limit": 12.0,
+    }

@@ -23,7 +23,7 @@ from microslip.chapter.contact import summit
 from microslip.chapter.rig import RIG, SAMPLES, identified, virtual_rig
 from microslip.chapter.surface import CORRELATION, ROUGHNESS, profile, summits, worked_example
 from microslip.cli import main
-from microslip.study.folder import staged
+from microslip.report.folder import staged
 
 NUMBERS = {plate.number: plate for plate in PLATES}
 all_plates = pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.number)

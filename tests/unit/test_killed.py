@@ -16,7 +16,7 @@ import pytest
 from studies import STUDY
 
 import microslip as ms
-from microslip.study.filesystem import _rename
+from microslip.report.filesystem import _rename
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="there is no such kill here")
 
@@ -27,7 +27,7 @@ import json, os, signal, sys
 from pathlib import Path
 
 from microslip.errors import StudyError
-from microslip.study import filesystem, folder
+from microslip.report import filesystem, folder
 
 scene = sys.argv[1]
 home = Path(sys.argv[2])
@@ -41,7 +41,7 @@ def save(text, overwrite=True):
     with folder.staged(target, overwrite) as stage:
         names = ["summary.json", "one.csv", "two.csv"]
         for name in names:
-            summary = {"kind": folder.KIND, "files": names, "text": text}
+            summary = {"kind": "microslip-result", "files": names, "text": text}
             (stage / name).write_text(json.dumps(summary))
 
 

@@ -13,8 +13,8 @@ import pytest
 from studies import STUDY
 
 import microslip as ms
-from microslip.study import filesystem
-from microslip.study import folder as folder_module
+from microslip.report import filesystem
+from microslip.report import folder as folder_module
 
 RENAME = filesystem._rename
 PLAIN = STUDY + "report = false\n"

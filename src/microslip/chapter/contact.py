@@ -35,7 +35,7 @@ from microslip.chapter.plate import (
 )
 from microslip.friction import Asperity, AsperityFields, Zone
 from microslip.materials import Material, MaterialPair
-from microslip.study.drawing import DASHES
+from microslip.report.drawing import DASHES
 
 Floats = NDArray[np.float64]
 

@@ -29,7 +29,7 @@ from microslip.chapter.plate import (
 from microslip.chapter.surface import SPREAD, worked_example
 from microslip.friction import Interface, Iwan
 from microslip.normal import GreenwoodWilliamson
-from microslip.study.drawing import DASHES, log_scale
+from microslip.report.drawing import DASHES, log_scale
 
 Floats = NDArray[np.float64]
 

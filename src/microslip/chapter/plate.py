@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
-from microslip.study.drawing import STYLE, new_figure, settle
+from microslip.report.drawing import STYLE, new_figure, settle
 
 Columns = dict[str, NDArray[np.float64]]
 

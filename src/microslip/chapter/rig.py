@@ -15,7 +15,7 @@ from microslip.chapter.plate import BLUE, DOTS, GREY, INK, LIGHT, RED, Drawn, Pl
 from microslip.chapter.surface import worked_example
 from microslip.friction import Interface
 from microslip.identification import Identification, identify
-from microslip.study.drawing import DASHES
+from microslip.report.drawing import DASHES
 from microslip.tribometer import VirtualTribometer
 
 Floats = NDArray[np.float64]

@@ -20,7 +20,7 @@ from microslip.chapter.plate import (
     arrow,
     words,
 )
-from microslip.study.drawing import DASHES
+from microslip.report.drawing import DASHES
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from microslip.friction import Interface
 from microslip.heights import Gaussian
 from microslip.materials import Material, MaterialPair
 from microslip.normal import GreenwoodWilliamson
-from microslip.study.drawing import DASHES
+from microslip.report.drawing import DASHES
 
 Floats = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from microslip.chapter.joint import assumed as worked_out
 from microslip.chapter.plate import LIGHT, Drawn, Plate, cross
 from microslip.chapter.surface import worked_example
 from microslip.friction import CoupledResponse, Interface
-from microslip.study.drawing import DASHES
+from microslip.report.drawing import DASHES
 
 Floats = NDArray[np.float64]
 

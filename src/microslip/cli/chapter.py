@@ -35,7 +35,7 @@ def figures(only: tuple[str, ...], folder: Path, overwrite: bool, as_json: bool)
     """
     with stoppable():
         from microslip.chapter import KIND, select, write
-        from microslip.study.folder import staged
+        from microslip.report.folder import staged
 
         chosen = select(only)
         with (

@@ -146,7 +146,7 @@ def identify(
     with stoppable():
         from contextlib import ExitStack
 
-        from microslip.study.folder import staged
+        from microslip.report.folder import staged
         from microslip.study.identified import KIND, identified, show, summarise, write
 
         spell = partial(as_options, "identify")

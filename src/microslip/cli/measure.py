@@ -55,7 +55,7 @@ def measure(
         from contextlib import ExitStack
 
         from microslip.errors import InputError
-        from microslip.study.folder import staged
+        from microslip.report.folder import staged
         from microslip.study.measured import KIND, show, summarise, write
         from microslip.tribometer import measure as measured
         from microslip.tribometer.record import shown_path

@@ -97,7 +97,7 @@ def demo(folder: Path | None, overwrite: bool, overrides: tuple[str, ...], as_js
 
 
 def _predict(read: Callable[[], Study], folder: Path, overwrite: bool, as_json: bool) -> None:
-    from microslip.study.folder import staged
+    from microslip.report.folder import staged
 
     unprinted: OSError | None = None
     with stoppable():

@@ -155,7 +155,7 @@ def surface(
         with ExitStack() as stack:
             stage = None
             if folder is not None:  # first, so that nothing is read in vain
-                from microslip.study.folder import staged
+                from microslip.report.folder import staged
 
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "measured scan"))
             with progress("Measuring") as report:

@@ -2,51 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from microslip._core.verdicts import Verdict
+from microslip._core.verdicts import Verdict, worst
+from microslip.report.plot import Plot
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-Cell = float | int | str | bool | None
+Value = float | int | str | bool | None
+Write = Callable[[Any], str]
 
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table: its values in SI, told with the unit that suits each of them.
+    """One column of a table: values in SI, each told with the prefix that suits it.
 
     Parameters
     ----------
     key : str
-        Name in JSON and CSV, such as "dissipated_energy".
+        Name for programs, such as "dissipated_energy".
     label : str
-        Heading for people, such as "E_d".
+        Heading on a page, such as "Energy per cycle".
     unit : str, optional
         SI unit of the values; "" for a number without one, None for text.
     digits : int, optional
         Significant digits for people; files hold all of them.
-    meaning : str, optional
-        What the heading stands for, where it needs a word.
+    write : callable, optional
+        How a value is written for people where unit and digits do not say it; see
+        :mod:`microslip.report.cells`.
+    short : str, optional
+        Heading on a terminal; by default the label.
+    brief : bool, optional
+        Whether a terminal shows it.
     """
 
     key: str
     label: str
     unit: str | None = None
     digits: int = 4
-    meaning: str = ""
+    write: Write | None = None
+    short: str = ""
+    brief: bool = True
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of plain values under columns.
+    """Rows of plain values under columns; columns of which nothing is known are not shown.
 
     Parameters
     ----------
     title : str
-        What stands above it.
+        What stands above it; a section's only table needs none on a page.
     columns : tuple of Column
         Its columns; the first ``keys`` of them say what a row is about.
     rows : tuple of tuple
@@ -55,42 +61,80 @@ class Table:
         How many of the first columns are repeated where a terminal is too narrow.
     most : int, optional
         Rows for people, spread evenly with the first and the last; files hold all of them.
+    caption : str, optional
+        A paragraph below it on a page.
+    brief : bool, optional
+        Whether a terminal shows it.
+    noun : str, optional
+        What a row is about, in the plural, where rows are left out.
     """
 
     title: str
     columns: tuple[Column, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: tuple[tuple[Value, ...], ...]
     keys: int = 1
     most: int = 60
+    caption: str = ""
+    brief: bool = True
+    noun: str = "rows"
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is said of one thing, name by name: a material, a file, a rig."""
+
+    title: str
+    rows: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure that is drawn only when a renderer wants it.
+    """A figure that is made only when a renderer wants it.
 
     Parameters
     ----------
     name : str
         Stem of its files.
     caption : str
-        What it shows, in a sentence or two.
-    draw : callable
-        Makes the Matplotlib figure.
+        What to see in it, in a sentence or two.
+    plot : callable
+        Says the figure as data.
+    alternative : str
+        What it is, for those who cannot see it.
     """
 
     name: str
     caption: str
-    draw: Callable[[], Figure]
+    plot: Callable[[], Plot]
+    alternative: str = ""
 
 
 @dataclass(frozen=True)
 class Verdicts:
-    """Assumptions held to their limits, and where."""
+    """Assumptions held to their limits, and where.
 
-    title: str
+    Parameters
+    ----------
+    verdicts : tuple of Verdict
+        In the order of reading; several of one name are told as one.
+    places : tuple of str, optional
+        Where each of them is so, such as "5 kN"; empty, or an empty text, for everywhere.
+    writes : mapping, optional
+        How the values of a name are written where that is not a plain number.
+    noun : str, optional
+        What the places are, in the plural.
+    caption : str, optional
+        A paragraph below them on a page.
+    none : str, optional
+        What to say where there are no verdicts at all.
+    """
+
     verdicts: tuple[Verdict, ...]
     places: tuple[str, ...] = ()
-    """Where each of them is so, such as "at 5 kN"; empty for everywhere."""
+    writes: Mapping[str, Write] = field(default_factory=dict)
+    noun: str = "loads"
+    caption: str = ""
+    none: str = "No limits are known for this law."
 
 
 @dataclass(frozen=True)
@@ -98,9 +142,32 @@ class Note:
     """A paragraph of text, such as a caveat or a remedy."""
 
     text: str
+    small: bool = False
 
 
-Block = Table | Picture | Verdicts | Note
+@dataclass(frozen=True)
+class Items:
+    """Sentences below each other."""
+
+    texts: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Text of a file, as it stands there."""
+
+    text: str
+    most: int = 20_000
+
+
+@dataclass(frozen=True)
+class Markup:
+    """HTML that the program itself has made, such as equations in MathML; never a user's words."""
+
+    html: str
+
+
+Block = Table | Facts | Picture | Verdicts | Note | Items | Listing | Markup
 
 
 @dataclass(frozen=True)
@@ -127,7 +194,9 @@ class Document:
     sections : tuple of Section
         What follows, in the order of reading.
     data : mapping
-        The plain values of summary.json, in SI units.
+        The plain values of summary.json in SI units: what :func:`header` begins, and the numbers.
+    remarks : tuple of str, optional
+        What must be read with the answer.
     """
 
     kind: str
@@ -135,3 +204,26 @@ class Document:
     answer: str
     sections: tuple[Section, ...]
     data: Mapping[str, Any] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+
+    def blocks(self) -> Iterator[Block]:
+        """All blocks, in the order of reading."""
+        for section in self.sections:
+            yield from section.blocks
+
+    @property
+    def pictures(self) -> tuple[Picture, ...]:
+        """Its figures."""
+        return tuple(block for block in self.blocks() if isinstance(block, Picture))
+
+    @property
+    def verdicts(self) -> tuple[Verdicts, ...]:
+        """What is judged in it."""
+        return tuple(block for block in self.blocks() if isinstance(block, Verdicts))
+
+    @property
+    def word(self) -> str:
+        """The worst word of its verdicts; "not judged" where nothing is, and "" without rules."""
+        if not self.verdicts:
+            return ""
+        return worst(verdict for block in self.verdicts for verdict in block.verdicts)

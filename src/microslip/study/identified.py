@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from rich.cells import cell_len
 
 from microslip._version import __version__
-from microslip.study.printer import Printer
+from microslip.report.printer import Printer
 
 if TYPE_CHECKING:
     from microslip.identification import Comparison, Identification

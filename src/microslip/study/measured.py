@@ -10,7 +10,7 @@ from typing import Any, TextIO
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip._version import __version__
-from microslip.study.printer import Printer
+from microslip.report.printer import Printer
 from microslip.tribometer import Measurement
 from microslip.tribometer.columns import UNITS
 

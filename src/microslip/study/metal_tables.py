@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TextIO
 
 from microslip._core.units import engineering
-from microslip.study.printer import Printer
+from microslip.report.printer import Printer
 
 if TYPE_CHECKING:
     from microslip.materials import Metal

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.frozen import Locked, lock
+from microslip.report.scales import evenly as some
 from microslip.study.quantities import UNITS
 
 if TYPE_CHECKING:
@@ -37,11 +38,6 @@ Floats = NDArray[np.float64]
 _Columns = TypeVar("_Columns", bound="Columns")
 
 _BLOCK = 20_000
-
-
-def some(count: int, most: int) -> list[int]:
-    """Indices of at most `most` of `count` things, evenly, the first and the last among them."""
-    return sorted({round(i) for i in np.linspace(0, count - 1, min(count, most)).tolist()})
 
 
 def blocks(size: int, progress: Progress | None = None, most: int = _BLOCK) -> Iterator[slice]:
@@ -367,7 +363,7 @@ class Result:
         StudyError
             If the folder exists, is not an earlier result or cannot be written.
         """
-        from microslip.study.folder import staged
+        from microslip.report.folder import staged
         from microslip.study.output import write
 
         with staged(Path(folder), overwrite) as stage:

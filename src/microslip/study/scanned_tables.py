@@ -7,7 +7,7 @@ from typing import Any, TextIO
 
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
-from microslip.study.printer import Printer
+from microslip.report.printer import Printer
 from microslip.study.report_tables import Judgement, Table
 from microslip.study.scanned import NAMES
 from microslip.study.scanned_errors import HEIGHTS, MOMENTS

@@ -9,6 +9,7 @@ from typing import Any, TextIO
 
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
+from microslip.report.printer import Printer
 from microslip.study.cells import (
     contact_count,
     force_ratio,
@@ -19,7 +20,6 @@ from microslip.study.cells import (
     verdict_limit,
     verdict_value,
 )
-from microslip.study.printer import Printer
 from microslip.study.result import some
 from microslip.study.summary import REMINDER
 

@@ -1,4 +1,4 @@
-"""Floor 8: text and tables on a terminal, or in a pipe."""
+"""Text and tables on a terminal, or in a pipe."""
 
 from __future__ import annotations
 

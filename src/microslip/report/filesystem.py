@@ -1,4 +1,4 @@
-"""Floor 8: what the system does in one step: swap two folders, take a free name, hold a folder.
+"""What the system does in one step: swap two folders, take a free name, hold a folder.
 
 Python has neither of the renames used here; they are called in the C library.
 """

@@ -1,4 +1,4 @@
-"""Floor 8: a result folder appears whole or not at all, and replaces nothing but a result.
+"""A result folder appears whole or not at all, and replaces nothing but a result.
 
 While a result is written it is in a hidden folder beside its place, ``.NAME.xxxxxxxx.tmp``, which
 then changes places with an older result in one step. A killed process leaves the hidden folder
@@ -27,8 +27,7 @@ from typing import Any, NamedTuple
 from microslip._core.files import reason
 from microslip._core.wording import shorten
 from microslip.errors import StudyError
-from microslip.study.filesystem import held, move, swap
-from microslip.study.summary import KIND
+from microslip.report.filesystem import held, move, swap
 
 # Left behind by file managers, and nobody's work.
 _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
@@ -49,7 +48,7 @@ class _Place(NamedTuple):
 
 @contextmanager
 def staged(
-    folder: Path, overwrite: bool = False, kind: str = KIND, what: str = "result"
+    folder: Path, overwrite: bool = False, kind: str = "microslip-result", what: str = "result"
 ) -> Iterator[Path]:
     """Give a temporary folder that takes the place of `folder` when all has gone well.
 

@@ -1,0 +1,99 @@
+"""What figures drawn by Matplotlib share: style, page, axes."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import matplotlib
+import numpy as np
+from matplotlib import font_manager
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import Formatter
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+STYLE = Path(__file__).with_name("microslip.mplstyle")
+FONT = "DejaVu Sans"
+DASHES = (0, (4, 2))
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_LONG_WORD = 50  # of the widest letter, W, so many fill the page
+
+
+def new_figure(height: float, title: str) -> Figure:
+    """Page of the usual width and this height [in], with an Agg canvas."""
+    width = float(matplotlib.rcParams["figure.figsize"][0])
+    figure = Figure(figsize=(width, height))
+    FigureCanvasAgg(figure)
+    if title:
+        figure.suptitle(_literal(_broken(title)), wrap=True)
+    return figure
+
+
+def settle(figure: Figure) -> None:
+    """Lay a figure out once and for all, rather than anew for every file made of it."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")
+    # The layout's last digits depend on what was drawn before, and with them names in the SVG.
+    for axes in figure.axes:
+        axes.set_position(np.round(axes.get_position(original=True).bounds, 6).tolist())
+
+
+def missing_glyphs(text: str) -> str:
+    """Characters of a text that the font of the figures does not have, each once."""
+    if text.isascii():
+        return ""
+    font = font_manager.get_font(font_manager.findfont(FONT))
+    return "".join(c for c in dict.fromkeys(text) if not font.get_char_index(ord(c)))
+
+
+def _broken(text: str) -> str:
+    """Text whose words each fit on the page; matplotlib only breaks lines between words."""
+    return re.sub(rf"\S{{{_LONG_WORD}}}(?=\S)", r"\g<0>\n", text)
+
+
+def _literal(text: str) -> str:
+    """Text in which a dollar sign is a dollar sign."""
+    return text.replace("$", r"\$")
+
+
+class _Powers(Formatter):
+    """Labels of a log axis: 0.1, 1, 10 where these are short, else 10⁻⁶; never mixed.
+
+    Plain text, since matplotlib's mathtext costs most of the time of a figure.
+    """
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        axis: Any = self.axis
+        low, high = sorted(axis.get_view_interval())
+        power = math.floor(math.log10(x) + 1e-9)
+        factor = float(f"{x / 10.0**power:.5g}")
+        decades = math.log10(high / low)
+        if factor not in ((1,) if decades > 1.6 else (1, 2, 5) if decades > 0.5 else (factor,)):
+            return ""
+        if low >= 0.9e-4 and high <= 1.2e5:
+            return f"{x:.6g}"
+        exponent = str(power).translate(_SUPERSCRIPTS)
+        return f"10{exponent}" if factor == 1 else f"{factor:g}·10{exponent}"
+
+
+def log_scale(axes: Axes, which: Literal["x", "y"]) -> None:
+    """Make an axis of a panel logarithmic."""
+    if which == "x":
+        axes.set_xscale("log")
+    else:
+        axes.set_yscale("log")
+    side = axes.xaxis if which == "x" else axes.yaxis
+    side.set_major_formatter(_Powers())
+    side.set_minor_formatter(_Powers())
+
+
+def note(axes: Axes, text: str) -> None:
+    """Say above a panel, at its left, what its lines are."""
+    axes.set_title(text, loc="left", fontsize=8.5, pad=4.0)

@@ -1,0 +1,169 @@
+"""The files of a result: what each is called, what it costs, and how it is written."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core import netcdf
+from microslip._core.kernel_choice import kernel_name
+from microslip._version import __version__
+from microslip.report.folder import staged
+from microslip.report.netcdf import Contents
+
+Progress = Callable[[float], None]
+Blocks = Iterator[Mapping[str, NDArray[np.float64]]]
+
+# Seconds, more or less, for the sake of progress: a number as text, a number, a figure, anything.
+TEXT, NUMBER, FIGURE, FILE = 6e-7, 9e-8, 0.02, 1e-3
+
+
+@dataclass(frozen=True)
+class File:
+    """One file of a result.
+
+    Parameters
+    ----------
+    name : str
+        In the folder.
+    write : callable
+        Writes it, given its path and what takes the share that is done.
+    cost : float
+        Seconds that it takes, more or less.
+    """
+
+    name: str
+    write: Callable[[Path, Progress], None]
+    cost: float = FILE
+
+
+def header(kind: str, schema: int, title: str) -> dict[str, Any]:
+    """What every summary.json begins with."""
+    return {
+        "kind": kind,
+        "schema": schema,
+        "generator": {"name": "microslip", "version": __version__, "kernel": kernel_name()},
+        "title": title,
+    }
+
+
+def _bytes(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
+
+
+def text_file(name: str, text: Callable[[], str]) -> File:
+    """A file of text."""
+    return File(name, lambda path, _: _bytes(path, text().encode("utf-8")))
+
+
+def csv_file(
+    name: str, parts: Callable[[], Blocks], rows: int, units: Mapping[str, str], columns: int
+) -> File:
+    """A table of numbers as text; see :func:`write_csv`."""
+    return File(
+        name,
+        lambda path, progress: write_csv(path, parts(), rows, units, progress),
+        rows * columns * TEXT,
+    )
+
+
+def netcdf_file(name: str, contents: Callable[[], Contents], numbers: int) -> File:
+    """Labelled arrays as netCDF-4."""
+    return File(
+        name,
+        lambda path, progress: netcdf.write(path, *contents(), progress),
+        numbers * NUMBER,
+    )
+
+
+def write_all(files: Sequence[File], folder: Path, progress: Progress | None = None) -> None:
+    """Write files into an existing folder.
+
+    Raises
+    ------
+    OSError
+        If one cannot be written.
+    """
+    report = progress or (lambda share: None)
+    total, done = sum(file.cost for file in files), 0.0
+
+    for file in files:
+        begin, done = done / total, done + file.cost
+
+        def part(share: float, begin: float = begin, end: float = done / total) -> None:
+            report(min(begin + (end - begin) * share, end))
+
+        file.write(folder / file.name, part)
+        part(1.0)
+
+
+def save(
+    files: Sequence[File],
+    folder: str | Path,
+    kind: str,
+    what: str = "result",
+    overwrite: bool = False,
+    progress: Progress | None = None,
+) -> tuple[Path, ...]:
+    """Write a folder, whole or not at all; see :func:`~microslip.report.folder.staged`.
+
+    Raises
+    ------
+    StudyError
+        If the folder exists, is not an earlier result of this kind, or cannot be written.
+    """
+    with staged(Path(folder), overwrite, kind, what) as stage:
+        write_all(files, stage, progress)
+    return tuple(Path(folder) / file.name for file in files)
+
+
+def write_json(path: Path, data: Mapping[str, Any]) -> None:
+    """Write plain values as JSON with all their digits."""
+    text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8", newline="\n")
+
+
+def write_csv(
+    path: Path,
+    parts: Blocks,
+    rows: int,
+    units: Mapping[str, str],
+    progress: Progress | None = None,
+) -> None:
+    """Write blocks of equal columns as one CSV file whose header names columns and units.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    parts : iterator of mapping
+        Columns by name, piece by piece.
+    rows : int
+        How many rows there will be.
+    units : mapping
+        Units of the columns by their names.
+    progress : callable, optional
+        Called now and then with the share that is done, 0 … 1.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    done = 0
+    with path.open("w", encoding="utf-8", newline="") as file:
+        for number, part in enumerate(parts):
+            if number == 0:
+                file.write(",".join(f"{name} [{units[name]}]" for name in part) + "\n")
+            # repr is the shortest text that reads back as the same double.
+            texts = [map(repr, column.tolist()) for column in part.values()]
+            file.writelines(",".join(row) + "\n" for row in zip(*texts, strict=True))
+            done += len(next(iter(part.values())))
+            if progress is not None:
+                progress(done / rows)

@@ -1,0 +1,300 @@
+"""A figure as data: panels, axes and what is drawn in them. Renderers make SVG or Matplotlib of it.
+
+Lengths on paper are points (1/72 inch). Values are divided by the unit that the axis names before
+they come here, so that what a figure shows can be read, and tested, without drawing it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+Marker = Literal["o", "s", "^", "D", "v", "P"]
+Which = Literal["x", "y"]
+
+# The colours are those of Okabe and Ito (2008), dark to light as far as they go, for the
+# colour-blind and for print in grey.
+COLORS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
+MARKERS: tuple[Marker, ...] = ("o", "s", "^", "D", "v", "P")
+DASHED = (4.0, 2.0)
+DOTTED = (1.0, 2.0)
+DASHES: tuple[tuple[float, ...], ...] = (
+    (),
+    (6, 2),
+    (1, 1),
+    (6, 2, 1, 2),
+    (3, 1),
+    (5, 1, 1, 1, 1, 1),
+)
+"""Dashes and gaps, in line widths."""
+WIDTH = 1.4
+THIN = 0.9
+GREY = "#666666"
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line through points; a value that is not finite parts it."""
+
+    x: Floats
+    y: Floats
+    color: str = COLORS[0]
+    width: float = WIDTH
+    dash: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Marks:
+    """A marker at each point, hollow unless filled."""
+
+    x: Floats
+    y: Floats
+    color: str = COLORS[0]
+    marker: Marker = "o"
+    filled: bool = False
+    size: float = 4.5
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A line across the whole panel at one value of an axis."""
+
+    value: float
+    axis: Which = "y"
+    color: str = "#333333"
+    width: float = THIN
+    dash: tuple[float, ...] = DASHED
+
+
+@dataclass(frozen=True)
+class Band:
+    """A stripe across the whole panel between two values of an axis."""
+
+    low: float
+    high: float
+    axis: Which = "x"
+    color: str = "#e8e8e8"
+
+
+@dataclass(frozen=True)
+class Area:
+    """A filled area with a closed outline."""
+
+    x: Floats
+    y: Floats
+    color: str = "#e8e8e8"
+
+
+@dataclass(frozen=True)
+class Stems:
+    """Lines from zero up to each value."""
+
+    x: Floats
+    y: Floats
+    color: str = COLORS[0]
+    width: float = 1.0
+
+
+@dataclass(frozen=True)
+class Words:
+    """Text at a point of the panel, on white; a fraction of it unless ``data``.
+
+    ``align`` and ``valign`` say which edge of the text is at the point; ``angle`` turns it about
+    there, in degrees.
+    """
+
+    x: float
+    y: float
+    text: str
+    align: Literal["left", "center", "right"] = "left"
+    valign: Literal["top", "middle", "bottom"] = "top"
+    color: str = "#1a1a1a"
+    size: float = 8.5
+    angle: float = 0.0
+    data: bool = False
+
+
+@dataclass(frozen=True)
+class LineName:
+    """A name written along a line that is all but straight, near its begin or its end.
+
+    Left out where the line is seen over less than 40 % of the panel's height.
+    """
+
+    x: Floats
+    y: Floats
+    text: str
+    at_end: bool = False
+
+
+@dataclass(frozen=True)
+class Pixels:
+    """A picture of red, green, blue (or one grey) bytes, first row at the top, over a rectangle."""
+
+    values: NDArray[np.uint8]
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+
+Item = Line | Marks | Rule | Band | Area | Stems | Words | LineName | Pixels
+
+
+@dataclass
+class Axis:
+    """An axis: its label, its ends (None: from what is drawn), and whether it is logarithmic.
+
+    Parameters
+    ----------
+    label : str
+        With the unit in brackets; a line break is kept.
+    low, high : float, optional
+        Its ends.
+    log : bool
+        Whether it is logarithmic; what is not above zero is then not drawn.
+    margin : float
+        Share of the range that stays free at an end that is not given.
+    ticks : sequence of tuple of float and str, optional
+        Places and labels, instead of round numbers.
+    integer : bool
+        Whether only whole numbers are labelled.
+    bare : bool
+        No labels: another panel below or beside has the same axis.
+    opposite : bool
+        Labels at the top or at the right.
+    """
+
+    label: str = ""
+    low: float | None = None
+    high: float | None = None
+    log: bool = False
+    margin: float = 0.05
+    ticks: Sequence[tuple[float, str]] | None = None
+    integer: bool = False
+    bare: bool = False
+    opposite: bool = False
+
+
+@dataclass
+class Panel:
+    """One pair of axes with what is drawn in it; items are painted in their order.
+
+    Parameters
+    ----------
+    x, y : Axis
+        Its axes.
+    note : str
+        Above it, at its left: what its lines are.
+    title : str
+        Above it, in the middle.
+    second : tuple of str and float, optional
+        A second vertical axis at the right: its label, and what the values are multiplied by.
+    grid : bool
+        Whether lines are at the ticks.
+    equal : bool
+        Whether a unit is as long on both axes.
+    cell : tuple of int
+        First and last row, first and last column in the grid of the page.
+    """
+
+    x: Axis = field(default_factory=Axis)
+    y: Axis = field(default_factory=Axis)
+    note: str = ""
+    title: str = ""
+    second: tuple[str, float] | None = None
+    grid: bool = True
+    equal: bool = False
+    cell: tuple[int, int, int, int] = (0, 0, 0, 0)
+    items: list[Item] = field(default_factory=list)
+
+    def line(
+        self,
+        x: ArrayLike,
+        y: ArrayLike,
+        color: str = COLORS[0],
+        *,
+        width: float = WIDTH,
+        dash: tuple[float, ...] = (),
+    ) -> None:
+        """Add a line."""
+        self.items.append(Line(_floats(x), _floats(y), color, width, dash))
+
+    def marks(
+        self,
+        x: ArrayLike,
+        y: ArrayLike,
+        color: str = COLORS[0],
+        *,
+        marker: Marker = "o",
+        filled: bool = False,
+        size: float = 4.5,
+    ) -> None:
+        """Add markers."""
+        self.items.append(Marks(_floats(x), _floats(y), color, marker, filled, size))
+
+    def add(self, *items: Item) -> None:
+        """Add anything."""
+        self.items.extend(items)
+
+    def cross(self) -> None:
+        """Add thin lines through zero, below all else."""
+        self.items[:0] = [Rule(0.0, which, "#888888", 0.6, ()) for which in ("y", "x")]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A line of the legend: a name and how its curve looks."""
+
+    label: str
+    color: str = COLORS[0]
+    dash: tuple[float, ...] = ()
+    marker: Marker | None = None
+    filled: bool = False
+    line: bool = True
+
+
+@dataclass
+class Plot:
+    """A page of panels with a legend below.
+
+    Parameters
+    ----------
+    panels : list of Panel
+        In the cells of a grid.
+    height : float
+        Of the page [in]; it is 7.1 in wide.
+    title : str
+        Above all.
+    heights, widths : tuple of float
+        Of the rows and columns of the grid, relative to each other.
+    legend : tuple of Entry
+        Below all, in as many lines as they need.
+    legend_title : str
+        Above the legend.
+    """
+
+    panels: list[Panel]
+    height: float = 5.6
+    title: str = ""
+    heights: tuple[float, ...] = (1.0,)
+    widths: tuple[float, ...] = (1.0,)
+    legend: tuple[Entry, ...] = ()
+    legend_title: str = ""
+
+
+def stacked(panels: Sequence[Panel], height: float, heights: Sequence[float]) -> Plot:
+    """Panels below each other that share their horizontal axis, which the last one labels."""
+    for row, panel in enumerate(panels):
+        panel.cell = (row, row, 0, 0)
+        panel.x.bare = row < len(panels) - 1
+    return Plot(list(panels), height, heights=tuple(heights))
+
+
+def _floats(values: ArrayLike) -> Floats:
+    return np.atleast_1d(np.asarray(values, dtype=np.float64))

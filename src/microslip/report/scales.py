@@ -1,0 +1,30 @@
+"""Which prefix numbers that stand together share, and which of many are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from microslip._core.units import prefix
+
+
+def evenly(count: int, most: int) -> list[int]:
+    """Indices of at most `most` of `count` things, evenly, the first and the last among them."""
+    shown = min(count, most)
+    if shown < 2:
+        return list(range(shown))
+    return sorted({round(i * (count - 1) / (shown - 1)) for i in range(shown)})
+
+
+def length_prefix(largest: float, least: float = 0.0) -> tuple[float, str]:
+    """Micrometres wherever they suit lengths [m], since those of joints are read in them."""
+    return (1e-6, "µ") if largest > 1e-7 and (least or largest) < 1e-3 else prefix(largest)
+
+
+def common_prefix(values: Sequence[float]) -> tuple[float, str]:
+    """Prefix of the largest value, or none where the others are too far below it."""
+    return (1.0, "") if far_apart(values, 1e4) else prefix(max(values))
+
+
+def far_apart(values: Sequence[float], factor: float = 20.0) -> bool:
+    """Whether positive values are too far apart for one linear axis."""
+    return max(values) > factor * min(values)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 Floats = NDArray[np.float64]
 
@@ -37,13 +37,13 @@ def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float
         value = value.item()
     if not isinstance(value, numbers.Real) or isinstance(value, (bool, np.timedelta64)):
         hint = f", for example {name}={example:g}" if isinstance(value, str) else ""
-        raise InputError(f"{name} must be {wanted}, got {show(value)}{hint}")
+        raise InputError(Argument(name), f" must be {wanted}, got {show(value)}{hint}")
     try:
         result = float(value)
     except OverflowError:
         result = math.inf
     if not math.isfinite(result):
-        raise InputError(f"{name} must be {wanted}, got {show(value)}")
+        raise InputError(Argument(name), f" must be {wanted}, got {show(value)}")
     return result
 
 
@@ -52,10 +52,11 @@ def positive(name: str, value: Any, unit: str = "", example: float = 1.0) -> flo
     result = number(name, value, unit, example)
     in_unit = f" [{unit}]" if unit else ""
     if result <= 0.0:
-        raise InputError(f"{name} must be above zero{in_unit}, got {exact(result)}")
+        raise InputError(Argument(name), f" must be above zero{in_unit}, got {exact(result)}")
     if not SMALLEST <= result <= LARGEST:
         raise InputError(
-            f"{name} must be between {SMALLEST:g} and {LARGEST:g}{in_unit}, got {exact(result)}"
+            Argument(name),
+            f" must be between {SMALLEST:g} and {LARGEST:g}{in_unit}, got {exact(result)}",
         )
     return result
 
@@ -71,10 +72,10 @@ def floats(name: str, value: ArrayLike) -> Floats:
         array = np.ascontiguousarray(array, dtype=float).reshape(array.shape)
     except (TypeError, ValueError, OverflowError):
         raise InputError(
-            f"{name} must be a number or an array of numbers, got {show(value)}"
+            Argument(name), f" must be a number or an array of numbers, got {show(value)}"
         ) from None
     if array.size == 0:
-        raise InputError(f"{name} must hold at least one number, got an empty array")
+        raise InputError(Argument(name), " must hold at least one number, got an empty array")
     # A sum is quick and finite unless something is not; only then look closer.
     with np.errstate(all="ignore"):
         total = float(np.add.reduce(array, axis=None))
@@ -82,8 +83,9 @@ def floats(name: str, value: ArrayLike) -> Floats:
         bad = np.flatnonzero(~np.isfinite(array))
         if bad.size:
             raise InputError(
-                f"{name} must be finite: {bad.size} of {array.size} values are not, "
-                f"the first is {array.flat[bad[0]]} at index {bad[0]}"
+                Argument(name),
+                f" must be finite: {bad.size} of {array.size} values are not, "
+                f"the first is {array.flat[bad[0]]} at index {bad[0]}",
             )
     return array
 
@@ -92,7 +94,7 @@ def record(name: str, value: ArrayLike) -> Floats:
     """A series in time: one-dimensional (a single number counts as one sample)."""
     array = floats(name, value)
     if array.ndim > 1:
-        raise InputError(f"{name} must be one-dimensional, got shape {array.shape}")
+        raise InputError(Argument(name), f" must be one-dimensional, got shape {array.shape}")
     return array
 
 

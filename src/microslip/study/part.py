@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
+
+from microslip._core.options import Option
 
 JsonSchema = dict[str, Any]
 
@@ -48,3 +50,40 @@ class Check(NamedTuple):
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
         return core_schema.no_info_before_validator_function(self.check, handler(source))
+
+
+def key(option: Option, *more: Any, **changes: Any) -> Any:
+    """Key of a study for an option: its reading, default, description, example and schema.
+
+    Parameters
+    ----------
+    option : Option
+        What is said of it, once.
+    *more : object
+        Further checks, which come first.
+    **changes : object
+        What the key has otherwise, as pydantic's `Field` takes it.
+
+    Returns
+    -------
+    Any
+        Pydantic's field, in the place of a default.
+    """
+    given: dict[str, Any] = {"description": option.help}
+    if not option.required:
+        given["default"] = option.default
+    if option.written:
+        given["examples"] = [option.written]
+    info = Field(**{**given, **changes})
+    # Of several checks the last one comes first.
+    info.metadata.extend([Check(_or_default(option), lambda _: option.schema()), *more])
+    return info
+
+
+def _or_default(option: Option) -> Callable[[object], object]:
+    """Reads a value; None, which only Python can give, is the default."""
+
+    def read(given: object) -> object:
+        return None if given is None and option.default is None else option.read(given)
+
+    return read

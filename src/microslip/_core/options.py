@@ -1,0 +1,302 @@
+"""Options said once: what a command, a study, its schema, a report and Python say of each of them.
+
+An :class:`Option` is plain data. `cli.options` makes the option of a command from it,
+`study.part.key` the key of a study with its reading, schema and example, a report takes its
+`label`, and a function in Python calls `check` on its keyword.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any, NoReturn
+
+from microslip._core.units import Kind, Sign, to_si
+from microslip._core.wording import did_you_mean, quoted, show
+from microslip.errors import Argument, InputError
+
+JsonSchema = dict[str, Any]
+
+REQUIRED: Any = type("Required", (), {"__repr__": lambda self: "REQUIRED"})()
+"""Default of an option that has to be given."""
+
+NUMBER_PATTERN = r"(\d[\d_]*(\.\d*)?|\.\d+)([eE][+-]?\d+)?"
+UNIT_PATTERN = r"(1 ?/|/)?[^\s\d.,+-][^,]*"
+
+_JSON_TYPES = {str: "string", float: "number", int: "integer", bool: "boolean"}
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option, wherever it is given.
+
+    Parameters
+    ----------
+    name : str
+        Keyword in Python and key in a study.
+    help : str
+        What it is, in a sentence with its point.
+    kind : Kind or type, optional
+        A kind of quantity, which edges write with its unit; else float, int, bool or str.
+    label : str, optional
+        What stands for it in tables of a report; by default its name in words.
+    default : object, optional
+        Value where it is not given, in SI units; :data:`REQUIRED` where it has to be.
+    example : str, optional
+        A value as a file or a command line has it, without quotes, such as "10 um".
+    choices : tuple of str, optional
+        The words that it may be.
+    low, high : float, optional
+        Smallest and largest value, both allowed.
+    above, below : float, optional
+        Values between which it lies, neither allowed.
+    sign : {"positive", "any"}, optional
+        Sign of a quantity.
+    none : str, optional
+        Word that stands for None at the edges, such as "none".
+    bare : bool, optional
+        Whether a plain number counts as SI at the edges.
+    most : int, optional
+        How many values it may have; those of more than one are tuples.
+    least : int, optional
+        How many values it must have, where it may have several.
+    flag : str, optional
+        Name on the command line without dashes, where it is another one.
+    metavar : str, optional
+        What stands for the value in the help of a command.
+    answers_for : tuple of str, optional
+        Other arguments in Python for which a command has this option, so that messages find it.
+    """
+
+    name: str
+    help: str
+    kind: Kind | type = str
+    label: str = ""
+    default: Any = None
+    example: str = ""
+    choices: tuple[str, ...] = ()
+    low: float | None = None
+    high: float | None = None
+    above: float | None = None
+    below: float | None = None
+    sign: Sign = "positive"
+    none: str = ""
+    bare: bool = False
+    most: int = 1
+    least: int = 1
+    flag: str = ""
+    metavar: str = ""
+    answers_for: tuple[str, ...] = field(default=())
+
+    @property
+    def required(self) -> bool:
+        """Whether it has to be given."""
+        return self.default is REQUIRED
+
+    @property
+    def unit(self) -> str:
+        """SI unit of its values; "" for none."""
+        return self.kind.unit if isinstance(self.kind, Kind) else ""
+
+    @property
+    def heading(self) -> str:
+        """What stands for it in tables."""
+        return self.label or self.name.replace("_", " ").capitalize()
+
+    @property
+    def written(self) -> str:
+        """Its example as TOML."""
+        if self.kind in (float, int, bool):
+            return self.example
+        return f'"{self.example}"' if self.example else ""
+
+    def but(self, **changes: Any) -> Option:
+        """The same option with other words or limits, where a place has its own."""
+        return replace(self, **changes)
+
+    # -- as it is written at an edge -----------------------------------------------------------
+
+    def read(self, given: object) -> Any:
+        """A value as a study or a command writes it.
+
+        Returns the value in SI units, a tuple of them where there may be several. Raises
+        ValueError, which says what was wanted and what came.
+        """
+        if self.none and given == self.none:
+            return None
+        if self.most == 1:
+            return self._read_item(given)
+        items = given if isinstance(given, (list, tuple)) else [given]
+        if not self.least <= len(items) <= self.most:
+            count = f"{self.least}" if self.least == self.most else f"{self.least} to {self.most}"
+            raise ValueError(f"wanted {count} values, got {len(items)}")
+        return tuple(self._read_item(item) for item in items)
+
+    def read_text(self, text: str) -> Any:
+        """One value on a command line, where numbers are text as well."""
+        if self.none and text == self.none:
+            return None
+        if self.kind not in (float, int):
+            return self._read_item(text)
+        for reader in (int, float)[: 1 + (self.kind is float)]:
+            try:
+                number = reader(text)
+            except ValueError:
+                continue
+            return self._read_item(number)
+        self._refuse(text)
+
+    @property
+    def wanted(self) -> str:
+        """What its values are, in words with an example."""
+        if self.choices:
+            return quoted((*self.choices, *(self.none,) * bool(self.none)))
+        if isinstance(self.kind, Kind):
+            noun = self.kind.with_article
+        elif self.kind in (float, int):
+            noun = f"a {'whole ' * (self.kind is int)}number{self._limits()}"
+        else:
+            return "true or false" if self.kind is bool else f"text{self._such_as()}"
+        return noun + self._such_as()
+
+    def _such_as(self) -> str:
+        written = self.written
+        if self.none:
+            written = f'{written}, or "{self.none}"' if written else f'"{self.none}"'
+        return f" such as {written}" if written else ""
+
+    def _limits(self) -> str:
+        low, high = self.low, self.high
+        said = []
+        if low is not None and high is not None:
+            said.append(f"from {low:g} to {high:g}")
+        elif low is not None:
+            said.append(f"of at least {low:g}")
+        elif high is not None:
+            said.append(f"of at most {high:g}" if self.above is None else f"at most {high:g}")
+        if self.above is not None:
+            said.insert(0, f"above {self.above:g}")
+        if self.below is not None:
+            said.append(f"below {self.below:g}")
+        return f" {' and '.join(said)}" if said else ""
+
+    def _read_item(self, given: object) -> Any:
+        if isinstance(self.kind, Kind):
+            if self.bare and _is_number(given):
+                given = f"{given} {self.unit}".strip()
+            example = f'{self.example}", or "{self.none}' if self.none else self.example
+            return to_si(given, self.kind, example, self.sign)
+        if self.choices:
+            if given not in self.choices:
+                near = did_you_mean(given, self.choices) if isinstance(given, str) else ""
+                self._refuse(given, near)
+            return given
+        if self.kind is float and isinstance(given, (int, float)) and not isinstance(given, bool):
+            try:
+                value = float(given)
+            except OverflowError:
+                value = math.inf
+            if math.isfinite(value) and self._inside(value):
+                return value
+        elif self.kind is int:
+            if isinstance(given, int) and not isinstance(given, bool) and self._inside(given):
+                return given
+        elif self.kind is bool and isinstance(given, bool):
+            return given
+        elif isinstance(given, str) and given.isprintable() and 0 < len(given) <= 1000:
+            return given
+        self._refuse(given)
+
+    def _refuse(self, given: object, hint: str = "") -> NoReturn:
+        raise ValueError(f"wanted {self.wanted}, got {show(given)}{hint}")
+
+    def _inside(self, value: float) -> bool:
+        return (
+            (self.low is None or value >= self.low)
+            and (self.high is None or value <= self.high)
+            and (self.above is None or value > self.above)
+            and (self.below is None or value < self.below)
+        )
+
+    # -- as Python gives it --------------------------------------------------------------------
+
+    def check(self, value: Any) -> Any:
+        """A keyword's value in SI units, or an InputError that begins with the keyword."""
+        if value is None and not self.required and (self.none or self.default is None):
+            return None
+        if self.most > 1 and isinstance(value, (list, tuple)):
+            if not self.least <= len(value) <= self.most:
+                count = f"{self.least} to {self.most}" if self.least < self.most else self.most
+                raise InputError(Argument(self.name), f" must be {count} values, got {len(value)}")
+            return tuple(self._check_item(item) for item in value)
+        return self._check_item(value)
+
+    def _check_item(self, value: Any) -> Any:
+        from microslip._core import checks  # here, since the help of a command needs no NumPy
+
+        if isinstance(self.kind, Kind):
+            checked = checks.positive if self.sign == "positive" else checks.number
+            return checked(self.name, value, self.unit)
+        if self.kind is float:
+            result = checks.number(self.name, value)
+            if self._inside(result):
+                return result
+            value = checks.exact(result)
+            raise InputError(Argument(self.name), f" must be {self.wanted}, got {value}")
+        try:
+            return self._read_item(value)
+        except ValueError as error:
+            wanted, _, came = str(error).removeprefix("wanted ").rpartition(", got ")
+            raise InputError(Argument(self.name), f" must be {wanted}, got {came}") from None
+
+    # -- as an editor knows it -----------------------------------------------------------------
+
+    def schema(self) -> JsonSchema:
+        """JSON Schema of its value in a study, without title and description of the key."""
+        item = self._item_schema()
+        if self.most > 1:
+            several = {
+                "type": "array",
+                "items": item,
+                "minItems": self.least,
+                "maxItems": self.most,
+            }
+            item = several if self.least > 1 else {"anyOf": [item, several]}
+        if self.none:
+            examples = [self.example, self.none] if self.example else [self.none]
+            return {"anyOf": [item, {"const": self.none}], "examples": examples}
+        return item
+
+    def _item_schema(self) -> JsonSchema:
+        if isinstance(self.kind, Kind):
+            signs = r"\+?" if self.sign == "positive" else "[+\N{MINUS SIGN}-]?"
+            quantity = {
+                "type": "string",
+                "pattern": rf"^\s*{signs}{NUMBER_PATTERN}\s*{UNIT_PATTERN}$",
+                "description": f"{self.kind.with_article.capitalize()} with its unit, such as "
+                f'"{self.example}".',
+                "examples": [self.example],
+            }
+            return {"anyOf": [{"type": "number"}, quantity]} if self.bare else quantity
+        if self.choices:
+            return {"type": "string", "enum": list(self.choices)}
+        limits = {
+            "minimum": self.low,
+            "maximum": self.high,
+            "exclusiveMinimum": self.above,
+            "exclusiveMaximum": self.below,
+        }
+        schema: JsonSchema = {"type": _JSON_TYPES[self.kind]}
+        if self.kind is str:
+            return {**schema, "minLength": 1, "maxLength": 1000}
+        return {**schema, **{key: limit for key, limit in limits.items() if limit is not None}}
+
+
+def _is_number(given: object) -> bool:
+    if isinstance(given, bool) or not isinstance(given, (str, int, float)):
+        return False
+    try:
+        float(given)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,149 @@
+"""Floor 11: the options of commands, made from the options of the house, and how they are said."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from microslip._core.options import Option
+from microslip.cli.frame import OneOf
+from microslip.errors import UNSAID, Argument, Spelling
+
+if TYPE_CHECKING:
+    _ParamType = click.ParamType[Any]
+else:  # which takes no type before click 8.2
+    _ParamType = click.ParamType
+
+Command = Callable[..., Any]
+
+
+class _Value(_ParamType):
+    """Reads one value of an option, with its unit."""
+
+    def __init__(self, option: Option) -> None:
+        self.option = option
+        self.name = option.name
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The value in SI units, or an error that names the option."""
+        if not isinstance(value, str):
+            return value
+        try:
+            return self.option.read_text(value)
+        except ValueError as error:
+            flag = param.opts[-1] if param is not None else self.option.name
+            raise click.UsageError(f"{flag}: {error}", ctx) from None
+
+
+class CommandOption(click.Option):
+    """An option of a command that knows for which arguments of Python it stands."""
+
+    def __init__(self, *args: Any, option: Option, **extra: Any) -> None:
+        super().__init__(*args, **extra)
+        self.option = option
+
+
+def offers(*options: Option, **changes: Any) -> Callable[[Command], Command]:
+    """Give a command some options, in their order.
+
+    Parameters
+    ----------
+    *options : Option
+        The options; the command gets each by its name, in SI units.
+    **changes : object, optional
+        What click is told otherwise, for all of them.
+
+    Returns
+    -------
+    callable
+        A decorator.
+    """
+
+    def give(command: Command) -> Command:
+        for option in reversed(options):
+            command = click.option(
+                f"--{flag(option)}",
+                option.name,
+                cls=CommandOption,
+                option=option,
+                **{**_settings(option), **changes},
+            )(command)
+        return command
+
+    return give
+
+
+def flag(option: Option) -> str:
+    """Name of an option on the command line, without its dashes."""
+    return option.flag or option.name.replace("_", "-")
+
+
+def _settings(option: Option) -> dict[str, Any]:
+    if option.kind is bool:
+        return {"is_flag": True, "help": option.help}
+    settings: dict[str, Any] = {"help": option.help}
+    if option.default is not None:
+        settings |= {"required": True} if option.required else {"default": option.default}
+        settings["show_default"] = not option.required
+    if option.choices and not option.none:
+        return {**settings, "type": OneOf(option.choices)}
+    settings |= {"type": _Value(option), "metavar": option.metavar or "VALUE"}
+    if option.most > 1:
+        both = option.least == option.most
+        settings |= {"nargs": option.most} if both else {"multiple": True, "callback": _given}
+    return settings
+
+
+def _given(context: click.Context, param: click.Parameter, value: Any) -> Any:
+    """The values of an option that may be repeated; None where it is not there."""
+    return value or None
+
+
+def spelling(context: click.Context | None) -> Spelling:
+    """How a command says arguments: as its options; what it has no option for, as Python."""
+    options: dict[str, click.Option] = {}
+    for param in context.command.params if context is not None else ():
+        if not isinstance(param, click.Option):
+            continue
+        names = [param.name]
+        if isinstance(param, CommandOption):
+            names += param.option.answers_for
+        options |= {name: param for name in names if name}
+
+    def say(argument: Argument) -> str:
+        param = options.get(argument.name)
+        if param is None:
+            # A name alone is the subject of a sentence, which may be no keyword at all.
+            return f"in Python {argument}" if argument.has_value else argument.name
+        name = param.opts[-1]
+        if not argument.has_value or param.is_flag:
+            return name
+        return f"{name} {_words(argument.value, param, name)}"
+
+    return say
+
+
+def _words(value: Any, param: click.Option, name: str) -> str:
+    """What follows the name of an option."""
+    if value is UNSAID:
+        return param.metavar or "VALUE"
+    if value is None and isinstance(param, CommandOption) and param.option.none:
+        return param.option.none
+    if isinstance(value, Mapping):
+        pairs = (f"{key}={_range(item)}" for key, item in value.items())
+        return f" {name} ".join(pairs)
+    if isinstance(value, (list, tuple)):
+        return (" " if param.nargs > 1 else f" {name} ").join(map(_word, value))
+    return _word(value)
+
+
+def _range(value: Any) -> str:
+    return "..".join(map(_word, value)) if isinstance(value, (list, tuple)) else _word(value)
+
+
+def _word(value: Any) -> str:
+    text = f"{value:g}" if isinstance(value, float) else str(value)
+    return text if shlex.quote(text) == text else f'"{text}"'

@@ -1,0 +1,144 @@
+"""An option is said once: the command, the study, its schema and Python read the same of it."""
+
+from __future__ import annotations
+
+import pickle
+
+import click
+import jsonschema
+import pytest
+from click.testing import CliRunner
+
+from microslip import InputError
+from microslip._core.options import REQUIRED, Option
+from microslip._core.units import LENGTH
+from microslip.cli.options import offers, spelling
+from microslip.errors import UNSAID, Argument, Phrase, said
+from microslip.study.json_schema import _table
+from microslip.study.part import Part, key
+
+CUTOFF = Option(
+    "cutoff", "Short-wave cut-off.", LENGTH, default=REQUIRED, example="10 um", none="none"
+)
+PIXEL = Option("pixel", "Distance of neighbours.", LENGTH, example="1.66 um", most=2)
+VALID = Option("valid", "Heights.", LENGTH, sign="any", example="-1 mm", most=2, least=2)
+OUTLIERS = Option("outliers", "Left out.", float, low=2.0, example="6")
+LEVEL = Option("level", "Form.", default="plane", choices=("plane", "mean"))
+TURN = Option("sign", "Turn it.", bool, default=False, flag="turn", answers_for=("turned",))
+ALL = (CUTOFF, PIXEL, VALID, OUTLIERS, LEVEL, TURN)
+
+
+@click.command()
+@offers(*ALL)
+def command(**given: object) -> None:
+    click.echo(repr(given))
+
+
+class Table(Part):
+    cutoff: float | None = key(CUTOFF)
+    pixel: tuple[float, ...] | None = key(PIXEL)
+    valid: tuple[float, ...] | None = key(VALID)
+    outliers: float | None = key(OUTLIERS)
+    level: str = key(LEVEL)
+    sign: bool = key(TURN)
+
+
+def by_command(*words: str) -> dict[str, object]:
+    result = CliRunner().invoke(command, words)
+    assert result.exit_code == 0, result.output
+    given: dict[str, object] = eval(result.output)
+    return given
+
+
+def test_command_study_schema_and_python_agree() -> None:
+    written = {
+        "cutoff": "10 um",
+        "pixel": "2 um",
+        "valid": ["-1 mm", "1 mm"],
+        "outliers": 6,
+        "level": "mean",
+        "sign": True,
+    }
+    words = "--cutoff|10 um|--pixel|2 um|--valid|-1 mm|1 mm|--outliers|6|--level|mean|--turn"
+    from_command, from_study = by_command(*words.split("|")), Table(**written)
+    assert from_command == {
+        "cutoff": 1e-5,
+        "pixel": (2e-6,),
+        "valid": (-1e-3, 1e-3),
+        "outliers": 6.0,
+        "level": "mean",
+        "sign": True,
+    }
+    assert from_study.model_dump() == from_command
+    for option in ALL:
+        assert option.check(from_command[option.name]) == from_command[option.name]
+    schema = _table(Table)
+    jsonschema.validate(written, schema)
+    assert schema["required"] == ["cutoff"]
+    assert schema["properties"]["level"]["default"] == "plane"
+    for name, wrong in (("cutoff", 3), ("outliers", 1), ("level", "bent"), ("valid", ["1 mm"])):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate({**written, name: wrong}, schema)
+
+
+def test_what_is_not_given_is_the_default() -> None:
+    assert by_command("--cutoff", "none") == Table(cutoff="none").model_dump()
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "value", "parts"),
+    [
+        (CUTOFF, "1 N", -1.0, ('such as "10 um", or "none"', "(a force)")),
+        (OUTLIERS, "1", 1.0, ("a number of at least 2 such as 6", "got 1")),
+        (OUTLIERS, "much", None, ("a number of at least 2", 'got "much"')),
+        (LEVEL, "plain", "plain", ('"plain"', 'did you mean "plane"')),
+    ],
+)
+def test_each_edge_refuses_in_its_own_words(
+    option: Option, text: str, value: object, parts: tuple[str, ...]
+) -> None:
+    result = CliRunner().invoke(command, ["--cutoff", "none", f"--{option.name}", text])
+    assert result.exit_code == 2
+    assert option.name in result.output
+    for part in parts:
+        assert part in result.output
+    if value is not None:
+        with pytest.raises(InputError) as caught:
+            option.check(value)
+        assert caught.value.argument == option.name
+        assert str(caught.value).startswith(f"{option.name} must be ")
+
+
+def test_arguments_in_messages_are_said_as_the_edge_writes_them() -> None:
+    error = InputError(
+        Argument("cutoff"), " is short; write ", Argument("valid", ("-1 mm", "1 mm")), " or "
+    ).within("file: ")
+    assert str(error) == 'file: cutoff is short; write valid=("-1 mm", "1 mm") or '
+    say = spelling(command.make_context("x", ["--cutoff", "none"]))
+    assert error.said(say) == 'file: --cutoff is short; write --valid "-1 mm" "1 mm" or '
+    assert error.argument is None
+    assert InputError(Argument("cutoff"), " is").argument == "cutoff"
+    for argument, python, option in (
+        (Argument("turned", -1), "turned=-1", "--turn"),
+        (Argument("cutoff", None), "cutoff=None", "--cutoff none"),
+        (Argument("cutoff", UNSAID), "cutoff=...", "--cutoff VALUE"),
+        (Argument("limit", 5), "limit=5", "in Python limit=5"),
+        (Argument("pixel", ("1 um", "2 um")), 'pixel=("1 um", "2 um")', None),
+        (Argument("outliers", {"a": (1.0, 2.0)}), 'outliers={"a": (1.0, 2.0)}', None),
+    ):
+        assert str(argument) == python
+        if option is not None:
+            assert say(argument) == option
+    assert say(Argument("pixel", ("1 um", "2 um"))) == '--pixel "1 um" --pixel "2 um"'
+    assert say(Argument("outliers", {"a": (1.0, 2.0)})) == "--outliers a=1..2"
+
+
+def test_phrases_and_errors_survive_joining_and_pickling() -> None:
+    phrase = Phrase("give ", Argument("limit", UNSAID))
+    whole = pickle.loads(pickle.dumps(Phrase("First: ", phrase, Argument("cutoff"))))
+    assert whole == "First: give limit=...cutoff"
+    assert said(whole, lambda argument: argument.name.upper()) == "First: give LIMITCUTOFF"
+    error = pickle.loads(pickle.dumps(InputError("a: ", whole)))
+    assert str(error) == "a: First: give limit=...cutoff"
+    assert error.said(lambda argument: "!") == "a: First: give !!"
+    assert said("plain", lambda argument: "!") == "plain"

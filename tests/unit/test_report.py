@@ -357,7 +357,11 @@ def test_the_worst_verdict_counts_and_its_loads_are_named() -> None:
 
 @pytest.mark.usefixtures("plain")
 def test_no_doubts_and_no_limits_are_said_as_well() -> None:
-    assert "✓ All assumptions of the model hold." in page().words["strong"]
+    hard = (MATERIAL, f'{MATERIAL}hardness = "12 GPa"\n')
+    assert "✓ All assumptions of the model hold." in page(hard).words["strong"]
+    unjudged = page()
+    assert "? What was judged holds, but not all was:" in unjudged.words["strong"]
+    assert "plasticity index not known (ok up to 0.6): not judged" in unjudged.words["li"]
     unknown = page((SURFACE, SURFACES["sphere"]), (LOADS, '"50 N"'))
     assert "? No limits are known for this law" in unknown.words["strong"]
     assert "No limits are known for this law." in unknown.words["p"]

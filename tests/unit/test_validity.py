@@ -10,8 +10,9 @@ import pytest
 from scipy import stats
 
 import microslip as ms
+from microslip._core.verdicts import worst
 from microslip.friction import Verdict
-from microslip.friction.validity import worst_validity
+from microslip.friction.validity import RULES, worst_validity
 
 DENSITY, AREA = 1e8, 2e-4  # 20 000 summits
 STRAIN = "density * radius * std"
@@ -50,10 +51,10 @@ def test_form() -> None:
     assert isinstance(joint.validity, tuple)
     for verdict in joint.validity:
         assert isinstance(verdict, Verdict)
-        name, value, limit, word, meaning = verdict
-        assert type(value) is float
+        name, value, limit, word, meaning = verdict[:5]
         assert type(limit) is float
-        assert word in ("ok", "watch", "outside")
+        assert word in ("ok", "watch", "outside", "not judged")
+        assert (type(value) is float) is (word != "not judged")
         assert name
         assert meaning
         with pytest.raises(AttributeError):
@@ -62,8 +63,8 @@ def test_form() -> None:
 
 def test_worked_example_is_sound() -> None:
     found = verdicts(ms.Interface.examples()[0])
-    assert list(found) == [STRAIN, SHARE, SPACING, COUNT]
-    assert {verdict.word for verdict in found.values()} == {"ok"}
+    assert list(found) == [STRAIN, SHARE, SPACING, COUNT, PLASTICITY]
+    assert {found[name].word for name in list(found)[:4]} == {"ok"}
     assert found[STRAIN].value == pytest.approx(0.05, rel=1e-12, abs=0)
     assert found[SHARE].value == pytest.approx(0.0279, rel=1e-2, abs=0)
     assert found[COUNT].value == pytest.approx(5700, rel=1e-3, abs=0)
@@ -134,9 +135,27 @@ def test_words_of_the_plasticity_index(index: float, word: str) -> None:
     assert found[PLASTICITY].word == word
 
 
+def test_without_a_hardness_plasticity_is_not_judged() -> None:
+    """A steel joint whose index would be 6.4 is no joint of which all assumptions hold."""
+    steel = ms.Material(210e9, 0.3)
+    surface = ms.GreenwoodWilliamson(
+        ms.MaterialPair(steel, steel), ms.Gaussian(1e-6), radius=5e-5, density=1e9, area=1e-4
+    )
+    found = ms.Interface(surface, 0.5, 500.0).validity
+    assert [v.word for v in found] == ["ok"] * 4 + ["not judged"]
+    assert worst(found) == "not judged"
+    verdict = found[-1]
+    assert (verdict.name, verdict.value, verdict.limit) == (PLASTICITY, None, 0.6)
+    assert "hardness" in verdict.reason
+    known = [rule.judge(0.0 if rule.outside > rule.watch else 1e9) for rule in RULES]
+    assert worst(known) == "ok"
+    assert worst([*known, *found]) == "not judged"
+    assert worst([]) == "not judged", "nothing holds of what nobody looked at"
+
+
 def test_hardness_changes_nothing_else() -> None:
     plain, hard = exponential(0.05, 1.0), exponential(0.05, 1.0, hardness=1e9)
-    assert plain.validity == hard.validity[:4]
+    assert plain.validity[:4] == hard.validity[:4]
     assert plain.force_limit == hard.force_limit
     assert plain.tangential_stiffness == hard.tangential_stiffness
 
@@ -154,7 +173,7 @@ def test_the_softer_body_yields() -> None:
 def test_population() -> None:
     heights, radii = np.array([0.0, 2e-7, -3e-7]), np.array([1e-3, 2e-3, 3e-3])
     soft = ms.Interface(ms.AsperityPopulation(pair(), heights, radii), 0.5, separation=-4e-7)
-    assert soft.validity == ()
+    assert [v.word for v in soft.validity] == ["not judged"]
     surface = ms.AsperityPopulation(pair(1e9), heights, radii)
     (verdict,) = ms.Interface(surface, 0.5, separation=-4e-7).validity
     expected = surface.pair.composite_modulus / 1e9 * math.sqrt(np.std(heights) / 2e-3)
@@ -186,14 +205,14 @@ def test_sphere_and_table_hold_no_statistics() -> None:
 def test_any_distribution_has_finite_verdicts(heights: Any) -> None:
     surface = ms.GreenwoodWilliamson(pair(1e9), heights, 1e-3, DENSITY, AREA)
     for verdict in ms.Interface(surface, 0.5, separation=5e-7).validity:
-        assert math.isfinite(verdict.value)
-        assert verdict.value > 0.0
+        assert verdict.value is not None
+        assert 0.0 < verdict.value < math.inf
 
 
 @pytest.mark.parametrize("joint", ms.Interface.examples(), ids=lambda j: repr(j.surface)[:12])
 def test_every_example_is_judged(joint: ms.Interface) -> None:
     for verdict in joint.validity:
-        assert math.isfinite(verdict.value)
+        assert verdict.value is None or math.isfinite(verdict.value)
 
 
 def test_load_moves_the_verdicts() -> None:
@@ -225,7 +244,8 @@ def test_of_several_loads_the_worst_verdict_counts() -> None:
 
 
 @pytest.mark.parametrize(
-    ("loads", "words"), [((100.0, 1000.0), {"ok"}), ((10_000.0, 15_000.0), {"ok", "watch"})]
+    ("loads", "words"),
+    [((100.0, 1000.0), {"ok", "not judged"}), ((10e3, 15e3), {"ok", "watch", "not judged"})],
 )
 def test_of_one_word_the_value_nearer_to_the_end_counts(
     loads: tuple[float, float], words: set[str]

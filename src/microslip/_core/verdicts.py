@@ -13,7 +13,10 @@ WORDS: tuple[str, ...] = get_args(Word)
 
 
 class Verdict(NamedTuple):
-    """One assumption held to its limit."""
+    """One assumption held to its limit.
+
+    Of interfaces those of Greenwood and Williamson (DOI 10.1098/rspa.1966.0242).
+    """
 
     name: str
     """What is judged."""

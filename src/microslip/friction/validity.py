@@ -1,53 +1,80 @@
-"""How far the assumptions of the model hold: a verdict for each."""
+"""How far the assumptions of the model hold: the rules for interfaces, and a verdict for each."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+from typing import Protocol
 
-from microslip.normal import AsperityPopulation, GreenwoodWilliamson, NormalLaw
+from microslip._core.verdicts import WORDS, Rule, Verdict, Word
+from microslip.normal import NormalLaw
 
-if TYPE_CHECKING:
-    from microslip.friction.interface import Interface
+__all__ = ["RULES", "Verdict", "Word", "validity", "worst_validity"]
 
-Word = Literal["ok", "watch", "outside"]
-_WORDS: tuple[str, ...] = get_args(Word)
+RULES: tuple[Rule, ...] = (
+    Rule(
+        name="density * radius * std",
+        watch=0.1,
+        outside=0.5,
+        meaning="summits are apart and few of them overlap",
+        reason="Greenwood and Williamson (1966) measured 0.03 to 0.05",
+        remedy="check the summits' radius and density, which a scan finds together",
+    ),
+    Rule(
+        name="real over apparent area",
+        watch=0.1,
+        outside=0.2,
+        meaning="contacts are sparse and do not feel each other",
+        reason="independent summits bear a real area of not much more than a tenth",
+        remedy="a smaller load, or a model whose contacts feel each other",
+    ),
+    Rule(
+        name="contact radius over summit spacing",
+        watch=0.25,
+        outside=0.5,
+        meaning="a contact is small beside the distance to the next summit",
+        reason="independent summits need contacts that are small beside their spacing",
+        remedy="a smaller load, or a model whose contacts feel each other",
+    ),
+    Rule(
+        name="contacts",
+        watch=30.0,
+        outside=10.0,
+        meaning="contacts are many enough for a statistical mean",
+        reason="a mean over fewer scatters by a fifth and more from joint to joint",
+        remedy="give the summits one by one, as a population",
+    ),
+    Rule(
+        name="plasticity index",
+        watch=0.6,
+        outside=1.0,
+        meaning="summits deform elastically",
+        reason="Greenwood and Williamson (1966): elastic below 0.6, plastic above 1",
+        remedy="count with tightened surfaces, whose highest summits have yielded",
+        missing="give the hardness of the softer material [Pa]",
+    ),
+)
+"""Conventions of contact mechanics (Greenwood and Williamson, DOI 10.1098/rspa.1966.0242)."""
 
 
-class Verdict(NamedTuple):
-    """One assumption of Greenwood and Williamson (DOI 10.1098/rspa.1966.0242) held to its limit."""
+class _Joint(Protocol):
+    """What is judged: a surface under a load."""
 
-    name: str
-    """What is judged."""
-    value: float
-    """Its value [-]."""
-    limit: float
-    """Where ``ok`` ends; ``outside`` begins a stated factor further."""
-    word: Word
-    """``ok``, ``watch`` (the result leans on the assumption) or ``outside``."""
-    meaning: str
-    """What the assumption is, in a sentence."""
+    @property
+    def surface(self) -> NormalLaw: ...
+    @property
+    def normal_load(self) -> float: ...
+    @property
+    def separation(self) -> float: ...
 
 
-def _above(name: str, value: float, limit: float, outside: float, meaning: str) -> Verdict:
-    word: Word = "ok" if value <= limit else "watch" if value <= outside else "outside"
-    return Verdict(name, value, limit, word, meaning)
-
-
-def validity(joint: Interface) -> tuple[Verdict, ...]:
-    """Verdicts on an interface at its load.
-
-    The limits are conventions of contact mechanics: Greenwood and Williamson (1966) measured
-    density * radius * std between 0.03 and 0.05 and put the end of elastic contact at a plasticity
-    index of 1 and its beginning at 0.6; independent summits need contacts that are small beside
-    their spacing and a real area of not much more than a tenth of the apparent one.
-    """
-    return _judge(joint.surface, joint.separation)
+def validity(joint: _Joint) -> tuple[Verdict, ...]:
+    """Verdicts on an interface at its load, in the order of the rules."""
+    return _verdicts(joint.surface, joint.separation)
 
 
 def worst_validity(
-    joint: Interface, normal_loads: Iterable[float]
+    joint: _Joint, normal_loads: Iterable[float]
 ) -> tuple[tuple[Verdict, float | None], ...]:
     """Verdicts on an interface under several normal loads: of each the worst, and at which load.
 
@@ -70,9 +97,9 @@ def worst_validity(
         A load that the surface cannot carry.
     """
     loads = [float(load) for load in normal_loads]
-    found = [_judge(joint.surface, _separation(joint, load)) for load in loads]
+    by_load = [_verdicts(joint.surface, _separation(joint, load)) for load in loads]
     result: list[tuple[Verdict, float | None]] = []
-    for same in zip(*found, strict=True):
+    for same in zip(*by_load, strict=True):
         if len({verdict.value for verdict in same}) == 1:
             result.append((same[0], None))
         else:
@@ -80,7 +107,7 @@ def worst_validity(
     return tuple(result)
 
 
-def _separation(joint: Interface, load: float) -> float | None:
+def _separation(joint: _Joint, load: float) -> float | None:
     """Separation at a load [N]; None where there is none."""
     if load == joint.normal_load:
         return joint.separation
@@ -90,70 +117,11 @@ def _separation(joint: Interface, load: float) -> float | None:
 def _doubt(verdict: Verdict) -> tuple[int, float]:
     """Larger the worse: the word, then how far past the limit or, where it is ok, how near."""
     value, limit = verdict.value, verdict.limit
-    past = abs(math.log(value / limit)) if value > 0.0 else math.inf
-    return _WORDS.index(verdict.word), -past if verdict.word == "ok" else past
+    past = abs(math.log(value / limit)) if value else math.inf
+    return WORDS.index(verdict.word), -past if verdict.word == "ok" else past
 
 
-def _judge(surface: NormalLaw, separation: float | None) -> tuple[Verdict, ...]:
+def _verdicts(surface: NormalLaw, separation: float | None) -> tuple[Verdict, ...]:
     """Verdicts on a surface at a separation; None is one at which nothing touches."""
-    verdicts = []
-    if isinstance(surface, GreenwoodWilliamson):
-        spread = surface.heights.spread
-        verdicts.append(
-            _above(
-                "density * radius * std",
-                surface.density * surface.radius * spread,
-                0.1,
-                0.5,
-                "summits are apart and few of them overlap",
-            )
-        )
-        area = count = 0.0
-        if separation is not None:
-            area = float(surface.contact_area(separation))
-            count = float(surface.contact_count(separation))
-        verdicts.append(
-            _above(
-                "real over apparent area",
-                area / surface.area,
-                0.1,
-                0.2,
-                "contacts are sparse and do not feel each other",
-            )
-        )
-        mean_square = area / (math.pi * count) if count > 0.0 else 0.0
-        verdicts.append(
-            _above(
-                "contact radius over summit spacing",
-                math.sqrt(mean_square * surface.density),
-                0.25,
-                0.5,
-                "a contact is small beside the distance to the next summit",
-            )
-        )
-        word: Word = "ok" if count >= 30.0 else "watch" if count >= 10.0 else "outside"
-        verdicts.append(
-            Verdict(
-                "contacts", count, 30.0, word, "contacts are many enough for a statistical mean"
-            )
-        )
-        radius = surface.radius
-    elif isinstance(surface, AsperityPopulation):
-        import numpy as np
-
-        heights = np.asarray(surface.heights)
-        spread, radius = float(np.std(heights)), float(np.mean(np.asarray(surface.radii)))
-    else:
-        return ()
-    hardness = surface.pair.hardness
-    if hardness is not None and spread > 0.0:
-        verdicts.append(
-            _above(
-                "plasticity index",
-                surface.pair.composite_modulus / hardness * math.sqrt(spread / radius),
-                0.6,
-                1.0,
-                "summits deform elastically",
-            )
-        )
-    return tuple(verdicts)
+    values = surface._assumptions(separation)
+    return tuple(rule.judge(values[rule.name]) for rule in RULES if rule.name in values)

@@ -18,6 +18,18 @@ from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
 from microslip.numerics import quadrature
 
 
+def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[str, float | None]:
+    """Greenwood and Williamson's (E*/H) sqrt(sigma/rho); none for summits of one height.
+
+    Unknown without a hardness.
+    """
+    if not spread > 0.0:
+        return {}
+    if pair.hardness is None:
+        return {"plasticity index": None}
+    return {"plasticity index": pair.composite_modulus / pair.hardness * math.sqrt(spread / radius)}
+
+
 def check_pair(pair: Any) -> None:
     """Every law stands on a pair of materials."""
     if not isinstance(pair, MaterialPair):
@@ -47,6 +59,13 @@ class NormalLaw(Parametric, ABC):
     @abstractmethod
     def _derivative(self, separation: Floats, order: int) -> Floats:
         """Derivative of the load: order 0 the load, 1, 2, and -1 its integral to infinity."""
+
+    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+        """Values for rules of validity by their names, None for what is not known.
+
+        At a separation; None is one at which nothing touches. A law without statistics has none.
+        """
+        return {}
 
     def _derivative_at(self, separation: float, order: int) -> float:
         """The same at one separation."""

@@ -15,7 +15,7 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.materials import MaterialPair
-from microslip.normal.base import NormalLaw, aluminium, check_pair
+from microslip.normal.base import NormalLaw, aluminium, check_pair, plasticity_index
 from microslip.normal.spheres import Spheres
 
 
@@ -64,6 +64,10 @@ class AsperityPopulation(Locked, NormalLaw):
         heights = heights.copy()
         for name, values in (("heights", heights), ("radii", radii)):
             object.__setattr__(self, name, lock(values))
+
+    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+        spread = float(np.std(np.asarray(self.heights)))
+        return plasticity_index(self.pair, spread, float(np.mean(np.asarray(self.radii))))
 
     def __repr__(self) -> str:
         low, high = self._span

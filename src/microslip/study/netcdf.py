@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,15 +15,14 @@ from microslip._core.kernel_choice import kernel_name
 from microslip._core.netcdf import Variable
 from microslip._version import __version__
 from microslip.errors import StudyError
-from microslip.friction.validity import Word
 from microslip.study.quantities import QUANTITIES
 from microslip.study.summary import KIND, SUMMARY_SCHEMA, scalars, slip_scale, verdicts
 
 if TYPE_CHECKING:
     from microslip.study.result import Columns, Floats, Progress, Result
 
-WORDS: tuple[str, ...] = get_args(Word)
-"""Words of the verdicts; a variable holds their index."""
+WORDS = ("ok", "watch", "outside", "not judged")
+"""Words of the verdicts; a variable holds their index, which is that of older files."""
 
 MEANINGS = {
     "history_dissipated_energy": "energy dissipated since rest",
@@ -181,14 +180,14 @@ def _validity(result: Result) -> dict[str, Variable]:
     for place, (verdict, _) in enumerate(judged[0][: len(result.joints[0].validity)]):
         name = "validity_" + re.sub(r"\W+", "_", verdict.name)
         found, loads = zip(*(each[place] for each in judged), strict=True)
-        values = np.array([float(each.value) for each in found])
+        values = np.array([np.nan if each.value is None else float(each.value) for each in found])
         words = np.array([WORDS.index(each.word) for each in found], dtype=np.int8)
         about = {"units": "1", "long_name": verdict.name}
         about_values = {"limit": float(verdict.limit), "comment": verdict.meaning}
         variables[name] = Variable(("load",), values, {**about, **about_values})
         flags = {
             "flag_values": np.arange(len(WORDS), dtype=np.int8),
-            "flag_meanings": " ".join(WORDS),
+            "flag_meanings": " ".join(word.replace(" ", "_") for word in WORDS),
         }
         variables[f"{name}_word"] = Variable(("load",), words, {**about, **flags})
         if result.study.excitation.load_varies:

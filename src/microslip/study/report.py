@@ -33,6 +33,7 @@ _LAWS = {
 }
 _HEADLINES = {
     "ok": "All assumptions of the model hold.",
+    "not judged": "What was judged holds, but not all was:",
     "watch": "Read with care:",
     "outside": "Outside the model’s range:",
     "none": "No limits are known for this law: what it assumes is for you to judge.",

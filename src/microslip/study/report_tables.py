@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 
 from microslip._core.units import engineering, significant
+from microslip._core.verdicts import WORDS
 from microslip.study.cells import (
     contact_count,
     force_ratio,
@@ -387,8 +388,6 @@ def _signed(number: str) -> str:
 
 # -- validity ------------------------------------------------------------------------------------
 
-_WORDS = ("ok", "watch", "outside")
-
 
 def judgements(summary: dict[str, Any]) -> list[Judgement]:
     """How far the assumptions hold, the worst first.
@@ -409,22 +408,23 @@ def judgements(summary: dict[str, Any]) -> list[Judgement]:
         for verdict in joint["validity"]:
             found.setdefault(verdict["name"], []).append((joint, verdict))
     judged = [_judged(name, pairs) for name, pairs in found.items()]
-    return sorted(judged, key=lambda judgement: -_WORDS.index(judgement.word))
+    return sorted(judged, key=lambda judgement: -WORDS.index(judgement.word))
 
 
 def _judged(name: str, pairs: list[tuple[dict[str, Any], dict[str, Any]]]) -> Judgement:
-    values = [verdict["value"] for _, verdict in pairs]
+    values = [verdict["value"] for _, verdict in pairs if verdict["value"] is not None]
     limit = pairs[0][1]["limit"]
-    worst = max((verdict["word"] for _, verdict in pairs), key=_WORDS.index)
+    worst = max((verdict["word"] for _, verdict in pairs), key=WORDS.index)
     at = [(joint["normal_load"], v.get("normal_load")) for joint, v in pairs if v["word"] == worst]
     # Where the load varies a verdict names its own.
     loads = [_newtons(mean if own is None else own) for mean, own in at]
     somewhere = len(at) < len(pairs) or any(own is not None for _, own in at)
     where = _listed(list(dict.fromkeys(loads))) if somewhere else ""
-    rising = any(v["word"] != "ok" and v["value"] < limit for _, v in pairs) or (
+    rising = any(v["word"] in ("watch", "outside") and v["value"] < limit for _, v in pairs) or (
         worst == "ok" and min(values) >= limit
     )
-    texts = list(dict.fromkeys(verdict_value(name, end) for end in (min(values), max(values))))
+    ends = (min(values), max(values)) if values else ()
+    texts = list(dict.fromkeys(verdict_value(name, end) for end in ends)) or ["not known"]
     bound = f"{'from' if rising else 'up to'} {verdict_limit(name, limit)}"
     shown = name.replace(" * ", " × ")
     return Judgement(worst, shown, " to ".join(texts), bound, where, pairs[0][1]["meaning"])

@@ -52,7 +52,7 @@ def differences(found: Findings) -> list[str]:
         ),
         key=lambda verdict: (verdict.word != "outside", [*_CAUSES].index(verdict.name)),
     )
-    causes = [_CAUSES[verdict.name](verdict.value, found) for verdict in judged]
+    causes = [_CAUSES[verdict.name](verdict.value or 0.0, found) for verdict in judged]
     every = found.summits.neighbours.density
     if counted.density < every / 1.5:
         causes.insert(

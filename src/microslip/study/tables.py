@@ -35,6 +35,7 @@ Places = list[tuple[dict[str, Any], int]]
 _VERDICTS = (
     ("outside", "Outside of what the model assumes; it runs all the same."),
     ("watch", "Fine, but see the verdicts."),
+    ("not judged", "Fine as far as it was judged: see the verdicts."),
     ("ok", "Fine."),
 )
 
@@ -334,6 +335,8 @@ def _shift(value: float) -> str:
 def _judged(verdict: dict[str, Any]) -> str:
     """Value of a verdict that is not ok, and where ok would be."""
     name, value, limit = verdict["name"], verdict["value"], verdict["limit"]
+    if value is None:
+        return f"not known (ok up to {verdict_limit(name, limit)})"
     side = "from" if value < limit else "up to"
     return f"{verdict_value(name, value)} (ok {side} {verdict_limit(name, limit)})"
 

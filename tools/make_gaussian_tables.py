@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Make microslip/kernels/_gaussian_tables.py: Chebyshev series of scaled Gaussian moments.
+"""Make microslip/kernels/gaussian_moments.npy: Chebyshev series of scaled Gaussian moments.
 
 The moments are F_n(h) = integral over u > h of (u - h)^n exp(-u^2/2)/sqrt(2 pi), n = -1/2 ... 5/2
 (DLMF 12.5.1: Gamma(n+1)/sqrt(2 pi) exp(-h^2/4) D_{-n-1}(h)). Four pieces cover every h; on each a
@@ -10,18 +10,21 @@ smooth scaled function of t in [-1, 1] is interpolated at Chebyshev nodes with 4
     -4 <= h < 0    F = g,                                    t = (h + 2)/2
     h >= 0         F = exp(-h^2/2) (h + 4)^(-n-1) g,         t = (h - 4)/(h + 4)
 
-Needs mpmath only. Usage: make_gaussian_tables.py [--check]
+The file holds doubles by (order, piece, term), twice the order from -1 to 5, lowest term first.
+
+Needs mpmath and NumPy. Usage: make_gaussian_tables.py [--check]
 """
 
 import argparse
 from pathlib import Path
 
 import mpmath as mp
+import numpy as np
 
 mp.mp.dps = 40
 TERMS = 30
 TWICE_ORDERS = (-1, 0, 1, 2, 3, 4, 5)
-TARGET = Path(__file__).parents[1] / "src" / "microslip" / "kernels" / "_gaussian_tables.py"
+TARGET = Path(__file__).parents[1] / "src" / "microslip" / "kernels" / "gaussian_moments.npy"
 
 
 def moment(n, h):
@@ -74,30 +77,18 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="compare with the file, write nothing")
     check = parser.parse_args().check
-    lines = [
-        '"""Chebyshev series of scaled Gaussian moments; made by tools/make_gaussian_tables.py."""',
-        "",
-        "# One block per twice the order n; in it four pieces, heavy to light, each lowest term",
-        "# first. The scalings are told in the program that makes this file.",
-        "# fmt: off",
-        "TABLES: dict[int, tuple[tuple[float, ...], ...]] = {",
-    ]
-    for twice in TWICE_ORDERS:
+    series = np.empty((len(TWICE_ORDERS), len(PIECES), TERMS))
+    for i, twice in enumerate(TWICE_ORDERS):
         n = mp.mpf(twice) / 2
-        lines.append(f"    {twice}: (")
-        for piece in PIECES:
+        for j, piece in enumerate(PIECES):
             c, dropped = chebyshev(lambda t, n=n, piece=piece: piece(n, t))
             assert dropped < mp.mpf(10) ** -16, (twice, piece, mp.nstr(dropped, 3))
             print(twice, getattr(piece, "__name__", "?"), "dropped", mp.nstr(dropped, 3))
-            lines.append("        (")
-            lines += [f"            {float(v)!r}," for v in c]
-            lines.append("        ),")
-        lines.append("    ),")
-    lines += ["}", "# fmt: on", ""]
-    text = "\n".join(lines)
+            series[i, j] = [float(v) for v in c]
     if check:
-        raise SystemExit(0 if TARGET.read_text() == text else f"{TARGET.name} is not up to date")
-    TARGET.write_text(text)
+        same = np.array_equal(np.load(TARGET), series)
+        raise SystemExit(0 if same else f"{TARGET.name} is not up to date")
+    np.save(TARGET, series)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -45,10 +46,16 @@ active: ModuleType = _choose()
 
 
 @cache
-def _moment_coefficients(twice_order: int) -> Floats:
-    from microslip.kernels._gaussian_tables import TABLES
+def _moment_tables() -> Floats:
+    """Series by (order, piece, term); made, and explained, by tools/make_gaussian_tables.py."""
+    # By its path: importlib.resources would take longer to import than all of this.
+    tables: Floats = np.load(Path(__file__).with_name("gaussian_moments.npy"), allow_pickle=False)
+    return tables
 
-    return np.ascontiguousarray(np.array(TABLES[twice_order], dtype=float).ravel())
+
+@cache
+def _moment_coefficients(twice_order: int) -> Floats:
+    return np.ascontiguousarray(_moment_tables()[twice_order + 1].ravel())
 
 
 def gaussian_moment(h: Floats, twice_order: int) -> Floats:

@@ -6,9 +6,12 @@ from .friction import BackboneLaw as BackboneLaw
 from .friction import BoucWen as BoucWen
 from .friction import Coulomb as Coulomb
 from .friction import CoupledResponse as CoupledResponse
+from .friction import FieldResponse as FieldResponse
 from .friction import Interface as Interface
 from .friction import Iwan as Iwan
 from .friction import Jenkins as Jenkins
+from .friction import JointField as JointField
+from .friction import Parallel as Parallel
 from .friction import PeriodicResponse as PeriodicResponse
 from .friction import SegalmanFit as SegalmanFit
 from .friction import SegalmanIwan as SegalmanIwan

@@ -3,12 +3,15 @@ from .base import BackboneLaw as BackboneLaw
 from .bouc_wen import BoucWen as BoucWen
 from .coulomb import Coulomb as Coulomb
 from .coupled import CoupledResponse as CoupledResponse
+from .field import FieldResponse as FieldResponse
+from .field import JointField as JointField
 from .fields import AsperityFields as AsperityFields
 from .fields import Zone as Zone
 from .interface import Interface as Interface
 from .iwan import Iwan as Iwan
 from .jenkins import Jenkins as Jenkins
 from .laws import LAWS as LAWS
+from .parallel import Parallel as Parallel
 from .segalman import SegalmanFit as SegalmanFit
 from .segalman import SegalmanIwan as SegalmanIwan
 from .validity import Verdict as Verdict

@@ -6,7 +6,16 @@ from microslip.friction.coulomb import Coulomb
 from microslip.friction.interface import Interface
 from microslip.friction.iwan import Iwan
 from microslip.friction.jenkins import Jenkins
+from microslip.friction.parallel import Parallel
 from microslip.friction.segalman import SegalmanIwan
 
-LAWS: tuple[type[BackboneLaw], ...] = (Interface, Asperity, Coulomb, Jenkins, Iwan, SegalmanIwan)
+LAWS: tuple[type[BackboneLaw], ...] = (
+    Interface,
+    Asperity,
+    Coulomb,
+    Jenkins,
+    Iwan,
+    SegalmanIwan,
+    Parallel,
+)
 """Every backbone law; the shared tests run over it."""

@@ -34,6 +34,7 @@ static PyObject *none(void)
 #include "_curves.h"
 #include "_diagrams.h"
 #include "_moments.h"
+#include "_field.h"
 
 static PyMethodDef methods[] = {
     {"evaluate", py_evaluate, METH_VARARGS, NULL},
@@ -46,6 +47,7 @@ static PyMethodDef methods[] = {
     {"diagram", py_diagram, METH_VARARGS, NULL},
     {"loads", py_loads, METH_VARARGS, NULL},
     {"drops", py_drops, METH_VARARGS, NULL},
+    {"excesses", py_excesses, METH_VARARGS, NULL},
     {"separations", py_separations, METH_VARARGS, NULL},
     {"coupled", py_coupled, METH_VARARGS, NULL},
     {"coupled_step", py_coupled_step, METH_VARARGS, NULL},

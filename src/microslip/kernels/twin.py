@@ -15,7 +15,7 @@ from microslip.kernels.twin_hold import hold
 from microslip.kernels.twin_losses import losses
 from microslip.kernels.twin_memory import accumulate, branches, locate, respond
 from microslip.kernels.twin_moments import gaussian_moment, gaussian_moment_at
-from microslip.kernels.twin_profile import drops, loads, separations
+from microslip.kernels.twin_profile import drops, excesses, loads, separations
 from microslip.kernels.twin_table import evaluate, evaluate_one
 
 __all__ = [
@@ -30,6 +30,7 @@ __all__ = [
     "drops",
     "evaluate",
     "evaluate_one",
+    "excesses",
     "gaussian_moment",
     "gaussian_moment_at",
     "hold",

@@ -1,0 +1,415 @@
+"""Thousands of small joints at once: the nodes of a contact between two meshes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import LARGEST, SMALLEST, Floats, exact, floats, positive, show
+from microslip._core.frozen import Locked, lock
+from microslip.errors import InputError
+from microslip.friction.base import BackboneLaw
+from microslip.friction.field_backbone import FieldBackbone
+from microslip.friction.field_curve import FieldCurve
+from microslip.normal import NORMAL_LAWS, NormalLaw
+
+
+class FieldResponse(NamedTuple):
+    """What the nodes of a field answer to displacements and separations.
+
+    Within Cattaneo and Mindlin's theory, after Jaeger (1998), DOI 10.1115/1.2833765.
+    """
+
+    force: Floats
+    """Tangential forces T [N], one a node."""
+    load: Floats
+    """Normal loads N [N], one a node."""
+    tangent: Floats
+    """Derivatives of (T, N) by (displacement, separation) [N/m], shape (nodes, 2, 2)."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointField(Locked):
+    """Many joints on one kind of surface, each with its area, load and friction: *nodes*.
+
+    A law depends on the pressure alone and scales with the area, so that all nodes share one load
+    curve: a node of area A_i has A_i/A times the load of a surface of area A at the same
+    separation, and its force likewise.
+
+    Parameters
+    ----------
+    surface : NormalLaw
+        The normal load law of the surface.
+    friction_coefficient : array_like
+        Coulomb's coefficient mu [-], above zero: one number, or one a node.
+    areas : array_like
+        Apparent areas of the nodes [m^2], above zero: one a node, or one number for all.
+    loads : array_like, optional
+        Normal loads at rest [N], not negative. A node without load touches nothing, and may close.
+    pressures : array_like, optional
+        Pressures at rest [Pa] instead.
+    separations : array_like, optional
+        Separations at rest [m] instead.
+    gaps : array_like, optional
+        Separations [m] instead, where a static solution begins that will find those at rest.
+    surface_area : float, optional
+        Apparent area [m^2] that the law of the surface stands for; its own ``area`` where it has
+        one.
+
+    Raises
+    ------
+    InputError
+        Not one of loads, pressures, separations and gaps; arrays of different lengths; areas or
+        coefficients not above zero, negative loads; a load that the surface cannot carry, with its
+        node; a surface of unknown area.
+
+    Notes
+    -----
+    Each node follows :class:`microslip.Interface`; nodes know of each other only through what
+    carries them. The elastic half space beneath the summits is no part of a node: a finite-element
+    model has that compliance already.
+    """
+
+    surface: NormalLaw
+    friction: Floats
+    """Coefficients of friction [-], one a node."""
+    areas: Floats
+    """Apparent areas [m^2]."""
+    separations: Floats
+    """Separations at rest [m]."""
+    normal_loads: Floats
+    """Normal loads at rest [N]."""
+    gaps: Floats | None
+    """Separations where a static solution begins [m]; None where those at rest were given."""
+    surface_area: float
+
+    def __init__(
+        self,
+        surface: NormalLaw,
+        friction_coefficient: ArrayLike,
+        *,
+        areas: ArrayLike,
+        loads: ArrayLike | None = None,
+        pressures: ArrayLike | None = None,
+        separations: ArrayLike | None = None,
+        gaps: ArrayLike | None = None,
+        surface_area: float | None = None,
+    ) -> None:
+        if not isinstance(surface, NormalLaw):
+            names = ", ".join(law.__name__ for law in NORMAL_LAWS)
+            raise InputError(f"surface must be a normal load law ({names}), got {show(surface)}")
+        given = {
+            "loads": loads, "pressures": pressures, "separations": separations, "gaps": gaps,
+        }  # fmt: skip
+        rest = {name: value for name, value in given.items() if value is not None}
+        if len(rest) != 1:
+            raise InputError(
+                "one of loads [N], pressures [Pa], separations [m] and gaps [m] must be given, "
+                f"got {' and '.join(rest) or 'none'}"
+            )
+        ((kind, held),) = rest.items()
+        nodes = _nodes({"friction_coefficient": friction_coefficient, "areas": areas, kind: held})
+        for name, unit in (("friction_coefficient", ""), ("areas", " [m^2]")):
+            _check_positive(name, unit, nodes[name])
+        put = object.__setattr__
+        put(self, "surface", surface)
+        put(self, "friction", lock(nodes["friction_coefficient"]))
+        put(self, "areas", lock(nodes["areas"]))
+        put(self, "surface_area", _area_of(surface, surface_area))
+        put(self, "gaps", lock(nodes["gaps"]) if kind == "gaps" else None)
+        if kind in ("separations", "gaps"):
+            self._rest_at(nodes[kind], None)
+        else:
+            self._rest_under(kind, nodes[kind], None)
+
+    def _rest_at(self, separations: Floats, curve: FieldCurve | None) -> None:
+        self._check_separations(separations)
+        curve = curve or FieldCurve(self.surface, float(separations.min()))
+        object.__setattr__(self, "separations", lock(separations))
+        object.__setattr__(self, "_curve", curve)
+        loads = self._scale * curve.load(self._steps)[0]
+        object.__setattr__(self, "normal_loads", lock(loads))
+        object.__setattr__(self, "_weights", self.friction * self._scale)
+
+    def _rest_under(self, kind: str, given: Floats, curve: FieldCurve | None) -> None:
+        if given.min() < 0.0:
+            i = int(np.argmax(given < 0.0))
+            unit = "N" if kind == "loads" else "Pa"
+            raise InputError(f"{kind} must not be negative [{unit}], got {exact(given[i])}{at(i)}")
+        loads = given * self.areas if kind == "pressures" else given
+        shares = loads / self._scale
+        if curve is None:
+            heaviest = int(np.argmax(shares))
+            nearest = self._separation_of(shares, heaviest) if shares[heaviest] > 0.0 else np.inf
+            curve = FieldCurve(self.surface, min(nearest, LARGEST))
+        object.__setattr__(self, "_curve", curve)
+        steps = np.full(shares.size, np.nan)
+        carried = shares > 0.0
+        steps[~carried] = curve.parting() if not carried.all() else 0.0
+        if carried.any():
+            try:
+                steps[carried] = curve.steps_of(shares[carried])
+            except InputError:
+                # What refuses one refuses the lightest or the heaviest.
+                light = np.where(carried, shares, np.inf)
+                for i in (int(np.argmin(light)), int(np.argmax(shares))):
+                    self._separation_of(shares, i)
+                raise
+        put = object.__setattr__
+        put(self, "separations", lock(steps + curve.origin))
+        put(self, "normal_loads", lock(loads.copy()))
+        # With it the limit mu N is met exactly, however coarse a number the separation is.
+        there = self._scale * curve.load(self._steps)[0]
+        exactly = np.divide(loads, there, out=np.ones(loads.size), where=there > 0.0)
+        put(self, "_weights", self.friction * self._scale * exactly)
+
+    def _separation_of(self, shares: Floats, node: int) -> float:
+        """Separation of one node, whose load is ``shares`` on the whole surface."""
+        try:
+            separation: float = self.surface.separation(float(shares[node]))
+        except InputError as error:
+            wording = str(error).partition(", got ")[0]
+            share = self._scale[node]
+            raise InputError(
+                f"{wording}, which for its share {share:.3g} of the surface's area is not so of "
+                f"the {exact(shares[node] * share)} N{at(node)}"
+            ) from None
+        return separation
+
+    _curve: FieldCurve
+    _weights: Floats
+
+    @property
+    def size(self) -> int:
+        """Number of nodes."""
+        return self.areas.size
+
+    @cached_property
+    def _scale(self) -> Floats:
+        return self.areas / self.surface_area
+
+    @cached_property
+    def _slip(self) -> Floats:
+        """Kappa of each node."""
+        return self.friction * self.surface.pair.stiffness_ratio
+
+    @cached_property
+    def _steps(self) -> Floats:
+        """Separations at rest from the origin of the curve."""
+        return self.separations - self._curve.origin
+
+    @cached_property
+    def force_limits(self) -> Floats:
+        """Forces of gross slip mu N at rest [N], one a node."""
+        return lock(self.friction * self.normal_loads)
+
+    @cached_property
+    def tangential_stiffnesses(self) -> Floats:
+        """Tangential stiffnesses at rest [N/m], one a node."""
+        return lock(self._weights / self._slip * self._curve.load(self._steps)[1])
+
+    def at(
+        self, *, separations: ArrayLike | None = None, loads: ArrayLike | None = None
+    ) -> JointField:
+        """The same nodes in another state of rest.
+
+        Parameters
+        ----------
+        separations : array_like, optional
+            Separations [m], one a node or one number.
+        loads : array_like, optional
+            Normal loads [N] instead, of the same shape.
+
+        Returns
+        -------
+        JointField
+            Its gaps are those of this field.
+
+        Raises
+        ------
+        InputError
+            Both or neither given; as for the field itself.
+        """
+        if (separations is None) == (loads is None):
+            came = "neither" if loads is None else "both"
+            raise InputError(f"separations [m] or loads [N] must be given, one of them, got {came}")
+        other = object.__new__(JointField)
+        for name in ("surface", "friction", "areas", "surface_area", "gaps"):
+            object.__setattr__(other, name, getattr(self, name))
+        if separations is not None:
+            other._rest_at(self._each("separations", separations).copy(), self._curve)
+        else:
+            other._rest_under("loads", self._each("loads", loads), self._curve)
+        return other
+
+    # -- without memory -------------------------------------------------------------------------
+
+    def load(self, separations: ArrayLike) -> tuple[Floats, Floats]:
+        """Normal loads at separations.
+
+        Parameters
+        ----------
+        separations : array_like
+            Separations [m], one-dimensional, one a node, or one number.
+
+        Returns
+        -------
+        loads : ndarray
+            N [N], one a node.
+        slopes : ndarray
+            dN/dd [N/m], not positive.
+
+        Raises
+        ------
+        InputError
+            Not finite, another number of them, or outside a table.
+        """
+        load, fall = self._curve.load(self._step_array(separations))
+        return self._scale * load, -self._scale * fall
+
+    def first_loading(self, displacement: ArrayLike, separation: ArrayLike) -> FieldResponse:
+        """The end of a straight path from rest, with its tangents, in closed form.
+
+        Parameters
+        ----------
+        displacement : array_like
+            Tangential displacements [m], one-dimensional, one a node, or one number.
+        separation : array_like
+            Separations [m], likewise.
+
+        Returns
+        -------
+        FieldResponse
+            ``force`` [N], ``load`` [N] and ``tangent`` [N/m], its shape (nodes, 2, 2).
+
+        Raises
+        ------
+        InputError
+            Not finite, another number of them, or outside a table.
+
+        Notes
+        -----
+        With w = d0 - d the approach, T = mu [N(d) - N(d + delta/kappa)], or, where delta is not
+        above kappa w so that all new contact sticks, T = mu delta/(kappa w) [N(d) - N(d0)]
+        (Jaeger 1998, DOI 10.1115/1.2833765).
+        """
+        place = self._each("displacement", displacement) / self._slip
+        step = self._step_array(separation, "separation")
+        return self._first_loading(place, step)
+
+    def _first_loading(self, place: Floats, step: Floats) -> FieldResponse:
+        curve = self._curve
+        size, sign = np.abs(place), np.where(place < 0.0, -1.0, 1.0)
+        approach = self._steps - step
+        sticks = (approach > 0.0) & (size <= approach)
+        width = np.where(sticks, approach, size)
+        load, fall = curve.load(step)
+        drop = curve.drop(step, width)
+        front = curve.load(step + size)[1]
+        density = np.where(sticks, place / np.where(sticks, approach, 1.0), sign)
+        by_place = np.where(sticks, drop / np.where(sticks, approach, 1.0), front)
+        by_step = np.where(sticks, density * (by_place - fall), sign * (front - fall))
+        tangent = np.zeros((self.size, 2, 2))
+        tangent[:, 0, 0] = self._weights / self._slip * by_place
+        tangent[:, 0, 1] = self._weights * by_step
+        tangent[:, 1, 1] = -self._scale * fall
+        return FieldResponse(self._weights * density * drop, self._scale * load, tangent)
+
+    def rigid(self) -> BackboneLaw:
+        """The law of all nodes that move together, each at its own separation.
+
+        Returns
+        -------
+        BackboneLaw
+            What :class:`microslip.Parallel` of all nodes is, and as quick as one joint.
+
+        Raises
+        ------
+        InputError
+            No node carries a load.
+        """
+        if not np.any(self.normal_loads > 0.0):
+            raise InputError("rigid needs a node that carries a load, got none")
+        loaded = self.normal_loads > 0.0
+        return FieldBackbone(
+            self._curve,
+            lock(self._weights[loaded]),
+            lock(self._slip[loaded]),
+            lock(self._steps[loaded]),
+            float(np.sum(self.force_limits)),
+        )
+
+    # -- what comes in --------------------------------------------------------------------------
+
+    def _each(self, name: str, value: Any) -> Floats:
+        """One number a node."""
+        array = floats(name, value)
+        if array.ndim > 1 or array.size not in (1, self.size):
+            raise InputError(
+                f"{name} must be one number or one for each of the {self.size} nodes, "
+                f"got shape {array.shape}"
+            )
+        return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (self.size,)))
+
+    def _step_array(self, separations: Any, name: str = "separations") -> Floats:
+        return self._check_separations(self._each(name, separations)) - self._curve.origin
+
+    def _check_separations(self, separations: Floats) -> Floats:
+        try:
+            return self.surface._separations(separations)
+        except InputError as error:
+            where = at(int(np.argmin(separations))) if self.size > 1 else ""
+            raise InputError(f"{error}{where}") from None
+
+    def __repr__(self) -> str:
+        return (
+            f"JointField({type(self.surface).__name__}, {self.size} "
+            f"{'node' if self.size == 1 else 'nodes'}, area={self.areas.sum():g}, "
+            f"normal_load={self.normal_loads.sum():g})"
+        )
+
+
+def at(node: int) -> str:
+    """Where something is wrong."""
+    return f" at node {node}"
+
+
+def _nodes(given: dict[str, Any]) -> dict[str, Floats]:
+    """Arrays of one length, one number a node."""
+    arrays = {name: floats(name, value) for name, value in given.items()}
+    for name, array in arrays.items():
+        if array.ndim > 1:
+            raise InputError(f"{name} must be one-dimensional, got shape {array.shape}")
+    lengths = {name: array.size for name, array in arrays.items() if array.ndim}
+    size = max(lengths.values(), default=1)
+    if any(length != size for length in lengths.values()):
+        came = ", ".join(f"{length} {name}" for name, length in lengths.items())
+        raise InputError(f"all must be of one length, one a node, or one number, got {came}")
+    return {
+        name: np.array(np.broadcast_to(array.reshape(-1), (size,)), order="C")
+        for name, array in arrays.items()
+    }
+
+
+def _check_positive(name: str, unit: str, values: Floats) -> None:
+    off = (values <= 0.0) | (values < SMALLEST) | (values > LARGEST)
+    if off.any():
+        i = int(np.argmax(off))
+        wanted = "above zero" if values[i] <= 0.0 else f"between {SMALLEST:g} and {LARGEST:g}"
+        raise InputError(f"{name} must be {wanted}{unit}, got {exact(values[i])}{at(i)}")
+
+
+def _area_of(surface: NormalLaw, given: float | None) -> float:
+    if given is not None:
+        return positive("surface_area", given, "m^2", 2e-4)
+    own = getattr(surface, "area", None)
+    if own is None:
+        raise InputError(
+            f"surface_area must be given: the law of a {type(surface).__name__} does not tell "
+            "which apparent area it stands for; write surface_area=2e-4 [m^2]"
+        )
+    return positive("surface_area", own, "m^2")

@@ -1,0 +1,104 @@
+"""The load curve that all nodes of a field share."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from microslip import kernels
+from microslip._core.checks import Floats
+from microslip.friction.interface import Interface
+from microslip.normal import NormalLaw
+from microslip.normal.grids import pairs_of
+
+if TYPE_CHECKING:
+    from microslip.kernels.profile import Profile
+
+_FAINT = 1e-30  # of the load at the origin: what is lighter counts as none
+
+
+class FieldCurve:
+    """N(d) of a surface, with its falls; separations count from an origin, as *steps*.
+
+    Where the surface is smooth it is one profile, for all nodes and as deep as has been asked for;
+    else the surface is asked itself.
+    """
+
+    def __init__(self, surface: NormalLaw, nearest: float) -> None:
+        self.surface = surface
+        self.origin = nearest if self._loaded(nearest) else self._middle()
+        # Its friction is of no account: only the load curve of this joint is made use of.
+        self._coupling = Interface(surface, 1.0, separation=self.origin)._coupling
+
+    def _middle(self) -> float:
+        """A separation with many contacts."""
+        low, high = self.surface._span
+        return 0.5 * (low + high) if self._loaded(0.5 * (low + high)) else low
+
+    def _loaded(self, separation: float) -> bool:
+        """Whether what is carried there is no rounding of what the surface can carry."""
+        most = self.surface._derivative_at(self.surface._span[0], 0)
+        return self.surface._derivative_at(separation, 0) > 1e-15 * most
+
+    def profile(self, low: float) -> Profile | None:
+        """The curve from ``low`` on to where nothing is left; None where it cannot be a profile."""
+        return self._coupling.profile(min(low, 0.0), self._far)
+
+    @property
+    def _far(self) -> float:
+        """More steps than any contact reaches."""
+        return 1e3 * self._coupling._joint.normal_load / self._coupling._joint.normal_stiffness
+
+    def parting(self) -> float:
+        """Step from which on nothing is in contact."""
+        top = self.surface._top
+        if math.isfinite(top):
+            return top - self.origin
+        known = self.profile(0.0)
+        if known is not None:
+            panels = len(known.coefficients) - known.first
+            return math.nextafter(known.anchor + panels / known.inverse_width, math.inf)
+        step = self._far * 1e-3
+        least = _FAINT * self.surface._derivative_at(self.origin, 0)
+        while self.surface._derivative_at(self.origin + step, 0) > least:
+            step *= 1.25
+        return step
+
+    def steps_of(self, loads: Floats) -> Floats:
+        """Steps of loads above zero [N]."""
+        return self._coupling.steps_of(loads, numbered=False)
+
+    def drop(self, base: Floats, width: Floats) -> Floats:
+        """N(b) - N(b + w)."""
+        known = self.profile(float(base.min()))
+        if known is None:
+            return self._coupling.drop(base, width)
+        result = np.empty(base.size)
+        kernels.active.drops(base, width, result, *known.arguments)
+        return result
+
+    def excess(self, kind: Literal["excess", "excess_slope"], step: Floats, u: Floats) -> Floats:
+        """Half the integral of v (u - v) N''(d + v), or of v N''(d + v), over 0 <= v <= u."""
+        known = self.profile(float(step.min())) if kind == "excess_slope" else None
+        if known is not None:
+            result = np.empty(step.size)
+            kernels.active.excesses(step, u, result, *known.arguments)
+            return 0.5 * result
+        pairs, there = pairs_of(self.surface), step + self.origin
+        if pairs is not None:
+            return pairs(self.surface, kind, there, u)
+        own = self.surface._excess if kind == "excess" else self.surface._excess_slope
+        each = zip(there.tolist(), u.tolist(), strict=True)
+        return np.array([own(d, np.array([v]))[0] for d, v in each])
+
+    def load(self, step: Floats) -> tuple[Floats, Floats]:
+        """N and -N'."""
+        known = self.profile(float(step.min()))
+        if known is None:
+            there = step + self.origin
+            return self.surface._derivative(there, 0), -self.surface._derivative(there, 1)
+        value, fall = np.empty(step.size), np.empty(step.size)
+        kernels.active.loads(step, value, fall, *known.arguments)
+        return value, fall

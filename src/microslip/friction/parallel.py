@@ -1,0 +1,168 @@
+"""Laws side by side, which share the displacement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats, show
+from microslip._core.frozen import Locked, lock
+from microslip.errors import InputError
+from microslip.friction.base import BackboneLaw
+from microslip.friction.interface import Interface
+from microslip.friction.jenkins import Jenkins
+from microslip.friction.views import Sliders
+
+
+@dataclass(frozen=True, eq=False)
+class Parallel(Locked, BackboneLaw):
+    """Laws that share the displacement, such as the patches of one joint: a law again.
+
+    Parameters
+    ----------
+    laws : sequence of BackboneLaw
+        The laws, at least one, of any kind, mixed as one likes.
+
+    Raises
+    ------
+    InputError
+        No law, or something that is none.
+
+    Notes
+    -----
+    All obey Masing's rules with the same reversals, so their sum does: backbones, stiffnesses,
+    energies and densities of sliders add (Iwan 1966, DOI 10.1115/1.3625199). A joint under a
+    pressure that varies from place to place is such a sum, each place at a separation of its own.
+    Where one of the laws is rigid at rest, as :class:`microslip.Coulomb` is, so is the sum, and
+    forces that the rigid ones hold belong to displacement 0.
+    """
+
+    laws: Sequence[BackboneLaw]
+
+    def __post_init__(self) -> None:
+        given = self.laws
+        wanted = "a sequence of backbone laws, such as Parallel([joint, other])"
+        if isinstance(given, (str, bytes)) or not hasattr(given, "__iter__"):
+            raise InputError(f"laws must be {wanted}, got {show(given)}")
+        laws = tuple(given)
+        if not laws:
+            raise InputError(f"laws must be {wanted}, got none")
+        for i, law in enumerate(laws):
+            if not isinstance(law, BackboneLaw):
+                raise InputError(f"laws must be {wanted}, got {show(law)} at index {i}")
+        object.__setattr__(self, "laws", laws)
+
+    @cached_property
+    def force_limit(self) -> float:
+        """Force of gross slip [N]: the sum of the laws' limits."""
+        return math.fsum(law.force_limit for law in self.laws)
+
+    @cached_property
+    def tangential_stiffness(self) -> float:
+        """Stiffness at rest T0'(0) [N/m]: the sum of the laws' stiffnesses."""
+        return math.fsum(law.tangential_stiffness for law in self.laws)
+
+    def _sum(self, name: str, u: Floats) -> Floats:
+        total = np.zeros(u.size)
+        for law in self.laws:
+            total += getattr(law, name)(u)
+        return total
+
+    def _backbone(self, u: Floats) -> Floats:
+        return np.minimum(self._sum("_backbone", u), self.force_limit)
+
+    def _slope(self, u: Floats) -> Floats:
+        return self._sum("_slope", u)
+
+    def _backbone_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
+        force, slope = np.zeros(u.size), np.zeros(u.size)
+        for law in self.laws:
+            part, rise = law._backbone_and_slope(u)
+            force += part
+            slope += rise
+        return force, slope
+
+    def _backbone_at(self, u: float) -> tuple[float, float]:
+        pairs = [law._backbone_at(u) for law in self.laws]
+        force = min(sum(force for force, _ in pairs), self.force_limit)
+        return force, sum(slope for _, slope in pairs)
+
+    def _energy(self, amplitude: Floats) -> Floats:
+        return self._sum("_energy", amplitude)
+
+    def _energy_slope(self, amplitude: Floats) -> Floats:
+        return self._sum("_energy_slope", amplitude)
+
+    @cached_property
+    def _rigid(self) -> tuple[BackboneLaw, ...]:
+        return tuple(law for law in self.laws if math.isinf(law.tangential_stiffness))
+
+    @cached_property
+    def _soft(self) -> Parallel | None:
+        """Those that move before they slip, if others do not."""
+        soft = [law for law in self.laws if math.isfinite(law.tangential_stiffness)]
+        return Parallel(soft) if soft else None
+
+    def _below_limit(self, name: str, force: Floats) -> Floats:
+        if self._soft is None:
+            return self._rigid[0]._below_limit(name, force)
+        return super()._below_limit(name, force)
+
+    def _inverse(self, force: Floats) -> Floats:
+        if not self._rigid or self._soft is None:
+            return super()._inverse(force)
+        held = math.fsum(law.force_limit for law in self._rigid)
+        return self._soft._inverse(np.maximum(force - held, 0.0))
+
+    def sliders(self) -> Sliders:
+        """The sliders of all laws together [m, N/m, N/m^2], see there."""
+        parts = [law.sliders() for law in self.laws]
+        places = np.concatenate([part.yield_displacements for part in parts])
+        stiffnesses = np.concatenate([part.stiffnesses for part in parts])
+        order = np.argsort(places, kind="stable")
+        spread = [part._density for part in parts if part._density is not None]
+
+        def density(u: Floats) -> Floats:
+            return np.asarray(sum(part(u) for part in spread))
+
+        return Sliders(lock(places[order]), lock(stiffnesses[order]), density if spread else None)
+
+    def __repr__(self) -> str:
+        count = len(self.laws)
+        return (
+            f"Parallel({count} {'law' if count == 1 else 'laws'}, "
+            f"stiffness={self.tangential_stiffness:g}, force_limit={self.force_limit:g})"
+        )
+
+    @classmethod
+    def guess(cls, data: Any) -> Parallel:
+        """A law to start a fit from: one of Jenkins' cells, which can be joined by others.
+
+        Parameters
+        ----------
+        data : Loop, Record or sequence of such
+            What was measured: displacement [m] and force [N], at least one closed cycle each.
+
+        Returns
+        -------
+        Parallel
+            Of one law.
+
+        Raises
+        ------
+        InputError
+            Data of another kind, no closed cycle, a force that does not vary.
+        """
+        return cls([Jenkins.guess(data)])
+
+    @classmethod
+    def examples(cls) -> tuple[Parallel, ...]:
+        """A joint pressed unevenly, and one beside a cell."""
+        joint = Interface.examples()[0]
+        uneven = [joint.at(normal_load=load) for load in (50.0, 600.0, 1350.0)]
+        return cls(uneven), cls([joint, Jenkins(stiffness=2e9, force_limit=300.0)])

@@ -150,9 +150,9 @@ def test_what_many_summits_lose_is_work_less_store(count) -> None:
     slip, origin = joint.slip_per_indentation, joint.separation
     law = joint.surface
     runs = Diagram().slips(response.separation - origin, x / slip)
-    sample, q0, q1, density, sign, d0, d1 = runs
+    sample, ahead, gap, until, density, sign, d0, d1 = runs
+    q0, q1 = d0 + gap, d1 + until
     load_, integral = (lambda d, k=k: law._derivative(d + origin, k) for k in (0, -1))
-    ahead = q1 - q0
     near = np.abs(d1 - d0) < 1e-3 * ahead  # the first quotient cancels: the middle serves
     still = integral(0.5 * (d0 + d1)) * 0.0 + load_(0.5 * (d0 + d1))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -226,9 +226,10 @@ def test_one_summit_in_one_run(seed) -> None:
         start = first + rng.choice([0.0, 1.0]) * 10.0 ** rng.uniform(-9, 0)
         end = max(last + 10.0 ** rng.uniform(-9, 0), start + 0.1 * 10.0 ** rng.uniform(-9, 0))
         run = start, end, first, last
+        gaps = start - first, max(end - last, 0.0), first, last
         y = rng.choice(run) + rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-9, 0)
         spheres = Spheres(np.array([y]), np.ones(1))
-        got = float(means(spheres, *(np.array([v]) for v in run))[0])
+        got = float(means(spheres, *(np.array([v]) for v in gaps))[0])
         assert got == pytest.approx(exact_mean(y, run), rel=1e-11, abs=1e-300)
 
 

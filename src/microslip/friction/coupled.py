@@ -64,7 +64,7 @@ class Coupling:
         known = self._profile
         if known is not None:
             if known.low <= low and high <= (math.inf if self._faint else known.high):
-                return known if low <= known.high else None
+                return known
             low, high = min(low, known.low), max(high, known.high)
         low, high = min(low, 0.0), max(high, 0.0)
         refused = self._refused

@@ -31,6 +31,8 @@ _ROOTS: Rule = (
     np.sin(_ANGLES) ** 2,
     0.5 * math.pi * _WEIGHTS * np.sin(2.0 * _ANGLES),
 )
+_NONE = 1e-32  # of the largest load: no loss is left
+_MOST_RUNGS = 4096
 _PARABOLAS: Rule = gauss_legendre(2)
 
 
@@ -40,7 +42,8 @@ class Losses:
     def __init__(self, law: NormalLaw, origin: float) -> None:
         self._law, self._origin = law, origin
         self._pairs = pairs_of(law)
-        self._marks = law._kinks - origin
+        self._kinks = law._kinks - origin
+        self._marks, self._low, self._top = self._kinks, math.inf, math.inf
         spheres = law._spheres
         self._spheres: Spheres | None = None
         if spheres is not None:
@@ -51,39 +54,70 @@ class Losses:
         total = np.zeros(samples)
         for begin in range(0, slips.sample.size, _RUNS):
             part = Slips._make(column[begin : begin + _RUNS] for column in slips)
-            _, start, end, density, sign, first, last = part
+            _, ahead, gap, until, density, sign, first, last = part
             if self._spheres is not None:
-                mean = means(self._spheres, start, end, first, last)
+                mean = means(self._spheres, gap, until, first, last)
             else:
-                mean = self._means(start, end, first, last)
-            lost = 2.0 * (end - start) * (1.0 - sign * density) * mean
+                mean = self._means(gap, until, first, last)
+            lost = 2.0 * ahead * (1.0 - sign * density) * mean
             total += np.bincount(part.sample, lost, minlength=samples)
         return total
 
-    def _means(self, start: Floats, end: Floats, first: Floats, last: Floats) -> Floats:
+    def _means(self, gap: Floats, until: Floats, first: Floats, last: Floats) -> Floats:
         """Means over runs, piece by piece where the front or the separation passes a mark."""
-        runs, lows, widths = _pieces(self._marks, start, end, first, last)
-        ahead, rise = end - start, last - first
-        result = np.zeros(start.size)
+        marks = self._marks_from(float(np.minimum(first, last).min(initial=0.0)))
+        runs, lows, widths = _pieces(marks, first + gap, last + until, first, last)
+        growth, rise = until - gap, last - first
+        result = np.zeros(gap.size)
         for begin in range(0, runs.size, _PIECES):
             run, low, width = (v[begin : begin + _PIECES] for v in (runs, lows, widths))
-            for (places, weights), chosen in self._rules(end[run]):
+            middle = first[run] + (low + 0.5 * width) * rise[run]
+            touching = middle < self._top
+            front = middle + gap[run] + (low + 0.5 * width) * growth[run]
+            for (places, weights), chosen in self._rules(front):
+                chosen = chosen & touching
                 of, share = run[chosen], width[chosen]
                 if not of.size:
                     continue
                 u = low[chosen, None] + share[:, None] * places
-                q = start[of, None] + u * ahead[of, None]
+                v = gap[of, None] + u * growth[of, None]
                 d = first[of, None] + u * rise[of, None]
-                values = self._slope(d.ravel(), np.maximum(q - d, 0.0).ravel()).reshape(u.shape)
-                result += np.bincount(of, share * (values @ weights), minlength=start.size)
+                values = self._slope(d.ravel(), v.ravel()).reshape(u.shape)
+                result += np.bincount(of, share * (values @ weights), minlength=gap.size)
         return result
 
-    def _rules(self, end: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
+    def _marks_from(self, low: float) -> Floats:
+        """The law's own marks and, where it fades smoothly, one each decay length from ``low`` on.
+
+        A long step may lift an interface off: one rule over many decay lengths would not see where
+        the load is.
+        """
+        if low >= self._low:
+            return self._marks
+        law, smooth = self._law, low
+        if isinstance(law, TabulatedNormalLaw):
+            if law.tail is None:
+                return self._marks
+            smooth = float(self._kinks[-1])
+        rungs, least, place = [], 0.0, smooth + self._origin
+        while len(rungs) < _MOST_RUNGS:
+            load, slope = law._derivative_at(place, 0), law._derivative_at(place, 1)
+            least = least or _NONE * load
+            if not (load > least and slope < 0.0):
+                break
+            place += load / -slope
+            rungs.append(place - self._origin)
+        self._low, self._marks = low, np.union1d(self._kinks, rungs)
+        if len(rungs) < _MOST_RUNGS and rungs:
+            self._top = rungs[-1]
+        return self._marks
+
+    def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
         """Which rule serves which pieces: between the knots of a table all is a parabola."""
         law = self._law
         if not isinstance(law, TabulatedNormalLaw):
-            return [(_ROOTS, np.ones(end.size, dtype=bool))]
-        tail = np.zeros(end.size, dtype=bool) if law.tail is None else end > self._marks[-1]
+            return [(_ROOTS, np.ones(front.size, dtype=bool))]
+        tail = np.zeros(front.size, dtype=bool) if law.tail is None else front > self._kinks[-1]
         return [(_PARABOLAS, ~tail), (_ROOTS, tail)]
 
     def _slope(self, separation: Floats, gap: Floats) -> Floats:

@@ -270,12 +270,14 @@ static const double RULE_PANELS[] = {0.05, 1.0, 16.0};
 static const int RULE_NODES[] = {4, 8, 16};
 #define RULES_LENGTH 56 /* nodes and weights of all of them */
 
-static double run_piece(const Profile *p, const double *rules, double top, double start, double end,
-                        double first, double last)
+/* Mean loss of a run times its length, while the gap between front and separation goes from `gap` to
+ * `until`. Past the end of the curve nothing depends on the front any more. */
+static double run_piece(const Profile *p, const double *rules, int past, double ahead, double gap,
+                        double until, double first, double last)
 {
-    double ahead = end - start, rise = last - first;
+    double rise = last - first;
     if (!(ahead > 0.0)) return 0.0;
-    double length = start >= top ? 0.0 : ahead, parts = 1.0, total = 0.0;
+    double length = past ? 0.0 : ahead, parts = 1.0, total = 0.0;
     double turn = fmin(fabs(rise), 1e300);
     length = fmax(length, turn) * p->inverse_width;
     int rule = 0;
@@ -286,83 +288,87 @@ static double run_piece(const Profile *p, const double *rules, double top, doubl
         double sum = 0.0;
         for (int i = 0; i < count; i++) {
             double t = (k + rules[i]) / parts;
-            double gap = (start - first) + t * (ahead - rise);
-            sum += rules[count + i] * excess_at(p, first + t * rise, fmax(gap, 0.0));
+            sum += rules[count + i] * excess_at(p, first + t * rise, gap + t * (until - gap));
         }
         total += sum / parts;
     }
     return ahead * total;
 }
 
-static double run_loss(const Profile *p, const double *rules, double start, double end,
-                       double first, double last)
+static double run_loss(const Profile *p, const double *rules, double ahead, double gap,
+                       double until, double first, double last)
 {
-    /* Past the end of the curve nothing depends on the front any more. */
     double top = p->anchor + (double)(p->panels - p->first) / p->inverse_width;
-    double rise = last - first, ahead = end - start, begin = start;
-    /* Where the separation itself is past it there is no load, and however far it goes no loss. */
+    double rise = last - first;
+    /* Where the separation is past it there is no load, and however far it goes no loss. */
     if (first > top) {
         if (!(last < top)) return 0.0;
-        start = begin + fmin((top - first) / rise, 1.0) * ahead;
+        double share = fmin((top - first) / rise, 1.0);
+        gap += share * (until - gap);
+        ahead *= 1.0 - share;
         first = top;
     } else if (last > top) {
-        end = begin + fmin((top - first) / rise, 1.0) * ahead;
+        double share = fmin((top - first) / rise, 1.0);
+        until = gap + share * (until - gap);
+        ahead *= share;
         last = top;
     }
-    double stop = fmax(start, fmin(top, end));
-    double share = end > start ? (stop - start) / (end - start) : 0.0;
-    double meanwhile = first + share * (last - first);
-    return run_piece(p, rules, top, start, stop, first, meanwhile) +
-           run_piece(p, rules, top, stop, end, meanwhile, last);
+    double start = first + gap, end = last + until;
+    if (start >= top) return run_piece(p, rules, 1, ahead, gap, until, first, last);
+    if (end <= top) return run_piece(p, rules, 0, ahead, gap, until, first, last);
+    double share = (top - start) / (end - start), meanwhile = first + share * (last - first);
+    double between = fmax(top - meanwhile, 0.0);
+    return run_piece(p, rules, 0, share * ahead, gap, between, first, meanwhile) +
+           run_piece(p, rules, 1, (1.0 - share) * ahead, between, until, meanwhile, last);
 }
 
 /* The runs of one step that slips, see runs() of twin_losses.py, and what they lose. */
 static double step_loss(const Profile *p, const double *rules, const Diagram *g, double last,
                         double move)
 {
-    double first = g->separation, rise = last - first, q = first, time = 0.0, total = 0.0;
+    double first = g->separation, rise = last - first, here = first, gap = 0.0, time = 0.0;
+    double sign = 0.0, total = 0.0;
     Py_ssize_t row = g->depth - 1; /* -1: beyond all rows */
     while (time < 1.0) {
-        while (row >= 0 && g->stack[row].end <= q) row--;
         double end = row >= 0 ? g->stack[row].end : HUGE_VAL;
         double density = row >= 0 ? g->stack[row].density : 0.0;
-        double drive = move + density * fmax(rise, 0.0);
-        if (fabs(drive) <= 4e-16 * (fabs(move) + fabs(rise))) {
-            time = rise > 0.0 ? fmin((end - first) / rise, 1.0) : 1.0;
-            q = end;
+        if (end <= here + gap) {
+            row--;
             continue;
         }
-        double sign = drive > 0.0 ? 1.0 : -1.0, pace = sign * move + rise, begun = time, from = q;
-        while (time < 1.0) {
-            end = row >= 0 ? g->stack[row].end : HUGE_VAL;
-            density = row >= 0 ? g->stack[row].density : 0.0;
-            double here = first + rise * time, rate = 1.0 - sign * density;
-            if (rate == 0.0) {
-                q = end;
+        double drive = move + density * rise;
+        if (gap == 0.0) {
+            if (drive == 0.0) { /* what is lost takes just its share along */
+                time = rise > 0.0 ? fmin((end - first) / rise, 1.0) : 1.0;
+                here = end;
                 row--;
                 continue;
             }
-            double speed = pace / rate, until = fmin(time + (end - q) / speed, 1.0);
-            int ahead = 0;
-            if (speed < rise) {
-                double caught = time + (q - here) / (rise - speed);
-                if (caught <= until) {
-                    until = caught;
-                    ahead = 1;
-                }
-            }
-            double stop = until < 1.0 && !ahead ? end : fmin(q + speed * (until - time), end);
-            if (stop > q)
-                total += rate * run_loss(p, rules, q, stop, here, first + rise * until);
-            q = stop;
-            time = until;
-            if (ahead) break;
-            if (q >= end) row--;
+            sign = (rise > 0.0 ? drive : move) > 0.0 ? 1.0 : -1.0;
         }
-        if (time <= begun && q <= from) { /* rounding: neither moves, so that neither slips */
-            time = rise > 0.0 ? fmin((end - first) / rise, 1.0) : 1.0;
-            q = end;
+        double rate = 1.0 - sign * density;
+        if (rate <= 0.0) { /* slips already */
+            gap = end - here;
+            row--;
+            continue;
         }
+        double growth = fmax(sign * drive / rate, -rise), speed = growth + rise; /* never back */
+        double until = speed > 0.0 ? time + (end - here - gap) / speed : HUGE_VAL, then = until;
+        int caught = growth < 0.0 && time - gap / growth <= fmin(until, 1.0);
+        if (caught) then = time - gap / growth;
+        then = fmin(then, 1.0);
+        double there = then < 1.0 ? first + rise * then : last;
+        double ahead = fmin(speed * (then - time), end - here - gap);
+        double wide = caught ? 0.0 : fmax(gap + growth * (then - time), 0.0);
+        if (!caught && until <= 1.0) { /* to the row's end: the pace may be rounding over rounding */
+            row--;
+            ahead = end - here - gap;
+            wide = fmax(end - there, 0.0);
+        }
+        if (ahead > 0.0) total += rate * run_loss(p, rules, ahead, gap, wide, here, there);
+        time = then;
+        gap = wide;
+        here = there;
     }
     return total;
 }

@@ -12,57 +12,57 @@ from microslip.kernels.layout import RULES, Floats
 from microslip.kernels.twin_diagram import step_front
 from microslip.kernels.twin_profile import Panels, excesses
 
-Run = tuple[float, float, float, float, float, float]
+Run = tuple[float, float, float, float, float, float, float]
 
 
 def runs(
     stack: list[tuple[float, float, float]], first: float, last: float, move: float
 ) -> Iterator[Run]:
-    """Runs of one step that slips: start, end, density, sign, and the separations meanwhile.
+    """Runs of one step that slips: length, gap from and to, density, sign, separations meanwhile.
 
     The front covers the integral of 1 - sign D at a constant pace. While contact is lost, the
-    separation may catch up with it, and slip then begins anew in the other direction.
+    separation may catch up with it, and slip then begins anew in the other direction. What is
+    followed is the gap between the two, whose growth cancels no digits where the step goes along
+    a row's own D: proportional loading, the commonest of all.
     """
-    rows = [*reversed(stack), (math.inf, 0.0, 0.0)]
+    rows = [(math.inf, 0.0, 0.0), *stack]
     rise = last - first
-    q, time, row = first, 0.0, 0
+    here, gap, time, sign = first, 0.0, 0.0, 0.0
     while time < 1.0:
-        while rows[row][0] <= q:
-            row += 1
-        end, density, _ = rows[row]
-        drive = move + density * max(rise, 0.0)
-        if abs(drive) <= 4e-16 * (abs(move) + abs(rise)):  # what is lost takes just its share along
-            time = min((end - first) / rise, 1.0) if rise > 0.0 else 1.0
-            q = end
+        end, density, _ = rows[-1]
+        if end <= here + gap:
+            rows.pop()
             continue
-        sign = 1.0 if drive > 0.0 else -1.0
-        pace = sign * move + rise
-        begun, origin = time, q
-        while time < 1.0:
-            end, density, _ = rows[row]
-            here = first + rise * time
-            rate = 1.0 - sign * density
-            if rate == 0.0:  # slips already
-                q = end
-                row += 1
+        drive = move + density * rise
+        if gap == 0.0:
+            if drive == 0.0:  # what is lost takes just its share along
+                time = min((end - first) / rise, 1.0) if rise > 0.0 else 1.0
+                here = end
+                rows.pop()
                 continue
-            speed = pace / rate
-            until = min(time + (end - q) / speed, 1.0)
-            # Slower than the separation, the front is caught.
-            if speed < rise and (caught := time + (q - here) / (rise - speed)) < until:
-                until = caught
-            ahead = until == caught if speed < rise else False
-            stop = end if until < 1.0 and not ahead else min(q + speed * (until - time), end)
-            if stop > q:
-                yield q, stop, density, sign, here, first + rise * until
-            q, time = stop, until
-            if ahead:
-                break
-            if q >= end:
-                row += 1
-        if time <= begun and q <= origin:  # rounding: neither moves, so that neither slips
-            time = min((end - first) / rise, 1.0) if rise > 0.0 else 1.0
-            q = end
+            sign = 1.0 if (drive if rise > 0.0 else move) > 0.0 else -1.0
+        rate = 1.0 - sign * density
+        if rate <= 0.0:  # slips already
+            gap = end - here
+            rows.pop()
+            continue
+        growth = max(sign * drive / rate, -rise)  # the front never goes back
+        speed = growth + rise
+        until = time + (end - here - gap) / speed if speed > 0.0 else math.inf
+        # The separation is the quicker one: the front may be caught.
+        caught = growth < 0.0 and time - gap / growth <= min(1.0, until)
+        then = min(1.0, time - gap / growth if caught else until)
+        there = first + rise * then if then < 1.0 else last
+        ahead = min(end - here - gap, speed * (then - time))
+        wide = 0.0 if caught else max(gap + growth * (then - time), 0.0)
+        if (
+            not caught and until <= 1.0
+        ):  # to where the row ends: how quickly may be rounding over rounding
+            rows.pop()
+            ahead, wide = end - here - gap, max(end - there, 0.0)
+        if ahead > 0.0:
+            yield ahead, gap, wide, density, sign, here, there
+        time, gap, here = then, wide, there
 
 
 def slip_runs(
@@ -91,7 +91,7 @@ def slip_runs(
         if front > d:
             rows.append((front, density, beyond))
         d0, x0 = d, x
-    return np.array(found, dtype=float).reshape(-1, 7).T
+    return np.array(found, dtype=float).reshape(-1, 8).T
 
 
 def losses(
@@ -114,48 +114,50 @@ def losses(
     loss[:] = 0.0
     if not columns.size:
         return
-    sample, start, end, density, sign, first, last = columns
+    sample, ahead, gap, until, density, sign, first, last = columns
     panels = Panels(*profile)
     top = panels.anchor + (panels.count - panels.first) / panels.inverse_width
     # Where the separation is past the end there is no load, and however far it goes no loss.
-    rise, ahead = last - first, end - start
+    rise = last - first
     share = np.divide(top - first, rise, out=np.ones_like(rise), where=rise != 0.0)
-    cut = start + np.clip(share, 0.0, 1.0) * ahead
+    share = np.clip(share, 0.0, 1.0)
+    middle = gap + share * (until - gap)
     late, early = (first > top) & (last < top), (first <= top) & (last > top)
-    start, first = np.where(late, cut, start), np.where(late, top, first)
-    end, last = np.where(early, cut, end), np.where(early, top, last)
-    end = np.where(first > top, start, end)
-    last = np.where(first > top, first, last)
+    ahead = np.where(late, (1.0 - share) * ahead, np.where(early, share * ahead, ahead))
+    ahead = np.where((first > top) & ~late, 0.0, ahead)
+    gap, first = np.where(late, middle, gap), np.where(late, top, first)
+    until, last = np.where(early, middle, until), np.where(early, top, last)
     # Past the end of the curve nothing depends on the front any more.
-    stop = np.clip(top, start, end)
-    share = np.divide(stop - start, end - start, out=np.zeros_like(end), where=end > start)
-    meanwhile = first + share * (last - first)
-    result = np.zeros(sample.size)
-    for part in (
-        (start, stop, first, meanwhile),
-        (stop, end, meanwhile, last),
-    ):
-        result += _pieces(*part, rules, panels, profile, top)
+    start, end = first + gap, last + until
+    share = np.divide(top - start, end - start, out=np.ones_like(end), where=end > top)
+    share = np.where(start >= top, 0.0, share)
+    whole = share == 1.0
+    meanwhile = np.where(whole, last, first + share * (last - first))
+    between = np.where(whole, until, np.where(share == 0.0, gap, np.maximum(top - meanwhile, 0.0)))
+    result = _pieces(share * ahead, gap, between, first, meanwhile, False, rules, panels, profile)
+    result += _pieces(
+        (1.0 - share) * ahead, between, until, meanwhile, last, True, rules, panels, profile
+    )
     loss += np.bincount(
         sample.astype(np.int64), (1.0 - sign * density) * result, minlength=loss.size
     )
 
 
 def _pieces(
-    start: Floats,
-    end: Floats,
+    ahead: Floats,
+    gap: Floats,
+    until: Floats,
     first: Floats,
     last: Floats,
+    past: bool,
     rules: Floats,
     panels: Panels,
     profile: tuple[Any, ...],
-    top: float,
 ) -> Floats:
-    ahead, rise = end - start, last - first
-    beyond = start >= top
-    length = np.where(beyond, 0.0, ahead)
+    rise = last - first
+    length = np.zeros(ahead.size) if past else ahead
     length = np.maximum(length, np.minimum(np.abs(rise), 1e300)) * panels.inverse_width
-    result = np.zeros(start.size)
+    result = np.zeros(ahead.size)
     offset, least = 0, -1.0
     for most, count in RULES:
         nodes, weights = rules[offset : offset + count], rules[offset + count : offset + 2 * count]
@@ -175,8 +177,7 @@ def _pieces(
         for node, weight in zip(nodes.tolist(), weights.tolist(), strict=True):
             t = (index + node) / total
             d = first[owner] + t * rise[owner]
-            gap = np.maximum((start[owner] - first[owner]) + t * (ahead[owner] - rise[owner]), 0.0)
-            excesses(d, gap, value, *profile)
+            excesses(d, gap[owner] + t * (until[owner] - gap[owner]), value, *profile)
             sums += weight * value
-        result += np.bincount(owner, sums / total, minlength=start.size)
+        result += np.bincount(owner, sums / total, minlength=ahead.size)
     return ahead * result

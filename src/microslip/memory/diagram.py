@@ -51,13 +51,15 @@ class Rows(NamedTuple):
 class Slips(NamedTuple):
     """Runs of the slip front over rows of a diagram, in the order of time.
 
-    In step ``sample`` the front runs from ``start`` to ``end`` over a row of ``density``, to leave
-    ``sign`` behind, while the separation goes from ``first`` to ``last``.
+    In step ``sample`` the front runs ``ahead`` over a row of ``density``, to leave ``sign`` behind,
+    while the separation goes from ``first`` to ``last`` and the front's distance from it goes from
+    ``gap`` to ``until``.
     """
 
     sample: Integers
-    start: Floats
-    end: Floats
+    ahead: Floats
+    gap: Floats
+    until: Floats
     density: Floats
     sign: Floats
     first: Floats

@@ -12,14 +12,15 @@ _NODES, _WEIGHTS = gauss_legendre(10)
 _CLOSE = 0.05  # of the indentation: nearer than that, differences of powers lose digits
 
 
-def means(spheres: Spheres, start: Floats, end: Floats, first: Floats, last: Floats) -> Floats:
+def means(spheres: Spheres, gap: Floats, until: Floats, first: Floats, last: Floats) -> Floats:
     """Mean over each run of half the integral of v N''(d + v) over 0 <= v <= q - d.
 
-    The front q goes from ``start`` out to ``end`` while the separation d <= q goes from ``first``
-    to ``last``, both in straight lines. Each summit is integrated by itself, from where it is
-    touched to where it parts, so its roots are at the ends of what is integrated.
+    The distance q - d of the front from the separation goes from ``gap`` to ``until``, both not
+    negative, while d goes from ``first`` to ``last``, in straight lines. Each summit is integrated
+    by itself, from where it is touched to where it parts, so its roots are at the ends of what is
+    integrated.
     """
-    result = np.zeros(start.size)
+    result = np.zeros(gap.size)
     closest = np.minimum(first, last)
     # Runs of like reach together: a block takes the summits that its first run touches, the most.
     order = np.argsort(closest)
@@ -29,22 +30,22 @@ def means(spheres: Spheres, start: Floats, end: Floats, first: Floats, last: Flo
         step = max(1, CACHED // max(1, count))
         rows = order[begin : begin + step]
         y, k = spheres.heights[:count], spheres.constants[:count]
-        parts = (column[rows, None] for column in (start, end, first, last))
+        parts = (column[rows, None] for column in (gap, until, first, last))
         result[rows] = _summits(y, *parts) @ k
         begin += step
     return result
 
 
-def _summits(y: Floats, start: Floats, end: Floats, first: Floats, last: Floats) -> Floats:
+def _summits(y: Floats, gap: Floats, rest: Floats, first: Floats, last: Floats) -> Floats:
     """The same for each run and each summit of height y, over its load constant."""
-    before, after = y - start, y - end  # what the front leaves of the indentation; it falls
-    gap, rest = start - first, end - last
-    span = end - start
+    deep, low = y - first, y - last
+    before = deep - gap  # what the front leaves of the indentation; it falls
+    after = np.minimum(low - rest, before)
+    span = before - after
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(span > 0.0, before / span, np.where(before > 0.0, 1.0, 0.0))
     share = np.clip(share, 0.0, 1.0)  # of the run, until the summit slips wholly
     middle = np.where(share < 1.0, gap + (rest - gap) * share, 0.0)
-    deep, low = y - first, y - last
     # From there on the whole load of the summit slips: to the power of 3/2 while there is any.
     here = np.where(before > 0.0, middle, deep)
     a, b = np.sqrt(np.maximum(here, 0.0)), np.sqrt(np.maximum(low, 0.0))

@@ -189,5 +189,5 @@ def _decay(f: Convex, t: Floats | float) -> tuple[Any, Any]:
     """f(t) and the length f/|f'| on which it decays there; where nothing is left it is 0."""
     here, slope = _at(f, t, 0), _at(f, t, 1)
     if not isinstance(here, np.ndarray):
-        return here, here / -slope
+        return here, here / -slope if slope < 0.0 else 0.0
     return here, np.divide(here, -slope, out=np.zeros_like(here), where=slope < 0.0)

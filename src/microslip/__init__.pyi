@@ -7,6 +7,7 @@ from .friction import BoucWen as BoucWen
 from .friction import Coulomb as Coulomb
 from .friction import CoupledResponse as CoupledResponse
 from .friction import FieldResponse as FieldResponse
+from .friction import FirstLoading as FirstLoading
 from .friction import Interface as Interface
 from .friction import Iwan as Iwan
 from .friction import Jenkins as Jenkins
@@ -17,6 +18,7 @@ from .friction import SegalmanFit as SegalmanFit
 from .friction import SegalmanIwan as SegalmanIwan
 from .friction import Sliders as Sliders
 from .friction import Verdict as Verdict
+from .friction import first_loading as first_loading
 from .heights import Discrete as Discrete
 from .heights import Exponential as Exponential
 from .heights import Gaussian as Gaussian

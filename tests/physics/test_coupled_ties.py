@@ -1,4 +1,4 @@
-"""Loads that vary in exact proportion, ties and moves of rounding, and contact that lifts far off."""
+"""Loads that vary in exact proportion, ties, moves of rounding, and contact that lifts far off."""
 
 from __future__ import annotations
 

@@ -14,6 +14,8 @@ from .laws import LAWS as LAWS
 from .parallel import Parallel as Parallel
 from .segalman import SegalmanFit as SegalmanFit
 from .segalman import SegalmanIwan as SegalmanIwan
+from .straight_step import FirstLoading as FirstLoading
+from .straight_step import first_loading as first_loading
 from .validity import Verdict as Verdict
 from .views import PeriodicResponse as PeriodicResponse
 from .views import Sliders as Sliders

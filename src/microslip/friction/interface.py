@@ -20,6 +20,7 @@ from microslip.friction.coupled import (
     respond,
     respond_to_force,
 )
+from microslip.friction.straight_step import FirstLoading, loaded
 from microslip.friction.validity import Verdict, validity
 from microslip.friction.views import Sliders
 from microslip.kernels.table import Table
@@ -404,6 +405,46 @@ class Interface(BackboneLaw):
         if force is not None:
             return respond_to_force(self, force, normal_load, separation)
         return respond(self, displacement, normal_load, separation)  # type: ignore[arg-type]
+
+    def first_loading(
+        self,
+        displacement: ArrayLike,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> FirstLoading:
+        """Force, load and tangents after one straight step from rest at the joint's own load.
+
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements at the end [m], any shape.
+        normal_load : array_like, optional
+            Normal loads at the end [N], above zero, any shape that goes with it; or
+        separation : array_like, optional
+            separations at the end [m], one of the two.
+
+        Returns
+        -------
+        FirstLoading
+            ``force`` and ``normal_load`` [N], and ``tangent``, d(T, N)/d(displacement, separation)
+            [N/m]: see :func:`microslip.friction.first_loading`, which takes the separations before
+            the step, too, one for each node.
+
+        Raises
+        ------
+        InputError
+            Both or neither of load and separation; otherwise as :func:`first_loading`.
+        """
+        if (normal_load is None) == (separation is None):
+            came = "neither" if normal_load is None else "both"
+            raise InputError(
+                f"normal_load [N] or separation=... [m] must be given, one of them, got {came}"
+            )
+        if separation is None:
+            separation = self.surface.separation(normal_load)  # type: ignore[arg-type]
+        slip, own = self.slip_per_indentation, self.separation
+        return loaded(self.surface, self._friction, slip, displacement, separation, own)
 
     def sliders(self) -> Sliders:
         """The interface as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).

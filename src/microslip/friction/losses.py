@@ -99,7 +99,8 @@ class Losses:
             if law.tail is None:
                 return self._marks
             smooth = float(self._kinks[-1])
-        rungs, least, place = [], 0.0, smooth + self._origin
+        rungs: list[float] = []
+        least, place = 0.0, smooth + self._origin
         while len(rungs) < _MOST_RUNGS:
             load, slope = law._derivative_at(place, 0), law._derivative_at(place, 1)
             least = least or _NONE * load

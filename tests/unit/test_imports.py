@@ -208,7 +208,7 @@ def test_nothing_imports_upwards() -> None:
     """Data flows one way, floor by floor."""
     floors = {
         "errors": 0, "_version": 0, "_core": 0, "kernels": 0, "numerics": 0,
-        "materials": 1, "heights": 1,
+        "materials": 1, "heights": 1, "readers": 1,
         "normal": 2, "memory": 3, "loops": 4, "friction": 5, "structures": 7, "study": 8,
         "tribometer": 6, "scans": 6, "identification": 6, "sweeps": 8, "chapter": 8,
         "report": 1, "results": 9, "cli": 10,

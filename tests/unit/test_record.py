@@ -21,10 +21,9 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
 import microslip as ms
-from microslip.tribometer import scaling
-from microslip.tribometer.readers import READERS
-from microslip.tribometer.readers import arrays as tree
-from microslip.tribometer.readers import text as text_reader
+from microslip.readers import tables
+from microslip.readers import text as text_reader
+from microslip.tribometer.reading import READERS
 
 REAL = Path(__file__).parents[3] / "shared/data/reciprocating/test_data_2.txt"
 X = np.array([1e-6, 2.5e-6, -1e-6, 0.0])
@@ -419,19 +418,19 @@ WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "workbook": (
         b"PK\x03\x04rest",
         {},
-        "wanted text, MAT, TDMS or HDF5, got an Excel workbook or another archive; "
+        "wanted text, MAT, TDMS, HDF5 or NumPy's, got an Excel workbook or another archive; "
         "save the record as CSV",
     ),
     "old workbook": (
         b"\xd0\xcf\x11\xe0\x00rest",
         {},
-        "wanted text, MAT, TDMS or HDF5, got an old Excel workbook or another Office file; "
-        "save the record as CSV",
+        "wanted text, MAT, TDMS, HDF5 or NumPy's, got an old Excel workbook or another Office "
+        "file; save the record as CSV",
     ),
     "binary": (
         bytes(range(64)),
         {},
-        "wanted text, MAT, TDMS or HDF5, got another binary file; save the record as CSV",
+        "wanted text, MAT, TDMS, HDF5 or NumPy's, got another binary file; save the record as CSV",
     ),
     "no names": (
         "1,2\n3,4\n",
@@ -591,7 +590,7 @@ WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "format": (
         PLAIN,
         {"format": "csv"},
-        'wanted format "hdf5", "mat", "tdms" or "text", got "csv"',
+        'wanted format "hdf5", "mat", "npy", "npz", "tdms" or "text", got "csv"',
     ),
     "rows": (PLAIN, {"rows": 5}, "wanted rows=slice(first, end), got 5"),
     "no such rows": (
@@ -758,7 +757,7 @@ def test_too_large(put: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     assert str(caught.value) == (
         'big.h5: "displacement": wanted at most 500000000 samples, got 1000000000000'
     )
-    monkeypatch.setattr(tree, "MAX_SAMPLES", 10**13)
+    monkeypatch.setattr(tables, "MAX_SAMPLES", 10**13)
     with pytest.raises(ms.InputError) as caught:
         ms.Record.read("big.h5")
     assert str(caught.value) == "big.h5: too large for the memory; cut the record"
@@ -770,7 +769,7 @@ UNITS = {"displacement": "m", "force": "N"}
 
 
 def test_readers_have_names() -> None:
-    assert [reader.name for reader in READERS] == ["tdms", "mat", "hdf5", "mat", "text"]
+    assert sorted(READERS) == ["hdf5", "mat", "npy", "npz", "tdms", "text"]
 
 
 @pytest.mark.parametrize("form", ["5", "4"])
@@ -1180,7 +1179,7 @@ def test_what_was_stated_goes_before_what_the_file_states(put: Any) -> None:
 def test_powers_of_ten_are_rounded_once(factor: str) -> None:
     values = np.random.default_rng(0).uniform(-1e6, 1e6, 2000).round(3)
     scaled = values.copy()
-    scaling.apply(scaled, Decimal(factor))
+    tables.scale(scaled, Decimal(factor))
     # The nearest double to the double in the file times the factor, found without doubles.
     exact = np.array([float(Decimal(value) * Decimal(factor)) for value in values.tolist()])
     if factor in ("2.5", "1e-30"):
@@ -1264,3 +1263,23 @@ def test_the_real_record() -> None:
     same(ms.Record.read(REAL, sign=-1, zero={"displacement": "middle"}), record)
     after = REAL.stat()
     assert (before.st_size, before.st_mtime_ns) == (after.st_size, after.st_mtime_ns)
+
+
+@pytest.mark.parametrize("form", ["fields", "matrix", "archive"])
+def test_records_of_numpy(form: str, put: Any) -> None:
+    keywords: dict[str, Any] = {"units": UNITS}
+    if form == "fields":
+        fields = np.zeros(4, dtype=[("displacement", "f8"), ("force", "f4"), ("state", "S2")])
+        fields["displacement"], fields["force"] = X, T
+        np.save("a.npy", fields)
+    elif form == "matrix":
+        np.save("a.npy", np.stack([X, T]))
+        keywords |= {"displacement": "#1", "force": "#2"}
+    else:
+        np.savez("a.npz", position=X, friction=T, note=np.array("by hand"))
+    record = ms.Record.read(f"a.np{'z' if form == 'archive' else 'y'}", **keywords)
+    equal(record.displacement, X)
+    equal(record.force, T)
+    np.save("o.npy", np.array([print, 1], dtype=object), allow_pickle=True)
+    with pytest.raises(ms.InputError, match="wanted real numbers, got an array of object"):
+        ms.Record.read("o.npy")

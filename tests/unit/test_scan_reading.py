@@ -22,8 +22,9 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 import microslip as ms
-from microslip.scans.readers import READERS, instruments, mat, text
-from microslip.scans.readers.grid import on_grid
+from microslip.readers import instruments, text
+from microslip.readers.grid import on_grid
+from microslip.scans.heights_in_files import ARRAY_FILES, GAP_TABLE, TEXTS
 
 REAL = Path(__file__).parents[3] / "shared/data/scans"
 Z = np.array([[1.0, 2.5, -3.0], [0.5, 0.0, 4.0], [7.0, -8.0, 9.0], [1.0, 1.0, 2.0]])
@@ -143,6 +144,18 @@ def test_which_array_is_said_or_clear() -> None:
     savemat("a.mat", {"A": Z, "B": Z})
     refused("this MAT-file holds more than one array", "a.mat", **UM)
     assert ms.Scan.read("a.mat", key="B", **UM).heights.shape == (4, 3)
+
+
+def test_arrays_may_lie_in_structs_and_groups() -> None:
+    savemat("a.mat", {"scan": {"z": Z, "unit": "um"}})
+    assert np.array_equal(ms.Scan.read("a.mat", **UM).heights, Z / 1e6)
+    with h5py.File("a.h5", "w") as file:
+        file["run/z"], file["run/mask"] = Z, np.ones((4, 3))
+        file["run/z"].attrs["units"] = "nm"
+    scan = ms.Scan.read("a.h5", "hdf5", key="run/z", pixel="1 um")
+    assert np.array_equal(scan.heights, Z / 1e9)
+    assert 'HDF5 file, array "run/z"' in scan.notes[0]
+    refused("this HDF5 file holds more than one array", "a.h5", "hdf5", **UM)
 
 
 def test_units_must_be_given_where_the_file_has_none() -> None:
@@ -394,9 +407,10 @@ def test_ways_to_write_that_a_point_is_missing(gap: str, separator: str) -> None
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        ("hello\nworld\n", "wanted rows of numbers, got text"),
-        ("1 2 3 4\n5 6 7\n", "wanted rows of 4 numbers"),
-        ("1 2 3 4\n5 6 x 8\n", "wanted rows of 4 numbers"),
+        ("hello\nworld\n", "wanted rows of numbers, got none"),
+        ("1 2 3 4\n5 6 7\n", "line 2: wanted 4 cells as in line 1, got 3"),
+        ("1 2 3\n5 6 7 8\n", "wanted rows of 4 numbers as in line 2: line 1: got 3"),
+        ("1 2 3 4\n5 6 x 8\n", 'line 2, column "#3": wanted a number, got "x"'),
         ("1 2 3 4\n1 2 inf 4\n", "1 of 8 are infinite"),
         ("1 2 3 4\n1 2 1e999 4\n", "1 of 8 are infinite"),
         ("1\n2\n3\n", "at least four points"),
@@ -785,7 +799,7 @@ def test_the_library_is_imported_for_instruments_only() -> None:
 
 
 def test_names_of_formats_are_told_apart() -> None:
-    names = [name for reader in READERS for name in reader.names]
+    names = [*ARRAY_FILES, *TEXTS]
     assert len(names) == len(set(names))
     assert {"plu", "mnt", "al3d", "nms", "x3p"} <= set(instruments.formats())
 
@@ -820,7 +834,7 @@ def test_truncated_real_scans(name: str, share: float) -> None:
 
 
 def test_a_table_of_gaps_is_no_scan() -> None:
-    savemat("gaps.mat", dict.fromkeys(sorted(mat._GAPS), np.ones((3, 3))))
+    savemat("gaps.mat", dict.fromkeys(sorted(GAP_TABLE), np.ones((3, 3))))
     message = refused("holds no scan but a table of gap densities", "gaps.mat")
     assert 'a study takes such heights of kind "table"' in message
     assert "ms.read_gap_table(path).to_surface(pair, area=...)" in message

@@ -198,6 +198,8 @@ COLUMNS = [
     ("\ufeffx [µm]\r\n1e0\r\n2E-1\r\n", 'column = "x"', [1e-6, 2e-7]),
     ('"x, left [um]",y\n"1",2\n"3",4\n', 'column = "x, left"', [1e-6, 3e-6]),
     ('x [um],y\n"1,5",2\n"3,5",4\n', 'column = "x"', [1.5e-6, 3.5e-6]),
+    ("x;y\num;N\n1;2\n3;4\n", 'column = "X"', [1e-6, 3e-6]),
+    ("1 2\n3 4\n", 'column = "#2", unit = "um"', [2e-6, 4e-6]),
     ("# rig 7\n\nx [um];y;\n1;2;\n\n;;\n ;\n3;4;\n", 'column = "x"', [1e-6, 3e-6]),
     ("# rig 7\n# x [um], y\n1, 2\n3, 4\n", 'column = "x"', [1e-6, 3e-6]),
     ("y, x [in]\n0, 1\n0, \N{MINUS SIGN}.5\n", 'column = "x"', [0.0254, -0.0127]),

@@ -6,17 +6,16 @@ import math
 import numbers
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from microslip._core.files import reason
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
-from microslip._core.wording import did_you_mean, shorten, show
+from microslip._core.wording import shorten, show
 from microslip.errors import InputError
-from microslip.scans.checks import pixel_of, repeated, spikes
-from microslip.scans.readers import Raw, Wishes, reader_of
-from microslip.scans.scan import Scan
+from microslip.readers.files import usable
+from microslip.scans.checks import own, pixel_of, repeated, spikes
+from microslip.scans.heights_in_files import RawHeights, Wishes, read_heights
 
 SUSPECT = "suspect: "
 """How a note begins that tells of points which may stand for "nothing measured"."""
@@ -24,55 +23,32 @@ SUSPECT = "suspect: "
 _TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # endings that say no more than that it is text
 
 
-def read(path: Path, wishes: Wishes) -> Scan:
-    """Read a scan.
+class Understood(NamedTuple):
+    """What a file holds, as a scan takes it."""
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    wishes : Wishes
-        What is stated of it.
+    heights: np.ndarray
+    """[m], NaN where missing."""
+    pixel: tuple[float, ...]
+    """Distance of neighbours [m]."""
+    name: str
+    notes: tuple[str, ...]
 
-    Returns
-    -------
-    Scan
-        The scan, as it is in the file.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be used; the message names it.
-    """
+def read(path: Path, wishes: Wishes) -> Understood:
+    """Heights of a file as what is stated of it says; an InputError names the file."""
     called = shorten(str(path), 200)
     try:
         _check(wishes)
         wishes = replace(wishes, format=_format(wishes.format))
-        if not path.is_dir() and path.exists() and not path.is_file():
-            raise ValueError("wanted a file, got a device or a pipe")
-        reader = reader_of(path, wishes.format)
-        for name in ("key", "channel"):
-            if getattr(wishes, name) is not None and name not in reader.takes:
-                raise ValueError(f"{name} means nothing for this kind of file; leave it out")
-        return _scan(reader.read(path, wishes), path, wishes)
-    except FileNotFoundError:
-        raise InputError(f"{called}: no such file{_near(path)}") from None
-    except OSError as error:
-        if path.is_dir():
-            raise InputError(f"{called}: wanted a scan, got a folder") from None
-        raise InputError(f"{called}: cannot be read: {reason(error)}") from None
+        with usable(path, "a scan"):
+            if not path.is_dir() and path.exists() and not path.is_file():
+                raise ValueError("wanted a file, got a device or a pipe")
+            raw = read_heights(path, wishes)
+        return _understood(raw, path, wishes)
     except MemoryError:
         raise InputError(f"{called}: too large for the memory of this machine") from None
     except ValueError as error:
         raise InputError(f"{called}: {error}") from None
-
-
-def _near(path: Path) -> str:
-    try:
-        names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
-    except OSError:
-        return ""
-    return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)
 
 
 def _check(wishes: Wishes) -> None:
@@ -92,47 +68,46 @@ def _format(given: str | None) -> str | None:
     return "text" if word in _TEXTS else word
 
 
-def _scan(raw: Raw, path: Path, wishes: Wishes) -> Scan:
+def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
     raw = _line(raw)
     factors, notes = _units(raw, wishes)
     pixel, told = _pixel(raw, wishes, factors[0])
-    heights = _metres(raw.heights, factors[1])
+    heights = _metres(raw.values, factors[1])
     notes += _valid(heights, wishes.valid)
+    heights = own(heights)
+    pixel = pixel_of(pixel, heights.ndim)
     name = shorten(path.name, 100)
     counts = " x ".join(str(n) for n in heights.shape[::-1])
     steps = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(pixel))
     first = f"{name}: {raw.kind}, {counts} points, pixel {steps} {told}."
-    scan = Scan(heights, pixel, name=name, notes=(first, *raw.notes, *notes))
-    low, high = np.nanmin(scan.heights), np.nanmax(scan.heights)
+    low, high = np.nanmin(heights), np.nanmax(heights)
     if low == high:
         raise ValueError(
             f"all heights are {engineering(float(low), 'm', 6, trim=True)}: nothing to measure; "
             "another channel or key?"
         )
-    more = []
-    if scan.missing:
-        more.append(f"missing: {scan.missing:.3g} of the points.")
-    if count := spikes(scan.heights):
-        more.append(
+    missing = float(np.count_nonzero(np.isnan(heights)) / heights.size)
+    if missing:
+        notes.append(f"missing: {missing:.3g} of the points.")
+    if count := spikes(heights):
+        notes.append(
             f"spikes: {count} points lie more than a million times farther from the median than "
             f"usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; they must go, by "
             "outliers or valid."
         )
-    elif found := repeated(scan.heights):
-        value, count, *limits = found
+    elif atom := repeated(heights):
+        value, count, *limits = atom
         least, most = (engineering(limit, "m", 6, trim=True) for limit in limits)
-        more.append(
+        notes.append(
             f"{SUSPECT}{count} points are all {_length(value)}, far from all others; if that "
             f'stands for "nothing measured", leave them out by valid=("{least}", "{most}").'
         )
-    if not more:
-        return scan
-    return Scan(scan.heights, pixel, name=name, notes=(*scan.notes, *more))
+    return Understood(heights, pixel, name, (first, *raw.notes, *notes))
 
 
-def _line(raw: Raw) -> Raw:
+def _line(raw: RawHeights) -> RawHeights:
     """One row or column as what it is: a profile."""
-    shape = np.shape(raw.heights)
+    shape = np.shape(raw.values)
     if len(shape) != 2 or min(shape) != 1 or max(shape) < 4:
         return raw
     row = shape[0] == 1
@@ -140,13 +115,13 @@ def _line(raw: Raw) -> Raw:
     pixel = raw.pixel if raw.pixel is None or len(raw.pixel) == 1 else raw.pixel[int(not row) :][:1]
     return replace(
         raw,
-        heights=raw.heights.reshape(-1),
+        values=raw.values.reshape(-1),
         pixel=pixel,
         notes=(*raw.notes, f"profile: {what} of {max(shape)} points, taken for a profile."),
     )
 
 
-def _units(raw: Raw, wishes: Wishes) -> tuple[tuple[float, float], list[str]]:
+def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[str]]:
     """Metres of one unit of the coordinates and of the heights."""
     if raw.unit is not None:
         if wishes.unit is not None:
@@ -184,7 +159,7 @@ def _units(raw: Raw, wishes: Wishes) -> tuple[tuple[float, float], list[str]]:
     return _by((pair[0], pair[1]), raw, "as stated")
 
 
-def _by(pair: tuple[Any, Any], raw: Raw, told: str) -> tuple[tuple[float, float], list[str]]:
+def _by(pair: tuple[Any, Any], raw: RawHeights, told: str) -> tuple[tuple[float, float], list[str]]:
     notes = [f"heights: in {shorten(str(pair[1]), 20)}, {told}."]
     if raw.steps is not None and pair[0] != pair[1]:
         notes.append(f"coordinates: in {shorten(str(pair[0]), 20)}, {told}.")
@@ -200,9 +175,9 @@ def _factor(unit: Any) -> float:
         raise ValueError(f"unit: {error}") from None
 
 
-def _pixel(raw: Raw, wishes: Wishes, factor: float) -> tuple[tuple[float, ...], str]:
+def _pixel(raw: RawHeights, wishes: Wishes, factor: float) -> tuple[tuple[float, ...], str]:
     """Distance of neighbours [m], and who says it."""
-    axes = np.ndim(raw.heights)
+    axes = np.ndim(raw.values)
     if wishes.pixel is not None:
         if axes not in (1, 2):
             axes = 2
@@ -245,7 +220,7 @@ def _valid(heights: np.ndarray, given: Any) -> list[str]:
         return []
     if not isinstance(given, (list, tuple)) or len(given) != 2:
         raise ValueError(f'valid must be two heights such as ("-1 mm", "1 mm"), got {show(given)}')
-    low, high = (_height(one) for one in given)
+    low, high = (_height(limit) for limit in given)
     if not low < high:
         raise ValueError(
             f"valid: the first must be the lower, got {_length(low)} and {_length(high)}"

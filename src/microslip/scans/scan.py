@@ -153,9 +153,9 @@ class Scan(Measured):
         path : str or path
             The file.
         format : str, optional
-            Its format, the only one tried then: "npy", "npz", "mat", "text" (or what is in the
-            text: "matrix", "xyz", "profile"), or a name of SurfaceTopography's such as "plu",
-            "mnt" or "al3d". An ending such as "csv" or ".npy" will do.
+            Its format, the only one tried then: "npy", "npz", "mat", "hdf5", "text" (or what is in
+            it: "matrix", "xyz", "profile"), or a name of SurfaceTopography's such as "plu", "mnt"
+            or "al3d". An ending such as "csv" or ".npy" will do.
         unit : str or pair of str, optional
             Unit of the heights, such as "um", where the file does not say it: needed for arrays,
             and for text without names such as "z [um]" above its columns. It holds for coordinates
@@ -164,7 +164,7 @@ class Scan(Measured):
             Distance of neighbours, [m] or such as "1.66 um", where the file does not say it; it
             takes the place of what an instrument's file says.
         key : str, optional
-            Array of an ``.npz`` or ``.mat`` that holds more than one.
+            Array of an ``.npz``, ``.mat`` or HDF5 that holds more than one, such as "run.z".
         channel : str or int, optional
             Channel of an instrument's file, by name or from 0.
         valid : pair of floats or str, optional
@@ -184,12 +184,14 @@ class Scan(Measured):
             A file that is absent, broken, of no known format, of no units or others than stated,
             too large; heights that are all the same, or all missing.
         """
-        from microslip.scans.readers import Wishes
+        from microslip.scans.heights_in_files import Wishes
         from microslip.scans.reading import read
 
         if not isinstance(path, (str, os.PathLike)):
             raise InputError(f"path must be text or a path, got {show(path)}")
-        return read(Path(path), Wishes(format, unit, pixel, key, channel, valid, limit))
+        wishes = Wishes(format, unit, pixel, key, channel, valid, limit)
+        heights, steps, name, notes = read(Path(path), wishes)
+        return cls(heights, steps, name=name, notes=notes)
 
     def condition(
         self,

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numbers
-import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,10 +14,24 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.units import FORCE, QuantityError, engineering, to_si
-from microslip._core.wording import did_you_mean, shorten, show
-from microslip.tribometer.readers import Table, reader_of
-from microslip.tribometer.roles import KINDS, NEEDED, Named, find, guess, listed, understood
-from microslip.tribometer.scaling import Scale, apply, by_role, scale_of, sign_of, zero_of
+from microslip._core.wording import quoted, shorten, show
+from microslip.readers import arrays, hdf5, matlab, numpy_files, tdms, text
+from microslip.readers.files import head_of, kind_of, stranger, usable
+from microslip.readers.tables import Named, Table, find, listed, scale, understood
+from microslip.tribometer.roles import KINDS, NEEDED, guess
+from microslip.tribometer.scaling import Scale, by_role, scale_of, sign_of, zero_of
+
+READERS: Mapping[str, Callable[[Path], Table]] = {
+    "tdms": tdms.table,
+    "mat": lambda path: arrays.table(matlab.read_arrays(path)),
+    "hdf5": lambda path: arrays.table(hdf5.read_arrays(path)),
+    "npy": lambda path: arrays.table(numpy_files.read_npy(path)),
+    "npz": lambda path: arrays.table(numpy_files.read_npz(path)),
+    "text": text.table,
+}
+"""How the columns of a file are had, by its format."""
+
+_WANTED = "wanted text, MAT, TDMS, HDF5 or NumPy's"
 
 
 @dataclass(frozen=True)
@@ -82,7 +95,7 @@ def read(path: Path, wishes: Wishes) -> dict[str, Any]:
     notes = [f"{shorten(path.name, 100)}: {table.kind}.", *notes]
     for role, column in taken.items():
         note = _finish(arrays[role], role, scales[role], stated["zero"].get(role), signs[role])
-        notes.append(f'{role}: column "{shorten(column.whole, 60)}" {how[role]}, {note}.')
+        notes.append(f'{role}: column "{shorten(column.heading, 60)}" {how[role]}, {note}.')
     if "time" in taken:
         _check_time(table, arrays["time"], first)
     found: dict[str, Any] = dict.fromkeys(KINDS) | {k: lock(v) for k, v in arrays.items()}
@@ -93,7 +106,7 @@ def read(path: Path, wishes: Wishes) -> dict[str, Any]:
     _state(found, table, taken, wishes, notes)
     if "time" not in taken and found["sample_rate"] is None:
         notes.append("time: none; the record says nothing of frequencies.")
-    others = [column.whole for column in columns if column not in taken.values()]
+    others = [column.heading for column in columns if column not in taken.values()]
     if others:
         more = f" and {len(others) - 20} more" if len(others) > 20 else ""
         shown = ", ".join(f'"{shorten(text, 40)}"' for text in others[:20])
@@ -102,22 +115,18 @@ def read(path: Path, wishes: Wishes) -> dict[str, Any]:
 
 
 def _open(path: Path, wanted: Any) -> Table:
-    try:
-        return reader_of(path, wanted).open(path)
-    except FileNotFoundError:
-        raise ValueError(f"no such file{_near(path)}") from None
-    except OSError as error:
-        if os.path.isdir(path):  # noqa: PTH112 - Windows says "permission denied"; never raises
-            raise ValueError("wanted a record, got a folder") from None
-        raise ValueError(f"cannot be read: {(error.strerror or str(error)).lower()}") from None
-
-
-def _near(path: Path) -> str:
-    try:
-        names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
-    except OSError:
-        return ""
-    return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)
+    with usable(path, "a record"):
+        head = head_of(path)
+        if wanted is not None:
+            if wanted not in READERS:
+                raise ValueError(f"wanted format {quoted(sorted(READERS))}, got {show(wanted)}")
+            return READERS[wanted](path)
+        if not head:
+            raise ValueError("wanted a record, got an empty file")
+        kind = kind_of(head, path.suffix.lower())
+        if kind is None:
+            raise ValueError(f"{_WANTED}, got {stranger(head)}; save the record as CSV")
+        return READERS[kind](path)
 
 
 def _one_load(columns: list[Named], given: Any) -> float | None:
@@ -127,7 +136,7 @@ def _one_load(columns: list[Named], given: Any) -> float | None:
     if isinstance(given, numbers.Real):
         return float(given)
     if isinstance(given, str) and re.match(r"\s*[+-]?[\d.]", given):
-        if any(given.strip() in (c.whole, c.name, c.short) for c in columns):
+        if any(given.strip() in (c.heading, c.name, c.short) for c in columns):
             return None
         try:
             return to_si(given, FORCE, "500 N")
@@ -157,7 +166,7 @@ def _chosen(
             other = next((r for r, c in taken.items() if c == column), None)
             if other:
                 raise ValueError(
-                    f'{role}: column "{shorten(column.whole, 40)}" is the {other} already'
+                    f'{role}: column "{shorten(column.heading, 40)}" is the {other} already'
                 )
             taken[role], how[role] = column, "as stated"
     for role in KINDS:
@@ -179,7 +188,7 @@ def _arrays(
 ) -> tuple[dict[str, Floats], int, list[str]]:
     """Numbers of the columns as they are in the file, the first row of them, and notes."""
     arrays = dict(zip(taken, table.load([column.place for column in taken.values()]), strict=True))
-    names = {role: f'"{shorten(column.whole, 40)}"' for role, column in taken.items()}
+    names = {role: f'"{shorten(column.heading, 40)}"' for role, column in taken.items()}
     sizes = {role: values.size for role, values in arrays.items()}
     if len({*sizes.values()}) > 1:
         each = ", ".join(f"{names[role]} {size}" for role, size in sizes.items())
@@ -232,10 +241,10 @@ def _complain(
     )
 
 
-def _finish(values: Floats, role: str, scale: Scale, zero: Any, sign: int) -> str:
+def _finish(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> str:
     """Turn numbers of a file into SI floats, in place, and say what was done."""
     kind = KINDS[role]
-    apply(values, scale.factor)
+    scale(values, taken_as.factor)
     origin, said = zero_of(zero, role, values)
     if origin:
         values -= origin
@@ -249,7 +258,7 @@ def _finish(values: Floats, role: str, scale: Scale, zero: Any, sign: int) -> st
         said = "sign turned, zero as in the file" if sign < 0 else "sign and zero as in the file"
     else:
         said += ", sign turned" if sign < 0 else ", sign as in the file"
-    return f"{scale.words}, {said}: from {low} to {high}"
+    return f"{taken_as.words}, {said}: from {low} to {high}"
 
 
 def _check_time(table: Table, time: Floats, first: int) -> None:

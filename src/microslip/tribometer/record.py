@@ -150,7 +150,7 @@ class Record(Locked):
         format: str | None = None,
         name: str | None = None,
     ) -> Record:
-        """Read a record from text (CSV, TSV, TXT), MATLAB's MAT, TDMS or HDF5.
+        """Read a record from text (CSV, TSV, TXT), MATLAB's MAT, TDMS, HDF5 or NumPy's.
 
         What is not stated is found by names and units if they leave no doubt, and is an error
         otherwise. `notes` tells all of it. The file is only read.
@@ -185,7 +185,7 @@ class Record(Locked):
         rows : slice, optional
             Rows to take, the first being 0.
         format : str, optional
-            "text", "mat", "tdms" or "hdf5", where the file's beginning does not tell.
+            "text", "mat", "tdms", "hdf5", "npy" or "npz", where the file's beginning does not tell.
         name : str, optional
             What to call the record; without it the file's name.
 

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
-from microslip._core.units import FORCE, LENGTH, Kind, QuantityError, factor_of, is_unit
-from microslip._core.wording import did_you_mean, quoted, shorten, show
-from microslip.tribometer.readers.base import Column
-from microslip.tribometer.readers.layout import bare
+from microslip._core.units import FORCE, LENGTH, Kind, is_unit
+from microslip.readers.tables import Named, fits, headings, unmistakable
 
 TIME = Kind("time", "s", ("us", "ms", "s", "min", "h"))
 
@@ -69,161 +66,11 @@ _WITH_UNIT = {
     "P": "normal_load", "N": "normal_load", "W": "normal_load",
 }  # fmt: skip
 
-# Text that units are made of, and that is none here.
-_NO_UNITS = {"a.u.", "au", "a. u.", "arb. u.", "-", "–", "1", ""}
-_HEADS = (
-    re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^][]*)\]"),
-    re.compile(r"(?P<name>.*?)\s*\((?P<unit>[^()]*)\)"),
-    re.compile(r"(?P<name>.+?)\s*(?:\s/\s?|,\s*|\s+in\s+)(?P<unit>\S+)"),
-    # Underscores are in names, too: "F_N" is no force in newtons.
-    re.compile(r"(?P<name>.+)_(?P<unit>[nuµm]m|[umk]N|ms|us|sec|mV)"),
-)
-
-
-class Named(NamedTuple):
-    """A column with its name and unit told apart."""
-
-    place: int
-    whole: str
-    name: str
-    short: str
-    """Without the groups or structs that it is in."""
-    unit: str | None
-    where: str
-    """Where the unit stands."""
-
-
-def understood(columns: Sequence[Column]) -> list[Named]:
-    """Names and units of columns, which many a header has in one text."""
-    return [_named(i, column) for i, column in enumerate(columns)]
-
-
-def _named(place: int, column: Column) -> Named:
-    whole, unit, where = column.name or f"#{place + 1}", column.unit, "by the file"
-    name, found = head(whole)
-    if unit is None:
-        unit, where = found, "by its header"
-    unit = _known(unit) if unit and unit.casefold() not in _NO_UNITS else None
-    return Named(place, whole, name, head(column.short or whole)[0], unit, where)
-
-
-def head(text: str) -> tuple[str, str | None]:
-    """Name and unit of a header such as "Force [N]", "Force (N)", "Force, N" or "Force / N"."""
-    text = text.strip()
-    for pattern in _HEADS:
-        match = pattern.fullmatch(text)
-        if match and match["name"].strip():
-            unit = bare(match["unit"])
-            # What is in square brackets is a unit, even if an unknown one.
-            if "[" in text or is_unit(_known(unit)):
-                return match["name"].strip(), unit
-    return text, None
-
-
-def _known(unit: str) -> str:
-    """A unit as it is known: "Newtons" and "Sec" are, in small letters."""
-    return unit.lower() if len(unit) > 2 and not is_unit(unit) and is_unit(unit.lower()) else unit
-
-
-def fits(unit: str | None, kind: Kind) -> bool:
-    """Whether a unit is of a kind."""
-    if unit is None:
-        return False
-    try:
-        factor_of(unit, kind, "")
-    except QuantityError:
-        return False
-    return True
-
-
-def find(columns: Sequence[Named], text: object, role: str) -> Named:
-    """The column that somebody named.
-
-    Parameters
-    ----------
-    columns : sequence of Named
-        All of them.
-    text : object
-        Name with or without its unit, the last part of a path, or "#2" for the second column.
-    role : str
-        What it is to be, for messages.
-
-    Returns
-    -------
-    Named
-        The column.
-
-    Raises
-    ------
-    ValueError
-        If it is no name, or there is none or more than one of this name.
-    """
-    if not isinstance(text, str) or not text.strip():
-        raise ValueError(
-            f'{role}: wanted the name of a column, or "#2" for the second, got {show(text)}'
-        )
-    wanted = text.strip()
-    small = wanted.casefold()
-    for found in (
-        [c for c in columns if wanted in (c.whole, f"#{c.place + 1}")],
-        [c for c in columns if wanted == c.name],
-        [c for c in columns if wanted == c.short],
-        [c for c in columns if small in (c.whole.casefold(), c.name.casefold())],
-        [c for c in columns if small == c.short.casefold()],
-    ):
-        if len(found) == 1:
-            return found[0]
-        if found:
-            raise ValueError(
-                f'{role}: {len(found)} columns are called "{shorten(wanted, 40)}", '
-                f"{_these(found)}; write {role}={_sure(found[0], columns)}"
-            )
-    hint = did_you_mean(wanted, dict.fromkeys(n for c in columns for n in (c.name, c.whole)))
-    raise ValueError(f'{role}: no column "{shorten(wanted, 40)}"{hint or f"; {listed(columns)}"}')
-
-
-def listed(columns: Sequence[Named]) -> str:
-    """All columns, for a message."""
-    if all(c.whole.startswith("#") for c in columns):
-        return f"the columns have no names; they are {_these(columns[:20])}"
-    more = f" and {len(columns) - 20} more" if len(columns) > 20 else ""
-    return f"the columns are {_these(columns[:20])}{more}"
-
-
-def _these(columns: Sequence[Named]) -> str:
-    return quoted((c.whole for c in columns), "and")
-
-
-def _sure(column: Named, columns: Sequence[Named]) -> str:
-    """What to write for a column so that no other is meant."""
-    alike = [c for c in columns if c.whole == column.whole]
-    text = f"#{column.place + 1}" if len(alike) > 1 else shorten(column.whole, 40)
-    return f'"{text}"'
-
 
 def guess(columns: Sequence[Named], role: str, taken: Mapping[str, Named]) -> tuple[Named, str]:
-    """The column of a role by its name, else the only one of a fitting unit.
+    """The column of a role by its name, else the only one of a fitting unit, and by what.
 
-    Parameters
-    ----------
-    columns : sequence of Named
-        All of them.
-    role : str
-        What is looked for.
-    taken : mapping
-        Columns that are something already, by their roles.
-
-    Returns
-    -------
-    tuple of Named and str
-        The column, and by what it was found.
-
-    Raises
-    ------
-    LookupError
-        If there is none.
-    ValueError
-        If there is more than one.
+    None is a LookupError, more than one a ValueError.
     """
     free = [c for c in columns if c not in taken.values()]
     by_name = [c for c in free if role_of(c) == role]
@@ -237,8 +84,8 @@ def guess(columns: Sequence[Named], role: str, taken: Mapping[str, Named]) -> tu
     if len(by_name) > 1:
         none = "" if role in NEEDED else f", or {role}=False"
         raise ValueError(
-            f"{role}: {len(by_name)} columns could be it, {_these(by_name[:20])}; "
-            f"write {role}={_sure(by_name[0], columns)}{none}"
+            f"{role}: {len(by_name)} columns could be it, {headings(by_name[:20])}; "
+            f"write {role}={unmistakable(by_name[0], columns)}{none}"
         )
     return by_name[0], how
 

@@ -12,7 +12,8 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.units import Kind, QuantityError, engineering, factor_of, to_si
 from microslip._core.wording import quoted, shorten, show
-from microslip.tribometer.roles import KINDS, Named, fits, is_raw
+from microslip.readers.tables import Named, fits
+from microslip.tribometer.roles import KINDS, is_raw
 
 ZEROS = ("mean", "middle", "first")
 """What may be taken for zero, besides a value."""
@@ -53,7 +54,7 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
         If there is no unit, an unknown one, one of another dimension, or no such factor.
     """
     kind = KINDS[role]
-    name = f'{role}: column "{shorten(column.whole, 40)}": '
+    name = f'{role}: column "{shorten(column.heading, 40)}": '
     if unit is not None and (not isinstance(unit, str) or not unit.strip()):
         raise ValueError(f'{role}: wanted a unit such as "{kind.usual[1]}", got {show(unit)}')
     shown, where = (str(unit).strip(), "as stated") if unit else (column.unit, column.where)
@@ -82,7 +83,7 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
     if isinstance(calibration, (int, float)) and not isinstance(calibration, bool):
         if fits(unit, kind):
             raise ValueError(
-                f'{role}: column "{shorten(column.whole, 40)}" is in {unit} already; '
+                f'{role}: column "{shorten(column.heading, 40)}" is in {unit} already; '
                 f'to correct it write "{calibration:g} {unit}/{unit}"'
             )
         factor, given = Decimal(repr(float(calibration))), f"{calibration:g} {kind.unit}"
@@ -119,18 +120,6 @@ def _own_factor(unit: str) -> Decimal:
     return factor_of(
         unit, Kind("number", unit, (unit,)), f'wanted a unit, got "{shorten(unit, 24)}"'
     )
-
-
-def apply(values: Floats, factor: Decimal) -> None:
-    """Multiply in place, with one rounding wherever the factor is a power of ten."""
-    if factor == 1:
-        return
-    _, digits, exponent = factor.normalize().as_tuple()
-    # 1000 is a double and 0.001 is none.
-    if digits == (1,) and isinstance(exponent, int) and -22 <= exponent < 0:
-        values /= 10.0**-exponent
-    else:
-        values *= float(factor)
 
 
 def zero_of(given: object, role: str, values: Floats) -> tuple[float, str]:

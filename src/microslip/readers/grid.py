@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.scans.readers.base import few
+from microslip.readers.files import refuse_beyond
 
 _OFF = 0.05  # share of a step by which a coordinate may be off its place
 _LEAST = 0.01  # share of the places that must be filled
@@ -44,7 +44,7 @@ def on_grid(
         places.append(place)
         counts.append(count)
         steps.append(step)
-    few(tuple(counts[::-1]), limit)
+    refuse_beyond(tuple(counts[::-1]), limit)
     total = int(np.prod(counts, dtype=float))
     if heights.size < _LEAST * total:
         raise ValueError(

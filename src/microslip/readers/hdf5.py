@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from microslip.tribometer.readers.arrays import Leaf, is_number, rate_by, table
-from microslip.tribometer.readers.base import Reader, Table, first_line
+from microslip.readers.arrays import Arrays, Leaf, is_number, rate_by
+from microslip.readers.files import first_line
 
 
-class Hdf5(Reader):
-    """Any HDF5 file; units from the attribute "units" or "unit" of a data set."""
+def read_arrays(path: Path) -> Arrays:
+    """Data sets by their paths, such as "run1/force"; units from their attribute "units"."""
+    import h5py
 
-    name = "hdf5"
-
-    def knows(self, head: bytes, suffix: str) -> bool:
-        """By its first bytes, which may come after a block of the user's."""
-        return any(head.startswith(b"\x89HDF\r\n\x1a\n", start) for start in (0, 512))
-
-    def open(self, path: Path) -> Table:
-        """Data sets by their paths, such as "run1/force"."""
-        import h5py
-
-        try:
-            with h5py.File(path, "r") as file:
-                tree = _node(path, file, set())
-        except OSError as error:
-            raise ValueError(f"not a usable HDF5 file: {first_line(error)}") from None
-        return table("HDF5 file", tree, "/")
+    try:
+        with h5py.File(path, "r") as file:
+            return Arrays("HDF5 file", _node(path, file, set()), "/")
+    except OSError as error:
+        raise ValueError(f"not a usable HDF5 file: {first_line(error)}") from None
 
 
 def _node(path: Path, item: Any, seen: set[int]) -> Any:
@@ -48,28 +39,25 @@ def _node(path: Path, item: Any, seen: set[int]) -> Any:
     where, fields = item.name, item.dtype.names
     if fields:
         plain = [name for name in fields if item.dtype[name].kind in "iuf"]
-        return {name: Leaf(item.shape, _getter(path, where, name)) for name in plain}
+        return {name: Leaf(item.shape, partial(_values, path, where, name)) for name in plain}
     if item.dtype.kind not in "iuf" or not item.shape:
         return _attribute(item[()]) if item.shape == () else None
-    found = {name.casefold(): _attribute(value) for name, value in item.attrs.items()}
-    unit = found.get("units", found.get("unit"))
-    rate = next(filter(None, (rate_by(name, value) for name, value in found.items())), None)
+    about = {name.casefold(): _attribute(value) for name, value in item.attrs.items()}
+    unit = about.get("units", about.get("unit"))
+    rate = next(filter(None, (rate_by(name, value) for name, value in about.items())), None)
     return Leaf(
         item.shape,
-        _getter(path, where, None),
+        partial(_values, path, where),
         unit if isinstance(unit, str) else None,
         rate.value if rate else None,
     )
 
 
-def _getter(path: Path, where: str, field: str | None) -> Any:
-    def get() -> Any:
-        import h5py
+def _values(path: Path, where: str, field: str | None = None) -> Any:
+    import h5py
 
-        with h5py.File(path, "r") as file:
-            return file[where][()] if field is None else file[where][field]
-
-    return get
+    with h5py.File(path, "r") as file:
+        return file[where][()] if field is None else file[where][field]
 
 
 def _attribute(value: Any) -> Any:

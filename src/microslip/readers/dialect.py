@@ -8,10 +8,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-MISSING = frozenset(
-    {"", "nan", "-nan", "na", "n/a", "#n/a", "#na", "null", "none", "-", "--", "---", "?"}
+from microslip.readers.headings import is_only_unit, name_and_unit, unbracketed
+
+_MISSING = re.compile(
+    r"(?:[+-]?nan|#?n/?a|null|none|bad|no ?data|-+|\*+|\?|[+-]?\d*\.?#\w+)?", re.ASCII | re.I
 )
-"""What stands for a number that is not there, in small letters."""
 
 _POINT = re.compile(
     r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.ASCII | re.I
@@ -21,9 +22,12 @@ _COMMA = re.compile(
 )
 NUMBER = {".": _POINT, ",": _COMMA}
 
+COMMENTS = ("#", "%", "//")
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", None: "spaces"}
 _ENOUGH = 200  # rows that show how a file is laid out
 _MARKS = "#%!/*\"' \t"  # what may stand before the names of a comment
+_FAR = 50  # lines above the rows in which names with units are looked for
+_BRACKETED = re.compile(r"[^][()]*(?:\[[^][]*\]|\([^()]*\))")
 
 
 class Line(NamedTuple):
@@ -71,22 +75,19 @@ def split(text: str, separator: str | None) -> list[str]:
 
 def is_comment(text: str) -> bool:
     """Whether a line holds no row."""
-    return text.startswith("#") and not text.upper().startswith(("#N/A", "#NA"))
+    return text.startswith(COMMENTS) and not text.upper().startswith(("#N/A", "#NA"))
+
+
+def is_missing(cell: str) -> bool:
+    """Whether a cell stands for a number that is not there."""
+    return _MISSING.fullmatch(cell) is not None
 
 
 def find_layout(lines: Sequence[Line]) -> Layout | None:
     """The layout in which most numbers stand in rows of one kind, or None if there are no rows.
 
-    Parameters
-    ----------
-    lines : sequence of Line
-        The beginning of the file.
-
-    Returns
-    -------
-    Layout or None
-        Columns that are numbers count for it and texts against it, which tells separators from
-        decimal signs: "1,5;2,5" is two numbers or, separated by commas, one with a text.
+    Columns that are numbers count for it and texts against it, which tells separators from decimal
+    signs: "1,5;2,5" is two numbers or, separated by commas, one with a text.
     """
     best: tuple[float, Layout] | None = None
     for separator in SEPARATORS:
@@ -169,7 +170,9 @@ def _first_row(
 
 
 def _kinds(row: Sequence[str], number: Callable[[str], object]) -> list[bool | None]:
-    return [None if cell.lower() in MISSING else number(_plain(cell)) is not None for cell in row]
+    return [
+        True if number(with_hyphen(cell)) else None if is_missing(cell) else False for cell in row
+    ]
 
 
 def _weight(start: int, end: int, mask: Sequence[bool | None]) -> float:
@@ -180,7 +183,8 @@ def _weight(start: int, end: int, mask: Sequence[bool | None]) -> float:
     return columns * numbers / (numbers + texts) * min(end - start, 50)
 
 
-def _plain(cell: str) -> str:
+def with_hyphen(cell: str) -> str:
+    """A cell whose minus sign is the one of programs."""
     return cell.replace("\N{MINUS SIGN}", "-")
 
 
@@ -197,26 +201,41 @@ def _names(
     mask: Sequence[bool | None],
 ) -> tuple[tuple[str, ...], tuple[str | None, ...], tuple[int | None, int | None]]:
     """Names and units above the rows, and their lines."""
-    above = (line for line in reversed(lines[:start]) if re.search(r"[^\W_]|%|°", line.text))
-    first = _head(next(above, None), separator, width, mask)
+    above = [line for line in reversed(lines[:start]) if re.search(r"[^\W_]|%|°", line.text)]
+    heads = (_head(line, separator, width, mask) for line in above[:_FAR])
+    first = next(heads, None)
+    if first is None and not (above and any(map(_is_number, split(above[0].text, separator)))):
+        # A remark may stand between names and rows, but no broken row: then units tell the names.
+        for line, head in zip(above[1:_FAR], heads, strict=False):
+            if any(map(_is_number, split(line.text, separator))):
+                break
+            if head and _tells_units(head[1]):
+                first = head
+                break
     if first is None:
         return (), (), (None, None)
     line, cells = first
-    units = [bare(cell) for cell in cells]
-    second = _head(next(above, None), separator, width, mask)
-    if second and all(map(_is_unit_or_empty, cells)):
-        shown = tuple(unit if unit not in ("", "-", "–") else None for unit in units)
-        # Of "[s]" and "s" the unit is the same; a row that is shorter says nothing of the others.
-        return tuple(second[1]), shown, (second[0].above, line.above)
+    if all(map(is_only_unit, cells)):
+        units = tuple(None if unit in ("", "-", "–") else unit for unit in map(unbracketed, cells))
+        second = next(heads, None)
+        if second:
+            # Of "[s]" and "s" the unit is the same; a shorter row says nothing of the others.
+            return tuple(second[1]), units, (second[0].above, line.above)
+        if all(cell.startswith(("[", "(")) for cell in cells):
+            return ("",) * len(cells), units, (None, line.above)
     return tuple(cells), (), (line.above, None)
 
 
+def _tells_units(cells: Sequence[str]) -> bool:
+    return any("[" in cell or "(" in cell for cell in cells) and any(
+        name_and_unit(cell)[1] for cell in cells
+    )
+
+
 def _head(
-    line: Line | None, separator: str | None, width: int, mask: Sequence[bool | None]
+    line: Line, separator: str | None, width: int, mask: Sequence[bool | None]
 ) -> tuple[Line, list[str]] | None:
     """Cells of a line that has one for each column."""
-    if line is None:
-        return None
     text = line.text.strip().lstrip(_MARKS) if line.text[:1] in "#%!/*" else line.text
     least = _filled(mask)
     for cells in _ways(text, separator):
@@ -224,10 +243,15 @@ def _head(
             cells.pop()
         if len(cells) == width + 1 and cells[-1].casefold() == "comment":
             cells.pop()  # LabVIEW has a column for comments and seldom one of them
-        numbers = any(_POINT.fullmatch(cell) or _COMMA.fullmatch(cell) for cell in cells)
-        if least <= len(cells) <= width and any(cells) and not numbers:
+        if least <= len(cells) <= width and any(cells) and not any(map(_is_number, cells)):
             return line, cells
     return None
+
+
+def _is_number(cell: str) -> bool:
+    """Whether a cell, without what is in brackets behind it, is a number."""
+    name = re.split(r"\s*[\[(]", cell, maxsplit=1)[0]
+    return bool(_POINT.fullmatch(name) or _COMMA.fullmatch(name))
 
 
 def _ways(text: str, separator: str | None) -> Iterator[list[str]]:
@@ -239,20 +263,6 @@ def _ways(text: str, separator: str | None) -> Iterator[list[str]]:
                 yield split(text, other)
         yield re.split(r"\s{2,}", text.strip())
         yield re.split(r"\s+(?![^\[(]*[\])])(?![\[(])", text.strip())
-
-
-def bare(cell: str) -> str:
-    """A unit without the brackets around it."""
-    cell = cell.strip()
-    for pair in ("[]", "()", "<>"):
-        if len(cell) > 1 and cell[0] == pair[0] and cell[-1] == pair[1]:
-            return cell[1:-1].strip()
-    return cell
-
-
-def _is_unit_or_empty(cell: str) -> bool:
-    from microslip._core.units import is_unit
-
-    text = bare(cell)
-    # What is in square brackets is meant as one, even if nobody knows it.
-    return cell.startswith("[") or text in ("", "-", "–") or is_unit(text)
+    pieces = _BRACKETED.findall(text)
+    if pieces and "".join(pieces).strip() == text.strip():
+        yield [piece.strip() for piece in pieces]

@@ -1,4 +1,4 @@
-"""Named arrays in a tree (structs, groups) as columns: what MAT and HDF5 files have in common."""
+"""Named arrays in a tree of structs or groups: what MAT, HDF5 and NumPy files have in common."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.tribometer.readers.base import MAX_SAMPLES, Column, Stated, Table, first_line
+from microslip._core.wording import shorten
+from microslip.readers.files import first_line
+from microslip.readers.tables import Column, Stated, Table, refuse_long
 
 MOST_COLUMNS = 64
 """Columns that one matrix may have; a wider one is a picture, not a record."""
@@ -30,6 +32,19 @@ class Leaf(NamedTuple):
     rate: float | None = None
 
 
+class Arrays(NamedTuple):
+    """What is in a file of arrays."""
+
+    kind: str
+    """What the file is, such as "MAT-file"."""
+    tree: Mapping[str, Any]
+    """Leaves, numbers and texts by their names, in mappings and sequences where they are nested."""
+    join: str
+    """What stands between names on the way to a leaf."""
+    advice: str = ""
+    """How to save what cannot be read, behind a message that says so."""
+
+
 class _Slot(NamedTuple):
     """One column of a leaf; of a vector the only one."""
 
@@ -38,35 +53,71 @@ class _Slot(NamedTuple):
     place: int | None
 
 
-def table(kind: str, tree: Mapping[str, Any], join: str) -> Table:
-    """Columns of a tree of mappings, sequences, leaves, numbers and texts.
+def leaves(arrays: Arrays) -> dict[str, Leaf]:
+    """Every array by its whole name."""
+    found: dict[str, Leaf] = {}
 
-    Parameters
-    ----------
-    kind : str
-        What the file is.
-    tree : mapping
-        What is in it. A text `unit` beside numbers is their unit, a text `name` or `label` beside
-        one vector is its name.
-    join : str
-        What stands between names on the way to a leaf.
+    def walk(name: str, node: Any) -> None:
+        if isinstance(node, Leaf):
+            found[name] = node
+        elif isinstance(node, Mapping):
+            for key, value in node.items():
+                walk(f"{name}{arrays.join}{key}" if name else key, value)
+        elif isinstance(node, Sequence) and not isinstance(node, (str, bytes)):
+            for i, value in enumerate(node, start=1):
+                walk(f"{name}({i})", value)
 
-    Returns
-    -------
-    Table
-        Vectors by their names, columns of matrices as "name#1", "name#2".
+    walk("", arrays.tree)
+    return found
 
-    Raises
-    ------
-    ValueError
-        If there is no vector and no matrix, or two sample rates.
+
+def only(found: Mapping[str, Leaf], key: str | None, kind: str) -> str:
+    """Name of the array that is meant, by its key, or because no other could be."""
+    listed = ", ".join(
+        f'"{shorten(name, 40)}" ({" x ".join(map(str, leaf.shape)) or "one number"})'
+        for name, leaf in list(found.items())[:12]
+    )
+    if len(found) > 12:
+        listed += f" and {len(found) - 12} more"
+    if key is not None:
+        if key not in found:
+            raise ValueError(
+                f"this {kind} has no array {shorten(repr(key), 40)}; it has {listed or 'none'}"
+            )
+        return key
+    able = [name for name, leaf in found.items() if len(leaf.shape) == 2 and min(leaf.shape) > 1]
+    # A vector can be a profile, or no heights at all; only alone there is no doubt.
+    able = able or [name for name, leaf in found.items() if max(leaf.shape, default=0) > 3]
+    if not able:
+        raise ValueError(
+            f"wanted a matrix of heights, got this {kind} with {listed or 'no numbers'}"
+        )
+    if len(able) > 1:
+        raise ValueError(f"this {kind} holds more than one array: {listed}; write key=")
+    return able[0]
+
+
+def values_of(name: str, leaf: Leaf) -> Any:
+    """Numbers of an array."""
+    try:
+        return np.asarray(leaf.get())
+    except OSError as error:
+        raise ValueError(f'"{name}" is damaged: {first_line(error)}') from None
+
+
+def table(arrays: Arrays) -> Table:
+    """Columns of a tree: vectors by their names, columns of matrices as "name#1", "name#2".
+
+    A text `unit` beside numbers is their unit, a text `name` or `label` beside one vector is its
+    name.
     """
     slots: list[_Slot] = []
     rates: list[Stated] = []
-    _walk("", "", tree, join, slots, rates)
+    _walk("", "", arrays.tree, arrays.join, slots, rates)
     if not slots:
-        raise ValueError(f"wanted arrays of numbers, got none in this {kind}")
-    stated = {}
+        advice = f"; {arrays.advice}" if arrays.advice else ""
+        raise ValueError(f"wanted arrays of numbers, got none in this {arrays.kind}{advice}")
+    kind, stated = arrays.kind, {}
     if rates:
         stated["sample_rate"] = rates[0]
         other = next((r for r in rates if not math.isclose(r.value, rates[0].value)), None)
@@ -78,23 +129,16 @@ def table(kind: str, tree: Mapping[str, Any], join: str) -> Table:
             )
 
     def load(places: Sequence[int]) -> list[Floats]:
-        found = []
+        columns = []
+        refuse_long(slots[place].column for place in places)
         for place in places:
             slot = slots[place]
-            if (slot.column.size or 0) > MAX_SAMPLES:
-                raise ValueError(
-                    f'"{slot.column.name}": wanted at most {MAX_SAMPLES} samples, '
-                    f"got {slot.column.size}"
-                )
-            try:
-                whole = np.squeeze(np.asarray(slot.leaf.get()))
-            except OSError as error:
-                raise ValueError(f'"{slot.column.name}" is damaged: {first_line(error)}') from None
+            whole = np.squeeze(values_of(slot.column.heading, slot.leaf))
             if slot.place is not None:
                 long = whole.shape[0] >= whole.shape[1]
                 whole = whole[:, slot.place] if long else whole[slot.place]
-            found.append(np.array(whole, dtype=float))
-        return found
+            columns.append(np.array(whole, dtype=float))
+        return columns
 
     return Table(kind, tuple(slot.column for slot in slots), load, stated=stated)
 
@@ -131,14 +175,14 @@ def _walk(
     elif isinstance(node, Sequence) and not isinstance(node, (str, bytes)):
         for i, value in enumerate(node, start=1):
             _walk(f"{name}({i})", f"{short}({i})", value, join, slots, rates)
-    elif found := rate_by(name, node):
-        rates.append(found)
+    elif rate := rate_by(name, node):
+        rates.append(rate)
 
 
 def _text(node: Mapping[str, Any], keys: Sequence[str]) -> str | None:
     """The text under one of these keys."""
-    found = {key.casefold(): value for key, value in node.items() if isinstance(value, str)}
-    return next((found[key].strip() or None for key in keys if key in found), None)
+    texts = {key.casefold(): value for key, value in node.items() if isinstance(value, str)}
+    return next((texts[key].strip() or None for key in keys if key in texts), None)
 
 
 def _slots(name: str, short: str, leaf: Leaf) -> Iterator[_Slot]:

@@ -7,14 +7,14 @@ import math
 import warnings
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.wording import did_you_mean, shorten, show
-from microslip.scans.readers.base import Raw, Reader, Wishes, few, first_line
-from microslip.scans.readers.grid import on_grid
+from microslip.readers.files import first_line, refuse_beyond
+from microslip.readers.grid import on_grid
 
 INSTALL = (
     "files of instruments are read by SurfaceTopography, which is not installed; "
@@ -32,43 +32,35 @@ _XML = 1 << 23  # bytes of one XML file in an archive, which is read whole and g
 _WIDEST_NMS = 1e-3
 
 
-class Instrument(Reader):
-    """Whatever SurfaceTopography knows."""
+class Heights(NamedTuple):
+    """One channel of an instrument's file."""
 
-    names = ()
-    takes = ("channel",)
+    kind: str
+    """What the file is and how it was read, for the notes."""
+    values: np.ndarray
+    """In the unit of the file; missing points are NaN or masked."""
+    unit: str | None
+    pixel: tuple[float, ...] | None
+    """Distance of neighbours [m], where the file says it."""
+    notes: tuple[str, ...]
 
-    def knows(self, head: bytes, suffix: str) -> bool:
-        """Whatever no other reader knows."""
-        return True
 
-    def read(self, path: Path, wishes: Wishes) -> Raw:
-        """The channel that is meant."""
-        with warnings.catch_warnings(record=True) as heard:
-            warnings.simplefilter("always")
-            raw = _read(path, wishes)
-        said = dict.fromkeys(
-            shorten(str(w.message).strip(), 160)
-            for w in heard
-            if not issubclass(w.category, _OF_NO_INTEREST)
-        )
-        return Raw(
-            raw.kind,
-            raw.heights,
-            raw.unit,
-            raw.pixel,
-            notes=(*raw.notes, *(f"SurfaceTopography says: {text}" for text in list(said)[:5])),
-        )
+def read_channel(path: Path, wanted: Any, channel: Any, limit: int) -> Heights:
+    """The channel of heights that is meant, of a stated format or of the first that can read it."""
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        heights = _read(path, wanted, channel, limit)
+    said = dict.fromkeys(
+        shorten(str(w.message).strip(), 160)
+        for w in heard
+        if not issubclass(w.category, _OF_NO_INTEREST)
+    )
+    told = tuple(f"SurfaceTopography says: {text}" for text in list(said)[:5])
+    return heights._replace(notes=(*heights.notes, *told))
 
 
 def formats() -> list[str]:
-    """Names of the formats that SurfaceTopography reads.
-
-    Raises
-    ------
-    ValueError
-        If it is not installed.
-    """
+    """Names of the formats that SurfaceTopography reads, if it is installed."""
     return sorted(_library().lookup_reader_by_format)
 
 
@@ -84,23 +76,22 @@ def _library() -> Any:
     return IO
 
 
-def _read(path: Path, wishes: Wishes) -> Raw:
-    _check_size(path, wishes.limit)
-    reader, name = _open(path, wishes.format)
+def _read(path: Path, wanted: Any, chosen: Any, limit: int) -> Heights:
+    _check_size(path, limit)
+    reader, name = _open(path, wanted)
     try:
         channels = list(reader.channels)
-        index = _chosen(channels, wishes.channel)
+        index = _chosen(channels, chosen)
         channel = channels[index]
         shape = tuple(int(n) for n in np.atleast_1d(channel.nb_grid_pts))
-        few(shape, wishes.limit)
-        raw = _heights(reader, channel, index, shape)
+        refuse_beyond(shape, limit)
+        values, pixel, unit = _heights(reader, channel, index, shape)
     except (ValueError, MemoryError):
         raise
     except Exception as error:  # damaged files break the library in many ways
         raise ValueError(_broken(name, error)) from None
     finally:
         _close(reader)
-    heights, pixel, unit = raw
     notes = []
     others = [str(c.name) for i, c in enumerate(channels) if i != index]
     if others:
@@ -112,7 +103,7 @@ def _read(path: Path, wishes: Wishes) -> Raw:
         )
         pixel = tuple(step * 1e-6 for step in pixel)
     kind = f'{name} file by SurfaceTopography {_version()}, channel "{shorten(channel.name, 60)}"'
-    return Raw(kind, heights, unit, pixel, notes=tuple(notes))
+    return Heights(kind, values, unit, pixel, tuple(notes))
 
 
 def _check_size(path: Path, limit: int) -> None:

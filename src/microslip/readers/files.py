@@ -1,0 +1,87 @@
+"""Which kind of file it is, what went wrong with it, and how much it may hold."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from microslip._core.files import reason
+from microslip._core.wording import did_you_mean, shorten
+
+_HEAD = 1024
+
+# What else is brought, and what to do with it.
+_STRANGERS = (
+    (b"PK\x03\x04", "an Excel workbook or another archive"),
+    (b"\xd0\xcf\x11\xe0", "an old Excel workbook or another Office file"),
+)
+
+
+def head_of(path: Path) -> bytes:
+    """The first bytes of a file, by which its kind is told."""
+    with path.open("rb") as file:
+        return file.read(_HEAD)
+
+
+def kind_of(head: bytes, suffix: str) -> str | None:
+    """Kind of a file by its first bytes, and by its ending only where they say nothing."""
+    if head.startswith(b"TDSm"):
+        return "tdms"
+    if head.startswith(b"MATLAB ") or (suffix == ".mat" and b"\0" in head[:128]):
+        return "mat"  # version 4 has no header of its own
+    if any(head.startswith(b"\x89HDF\r\n\x1a\n", start) for start in (0, 512)):
+        return "hdf5"
+    if head.startswith(b"\x93NUMPY"):
+        return "npy"
+    if head.startswith(b"PK") and suffix == ".npz":  # other archives begin in the same way
+        return "npz"
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "text"
+    return None if b"\0" in head or head.startswith(b"PK\x03\x04") else "text"
+
+
+def stranger(head: bytes) -> str:
+    """What a file of no known kind probably is."""
+    return next(
+        (what for magic, what in _STRANGERS if head.startswith(magic)), "another binary file"
+    )
+
+
+@contextmanager
+def usable(path: Path, wanted: str) -> Iterator[None]:
+    """Turn what the system says of a file into a ValueError that does not name the file."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise ValueError(f"no such file{_near(path)}") from None
+    except OSError as error:
+        if os.path.isdir(path):  # noqa: PTH112 - Windows says "permission denied"; never raises
+            raise ValueError(f"wanted {wanted}, got a folder") from None
+        raise ValueError(f"cannot be read: {reason(error)}") from None
+
+
+def _near(path: Path) -> str:
+    try:
+        names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
+    except OSError:
+        return ""
+    return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)
+
+
+def first_line(error: BaseException) -> str:
+    """What a library says, on one line."""
+    lines = str(error).strip().splitlines()
+    return shorten(lines[0], 160) if lines else type(error).__name__
+
+
+def refuse_beyond(shape: tuple[int, ...], limit: int) -> None:
+    """Refuse more points than were allowed, before they are read."""
+    if (count := math.prod(shape)) > limit:
+        size = " x ".join(str(n) for n in shape)
+        raise ValueError(
+            f"holds {size} = {count} points, more than limit={limit}; give a higher limit if "
+            f"there is memory for it ({count * 8e-9:.3g} GB and a few times that)"
+        )

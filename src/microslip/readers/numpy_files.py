@@ -1,0 +1,94 @@
+"""NumPy's files: one array, or several in an archive; nothing is unpickled."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from functools import partial
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from microslip.readers.arrays import Arrays, Leaf
+from microslip.readers.files import first_line
+
+_BROKEN = (zipfile.BadZipFile, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
+
+
+def read_npy(path: Path) -> Arrays:
+    """The one array of a file, not read yet."""
+    with path.open("rb") as file:
+        shape, kind = _header(file)
+        left = path.stat().st_size - file.tell()
+    if kind.kind not in "iuf" and not kind.names:
+        raise ValueError(f"wanted real numbers, got an array of {kind}")
+    return Arrays("NumPy's npy file", _leaves("array", shape, kind, left, path), ".")
+
+
+def read_npz(path: Path) -> Arrays:
+    """The arrays of an archive by their names, not read yet."""
+    tree: dict[str, Any] = {}
+    try:
+        with zipfile.ZipFile(path) as archive:
+            for entry in archive.infolist():
+                if entry.filename.endswith(".npy"):
+                    with archive.open(entry) as file:
+                        shape, kind = _header(file)
+                        left = entry.file_size - file.tell()
+                    tree |= _leaves(entry.filename[:-4], shape, kind, left, path)
+    except _BROKEN as error:
+        raise ValueError(f"not a usable npz file: {first_line(error)}") from None
+    return Arrays("npz file", tree, ".")
+
+
+def _leaves(
+    name: str, shape: tuple[int, ...], kind: np.dtype[Any], left: int, path: Path
+) -> dict[str, Any]:
+    """An array of numbers; of a table its columns of numbers; of anything else nothing."""
+    size = math.prod(shape) * kind.itemsize
+    get = partial(_load, path, name, shape, size, left)
+    if kind.kind in "iuf":
+        return {name: Leaf(shape, get)}
+    fields = [field for field in kind.names or () if kind[field].kind in "iuf"]
+    return {field: Leaf(shape, partial(_field, get, field)) for field in fields}
+
+
+def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and type of an array, from its first bytes."""
+    try:
+        version = np.lib.format.read_magic(file)
+        read = (
+            np.lib.format.read_array_header_1_0
+            if version == (1, 0)
+            else np.lib.format.read_array_header_2_0
+        )
+        shape, _, kind = read(file)
+    except Exception as error:  # a header is Python text, which breaks in many ways
+        raise ValueError(f"not a usable npy file: {first_line(error)}") from None
+    if any(count < 0 for count in shape):
+        size = " x ".join(map(str, shape))
+        raise ValueError(f"not a usable npy file: it says that it holds {size} numbers")
+    return tuple(shape), kind
+
+
+def _load(path: Path, name: str, shape: tuple[int, ...], size: int, left: int) -> Any:
+    if size > left:
+        raise ValueError(
+            f"truncated: its {' x '.join(map(str, shape))} numbers take {size} bytes, "
+            f"{max(left, 0)} are there"
+        )
+    try:
+        content = np.load(path, allow_pickle=False)
+        if isinstance(content, np.ndarray):
+            return content
+        with content as archive:
+            return np.asarray(archive[name])
+    except MemoryError:
+        raise
+    except Exception as error:  # zlib.error among them
+        raise ValueError(f"cannot be read: {first_line(error)}") from None
+
+
+def _field(get: Any, field: str) -> Any:
+    return get()[field]

@@ -1,0 +1,173 @@
+"""Columns of a file, none of them read yet; which of them is meant; and their numbers in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from decimal import Decimal
+from typing import NamedTuple
+
+from microslip._core.checks import Floats
+from microslip._core.units import Kind, QuantityError, factor_of
+from microslip._core.wording import did_you_mean, quoted, shorten, show
+from microslip.readers.headings import NO_UNITS, name_and_unit, spelt
+
+MAX_SAMPLES = 500_000_000
+"""Most samples of one column; four columns of them are 16 GB."""
+
+
+class Column(NamedTuple):
+    """One column, channel, variable or data set."""
+
+    heading: str
+    """As the file says, with its unit where it stands there; "" if the file gives none."""
+    unit: str | None = None
+    """As the file says."""
+    size: int | None = None
+    """Samples, where that is known before they are read."""
+    rate: float | None = None
+    """Sample rate [Hz] of this column, as the file says."""
+    short: str | None = None
+    """Name without the groups or structs that it is in, where there are any."""
+
+
+class Stated(NamedTuple):
+    """A number that the file states for all columns."""
+
+    value: float
+    """In SI units."""
+    where: str
+    """How the file calls it."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """The columns of one file.
+
+    Parameters
+    ----------
+    kind : str
+        What the file is and how it was understood, for the notes.
+    columns : tuple of Column
+        In the order of the file.
+    load : callable
+        Values of the columns at these places, as fresh arrays.
+    where : callable
+        What a person calls the row of this index, such as "line 12".
+    stated : mapping
+        Numbers that the file states besides, such as "sample_rate" [Hz].
+    """
+
+    kind: str
+    columns: tuple[Column, ...]
+    load: Callable[[Sequence[int]], list[Floats]]
+    where: Callable[[int], str] = lambda row: f"sample {row}"
+    stated: Mapping[str, Stated] = field(default_factory=dict)
+
+
+def refuse_long(columns: Iterable[Column]) -> None:
+    """Refuse columns of more samples than any memory holds, before they are read."""
+    for column in columns:
+        if (column.size or 0) > MAX_SAMPLES:
+            raise ValueError(
+                f'"{column.heading}": wanted at most {MAX_SAMPLES} samples, got {column.size}'
+            )
+
+
+class Named(NamedTuple):
+    """A column with its name and unit told apart."""
+
+    place: int
+    heading: str
+    name: str
+    short: str
+    """Without the groups or structs that it is in."""
+    unit: str | None
+    where: str
+    """Where the unit stands."""
+
+
+def understood(columns: Sequence[Column]) -> list[Named]:
+    """Names and units of columns, which many a heading has in one text."""
+    return [_named(place, column) for place, column in enumerate(columns)]
+
+
+def _named(place: int, column: Column) -> Named:
+    heading, unit, where = column.heading or f"#{place + 1}", column.unit, "by the file"
+    name, in_heading = name_and_unit(heading)
+    if unit is None:
+        unit, where = in_heading, "by its header"
+    unit = spelt(unit) if unit and unit.casefold() not in NO_UNITS else None
+    short = name_and_unit(column.short or heading)[0]
+    return Named(place, heading, name, short, unit, where)
+
+
+def fits(unit: str | None, kind: Kind) -> bool:
+    """Whether a unit is of a kind."""
+    if unit is None:
+        return False
+    try:
+        factor_of(unit, kind, "")
+    except QuantityError:
+        return False
+    return True
+
+
+def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
+    """The column that somebody named, with or without unit, by the end of a path, or as "#2"."""
+    before, argument = (f"{role}: ", f"{role}=") if role else ("", "")
+    if not isinstance(text, str) or not text.strip():
+        raise ValueError(
+            f'{before}wanted the name of a column, or "#2" for the second, got {show(text)}'
+        )
+    wanted = text.strip()
+    small = wanted.casefold()
+    for alike in (
+        [c for c in columns if wanted in (c.heading, f"#{c.place + 1}")],
+        [c for c in columns if wanted == c.name],
+        [c for c in columns if wanted == c.short],
+        [c for c in columns if wanted == c.heading.partition("(")[0].strip()],
+        [c for c in columns if small in (c.heading.casefold(), c.name.casefold())],
+        [c for c in columns if small == c.short.casefold()],
+    ):
+        if len(alike) == 1:
+            return alike[0]
+        if alike:
+            raise ValueError(
+                f'{before}{len(alike)} columns are called "{shorten(wanted, 40)}", '
+                f"{headings(alike)}; write {argument}{unmistakable(alike[0], columns)}"
+            )
+    hint = did_you_mean(wanted, dict.fromkeys(n for c in columns for n in (c.name, c.heading)))
+    raise ValueError(f'{before}no column "{shorten(wanted, 40)}"{hint or f"; {listed(columns)}"}')
+
+
+def listed(columns: Sequence[Named]) -> str:
+    """All columns, for a message."""
+    if all(c.heading.startswith("#") for c in columns):
+        return f"the columns have no names; they are {headings(columns[:20])}"
+    more = f" and {len(columns) - 20} more" if len(columns) > 20 else ""
+    return f"the columns are {headings(columns[:20])}{more}"
+
+
+def headings(columns: Sequence[Named]) -> str:
+    """Headings in a row, for a message."""
+    return quoted((c.heading for c in columns), "and")
+
+
+def unmistakable(column: Named, columns: Sequence[Named]) -> str:
+    """What to write for a column so that no other is meant."""
+    alike = [c for c in columns if c.heading == column.heading]
+    text = f"#{column.place + 1}" if len(alike) > 1 else shorten(column.heading, 40)
+    return f'"{text}"'
+
+
+def scale(values: Floats, factor: Decimal) -> None:
+    """Multiply in place, with one rounding wherever the factor is a power of ten."""
+    if factor == 1:
+        return
+    _, digits, exponent = factor.normalize().as_tuple()
+    # 1000 is a double and 0.001 is none.
+    if digits == (1,) and isinstance(exponent, int) and -22 <= exponent < 0:
+        values /= 10.0**-exponent
+    else:
+        values *= float(factor)

@@ -1,0 +1,326 @@
+"""Text: CSV, TSV, TXT and whatever else laboratories write numbers in."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.wording import shorten, show
+from microslip.readers.dialect import (
+    NUMBER,
+    SEPARATORS,
+    Layout,
+    Line,
+    find_layout,
+    is_comment,
+    is_missing,
+    split,
+    with_hyphen,
+)
+from microslip.readers.tables import Column, Stated, Table
+
+MAX_BYTES = 4_000_000_000
+_HEAD = 1 << 18  # bytes in which names and rows begin
+_LINE = 1 << 28  # bytes of the longest line, ten million numbers
+_BLOCK = 1 << 24
+
+_ENCODINGS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
+_CALLED = {"utf-8": "UTF-8", "utf-8-sig": "UTF-8", "utf-16": "UTF-16", "latin-1": "Latin-1"}
+_STATED = re.compile(r"# (sample_rate|frequency|normal_load) = (\S+) (Hz|N)\s*")
+_EMPTY_CELL = re.compile(r"(?<![^;,\t|])[ ]*(?=[;,\t|]|$)")
+_NO_NUMBER = re.compile(
+    r"(?<![\w.+*?#/-])(?:[+-]?nan|#?n/?a|null|none|bad|nodata|-+|\*+|\?|[+-]?\d*\.?#\w+)"
+    r"(?![\w.+*?#/-])",
+    re.IGNORECASE,
+)
+_REMARK = re.compile(r"\s(?:#|%|//).*")  # behind the numbers of a row
+
+
+class TextFile(NamedTuple):
+    """A file of text that is understood."""
+
+    path: Path
+    encoding: str
+    layout: Layout
+    decimal: str
+    counts: Counter[str]
+    """How often signs stand in the rows; under "other" what is not ASCII."""
+    above: tuple[Line, ...]
+    """Lines above the rows."""
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Columns by the names and units above the rows, where there are any."""
+        units = self.layout.units + (None,) * len(self.layout.names)
+        return tuple(map(Column, self.layout.names, units))
+
+    @property
+    def most_rows(self) -> int:
+        """Lines of the rows: at least as many as rows."""
+        return self.counts["\n"] + 1
+
+    @property
+    def kind(self) -> str:
+        """How the file was understood."""
+        layout = self.layout
+        parts = [
+            f"text ({_CALLED[self.encoding]})",
+            f"columns separated by {SEPARATORS[layout.separator]}",
+        ]
+        if self.decimal == ",":
+            parts.append("decimal commas")
+        if layout.names_line is None:
+            parts.append("no names")
+        else:
+            parts.append(f"names in line {layout.names_line + 1}")
+        if layout.units_line is not None:
+            parts.append(f"units in line {layout.units_line + 1}")
+        return ", ".join([*parts, f"rows from line {layout.first + 1} on"])
+
+    def load(self, places: Sequence[int]) -> list[Floats]:
+        """Values of the columns at these places, NaN where there is no number."""
+        wanted = sorted(set(places))
+        values = self.matrix(wanted)
+        return [np.ascontiguousarray(values[:, wanted.index(place)]) for place in places]
+
+    def matrix(self, places: list[int] | None = None) -> Floats:
+        """Rows of numbers of these columns, in the order of the file; of all by default."""
+        places = list(range(len(self.layout.names))) if places is None else places
+        for read in (_as_numbers, _mended, _cell_by_cell):
+            values = read(self, places)
+            if values is not None:
+                return values
+        raise AssertionError  # pragma: no cover - the last one reads or raises
+
+    def cells(self, place: int) -> Iterator[tuple[int, str]]:
+        """Text of one column, with the line of each row, for numbers that are to stay exact."""
+        for index, row in _cells(self):
+            if row is not None:
+                yield index + 1, row[place]
+
+    def no_number(self, line: int, place: int, cell: str) -> ValueError:
+        """What is wrong with a cell, and where it is."""
+        name = shorten(self.layout.names[place], 40) or f"#{place + 1}"
+        hint = ""
+        other = "," if self.decimal == "." else "."
+        if other in cell and NUMBER[other].fullmatch(cell):
+            hint = f' (the decimal sign of the lines above is "{self.decimal}")'
+        elif re.fullmatch(r"[+-]?\d{1,3}([,.' ]\d{3})+([.,]\d+)?", cell):
+            hint = " (write numbers without signs between thousands)"
+        elif re.fullmatch(r"[\d/. -]*\d{1,2}:\d\d(:\d\d([.,]\d+)?)?", cell):
+            hint = "; for times of day write time=False and sample_rate="
+        return ValueError(f'line {line}, column "{name}": wanted a number, got {show(cell)}{hint}')
+
+    def line_of(self, row: int) -> int:
+        """Line of a row, both counted as people do and as arrays do."""
+        return next(islice(_rows(self), row, None))[0] + 1
+
+    def lines(self, start: int = 0) -> Iterator[str]:
+        """Lines from this index on."""
+        # What is not in the encoding is no number either: it is met where it is read.
+        with self.path.open(encoding=self.encoding, errors="replace") as file:
+            yield from islice(file, start, None)
+
+
+def open_text(path: Path, most: int | None = None) -> TextFile:
+    """Understand how a file of text is laid out.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    most : int, optional
+        Largest size [bytes].
+
+    Raises
+    ------
+    ValueError
+        If it is too large or holds no rows of numbers.
+    """
+    most = MAX_BYTES if most is None else most
+    size = path.stat().st_size
+    if size > most:
+        raise ValueError(
+            f"wanted text of at most {most // 1_000_000} MB, got {size // 1_000_000} MB; "
+            "save it as HDF5"
+        )
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    encoding = _encoding(head)
+    lines = _lines(path, encoding, len(head) < size)
+    layout = find_layout([line for line in lines if line.text.strip()])
+    if layout is None:
+        raise ValueError("wanted rows of numbers, got none")
+    counts = _count(path, encoding, layout)
+    decimal = layout.decimal or ("," if counts[","] and not counts["."] else ".")
+    if layout.separator == "," and layout.decimal is None:
+        decimal = "."
+    above = tuple(line for line in lines if line.above < layout.first)
+    return TextFile(path, encoding, layout, decimal, counts, above)
+
+
+def table(path: Path) -> Table:
+    """Columns of a text, and what :meth:`Record.to_csv` states above them."""
+    file = open_text(path)
+    stated = {
+        match[1]: Stated(float(match[2]), f"line {line.above + 1}")
+        for line in file.above
+        if (match := _STATED.fullmatch(line.text))
+    }
+    return Table(
+        file.kind, file.columns, file.load, lambda row: f"line {file.line_of(row)}", stated
+    )
+
+
+def _encoding(head: bytes) -> str:
+    for mark, encoding in _ENCODINGS:
+        if head.startswith(mark):
+            return encoding
+    try:
+        head.decode("utf-8")
+    except UnicodeDecodeError as error:
+        # A letter of several bytes may be cut by the end of what was read.
+        if error.start < len(head) - 4 or len(head) < _HEAD:
+            return "latin-1"
+    return "utf-8"
+
+
+def _lines(path: Path, encoding: str, cut: bool) -> list[Line]:
+    """The lines of the head of a file."""
+    lines: list[Line] = []
+    size = 0
+    with path.open(encoding=encoding, errors="replace") as file:
+        while size < _HEAD // 2 and (text := file.readline(_LINE)):
+            if len(text) >= _LINE:
+                raise ValueError("wanted lines of numbers, got one of more than 250 MB")
+            lines.append(Line(len(lines), text))
+            size += len(text)
+    return lines[:-1] if cut and len(lines) > 1 else lines
+
+
+def _count(path: Path, encoding: str, layout: Layout) -> Counter[str]:
+    counts = Counter[str]()
+    signs = {",", ".", '"', "#", "%", "/", "\n", layout.separator or " "}
+    with path.open(encoding=encoding, errors="replace") as stream:
+        for _ in islice(stream, layout.first):
+            pass
+        while block := stream.read(_BLOCK):
+            for sign in signs:
+                counts[sign] += block.count(sign)
+            counts["other"] += not block.isascii()
+    return counts
+
+
+def _as_numbers(file: TextFile, places: list[int]) -> Floats | None:
+    """By NumPy, in C; None where a closer look is needed."""
+    layout, decimal, counts = file.layout, file.decimal, file.counts
+    if any(counts[sign] for sign in ("other", '"', "#")) or (decimal == "," and counts["."]):
+        return None
+    lines = file.lines(layout.first)
+    if decimal == ",":
+        lines = (line.replace(",", ".") for line in lines)
+    values = _loadtxt(lines, file, places)
+    if values is None or layout.separator is None:
+        return values
+    separator, inside = layout.separator, layout.width - 1
+    if counts[separator] != len(values) * inside:
+        return None
+    # NumPy has seen rows that are too short if it read the last column; then none is too long.
+    lines = file.lines(layout.first) if max(places) < inside else iter(())
+    return (
+        values if all(line.count(separator) == inside for line in lines if line.strip()) else None
+    )
+
+
+def _mended(file: TextFile, places: list[int]) -> Floats | None:
+    """By NumPy, after "nan" was put wherever something stands for no number."""
+    if file.counts['"']:
+        return None
+    separator, inside = file.layout.separator, file.layout.width - 1
+
+    def rows() -> Iterator[str]:
+        for _, text in _rows(file):
+            row = with_hyphen(text).strip("\r\n ")
+            if file.decimal == ",":
+                if "." in row:
+                    raise ValueError
+                row = row.replace(",", ".")
+            if separator is not None:
+                if row.count(separator) != inside:
+                    raise ValueError
+                row = _EMPTY_CELL.sub("nan", row)
+            yield _NO_NUMBER.sub("nan", row)
+
+    return _loadtxt(rows(), file, places)
+
+
+def _loadtxt(lines: Iterator[str], file: TextFile, places: list[int]) -> Floats | None:
+    # Without separators to count, all columns are read, and NumPy sees a row that is too long.
+    separator, width = file.layout.separator, file.layout.width
+    columns = None if separator is None else places
+    try:
+        values = np.loadtxt(lines, delimiter=separator, comments=None, usecols=columns, ndmin=2)
+    except ValueError:
+        return None
+    if separator is not None:
+        return values
+    if values.shape[1] != width:
+        return None
+    return values if len(places) == width else values[:, places]
+
+
+def _cell_by_cell(file: TextFile, places: list[int]) -> Floats:
+    """With an error that names line and column."""
+    number = NUMBER[file.decimal].fullmatch
+    rows = [
+        [math.nan] * len(places)
+        if row is None
+        else [_value(file, index, place, row[place], number) for place in places]
+        for index, row in _cells(file)
+    ]
+    return np.array(rows, dtype=float).reshape(len(rows), len(places))
+
+
+def _value(
+    file: TextFile, index: int, place: int, cell: str, number: Callable[[str], object]
+) -> float:
+    cell = with_hyphen(cell)
+    if number(cell):
+        return float(cell.replace(",", "."))
+    if is_missing(cell):
+        return math.nan
+    raise file.no_number(index + 1, place, cell)
+
+
+def _cells(file: TextFile) -> Iterator[tuple[int, list[str] | None]]:
+    """Index of the line and cells of each row; None for cells of a row that holds nothing."""
+    layout = file.layout
+    least = len(layout.names)
+    for index, text in _rows(file):
+        cells = split(text, layout.separator)
+        if not any(cells):
+            yield index, None
+            continue
+        if len(cells) < least or any(cells[least:]):
+            what = f", {show(text.strip())}" if len(cells) == 1 else ""
+            raise ValueError(
+                f"line {index + 1}: wanted {least} cells as in line {layout.first + 1}, "
+                f"got {len(cells)}{what}"
+            )
+        yield index, cells
+
+
+def _rows(file: TextFile) -> Iterator[tuple[int, str]]:
+    """Lines that hold a row, with their indices, without remarks behind their numbers."""
+    remarks = file.layout.separator is None and any(file.counts[sign] for sign in "#%/")
+    for index, text in enumerate(file.lines(file.layout.first), start=file.layout.first):
+        if text.strip() and not is_comment(text):
+            yield index, _REMARK.sub("", text) if remarks else text

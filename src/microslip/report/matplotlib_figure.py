@@ -1,0 +1,281 @@
+"""A figure as Matplotlib draws it, in the same places: for pixels, and to go on with in Python."""
+
+from __future__ import annotations
+
+import io
+import math
+import warnings
+from functools import singledispatch
+from typing import Any
+
+from matplotlib import rcParams, style
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedFormatter, FixedLocator
+
+from microslip.report.drawing import STYLE
+from microslip.report.layout import PAGE, SMALL, TEXT, TITLE, Frame, Page, Scale, lay_out
+from microslip.report.plot import (
+    Area,
+    Band,
+    Entry,
+    Item,
+    Line,
+    LineName,
+    Marks,
+    Pixels,
+    Plot,
+    Rule,
+    Stems,
+    Words,
+)
+
+_WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
+_MARK = {"linestyle": "none", "markeredgewidth": 0.8}
+
+
+def png(plot: Plot) -> bytes:
+    """Pixels of a figure, the same for the same plot, whatever the user's matplotlibrc says."""
+    with style.context(["default", STYLE]), warnings.catch_warnings():
+        # The summary says it, once.
+        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
+        made = figure(plot)
+        made.set_dpi(rcParams["savefig.dpi"])
+        file = io.BytesIO()
+        canvas: Any = made.canvas
+        # Levels of compression beyond this take thrice the time for a few per cent.
+        canvas.print_png(file, pil_kwargs={"compress_level": 3})
+        return file.getvalue()
+
+
+def figure(plot: Plot) -> Figure:
+    """A Matplotlib figure with an Agg canvas."""
+    page = lay_out(plot)
+    with style.context(["default", STYLE]):
+        made = Figure(figsize=(page.width / 72.0, page.height / 72.0))
+        made.set_layout_engine("none")
+        FigureCanvasAgg(made)
+        for number, line in enumerate(page.title):
+            y = 1.0 - (6.0 + TITLE * (0.9 + 1.25 * number)) / page.height
+            made.text(0.5, y, _plain(line), size=TITLE, ha="center")
+        for frame in page.frames:
+            _panel(made, page, frame)
+        _legend(made, page)
+    return made
+
+
+def _plain(text: str) -> str:
+    """Text in which a dollar sign is a dollar sign."""
+    return text.replace("$", r"\$")
+
+
+def _panel(made: Figure, page: Page, frame: Frame) -> None:
+    panel = frame.panel
+    bottom = page.height - frame.top - frame.height
+    axes: Axes = made.add_axes(
+        (
+            frame.left / page.width,
+            bottom / page.height,
+            frame.width / page.width,
+            frame.height / page.height,
+        )
+    )
+    if panel.x.log:
+        axes.set_xscale("log")
+    if panel.y.log:
+        axes.set_yscale("log")
+    axes.grid(panel.grid)
+    for number, item in enumerate(panel.items):
+        _draw(item, axes, frame, 1.5 + 0.01 * number)
+    axes.set_xlim(frame.x.low, frame.x.high)
+    axes.set_ylim(frame.y.low, frame.y.high)
+    for axis, scale in ((axes.xaxis, frame.x), (axes.yaxis, frame.y)):
+        _set_ticks(axis, scale)
+    axes.tick_params(which="both", labelbottom=not panel.x.bare)
+    if not panel.x.bare:
+        axes.set_xlabel(_plain(panel.x.label), size=TEXT)
+    if panel.y.opposite:
+        axes.yaxis.tick_right()
+        axes.yaxis.set_label_position("right")
+        axes.tick_params(which="both", labelright=not panel.y.bare)
+    else:
+        axes.tick_params(which="both", labelleft=not panel.y.bare)
+    if not panel.y.bare:
+        axes.set_ylabel(_plain(panel.y.label), size=TEXT, va="center", ha="center")
+        place = (frame.label_left - frame.left) / frame.width
+        axes.yaxis.set_label_coords(place, 0.5)
+    shift = 0.0
+    if frame.y.ticks.offset:
+        shift = 0.0 if panel.y.opposite else 40.0
+        edge, align = (1.0, "right") if panel.y.opposite else (0.0, "left")
+        _above(axes, edge, frame.y.ticks.offset, align)
+    if frame.x.ticks.offset and not panel.x.bare:
+        axes.annotate(
+            frame.x.ticks.offset, (1.0, 0.0), (0.0, -30.0),
+            xycoords="axes fraction", textcoords="offset points", ha="right", size=SMALL,
+        )  # fmt: skip
+    if panel.note:
+        _above(axes, shift / frame.width, panel.note, "left")
+    if panel.title:
+        axes.set_title(_plain(panel.title), size=TEXT, pad=5.0)
+    if frame.second is not None and panel.second is not None:
+        _second(axes, frame, *panel.second)
+
+
+def _above(axes: Axes, x: float, text: str, align: str) -> None:
+    axes.annotate(
+        _plain(text), (x, 1.0), (0.0, 4.5),
+        xycoords="axes fraction", textcoords="offset points", ha=align, size=SMALL,
+    )  # fmt: skip
+
+
+def _set_ticks(axis: Any, scale: Scale) -> None:
+    major, minor = scale.ticks.major, scale.ticks.minor
+    axis.set_major_locator(FixedLocator([value for value, _ in major]))
+    axis.set_major_formatter(FixedFormatter([_plain(text) for _, text in major]))
+    axis.set_minor_locator(FixedLocator([value for value, _ in minor]))
+    axis.set_minor_formatter(FixedFormatter([_plain(text) for _, text in minor]))
+
+
+def _second(axes: Axes, frame: Frame, label: str, factor: float) -> None:
+    def there(y: Any) -> Any:
+        return factor * y
+
+    def back(y: Any) -> Any:
+        return y / factor
+
+    right: Any = axes.secondary_yaxis("right", functions=(there, back))
+    if frame.second is not None:
+        _set_ticks(right.yaxis, frame.second)
+        if frame.second.ticks.offset:
+            _above(axes, 1.0, frame.second.ticks.offset, "right")
+    right.set_ylabel(_plain(label), size=TEXT)
+
+
+# -- what is drawn -------------------------------------------------------------------------------
+
+
+def _dash(dash: tuple[float, ...]) -> Any:
+    return (0, dash) if dash else "-"
+
+
+@singledispatch
+def _draw(item: Item, axes: Axes, frame: Frame, order: float) -> None:
+    raise TypeError(f"nothing draws a {type(item).__name__}")
+
+
+@_draw.register
+def _(item: Line, axes: Axes, frame: Frame, order: float) -> None:
+    look = {"color": item.color, "linewidth": item.width, "linestyle": _dash(item.dash)}
+    axes.plot(item.x, item.y, zorder=order, **look)
+
+
+@_draw.register
+def _(item: Marks, axes: Axes, frame: Frame, order: float) -> None:
+    fill = item.color if item.filled else "white"
+    look: dict[str, Any] = {**_MARK, "marker": item.marker, "markersize": item.size}
+    axes.plot(item.x, item.y, color=item.color, markerfacecolor=fill, zorder=order, **look)
+
+
+@_draw.register
+def _(item: Rule, axes: Axes, frame: Frame, order: float) -> None:
+    look: dict[str, Any] = {"color": item.color, "linewidth": item.width}
+    draw = axes.axhline if item.axis == "y" else axes.axvline
+    draw(item.value, linestyle=_dash(item.dash), zorder=order, **look)
+
+
+@_draw.register
+def _(item: Band, axes: Axes, frame: Frame, order: float) -> None:
+    draw = axes.axhspan if item.axis == "y" else axes.axvspan
+    draw(item.low, item.high, facecolor=item.color, edgecolor="none", zorder=order)
+
+
+@_draw.register
+def _(item: Area, axes: Axes, frame: Frame, order: float) -> None:
+    axes.fill(item.x, item.y, facecolor=item.color, edgecolor="none", zorder=order)
+
+
+@_draw.register
+def _(item: Stems, axes: Axes, frame: Frame, order: float) -> None:
+    axes.vlines(item.x, 0.0, item.y, color=item.color, linewidth=item.width, zorder=order)
+
+
+@_draw.register
+def _(item: Words, axes: Axes, frame: Frame, order: float) -> None:
+    axes.annotate(
+        _plain(item.text),
+        (item.x, item.y),
+        xycoords="data" if item.data else "axes fraction",
+        ha=item.align,
+        va={"middle": "center"}.get(item.valign, item.valign),
+        size=item.size,
+        color=item.color,
+        rotation=item.angle,
+        rotation_mode="anchor",
+        bbox=_WHITE,
+        zorder=order + 1.0,
+    )
+
+
+@_draw.register
+def _(item: LineName, axes: Axes, frame: Frame, order: float) -> None:
+    place = frame.name_place(item)
+    if place is None:
+        return
+    x, y, angle = place
+    axes.annotate(
+        _plain(item.text),
+        ((x - frame.left) / frame.width, 1.0 - (y - frame.top) / frame.height),
+        xycoords="axes fraction",
+        ha="right" if item.at_end else "left",
+        va="baseline",
+        size=SMALL,
+        rotation=math.degrees(angle),
+        rotation_mode="anchor",
+        bbox=_WHITE,
+        zorder=order + 1.0,
+    )
+
+
+@_draw.register
+def _(item: Pixels, axes: Axes, frame: Frame, order: float) -> None:
+    axes.imshow(
+        item.values,
+        cmap="gray",
+        vmin=0,
+        vmax=255,
+        extent=(item.left, item.right, item.bottom, item.top),
+        aspect="auto",
+        interpolation="nearest",
+        zorder=order,
+    )
+
+
+def _legend(made: Figure, page: Page) -> None:
+    if not page.legend:
+        return
+    if page.legend_title:
+        y = 1.0 - (page.legend_top + 0.95 * SMALL) / page.height
+        made.text(0.5, y, _plain(page.legend_title), ha="center", size=SMALL)
+    for entry, left, middle in page.legend:
+        y = 1.0 - middle / page.height
+        made.add_artist(_handle(entry, (left / PAGE, (left + 18.7) / PAGE), y))
+        made.text((left + 25.0) / PAGE, y, _plain(entry.label), va="center_baseline", size=SMALL)
+
+
+def _handle(entry: Entry, x: tuple[float, float], y: float) -> Line2D:
+    middle = 0.5 * (x[0] + x[1])
+    return Line2D(
+        [x[0], middle, x[1]],
+        [y, y, y],
+        color=entry.color,
+        linestyle=_dash(entry.dash) if entry.line else "none",
+        linewidth=1.4,
+        marker=entry.marker or "none",
+        markersize=4.5,
+        markeredgewidth=0.8,
+        markerfacecolor=entry.color if entry.filled else "white",
+        markevery=[1],
+    )

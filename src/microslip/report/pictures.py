@@ -1,0 +1,36 @@
+"""Pictures of a document, each made once, whoever asks for it."""
+
+from __future__ import annotations
+
+from microslip.report.document import Picture
+from microslip.report.plot import Plot
+
+
+class Drawn:
+    """Makes each picture once: the file and the page share it."""
+
+    def __init__(self) -> None:
+        self._plots: dict[str, Plot] = {}
+        self._svgs: dict[str, bytes] = {}
+        self._pngs: dict[str, bytes] = {}
+
+    def _plot(self, picture: Picture) -> Plot:
+        if picture.name not in self._plots:
+            self._plots[picture.name] = picture.plot()
+        return self._plots[picture.name]
+
+    def svg(self, picture: Picture) -> bytes:
+        """The picture as lines and text."""
+        if picture.name not in self._svgs:
+            from microslip.report.svg import svg
+
+            self._svgs[picture.name] = svg(self._plot(picture))
+        return self._svgs[picture.name]
+
+    def png(self, picture: Picture) -> bytes:
+        """The picture as pixels."""
+        if picture.name not in self._pngs:
+            from microslip.report.matplotlib_figure import png
+
+            self._pngs[picture.name] = png(self._plot(picture))
+        return self._pngs[picture.name]

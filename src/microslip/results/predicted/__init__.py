@@ -1,0 +1,1 @@
+"""A predicted joint: its numbers, its document, its figures."""

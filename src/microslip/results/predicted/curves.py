@@ -1,0 +1,168 @@
+"""What the figures of a prediction share: the loads drawn, their looks, the amplitude axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._core.units import engineering
+from microslip.report.plot import (
+    COLORS,
+    DASHES,
+    MARKERS,
+    WIDTH,
+    Axis,
+    Entry,
+    Floats,
+    Marker,
+    Panel,
+    Plot,
+)
+from microslip.report.scales import common_prefix, evenly, length_prefix
+from microslip.study.result import AmplitudeCurve, Result
+from microslip.study.varying import VaryingCycles
+
+MOST_LOADS = 6
+MOST_MARKS = 12
+
+Quantity = Callable[[AmplitudeCurve], Floats]
+
+
+class Look(NamedTuple):
+    """How the curves of a load look; either dashes or markers tell them apart in grey."""
+
+    color: str
+    marker: Marker
+    dash: tuple[float, ...]
+
+
+def drawn_loads(result: Result) -> list[tuple[int, Look]]:
+    """Loads that are drawn: their index and look."""
+    looks = map(Look, COLORS, MARKERS, DASHES)
+    return list(zip(evenly(len(result.joints), MOST_LOADS), looks, strict=False))
+
+
+def add_legend(plot: Plot, result: Result, *, dashed: bool = False, title: str = "") -> Plot:
+    """Name the loads below the panels, and the study above them.
+
+    Without a title these are normal loads or, in a study with others that vary, constant ones.
+    """
+    if not title:
+        title = "Constant normal load" if result.study.excitation.load_varies else "Normal load"
+    loads = drawn_loads(result)
+    left_out = len(result.joints) - len(loads)
+    plot.legend_title = title + (f" ({left_out} more in the tables)" if left_out else "")
+    plot.legend = tuple(
+        Entry(
+            engineering(result.joints[index].normal_load, "N", trim=True),
+            look.color,
+            look.dash if dashed else (),
+            None if dashed else look.marker,
+        )
+        for index, look in loads
+    )
+    plot.title = result.study.title
+    return plot
+
+
+class AmplitudeAxis(NamedTuple):
+    """The amplitude that curves are drawn against."""
+
+    column: str
+    """Name of the column in :class:`~microslip.study.result.AmplitudeCurve`."""
+    unit: float
+    """What its values are divided by [SI unit]."""
+    label: str
+    low: float
+    """Its left end, divided by the unit."""
+    high: float
+
+    def of(self, curve: AmplitudeCurve | VaryingCycles) -> Floats:
+        """Values of a curve on this axis."""
+        values: Floats = getattr(curve, self.column)
+        return values / self.unit
+
+    def panel(self, y: Axis, note: str = "", label: str = "") -> Panel:
+        """A panel over this axis."""
+        return Panel(Axis(label or self.label, self.low, self.high, log=True), y, note)
+
+
+def displacement_axis(result: Result) -> AmplitudeAxis:
+    """The displacement amplitude, over the range of the curves."""
+    curves = [result.curves[index] for index, _ in drawn_loads(result)]
+    low = min(float(curve.amplitude[0]) for curve in curves)
+    high = max(float(curve.amplitude[-1]) for curve in curves)
+    unit, letter = length_prefix(high, low)
+    low, high = (
+        (low / unit, high / unit) if high > 1.01 * low else (low / 1.2 / unit, high * 1.2 / unit)
+    )
+    return AmplitudeAxis("amplitude", unit, f"Displacement amplitude [{letter}m]", low, high)
+
+
+def force_axis(result: Result) -> AmplitudeAxis:
+    """The force amplitude, over the range of the curves and past the largest force limit.
+
+    Loops under a load that varies reach further than the limit at its mean.
+    """
+    loads = [index for index, _ in drawn_loads(result)]
+    largest = max(result.joints[i].force_limit for i in loads)
+    forces = np.concatenate([result.curves[i].force_amplitude for i in loads])
+    least = float(forces[forces > 0.0].min()) if (forces > 0.0).any() else 0.1 * largest
+    unit, letter = common_prefix([result.joints[i].force_limit for i in loads])
+    if 1.6 * largest < 10.0 * least:  # so that nothing lies on the edge
+        least /= 1.6
+    varying = [float(result.varying[i].force_amplitude.max()) for i in loads if result.varying]
+    most = max([1.6 * largest, *(1.2 * force for force in varying)])
+    return AmplitudeAxis(
+        "force_amplitude", unit, f"Force amplitude [{letter}N]", least / unit, most / unit
+    )
+
+
+def finite(values: Floats) -> Floats:
+    """The values that can be drawn; one NaN if there is none."""
+    found = values[np.isfinite(values)]
+    return found if found.size else np.array([np.nan])
+
+
+def draw_curves(panel: Panel, result: Result, axis: AmplitudeAxis, quantity: Quantity) -> Floats:
+    """Draw a quantity of every load: a line, and markers where there are loops.
+
+    Gives the ordinates of all lines that can be drawn, above zero on a log axis.
+    """
+    loads = drawn_loads(result)
+    lines = [
+        np.stack([axis.of(result.curves[i]), _drawable(quantity(result.curves[i]), panel.y.log)])
+        for i, _ in loads
+    ]
+    for number, (index, look) in enumerate(loads):
+        curve, row = result.curves[index], result.rows[index]
+        x, y = lines[number]
+        # A line that others will hide is so wide that it shows on both sides of them.
+        above = sum(_coincide(lines[number], other) for other in lines[number + 1 :])
+        panel.line(x, y, look.color, width=WIDTH + 1.3 * above)
+        inside = (row.amplitude >= curve.amplitude[0]) & (row.amplitude <= curve.amplitude[-1])
+        marked = np.flatnonzero(inside)
+        if marked.size:
+            marked = marked[evenly(marked.size, MOST_MARKS)]
+            x, y = axis.of(row)[marked], _drawable(quantity(row), panel.y.log)[marked]
+        else:  # markers also tell the loads apart in grey
+            places = evenly(x.size, 7)
+            x, y = x[places], y[places]
+        panel.marks(x, y, look.color, marker=look.marker)
+    return finite(np.concatenate([line[1] for line in lines]))
+
+
+def _drawable(values: Floats, log: bool) -> Floats:
+    fine = np.isfinite(values) & (values > 0.0) if log else np.isfinite(values)
+    return np.where(fine, values, np.nan)
+
+
+def _coincide(line: Floats, other: Floats) -> bool:
+    """Whether one of two lines would hide the other."""
+    if line.shape != other.shape:
+        return False
+    both = np.isfinite(line[1]) & np.isfinite(other[1])
+    near = np.allclose(line[:, both], other[:, both], rtol=5e-3, atol=0.0)
+    return bool(both.any() and near)

@@ -1,0 +1,371 @@
+"""The figures of a prediction, as data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from microslip._core.units import engineering, prefix
+from microslip.errors import InputError
+from microslip.report.plot import (
+    DASHED,
+    GREY,
+    THIN,
+    Axis,
+    Floats,
+    Panel,
+    Plot,
+    Rule,
+    Stems,
+    stacked,
+)
+from microslip.report.scales import common_prefix, evenly, far_apart
+from microslip.results.predicted.curves import (
+    AmplitudeAxis,
+    add_legend,
+    displacement_axis,
+    draw_curves,
+    drawn_loads,
+)
+from microslip.results.predicted.energy_figure import energy_damping, force_damping
+from microslip.results.predicted.history_figure import history
+from microslip.study.result import AmplitudeCurve, Result
+from microslip.study.varying import in_words
+
+MOST_PANELS = 6
+_MARKS = 7
+_AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"), (1e-18, "nm²"))
+
+
+# -- loops ---------------------------------------------------------------------------------------
+
+
+def loops(result: Result) -> Plot:
+    """Hysteresis loops, one panel for each amplitude, one loop for each load."""
+    shown = evenly(len(result.rows[0].amplitude), MOST_PANELS)
+    columns = 1 if len(shown) == 1 else 2 if len(shown) <= 4 else 3
+    lines = math.ceil(len(shown) / columns)
+    largest_x = max(float(row.amplitude[shown].max()) for row in result.rows)
+    rows = result.varying or result.rows
+    largest_y = max(float(row.force_amplitude[shown].max()) for row in rows)
+    # Loops far apart share no axis: then each is drawn over its own amplitude, in all panels alike.
+    loads = drawn_loads(result)
+    over_amplitude = any(
+        far_apart([float(result.rows[i].amplitude[index]) for i, _ in loads]) for index in shown
+    )
+    panels = []
+    for number, index in enumerate(shown):
+        panel = _loops_at(result, index, (largest_x, largest_y), over_amplitude)
+        row, column = divmod(number, columns)
+        panel.cell = (row, row, column, column)
+        panels.append(panel)
+    plot = Plot(
+        panels,
+        0.9 + (3.6 if columns == 1 else 2.5) * lines,
+        heights=(1.0,) * lines,
+        widths=(1.0,) * columns,
+    )
+    variation = result.study.excitation.load_variation
+    mean = "" if variation is None else f"Mean normal load, which varies by {in_words(variation)}"
+    return add_legend(plot, result, dashed=True, title=mean)
+
+
+def _loops_at(
+    result: Result, index: int, largest: tuple[float, float], over_amplitude: bool
+) -> Panel:
+    # No markers: they would pass for measured points.
+    loads = drawn_loads(result)
+    amplitudes = [float(result.rows[i].amplitude[index]) for i, _ in loads]
+    limits = [result.joints[i].force_limit for i, _ in loads]
+    rows = result.varying or result.rows
+    forces = [float(rows[i].force_amplitude[index]) for i, _ in loads]
+    by_force = result.study.excitation.force_amplitudes is not None
+    # As the amplitudes, force limits far apart share no axis.
+    over_limit = far_apart(limits) and not by_force
+    x_unit, x_letter = _prefix(max(amplitudes), largest[0], min(1e-9, largest[0]))
+    y_unit, y_letter = _prefix(max(forces), largest[1])
+    panel = Panel(
+        Axis("Displacement / amplitude, δ/δₘ" if over_amplitude else f"Displacement [{x_letter}m]"),
+        Axis("Force / force limit, T/μN" if over_limit else f"Force [{y_letter}N]"),
+        title=f"Force amplitude {engineering(forces[0], 'N', 6, trim=True)}"
+        if by_force
+        else f"Amplitude {amplitudes[0] / x_unit:.6g} {x_letter}m",
+    )
+    if result.varying:
+        panel.title += ", load varies"
+    for (i, look), amplitude, limit in zip(loads, amplitudes, limits, strict=True):
+        loop = result.loops[i][index]
+        x = loop.displacement / (amplitude if over_amplitude else x_unit)
+        panel.line(x, loop.force / (limit if over_limit else y_unit), look.color, dash=look.dash)
+    panel.cross()
+    return panel
+
+
+def _prefix(value: float, largest: float, least: float = 0.0) -> tuple[float, str]:
+    """Prefix of the largest panel where it still suits this one, else its own."""
+    unit, letter = prefix(largest)
+    return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, least))
+
+
+# -- first loading -------------------------------------------------------------------------------
+
+
+def backbone(result: Result) -> Plot:
+    """Force of first loading, and its tangent and secant stiffness."""
+    axis = displacement_axis(result)
+    label = axis.label.replace("Displacement amplitude", "Displacement")
+    axis = axis._replace(label=label)
+    return add_legend(
+        stacked([_force(result, axis), _stiffness(result, axis)], 7.4, (3.0, 2.0)), result
+    )
+
+
+def _force(result: Result, axis: AmplitudeAxis) -> Panel:
+    loads = drawn_loads(result)
+    limits = [result.joints[i].force_limit for i, _ in loads]
+    unit, letter = common_prefix(limits)
+    panel = axis.panel(
+        Axis(f"Force of first loading [{letter}N]", log=True),
+        "dashed: all stick, T = kₜ δ, and all slip, T = μN",
+    )
+    for (index, look), limit in zip(loads, limits, strict=True):
+        joint, curve = result.joints[index], result.curves[index]
+        stuck = joint.tangential_stiffness * curve.amplitude
+        near = stuck < 6.0 * limit
+        panel.line(axis.of(curve)[near], stuck[near] / unit, look.color, width=THIN, dash=DASHED)
+        panel.add(Rule(limit / unit, "y", look.color))
+    forces = draw_curves(panel, result, axis, lambda curve: curve.force_amplitude / unit)
+    if np.isfinite(forces).any():
+        panel.y.low, panel.y.high = 0.5 * float(forces.min()), 3.0 * max(limits) / unit
+    return panel
+
+
+def _stiffness(result: Result, axis: AmplitudeAxis) -> Panel:
+    loads = drawn_loads(result)
+    rest = [result.joints[i].tangential_stiffness for i, _ in loads]
+    unit, letter = common_prefix(rest)
+    log = far_apart(rest)
+    low, high = (1e-3 * min(rest), 3.0 * max(rest)) if log else (0.0, 1.08 * max(rest))
+    panel = axis.panel(
+        Axis(f"Stiffness [{letter}N/m]", low / unit, high / unit, log),
+        "solid: tangent dT/dδ, dashed: secant T/δ",
+    )
+    draw_curves(panel, result, axis, lambda curve: curve.tangent_stiffness / unit)
+    for index, look in loads:
+        curve = result.curves[index]
+        secant = curve.secant_stiffness / unit
+        panel.line(axis.of(curve), secant, look.color, width=THIN, dash=DASHED)
+    return panel
+
+
+# -- contacts ------------------------------------------------------------------------------------
+
+
+def contact_state(result: Result) -> Plot:
+    """Contacts and real area against the load, and the sticking share of the area."""
+    surface = result.joints[0].surface
+    loads, separations = _loads(result)
+    counts = np.asarray(surface.contact_count(separations))
+    areas = np.asarray(surface.contact_area(separations))
+    unit, letter = common_prefix([joint.normal_load for joint in result.joints])
+    scale, label = _area_scale(result, float(areas.max()))
+    over_load: list[Panel] = []
+
+    def add(label: str, values: Floats, marks: list[float | None]) -> None:
+        panel = Panel(Axis(f"Normal load [{letter}N]", log=True), Axis(label, log=True))
+        panel.cell = (0, 0, len(over_load), len(over_load))
+        panel.line(loads / unit, values, GREY)
+        for index, look in drawn_loads(result):
+            load, mark = result.joints[index].normal_load, marks[index]
+            if mark is not None:
+                panel.marks(load / unit, mark, look.color, marker=look.marker)
+        over_load.append(panel)
+
+    if np.ptp(counts) > 0.0:  # a single sphere has one contact whatever the load
+        add("Contacts", counts, [joint.contact_count for joint in result.joints])
+    known = [joint.contact_area for joint in result.joints]
+    add(label, areas / scale, [None if area is None else area / scale for area in known])
+    stick = _stick(result)
+    stick.cell = (1, 1, 0, len(over_load) - 1)
+    return add_legend(
+        Plot([*over_load, stick], 6.6, heights=(1.0, 1.25), widths=(1.0,) * len(over_load)),
+        result,
+    )
+
+
+def _loads(result: Result) -> tuple[Floats, Floats]:
+    """Normal loads [N] from below the lightest to above the heaviest, and their separations [m]."""
+    joints = result.joints
+    low = min(joint.normal_load for joint in joints)
+    high = max(joint.normal_load for joint in joints)
+    loads = np.geomspace(low / 3.0, 3.0 * high, 80)
+    try:
+        return loads, np.asarray(joints[0].surface.separation(loads))
+    except InputError:  # one of the loads is at the end of what the surface can answer
+        order = np.argsort([joint.normal_load for joint in joints])
+        own = [(joints[i].normal_load, joints[i].separation) for i in order]
+        return np.array([load for load, _ in own]), np.array([place for _, place in own])
+
+
+def _area_scale(result: Result, largest: float) -> tuple[float, str]:
+    """What real areas [m²] are divided by, and the label of their axis."""
+    apparent = getattr(result.study.surface, "area", None)
+    if apparent is not None:
+        return 0.01 * apparent, "Real over apparent area [%]"
+    scale, name = next(((s, n) for s, n in _AREAS if largest >= 0.01 * s), _AREAS[-1])
+    return scale, f"Contact area [{name}]"
+
+
+def _stick(result: Result) -> Panel:
+    axis = displacement_axis(result)
+    panel = axis.panel(
+        Axis("Sticking share of the contact area", 0.0, 1.05),
+        label=axis.label.replace("Displacement amplitude", "Displacement from rest"),
+    )
+    draw_curves(panel, result, axis, _stick_share)
+    return panel
+
+
+def _stick_share(curve: AmplitudeCurve) -> Floats:
+    share = curve.stick_share
+    return np.full_like(curve.amplitude, np.nan) if share is None else share
+
+
+# -- sliders -------------------------------------------------------------------------------------
+
+
+def slider_density(result: Result) -> Plot:
+    """Density of sliders, discrete sliders as stems, and their share of the force limit."""
+    axis = displacement_axis(result)
+    axis = axis._replace(
+        label=axis.label.replace("Displacement amplitude", "Yield displacement of the slider")
+    )
+    panels = []
+    if any(_peak(result.curves[index]) > 0.0 for index, _ in drawn_loads(result)):
+        panels.append(_density(result, axis))
+    if (stems := _stems(result, axis)) is not None:
+        panels.append(stems)
+    share = axis.panel(
+        Axis("Share of the force limit", 0.0, 1.05),
+        "what the sliders up to this yield displacement carry when all slip",
+    )
+    draw_curves(share, result, axis, slipping_share)
+    panels.append(share)
+    return add_legend(stacked(panels, 1.2 + 2.9 * len(panels), (1.0,) * len(panels)), result)
+
+
+def _peak(curve: AmplitudeCurve) -> float:
+    """Largest density that can be drawn; it is infinite at the slip limits of given summits."""
+    density = curve.slider_density
+    return float(density[np.isfinite(density)].max(initial=0.0))
+
+
+def _density(result: Result, axis: AmplitudeAxis) -> Panel:
+    panel = axis.panel(
+        Axis("Slider density −T₀″ [N/m²]", log=True),
+        "stiffness of the spread sliders per yield displacement",
+    )
+    values = draw_curves(panel, result, axis, lambda curve: curve.slider_density)
+    peaks = [_peak(result.curves[index]) for index, _ in drawn_loads(result)]
+    floor = 1e-6 * min(peak for peak in peaks if peak > 0.0)
+    panel.y.low, panel.y.high = max(0.3 * float(values.min()), floor), 3.0 * max(peaks)
+    return panel
+
+
+def slipping_share(curve: AmplitudeCurve) -> Floats:
+    """Share of the force limit that sliders up to a yield displacement carry [-].
+
+    (T0 - u T0')/mu N, unlike the density finite for every surface; discrete sliders are its jumps.
+    """
+    share = curve.force_ratio * (1.0 - curve.tangent_stiffness / curve.secant_stiffness)
+    return np.maximum(share, 0.0)
+
+
+def _stems(result: Result, axis: AmplitudeAxis) -> Panel | None:
+    sliders = {index: result.joints[index].sliders() for index, _ in drawn_loads(result)}
+    sizes = [float(s.stiffnesses.max()) for s in sliders.values() if s.stiffnesses.size]
+    if not sizes:
+        return None
+    unit, letter = prefix(max(sizes))
+    panel = axis.panel(
+        Axis(f"Slider stiffness [{letter}N/m]", 0.0, 1.05 * max(sizes) / unit), "discrete sliders"
+    )
+    for index, look in drawn_loads(result):
+        x = sliders[index].yield_displacements / axis.unit
+        y = sliders[index].stiffnesses / unit
+        panel.add(Stems(x, y, look.color))
+        panel.marks(x, y, look.color, marker=look.marker)
+    return panel
+
+
+# -- the oscillator ------------------------------------------------------------------------------
+
+
+def oscillator(result: Result) -> Plot:
+    """Frequency and modal damping against the amplitude, with the interface's own damping."""
+    axis = displacement_axis(result)
+    loads = drawn_loads(result)
+    highest = [float(result.oscillators[i].frequency.max()) for i, _ in loads]
+    unit, letter = common_prefix(highest)
+    above = axis.panel(Axis(f"Frequency [{letter}Hz]", log=far_apart(highest)))
+    middle = axis.panel(Axis("Frequency shift [%]"), "from the smallest amplitude")
+    for index, look in loads:
+        curve = result.oscillators[index]
+        x = curve.amplitude / axis.unit
+        shift = 100.0 * (curve.frequency / curve.frequency[0] - 1.0)
+        for panel, values in ((above, curve.frequency / unit), (middle, shift)):
+            panel.line(x, values, look.color)
+            places = evenly(x.size, _MARKS)
+            panel.marks(x[places], values[places], look.color, marker=look.marker)
+    plot = stacked([above, middle, _modal_damping(result, axis)], 7.4, (2.0, 2.0, 3.0))
+    return add_legend(plot, result)
+
+
+def _modal_damping(result: Result, axis: AmplitudeAxis) -> Panel:
+    panel = axis.panel(
+        Axis("Damping ratio ζ", log=True),
+        "solid: of the mode, dashed: of the interface alone, which is not the mode’s",
+    )
+    drawn = [np.zeros(0)]
+    for index, look in drawn_loads(result):
+        curve = result.oscillators[index]
+        x = curve.amplitude / axis.unit
+        panel.line(x, curve.interface_damping_ratio, look.color, width=THIN, dash=DASHED)
+        panel.line(x, curve.damping_ratio, look.color)
+        places = evenly(x.size, _MARKS)
+        panel.marks(x[places], curve.damping_ratio[places], look.color, marker=look.marker)
+        drawn += [curve.damping_ratio, curve.interface_damping_ratio]
+    values = np.concatenate(drawn)
+    values = values[np.isfinite(values) & (values > 0.0)]
+    if values.size:
+        largest = float(values.max())
+        panel.y.low, panel.y.high = max(0.5 * float(values.min()), 1e-8 * largest), 3.0 * largest
+    return panel
+
+
+FIGURES: dict[str, Callable[[Result], Plot]] = {
+    figure.__name__: figure
+    for figure in (
+        loops,
+        backbone,
+        energy_damping,
+        force_damping,
+        contact_state,
+        slider_density,
+        history,
+        oscillator,
+    )
+}
+"""What says each figure, by its name, in the order of reading."""
+
+
+def names(result: Result) -> tuple[str, ...]:
+    """Names of the figures that a result has something to show in."""
+    shows = {
+        "contact_state": result.joints[0].contact_area is not None,
+        "history": bool(result.histories),
+        "oscillator": bool(result.oscillators),
+    }
+    return tuple(name for name in FIGURES if shows.get(name, True))

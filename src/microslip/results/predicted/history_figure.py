@@ -1,0 +1,116 @@
+"""The figure of the own history: records over the samples, and force over displacement."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from microslip._core.units import prefix
+from microslip.report.plot import GREY, THIN, WIDTH, Axis, Floats, Panel, Plot
+from microslip.report.scales import far_apart, length_prefix
+from microslip.results.predicted.curves import add_legend, drawn_loads
+from microslip.study.result import Result
+
+MOST_SAMPLES = 20_000
+"""Samples of a load up to which each of them is drawn."""
+_STRETCHES, _GRID = 750, 1500
+_LABELS = {
+    "displacement": ("Displacement", "m"),
+    "force": ("Force", "N"),
+    "varying_normal_load": ("Normal load", "N"),
+    "dissipated_energy": ("Dissipated energy", "J"),
+}
+_MANY = 3000
+
+
+def history(result: Result) -> Plot:
+    """Displacement, force and dissipated energy over the samples, and force over displacement.
+
+    A normal load that varies is drawn as well.
+    """
+    names = [name for name in _LABELS if name in result.histories[0].columns()]
+    loads = drawn_loads(result)
+    count = result.histories[0].force.size
+    columns: dict[str, list[Floats]] = {}
+    panels: dict[str, Panel] = {}
+    for row, name in enumerate(names):
+        columns[name], label = _scaled([getattr(result.histories[i], name) for i, _ in loads], name)
+        panels[name] = Panel(
+            Axis("Sample", integer=True, bare=row < len(names) - 1),
+            Axis(label),
+            cell=(row, row, 0, 0),
+        )
+    path_panel = Panel(
+        Axis(panels["displacement"].y.label),
+        Axis(panels["force"].y.label, opposite=True),
+        cell=(0, len(names) - 1, 1, 1),
+    )
+    # What was given is the same for all loads, and has the colour of none.
+    given = result.study.excitation.history
+    common = given.quantity if given is not None and len(loads) > 1 else None
+    alike = {common, "varying_normal_load"} & set(names) if common is not None else set()
+    for name in alike:
+        panels[name].line(*envelope(columns[name][0]), GREY, width=THIN)
+    answers = columns["displacement" if common == "force" else "force"]
+    sizes = [float(np.abs(answer).max()) for answer in answers]
+    width = 0.7 if count > _MANY else WIDTH
+    # The smaller in front of the larger, which would hide it.
+    for number in sorted(range(len(loads)), key=lambda i: -sizes[i]):
+        look = loads[number][1]
+        dash = () if count > MOST_SAMPLES else look.dash  # strokes shorter than a dash
+        for name, values in columns.items():
+            if name not in alike:
+                panels[name].line(*envelope(values[number]), look.color, width=width, dash=dash)
+        both = (columns[name][number] for name in ("displacement", "force"))
+        path_panel.line(*path(*both), look.color, width=width, dash=dash)
+    path_panel.cross()
+    # Beside a load that varies it is no more than where that begins.
+    starts = "Normal load, starts at" if "varying_normal_load" in names else "Normal load"
+    plot = Plot(
+        [*panels.values(), path_panel],
+        5.4 + 1.5 * (len(names) - 3),
+        heights=(1.0,) * len(names),
+        widths=(1.0, 1.05),
+    )
+    return add_legend(plot, result, dashed=True, title=starts)
+
+
+def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
+    """Columns of all loads in one unit, or each over its own largest value; and their label."""
+    label, symbol = _LABELS[name]
+    sizes = [float(np.abs(column).max()) for column in values]
+    if far_apart(sizes, 50.0):
+        own = [column / (size or 1.0) for column, size in zip(values, sizes, strict=True)]
+        return own, f"{label} / largest"
+    unit, letter = length_prefix(max(sizes)) if symbol == "m" else prefix(max(sizes))
+    return [column / unit for column in values], f"{label} [{letter}{symbol}]"
+
+
+def envelope(values: Floats) -> tuple[Floats, Floats]:
+    """Places and values of a record; of a long one only the extremes of each stretch."""
+    if values.size <= MOST_SAMPLES:
+        return np.arange(values.size, dtype=np.float64), values
+    width = -(-values.size // _STRETCHES)
+    whole = values[: values.size // width * width].reshape(-1, width)
+    starts = width * np.arange(len(whole))
+    ends = np.sort(np.stack([whole.argmin(axis=1), whole.argmax(axis=1)]), axis=0) + starts
+    places = np.concatenate(([0], ends.T.ravel(), np.arange(whole.size, values.size)))
+    return places.astype(np.float64), values[places]
+
+
+def path(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """A path; of a long one each stroke on a fine grid once, since cycles repeat themselves."""
+    if x.size <= MOST_SAMPLES:
+        return x, y
+    cells = np.stack([np.round((v - v.min()) / (np.ptp(v) or 1.0) * _GRID) for v in (x, y)])
+    strokes = np.concatenate((cells[:, :-1], cells[:, 1:])).astype(np.int64)
+    keys = ((strokes[0] * 2048 + strokes[1]) * 2048 + strokes[2]) * 2048 + strokes[3]
+    first = np.sort(np.unique(keys, return_index=True)[1])
+    # A run of strokes that follow each other is one line, and a gap parts it from the next.
+    ends = np.flatnonzero(np.diff(first, append=x.size + 1) > 1)
+    places = np.repeat(ends + 1, 2)
+    lines = []
+    for values in (x, y):
+        gaps = np.full(2 * ends.size, np.nan)
+        gaps[::2] = values[first[ends] + 1]
+        lines.append(np.insert(values[first], places, gaps))
+    return lines[0], lines[1]

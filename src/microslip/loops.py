@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, record
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Loop(Locked):
                 f"got {x.size} and {t.size}"
             )
         if x.min() == x.max():
-            raise InputError(f"displacement must move, got {x[0]:g} m throughout")
+            raise InputError(Argument("displacement"), f" must move, got {x[0]:g} m throughout")
         for name, values in (("displacement", x), ("force", t)):
             object.__setattr__(self, name, lock(values.copy()))
 

@@ -9,7 +9,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from microslip._core.checks import exact, number, positive, show
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,15 @@ class Material:
     def __post_init__(self) -> None:
         if isinstance(self.young_modulus, float) and self.young_modulus == math.inf:
             raise InputError(
-                "young_modulus must be finite, got inf; a rigid body is Material.rigid()"
+                Argument("young_modulus"),
+                " must be finite, got inf; a rigid body is Material.rigid()",
             )
         modulus = positive("young_modulus", self.young_modulus, "Pa", 69e9)
         ratio = number("poisson_ratio", self.poisson_ratio, "", 0.33)
         if not -1.0 < ratio <= 0.5:
-            raise InputError(f"poisson_ratio must be in (-1, 0.5], got {exact(ratio)}")
+            raise InputError(
+                Argument("poisson_ratio"), f" must be in (-1, 0.5], got {exact(ratio)}"
+            )
         hardness = self.hardness
         if hardness is not None:
             hardness = positive("hardness", hardness, "Pa", 1e9)
@@ -181,7 +184,7 @@ def metal(name: str) -> Metal:
         A name that is not in the table; the message says which one was probably meant.
     """
     if not isinstance(name, str):
-        raise InputError(f"name must be a text such as 'steel', got {show(name)}")
+        raise InputError(Argument("name"), f" must be a text such as 'steel', got {show(name)}")
     table = metals()
     key = "-".join(name.casefold().replace("_", " ").split())
     if key not in table:
@@ -223,8 +226,9 @@ class MaterialPair:
         for name in ("first", "second"):
             if not isinstance(getattr(self, name), Material):
                 raise InputError(
-                    f"{name} must be a Material, got {getattr(self, name)!r}; "
-                    "write MaterialPair(Material(69e9, 0.33), Material(210e9, 0.3))"
+                    Argument(name),
+                    f" must be a Material, got {getattr(self, name)!r}; "
+                    "write MaterialPair(Material(69e9, 0.33), Material(210e9, 0.3))",
                 )
         if self.first.is_rigid and self.second.is_rigid:
             raise InputError("a pair needs one body that deforms, got two rigid ones")

@@ -20,9 +20,9 @@ import xarray
 from studies import AMPLITUDES, CURVE, LOADS, STUDY, SURFACE, SURFACES, edited
 
 import microslip as ms
+from microslip._core.quantities import QUANTITIES, UNITS
 from microslip.study.netcdf import WORDS, contents
 from microslip.study.output import write
-from microslip.study.quantities import QUANTITIES, UNITS
 
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv"]\nreport = false')
 HISTORY = 'history = { file = "record.csv", column = "x" }'

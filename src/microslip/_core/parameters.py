@@ -19,7 +19,7 @@ from typing import Any, ClassVar
 
 from microslip._core.checks import LARGEST, SMALLEST, exact, number, record
 from microslip._core.frozen import lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 _KEY = "microslip"
 # Where a fit looks for a value above zero of a unit, unless the parameter says where.
@@ -121,11 +121,11 @@ class Parameter:
             for end in (int(values.argmin()), int(values.argmax())):
                 if wanted := self._wanted(float(values[end])):
                     got = f"{exact(float(values[end]))} at index {end}"
-                    raise InputError(f"{self.name} must be {wanted}, got {got}")
+                    raise InputError(Argument(self.name), f" must be {wanted}, got {got}")
             return lock(values)
         result = number(self.name, value, self.unit, self.example)
         if wanted := self._wanted(result):
-            raise InputError(f"{self.name} must be {wanted}, got {exact(result)}")
+            raise InputError(Argument(self.name), f" must be {wanted}, got {exact(result)}")
         return result
 
     def _wanted(self, value: float) -> str:

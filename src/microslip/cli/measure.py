@@ -96,8 +96,8 @@ def measure(
 
 def _joints(study: Path) -> list[Interface]:
     """The joints of a study, one for each of its loads."""
+    from microslip.study.build import build_joints
     from microslip.study.load import read
-    from microslip.study.run import build_joints
 
     return build_joints(read(study))
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, plain, positive, record
 from microslip._core.frozen import lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.fields import AsperityFields, Body, bodies, distances
 from microslip.friction.guesses import all_features, draw, loads_of
 from microslip.friction.half_space import potentials
@@ -104,7 +104,8 @@ class Asperity(Interface):
             d = number("separation", separation, "m")
             if d >= 0.0:
                 raise InputError(
-                    f"separation must be below zero [m], where the sphere touches, got {d:g}"
+                    Argument("separation"),
+                    f" must be below zero [m], where the sphere touches, got {d:g}",
                 )
             indentation = -d
         return Asperity(
@@ -270,8 +271,9 @@ class Asperity(Interface):
         if outside.size:
             first, turn = (float(v.flat[outside[0]]) for v in (now, peak))
             raise InputError(
-                f"force must be between the peak force {exact(turn)} N and its negative, "
-                f"got {exact(first)} N"
+                Argument("force"),
+                f" must be between the peak force {exact(turn)} N and its negative, "
+                f"got {exact(first)} N",
             )
         share = np.abs(peak - now) / (2.0 * self.force_limit)
         return plain(self.contact_radius * np.cbrt(1.0 - share))
@@ -280,8 +282,9 @@ class Asperity(Interface):
         sizes = np.abs(force)
         if sizes.max() > self.force_limit:
             raise InputError(
-                f"{name} must not exceed the force limit {self.force_limit:.10g} N in size, "
-                f"got {sizes.max():.10g} N"
+                Argument(name),
+                f" must not exceed the force limit {self.force_limit:.10g} N in size, "
+                f"got {sizes.max():.10g} N",
             )
         return sizes
 

@@ -16,7 +16,7 @@ from microslip import kernels
 from microslip._core.checks import Floats, exact, floats, plain, positive, record, show
 from microslip._core.frozen import lock
 from microslip._core.parameters import Parametric
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.views import PeriodicResponse, Sliders
 from microslip.kernels.table import Table
 from microslip.loops import Loop, unit_cycle
@@ -186,8 +186,9 @@ class BackboneLaw(Parametric, ABC):
         largest = float(np.abs(force).max())
         if largest >= self.force_limit:
             raise InputError(
-                f"{name} must stay below the force limit {self.force_limit:.10g} N in size "
-                f"(no single displacement answers it), got {largest:.10g} N"
+                Argument(name),
+                f" must stay below the force limit {self.force_limit:.10g} N in size "
+                f"(no single displacement answers it), got {largest:.10g} N",
             )
         return force
 
@@ -202,7 +203,7 @@ class BackboneLaw(Parametric, ABC):
         name = "amplitude" if force_amplitude is None else "force_amplitude"
         values = floats(name, amplitude if force_amplitude is None else force_amplitude)
         if values.min() < 0.0:
-            raise InputError(f"{name} must not be negative, got {values.min():g}")
+            raise InputError(Argument(name), f" must not be negative, got {values.min():g}")
         values = np.abs(values)  # -0.0 is 0.0 here
         if force_amplitude is None:
             return values
@@ -456,7 +457,9 @@ class BackboneLaw(Parametric, ABC):
 
         whole = isinstance(cells, (int, np.integer)) and not isinstance(cells, bool)
         if not whole or not 1 <= cells <= MOST_CELLS:
-            raise InputError(f"cells must be an integer from 1 to {MOST_CELLS}, got {show(cells)}")
+            raise InputError(
+                Argument("cells"), f" must be an integer from 1 to {MOST_CELLS}, got {show(cells)}"
+            )
         self._check_not_rigid("Iwan's cells")
         return discretise(self, int(cells))
 
@@ -496,7 +499,8 @@ class BackboneLaw(Parametric, ABC):
         high = positive("largest_amplitude", high, "m", 1e-5)
         if high <= low:
             raise InputError(
-                f"largest_amplitude must be above the smallest, {exact(low)} m, got {exact(high)} m"
+                Argument("largest_amplitude"),
+                f" must be above the smallest, {exact(low)} m, got {exact(high)} m",
             )
         return fit_segalman(self, np.geomspace(low, high, 61))
 
@@ -561,10 +565,14 @@ class BackboneLaw(Parametric, ABC):
 def checked_cycle(amplitude: float, samples: int) -> tuple[float, Floats, int]:
     """An amplitude, the samples of a cycle of amplitude one, and the index of -1 among them."""
     if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 5:
-        raise InputError(f"samples must be an integer of at least 5, got {show(samples)}")
+        raise InputError(
+            Argument("samples"), f" must be an integer of at least 5, got {show(samples)}"
+        )
     a = floats("amplitude", amplitude)
     if a.ndim > 0 or a <= 0.0:
-        raise InputError(f"amplitude must be one number above zero [m], got {show(amplitude)}")
+        raise InputError(
+            Argument("amplitude"), f" must be one number above zero [m], got {show(amplitude)}"
+        )
     return (float(a), *_cycle(int(samples)))
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, positive, record
 from microslip._core.parameters import Parametric, parameter
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.base import checked_cycle
 from microslip.friction.guesses import all_features
 from microslip.loops import Loop
@@ -85,9 +85,10 @@ class BoucWen(Parametric):
         self._check_parameters()
         if self.beta < abs(self.gamma):
             raise InputError(
-                "beta must be at least the size of gamma, or the model is not dissipative (it "
+                Argument("beta"),
+                " must be at least the size of gamma, or the model is not dissipative (it "
                 f"gives energy away on part of a cycle), got beta={exact(self.beta)}, "
-                f"gamma={exact(self.gamma)}"
+                f"gamma={exact(self.gamma)}",
             )
         if self.beta + self.gamma <= 0.0:
             raise InputError(

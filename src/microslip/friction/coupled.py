@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, exact, record, show
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.curves import curve_of
 from microslip.friction.losses import Losses
 from microslip.kernels.profile import Profile
@@ -140,9 +140,10 @@ class Coupling:
             top = self._law._top
             if not math.isfinite(top):
                 raise InputError(
-                    "normal_load must stay above zero on this surface, whose heights have no end: "
+                    Argument("normal_load"),
+                    " must stay above zero on this surface, whose heights have no end: "
                     "at any separation some summit touches; got 0"
-                    + (f" at sample {int(np.argmax(none))}" if numbered else "")
+                    + (f" at sample {int(np.argmax(none))}" if numbered else ""),
                 )
             steps[none] = top - self._origin
         other = ~(own | none)
@@ -313,13 +314,14 @@ class CoupledResponse(Locked):
             samples_per_cycle, (int, np.integer)
         ):
             raise InputError(
-                f"samples_per_cycle must be a whole number, got {show(samples_per_cycle)}"
+                Argument("samples_per_cycle"),
+                f" must be a whole number, got {show(samples_per_cycle)}",
             )
         count, size = int(samples_per_cycle), self.displacement.size
         if not 0 < count < size:
             raise InputError(
-                f"samples_per_cycle must be above zero and below the {size} samples there are, "
-                f"got {count}"
+                Argument("samples_per_cycle"),
+                f" must be above zero and below the {size} samples there are, got {count}",
             )
         return count, (size - 1) % count
 
@@ -353,8 +355,9 @@ def respond_to_force(
     if beyond.size:
         i = int(beyond[0])
         raise InputError(
-            "force must stay below the force limit mu N in size (no displacement holds it beyond), "
-            f"got {exact(f[i])} N at sample {i}, where the limit is {limit[i]:.10g} N"
+            Argument("force"),
+            " must stay below the force limit mu N in size (no displacement holds it beyond), "
+            f"got {exact(f[i])} N at sample {i}, where the limit is {limit[i]:.10g} N",
         )
     profile = coupling.profile(float(steps.min()), float(steps.max()))
     places = Diagram().hold(steps, f / coupling.friction, profile or coupling.curve)

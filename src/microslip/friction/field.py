@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import LARGEST, SMALLEST, Floats, exact, floats, positive, show
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.field_backbone import FieldBackbone
 from microslip.friction.field_curve import FieldCurve
@@ -101,7 +101,9 @@ class JointField(Locked):
     ) -> None:
         if not isinstance(surface, NormalLaw):
             names = ", ".join(law.__name__ for law in NORMAL_LAWS)
-            raise InputError(f"surface must be a normal load law ({names}), got {show(surface)}")
+            raise InputError(
+                Argument("surface"), f" must be a normal load law ({names}), got {show(surface)}"
+            )
         given = {
             "loads": loads, "pressures": pressures, "separations": separations, "gaps": gaps,
         }  # fmt: skip
@@ -350,8 +352,9 @@ class JointField(Locked):
         array = floats(name, value)
         if array.ndim > 1 or array.size not in (1, self.size):
             raise InputError(
-                f"{name} must be one number or one for each of the {self.size} nodes, "
-                f"got shape {array.shape}"
+                Argument(name),
+                f" must be one number or one for each of the {self.size} nodes, "
+                f"got shape {array.shape}",
             )
         return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (self.size,)))
 
@@ -383,12 +386,14 @@ def _nodes(given: dict[str, Any]) -> dict[str, Floats]:
     arrays = {name: floats(name, value) for name, value in given.items()}
     for name, array in arrays.items():
         if array.ndim > 1:
-            raise InputError(f"{name} must be one-dimensional, got shape {array.shape}")
+            raise InputError(Argument(name), f" must be one-dimensional, got shape {array.shape}")
     lengths = {name: array.size for name, array in arrays.items() if array.ndim}
     size = max(lengths.values(), default=1)
     if any(length != size for length in lengths.values()):
         came = ", ".join(f"{length} {name}" for name, length in lengths.items())
-        raise InputError(f"all must be of one length, one a node, or one number, got {came}")
+        raise InputError(
+            Argument("all"), f" must be of one length, one a node, or one number, got {came}"
+        )
     return {
         name: np.array(np.broadcast_to(array.reshape(-1), (size,)), order="C")
         for name, array in arrays.items()
@@ -400,7 +405,7 @@ def _check_positive(name: str, unit: str, values: Floats) -> None:
     if off.any():
         i = int(np.argmax(off))
         wanted = "above zero" if values[i] <= 0.0 else f"between {SMALLEST:g} and {LARGEST:g}"
-        raise InputError(f"{name} must be {wanted}{unit}, got {exact(values[i])}{at(i)}")
+        raise InputError(Argument(name), f" must be {wanted}{unit}, got {exact(values[i])}{at(i)}")
 
 
 def _area_of(surface: NormalLaw, given: float | None) -> float:
@@ -409,7 +414,8 @@ def _area_of(surface: NormalLaw, given: float | None) -> float:
     own = getattr(surface, "area", None)
     if own is None:
         raise InputError(
-            f"surface_area must be given: the law of a {type(surface).__name__} does not tell "
-            "which apparent area it stands for; write surface_area=2e-4 [m^2]"
+            Argument("surface_area"),
+            f" must be given: the law of a {type(surface).__name__} does not tell "
+            "which apparent area it stands for; write surface_area=2e-4 [m^2]",
         )
     return positive("surface_area", own, "m^2")

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, plain, show
 from microslip._core.frozen import Locked
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.half_space import potentials
 
 if TYPE_CHECKING:
@@ -242,7 +242,7 @@ def distances(name: str, value: ArrayLike) -> Floats:
     """Distances from the centre, not negative."""
     r = floats(name, value)
     if r.min() < 0.0:
-        raise InputError(f"{name} must not be negative [m], got {r.min():g}")
+        raise InputError(Argument(name), f" must not be negative [m], got {r.min():g}")
     return r
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, plain, positive, show
 from microslip._core.parameters import parameter
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.coupled import (
     CoupledResponse,
@@ -79,7 +79,8 @@ class Interface(BackboneLaw):
         if not isinstance(self.surface, NormalLaw):
             names = ", ".join(law.__name__ for law in NORMAL_LAWS)
             raise InputError(
-                f"surface must be a normal load law ({names}), got {show(self.surface)}"
+                Argument("surface"),
+                f" must be a normal load law ({names}), got {show(self.surface)}",
             )
         friction = positive("friction_coefficient", self.friction_coefficient)
         load, separation = self.normal_load, self.separation
@@ -96,8 +97,9 @@ class Interface(BackboneLaw):
             load = self.surface.load(separation)
             if load <= 0.0:
                 raise InputError(
-                    f"separation must be one at which the surface carries a load, "
-                    f"got {separation:g} m, where nothing touches"
+                    Argument("separation"),
+                    f" must be one at which the surface carries a load, "
+                    f"got {separation:g} m, where nothing touches",
                 )
         object.__setattr__(self, "friction_coefficient", friction)
         object.__setattr__(self, "normal_load", load)
@@ -507,8 +509,9 @@ class Interface(BackboneLaw):
         """
         if pair is None:
             raise InputError(
-                "pair must be given: loops do not tell the materials; write "
-                "pair=ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))"
+                Argument("pair"),
+                " must be given: loops do not tell the materials; write "
+                "pair=ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))",
             )
         from microslip.friction.surface_guesses import guessed_surface
 

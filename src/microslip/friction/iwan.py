@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.views import Sliders
@@ -154,7 +154,9 @@ class Iwan(Locked, BackboneLaw):
         """
         whole = isinstance(cells, (int, np.integer)) and not isinstance(cells, bool)
         if not whole or not 1 <= cells <= 1000:
-            raise InputError(f"cells must be an integer from 1 to 1000, got {show(cells)}")
+            raise InputError(
+                Argument("cells"), f" must be an integer from 1 to 1000, got {show(cells)}"
+            )
         yields = yield_grid(data, int(cells))
         found = cell_stiffnesses(data, yields)
         real = found > 1e-12 * found.max()

@@ -12,7 +12,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.jenkins import Jenkins
@@ -48,13 +48,15 @@ class Parallel(Locked, BackboneLaw):
         given = self.laws
         wanted = "a sequence of backbone laws, such as Parallel([joint, other])"
         if isinstance(given, (str, bytes)) or not hasattr(given, "__iter__"):
-            raise InputError(f"laws must be {wanted}, got {show(given)}")
+            raise InputError(Argument("laws"), f" must be {wanted}, got {show(given)}")
         laws = tuple(given)
         if not laws:
-            raise InputError(f"laws must be {wanted}, got none")
+            raise InputError(Argument("laws"), f" must be {wanted}, got none")
         for i, law in enumerate(laws):
             if not isinstance(law, BackboneLaw):
-                raise InputError(f"laws must be {wanted}, got {show(law)} at index {i}")
+                raise InputError(
+                    Argument("laws"), f" must be {wanted}, got {show(law)} at index {i}"
+                )
         object.__setattr__(self, "laws", laws)
 
     @cached_property

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, plain
 from microslip._core.frozen import lock
 from microslip._core.parameters import parameter
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import all_features, draw, points_of
 from microslip.friction.views import Sliders
@@ -218,8 +218,9 @@ def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:
     found = energy > 0.0
     if np.count_nonzero(found) < 4:
         raise InputError(
-            "amplitudes must be such that the law dissipates at four of them at least, got "
-            f"{np.count_nonzero(found)} between {amplitudes[0]:g} and {amplitudes[-1]:g} m"
+            Argument("amplitudes"),
+            " must be such that the law dissipates at four of them at least, got "
+            f"{np.count_nonzero(found)} between {amplitudes[0]:g} and {amplitudes[-1]:g} m",
         )
     amplitudes, energy = amplitudes[found], energy[found]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, positive, show
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.guesses import Features, Scaled, all_features, best_of, loads_of
 from microslip.heights import (
     Discrete,
@@ -60,7 +60,7 @@ def shape_of(heights: HeightDistribution, pair: MaterialPair) -> tuple[Shape, tu
     """
     unit = heights.spread
     if not unit > 0.0:
-        raise InputError(f"heights must differ from one another, got {show(heights)}")
+        raise InputError(Argument("heights"), f" must differ from one another, got {show(heights)}")
     law = GreenwoodWilliamson(pair, heights, radius=1.0, density=1.0, area=1.0)
     low, high = (end / unit for end in heights.span)
     return Shape(law, unit), (low, 0.999 * high + 0.001 * low)
@@ -95,8 +95,9 @@ def interface_values(
         low, high = max(span[0], best[3] - step), min(span[1], best[3] + step)
     if not math.isfinite(best[0]):
         raise InputError(
-            "normal_load must be loads that one surface of these heights can carry, got "
-            f"{min(loads):g} to {max(loads):g} N"
+            Argument("normal_load"),
+            " must be loads that one surface of these heights can carry, got "
+            f"{min(loads):g} to {max(loads):g} N",
         )
     return best[1], best[2], best[3]
 
@@ -167,7 +168,8 @@ def scaled(heights: HeightDistribution, factor: float) -> HeightDistribution:
         return Statistical(frozen.dist(*shapes, loc=at * factor, scale=scale * factor))
     except (AttributeError, TypeError):
         raise InputError(
-            f"heights must be of a distribution with location and scale, got {show(frozen)}"
+            Argument("heights"),
+            f" must be of a distribution with location and scale, got {show(frozen)}",
         ) from None
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, plain
 from microslip._core.frozen import Locked
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 
 class PeriodicResponse(NamedTuple):
@@ -56,7 +56,9 @@ class Sliders(Locked):
         """
         u = floats("yield_displacement", yield_displacement)
         if u.min() < 0.0:
-            raise InputError(f"yield_displacement must not be negative, got {u.min():g} m")
+            raise InputError(
+                Argument("yield_displacement"), f" must not be negative, got {u.min():g} m"
+            )
         if self._density is None:
             return plain(np.zeros(u.shape))
         return plain(self._density(u.reshape(-1)).reshape(u.shape))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import show
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.heights.base import HeightDistribution
 from microslip.heights.discrete import Discrete
 from microslip.heights.exponential import Exponential
@@ -51,7 +51,8 @@ def as_heights(value: Any) -> HeightDistribution:
     if isinstance(value, (list, tuple, np.ndarray)):
         return Discrete(value)
     raise InputError(
-        "heights must be ms.Gaussian(std=...), ms.Exponential(scale=...), "
+        Argument("heights"),
+        " must be ms.Gaussian(std=...), ms.Exponential(scale=...), "
         "ms.TabulatedHeights(height, density), a frozen scipy.stats "
-        f"distribution or an array of heights [m], got {show(value)}"
+        f"distribution or an array of heights [m], got {show(value)}",
     )

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain, show
 from microslip._core.parameters import Parametric
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1, 6)})
 """Orders n of the partial moments that exist here, with twice their value."""
@@ -91,8 +91,8 @@ class HeightDistribution(Parametric, ABC):
         """
         if not isinstance(order, numbers.Real) or order not in TWICE_ORDERS:
             raise InputError(
-                f"order must be one of {', '.join(f'{n:g}' for n in TWICE_ORDERS)}, "
-                f"got {show(order)}"
+                Argument("order"),
+                f" must be one of {', '.join(f'{n:g}' for n in TWICE_ORDERS)}, got {show(order)}",
             )
         return plain(self._moment(TWICE_ORDERS[order], floats("threshold", threshold)))
 

@@ -14,7 +14,7 @@ from numpy.polynomial import chebyshev as cheb
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, show
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.heights.base import HeightDistribution
 from microslip.numerics.quadrature import gauss_legendre
 
@@ -138,22 +138,28 @@ class Statistical(HeightDistribution):
         needed = ("dist", "pdf", "cdf", "sf", "isf", "ppf", "support", "std")
         if hasattr(d, "pmf") or not all(hasattr(d, name) for name in needed):
             raise InputError(
-                "heights must be a frozen continuous scipy.stats distribution such as "
+                Argument("heights"),
+                " must be a frozen continuous scipy.stats distribution such as "
                 f"scipy.stats.weibull_min(2.2, scale=1e-6), got {show(d)}"
-                + ("; freeze it by calling it" if callable(d) else "")
+                + ("; freeze it by calling it" if callable(d) else ""),
             )
         with np.errstate(all="ignore"):
             several = any(np.ndim(v) for v in (*d.support(), d.sf(0.0)))
         if several:
-            raise InputError(f"heights must be one distribution, got several at once: {self!r}")
+            raise InputError(
+                Argument("heights"), f" must be one distribution, got several at once: {self!r}"
+            )
         low, high = (float(v) for v in d.support())
         if not high > low:
-            raise InputError(f"heights must have a support of some length, got [{low:g}, {high:g}]")
+            raise InputError(
+                Argument("heights"), f" must have a support of some length, got [{low:g}, {high:g}]"
+            )
         index = math.inf if math.isfinite(high) else self._tail_index()
         if index <= 1.5 + 1e-6:
             raise InputError(
-                "heights must have a finite moment of order 3/2 (the normal load), got a "
-                f"distribution whose tail falls like y^-{index:.3g}"
+                Argument("heights"),
+                " must have a finite moment of order 3/2 (the normal load), got a "
+                f"distribution whose tail falls like y^-{index:.3g}",
             )
         object.__setattr__(self, "_index", index)
         object.__setattr__(self, "edge", low)
@@ -371,8 +377,9 @@ class Statistical(HeightDistribution):
         index: float = self._index  # type: ignore[attr-defined]
         if order >= index:
             raise InputError(
-                f"order must be below {index:.3g}, where the moments of this distribution become "
-                f"infinite, got {order:g}"
+                Argument("order"),
+                f" must be below {index:.3g}, where the moments of this distribution become "
+                f"infinite, got {order:g}",
             )
         if order <= 0.0 or math.isinf(index):
             return moment

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, record, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.heights.base import HeightDistribution
 from microslip.heights.pieces import (
     Panels,
@@ -83,29 +83,36 @@ class TabulatedHeights(Locked, HeightDistribution):
         density = record("density", self.density).reshape(-1)
         if height.size != density.size:
             raise InputError(
-                f"density must have one value for each of the {height.size} heights, got "
-                f"{density.size}"
+                Argument("density"),
+                f" must have one value for each of the {height.size} heights, got {density.size}",
             )
         steps = np.diff(height)
         if steps.size == 0 or steps.min() < 0.0 or not steps.max() > 0.0:
             raise InputError(
-                "height must be at least two heights [m] in rising order, got "
+                Argument("height"),
+                " must be at least two heights [m] in rising order, got "
                 + (
                     f"{height.size} of which {int(np.count_nonzero(steps < 0.0))} fall"
                     if steps.size and steps.min() < 0.0
                     else f"{np.unique(height).size}"
-                )
+                ),
             )
         if density.min() < 0.0:
-            raise InputError(f"density must not be below zero [1/m], got {density.min():g}")
+            raise InputError(
+                Argument("density"), f" must not be below zero [1/m], got {density.min():g}"
+            )
         with np.errstate(all="ignore"):
             whole = float((steps * (0.5 * density[1:] + 0.5 * density[:-1])).sum())
         if not (math.isfinite(whole) and whole > 0.0):
-            raise InputError(f"density must have an integral above zero, got {whole:g}")
+            raise InputError(
+                Argument("density"), f" must have an integral above zero, got {whole:g}"
+            )
         with np.errstate(over="ignore"):
             density = density / whole
         if not np.isfinite(density).all():
-            raise InputError("density must vary over lengths that a number can hold [m]")
+            raise InputError(
+                Argument("density"), " must vary over lengths that a number can hold [m]"
+            )
         # Zero at either end is no part of the distribution.
         held = np.flatnonzero((steps > 0.0) & (density[1:] + density[:-1] > 0.0))
         first, last = int(held[0]), int(held[-1]) + 1
@@ -155,7 +162,9 @@ class TabulatedHeights(Locked, HeightDistribution):
         values = record("values", values).reshape(-1)
         low, high = float(values.min()), float(values.max())
         if not high > low:
-            raise InputError(f"values must be at least two different heights [m], got {low:g}")
+            raise InputError(
+                Argument("values"), f" must be at least two different heights [m], got {low:g}"
+            )
         if bins is None:
             quarter, three = np.percentile(values, (25.0, 75.0))
             width = 2.0 * float(three - quarter) / values.size ** (1.0 / 3.0)
@@ -166,7 +175,9 @@ class TabulatedHeights(Locked, HeightDistribution):
             or isinstance(bins, bool)
             or not 1 <= bins <= MOST_BINS
         ):
-            raise InputError(f"bins must be a whole number from 1 to {MOST_BINS}, got {show(bins)}")
+            raise InputError(
+                Argument("bins"), f" must be a whole number from 1 to {MOST_BINS}, got {show(bins)}"
+            )
         counts, edges = np.histogram(values, bins=int(bins), range=(low, high))
         step = (high - low) / int(bins)
         middle = 0.5 * (edges[1:] + edges[:-1])

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, record, show
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.kernels.profile import Profile
 from microslip.kernels.table import Table
 from microslip.memory.diagram import Diagram, Step
@@ -73,7 +73,9 @@ def loads_along(name: str, given: ArrayLike, size: int) -> Floats:
     if values.min() < 0.0:
         i = int(np.argmax(values < 0.0))
         where = f" at sample {i}" if np.ndim(given) else ""
-        raise InputError(f"{name} must not be negative [N], got {exact(values[i])}{where}")
+        raise InputError(
+            Argument(name), f" must not be negative [N], got {exact(values[i])}{where}"
+        )
     return values
 
 
@@ -88,8 +90,8 @@ def along(name: str, given: ArrayLike, size: int) -> Floats:
     values = floats(name, given)
     if values.ndim > 1 or values.size not in (1, size):
         raise InputError(
-            f"{name} must be one number or one for each of the {size} samples, "
-            f"got shape {values.shape}"
+            Argument(name),
+            f" must be one number or one for each of the {size} samples, got shape {values.shape}",
         )
     return np.ascontiguousarray(np.broadcast_to(values.reshape(-1), (size,)))
 
@@ -112,7 +114,9 @@ class State:
 
     def __init__(self, law: Law) -> None:
         if not hasattr(law, "_backbone_at"):
-            raise InputError(f"law must be a backbone law, got {show(law)}; write joint.start()")
+            raise InputError(
+                Argument("law"), f" must be a backbone law, got {show(law)}; write joint.start()"
+            )
         self._law = law
         self._memory = Memory()
         # Once the load has varied, this is the memory.
@@ -253,7 +257,9 @@ class State:
             return None if self._diagram is None else self._diagram.separation
         load = number("normal_load", normal_load, "N")
         if load < 0.0:
-            raise InputError(f"normal_load must not be negative [N], got {exact(load)}")
+            raise InputError(
+                Argument("normal_load"), f" must not be negative [N], got {exact(load)}"
+            )
         step = self._coupling().step_of(load)
         return None if step == 0.0 and self._diagram is None else step
 

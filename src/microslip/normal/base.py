@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import LARGEST, Floats, exact, floats, plain, show
 from microslip._core.parameters import Parametric
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.materials import Material, MaterialPair
 from microslip.normal import kinked
 from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
@@ -34,8 +34,9 @@ def check_pair(pair: Any) -> None:
     """Every law stands on a pair of materials."""
     if not isinstance(pair, MaterialPair):
         raise InputError(
-            f"pair must be a MaterialPair, got {show(pair)}; "
-            "write MaterialPair(Material(69e9, 0.33), Material(69e9, 0.33))"
+            Argument("pair"),
+            f" must be a MaterialPair, got {show(pair)}; "
+            "write MaterialPair(Material(69e9, 0.33), Material(69e9, 0.33))",
         )
 
 
@@ -154,10 +155,12 @@ class NormalLaw(Parametric, ABC):
         loads = floats("load", load)
         lightest, heaviest = float(loads.min()), float(loads.max())
         if lightest <= 0.0:
-            raise InputError(f"load must be above zero [N], got {exact(lightest)}")
+            raise InputError(Argument("load"), f" must be above zero [N], got {exact(lightest)}")
         if not (lightest >= 1e-290 and heaviest <= LARGEST):
             worst = heaviest if heaviest > LARGEST else lightest
-            raise InputError(f"load must be between 1e-290 and {LARGEST:g} [N], got {exact(worst)}")
+            raise InputError(
+                Argument("load"), f" must be between 1e-290 and {LARGEST:g} [N], got {exact(worst)}"
+            )
         return plain(self._solve(loads.reshape(-1)).reshape(loads.shape))
 
     # -- contacts ---------------------------------------------------------------------------
@@ -253,7 +256,9 @@ class NormalLaw(Parametric, ABC):
     def _separations(self, value: ArrayLike) -> Floats:
         d = floats("separation", value)
         if d.min() < -LARGEST:
-            raise InputError(f"separation must be above {-LARGEST:g} [m], got {d.min():g}")
+            raise InputError(
+                Argument("separation"), f" must be above {-LARGEST:g} [m], got {d.min():g}"
+            )
         return np.minimum(d, LARGEST)  # where nothing has touched for long
 
     def _solve(self, loads: Floats) -> Floats:
@@ -270,12 +275,15 @@ class NormalLaw(Parametric, ABC):
             low -= scale
             scale *= 2.0
         else:
-            raise InputError(f"load must be one that the surface can carry, got {top:g} N")
+            raise InputError(
+                Argument("load"), f" must be one that the surface can carry, got {top:g} N"
+            )
         least = self._derivative_at(high, 0)
         if loads.min() < least:
             raise InputError(
-                f"load must be at least {least:.3g} N, the lightest this surface can tell from "
-                f"none, got {exact(loads.min())} N"
+                Argument("load"),
+                f" must be at least {least:.3g} N, the lightest this surface can tell from "
+                f"none, got {exact(loads.min())} N",
             )
         grid = np.linspace(low, high, 65)
         with np.errstate(divide="ignore"):
@@ -316,8 +324,9 @@ class NormalLaw(Parametric, ABC):
         off = np.abs(self._derivative(d, 0) - loads) > 1e-9 * loads
         if off.any():
             raise InputError(
-                "load must be one that a separation in double precision can tell from its "
-                f"neighbours on this surface, not one as light as {exact(loads[off][0])} N"
+                Argument("load"),
+                " must be one that a separation in double precision can tell from its "
+                f"neighbours on this surface, not one as light as {exact(loads[off][0])} N",
             )
 
     @classmethod

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair, plasticity_index
 from microslip.normal.spheres import Spheres
@@ -55,11 +55,12 @@ class AsperityPopulation(Locked, NormalLaw):
         radii = floats("radii", self.radii)
         if radii.ndim > 1 or radii.size not in (1, heights.size):
             raise InputError(
-                f"radii must be one number or one for each of the {heights.size} heights, "
-                f"got shape {radii.shape}"
+                Argument("radii"),
+                f" must be one number or one for each of the {heights.size} heights, "
+                f"got shape {radii.shape}",
             )
         if radii.min() <= 0.0:
-            raise InputError(f"radii must be above zero [m], got {radii.min():g}")
+            raise InputError(Argument("radii"), f" must be above zero [m], got {radii.min():g}")
         radii = np.broadcast_to(radii.reshape(-1), heights.shape).copy()
         heights = heights.copy()
         for name, values in (("heights", heights), ("radii", radii)):

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, record, show
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.kernels import Integers
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair
@@ -142,8 +142,8 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         d, first = super()._separations(value), self._span[0]
         if d.min() < first:
             raise InputError(
-                f"separation must be at least {exact(first)} m, where the table begins, "
-                f"got {exact(d.min())}"
+                Argument("separation"),
+                f" must be at least {exact(first)} m, where the table begins, got {exact(d.min())}",
             )
         return d
 
@@ -172,8 +172,9 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         most = float(np.asarray(self.loads)[0])
         if loads.max() > most:
             raise InputError(
-                f"load must be at most {exact(most)} N, where the table begins, "
-                f"got {exact(loads.max())} N"
+                Argument("load"),
+                f" must be at most {exact(most)} N, where the table begins, "
+                f"got {exact(loads.max())} N",
             )
         knots, slopes, curvatures, ends_of, _, ends = self._spline
         i = np.clip(np.searchsorted(-ends_of, -loads, side="left"), 1, ends.size) - 1
@@ -320,28 +321,34 @@ def _check_table(d: Floats, n: Floats, tail: str | None) -> None:
     steps = np.diff(d)
     if steps.min() <= 0.0:
         i = int(np.argmin(steps))
-        raise InputError(f"separation must rise, got {d[i]:g} then {d[i + 1]:g} at index {i + 1}")
+        raise InputError(
+            Argument("separation"), f" must rise, got {d[i]:g} then {d[i + 1]:g} at index {i + 1}"
+        )
     falls = -np.diff(n)
     if falls.min() <= 0.0:
         i = int(np.argmin(falls))
-        raise InputError(f"load must fall, got {n[i]:g} then {n[i + 1]:g} at index {i + 1}")
+        raise InputError(
+            Argument("load"), f" must fall, got {n[i]:g} then {n[i + 1]:g} at index {i + 1}"
+        )
     if n[-1] < 0.0:
-        raise InputError(f"load must not be negative, got {n[-1]:g} at the end")
+        raise InputError(Argument("load"), f" must not be negative, got {n[-1]:g} at the end")
     bends = np.diff(-falls / steps)
     # Points on a straight line are convex, whatever rounding says.
     i = int(np.argmin(bends))
     if bends[i] < -1e-9 * falls[i] / steps[i]:
         raise InputError(
-            "load must be convex (its fall must slow down: N'' < 0 would be a negative density of "
-            f"sliders), got a fall that grows at index {i + 1}, d = {d[i + 1]:g} m"
+            Argument("load"),
+            " must be convex (its fall must slow down: N'' < 0 would be a negative density of "
+            f"sliders), got a fall that grows at index {i + 1}, d = {d[i + 1]:g} m",
         )
     if tail is None and n[-1] > 0.0:
         raise InputError(
-            f"load must end at zero, got {n[-1]:g} N at the last separation; "
-            'add the point where contact ends or state tail="exponential"'
+            Argument("load"),
+            f" must end at zero, got {n[-1]:g} N at the last separation; "
+            'add the point where contact ends or state tail="exponential"',
         )
     if tail is not None and n[-1] == 0.0:
-        raise InputError("tail must be None where the load ends at zero")
+        raise InputError(Argument("tail"), " must be None where the load ends at zero")
 
 
 def _convex_spline(d: Floats, n: Floats, has_tail: bool) -> _Spline:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import LARGEST, Floats, exact, number, plain, positive, show
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction import LAWS, BackboneLaw
 from microslip.kernels import Integers
 from microslip.numerics.inversion import adaptive
@@ -122,16 +122,19 @@ class Oscillator:
         stiffness = number("stiffness", self.stiffness, "N/m")
         if not 0.0 <= stiffness <= LARGEST:
             raise InputError(
-                f"stiffness must be from 0 to {LARGEST:g} [N/m], got {exact(stiffness)}"
+                Argument("stiffness"),
+                f" must be from 0 to {LARGEST:g} [N/m], got {exact(stiffness)}",
             )
         if not isinstance(self.joint, BackboneLaw):
             names = ", ".join(law.__name__ for law in LAWS)
-            raise InputError(f"joint must be a backbone law ({names}), got {show(self.joint)}")
+            raise InputError(
+                Argument("joint"), f" must be a backbone law ({names}), got {show(self.joint)}"
+            )
         ratio = number("viscous_damping_ratio", self.viscous_damping_ratio, example=0.01)
         if not 0.0 <= ratio < 1.0:
             raise InputError(
-                f"viscous_damping_ratio must be from 0 to below 1 (else nothing swings), "
-                f"got {exact(ratio)}"
+                Argument("viscous_damping_ratio"),
+                f" must be from 0 to below 1 (else nothing swings), got {exact(ratio)}",
             )
         object.__setattr__(self, "stiffness", stiffness + 0.0)  # -0.0 is 0.0 here
         object.__setattr__(self, "viscous_damping_ratio", ratio + 0.0)
@@ -245,7 +248,7 @@ class Oscillator:
         """The joint's stiffness in the mode [N/m]."""
         if method not in _METHODS:
             wanted = " or ".join(f'"{name}"' for name in _METHODS)
-            raise InputError(f"method must be {wanted}, got {show(method)}")
+            raise InputError(Argument("method"), f" must be {wanted}, got {show(method)}")
         if method == "quasi-static" or a.size == 0:
             return np.asarray(self.joint.secant_stiffness(a))
         parts = [
@@ -352,7 +355,8 @@ class Oscillator:
             or samples_per_cycle < 8
         ):
             raise InputError(
-                f"samples_per_cycle must be an integer of at least 8, got {show(samples_per_cycle)}"
+                Argument("samples_per_cycle"),
+                f" must be an integer of at least 8, got {show(samples_per_cycle)}",
             )
         return ring_down(self, a, length.cycles, length.duration, int(samples_per_cycle))
 
@@ -388,5 +392,7 @@ def _length(name: str, cycles: Any, duration: Any) -> _Length:
         return _Length(None, positive("duration", duration, "s"))
     whole = isinstance(cycles, (int, np.integer)) and not isinstance(cycles, bool)
     if not whole or not 1 <= cycles <= MOST_CYCLES:
-        raise InputError(f"cycles must be an integer from 1 to {MOST_CYCLES}, got {show(cycles)}")
+        raise InputError(
+            Argument("cycles"), f" must be an integer from 1 to {MOST_CYCLES}, got {show(cycles)}"
+        )
     return _Length(int(cycles), None)

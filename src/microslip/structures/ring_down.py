@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.energies import energies_along
 from microslip.memory import State
 
@@ -293,8 +293,9 @@ def ring_down(
     """Integrate, see :meth:`microslip.Oscillator.ring_down`."""
     if oscillator._stuck == 0.0:
         raise InputError(
-            "stiffness must be above zero beside a joint that is rigid at rest: nothing swings "
-            "without a spring, got 0"
+            Argument("stiffness"),
+            " must be above zero beside a joint that is rigid at rest: nothing swings "
+            "without a spring, got 0",
         )
     period = 2.0 * math.pi / oscillator._stuck
     step, count = period / samples_per_cycle, MOST_SAMPLES

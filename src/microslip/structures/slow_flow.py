@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from microslip._core.checks import Floats, exact
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 if TYPE_CHECKING:
     from microslip.structures.oscillator import Oscillator
@@ -63,13 +63,15 @@ def slow_flow(
 
     if not slow(0.0, np.ones(1)) > 0.0:
         raise InputError(
-            f"amplitude must be one that decays slowly: of {exact(amplitude)} m a cycle would lose "
-            "more than half; ring_down(...) follows any motion"
+            Argument("amplitude"),
+            f" must be one that decays slowly: of {exact(amplitude)} m a cycle would lose "
+            "more than half; ring_down(...) follows any motion",
         )
     if duration is not None and not periods <= MOST_CYCLES:
         raise InputError(
-            f"duration must be at most {MOST_CYCLES} periods of the oscillator, "
-            f"got {exact(duration)} s, which are {periods:.3g}"
+            Argument("duration"),
+            f" must be at most {MOST_CYCLES} periods of the oscillator, "
+            f"got {exact(duration)} s, which are {periods:.3g}",
         )
     most = periods + 1.0 if cycles is None else float(cycles)
     events = [slow, there] + ([within] if cycles is None else [])

@@ -99,7 +99,7 @@ def identified(
     """
     from microslip.errors import InputError
     from microslip.identification import Comparison, identify
-    from microslip.study.run import build_joints
+    from microslip.study.build import build_joints
 
     fits: dict[str, Identification] = {}
     failed: dict[str, str] = {}

@@ -13,9 +13,9 @@ import numpy as np
 from microslip._core import netcdf
 from microslip._core.kernel_choice import kernel_name
 from microslip._core.netcdf import Variable
+from microslip._core.quantities import QUANTITIES
 from microslip._version import __version__
 from microslip.errors import StudyError
-from microslip.study.quantities import QUANTITIES
 from microslip.study.summary import KIND, SUMMARY_SCHEMA, scalars, slip_scale, verdicts
 
 if TYPE_CHECKING:

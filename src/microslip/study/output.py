@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from microslip.study.quantities import UNITS
+from microslip._core.quantities import UNITS
 from microslip.study.result import Columns, Floats, blocks
 from microslip.study.varying import VaryingLoop
 

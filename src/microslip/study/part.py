@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from microslip._core.options import Option
+from microslip.errors import Argument, in_python
 
 JsonSchema = dict[str, Any]
 
@@ -87,3 +88,16 @@ def _or_default(option: Option) -> Callable[[object], object]:
         return None if given is None and option.default is None else option.read(given)
 
     return read
+
+
+def as_key(argument: Argument) -> str:
+    """An argument in a message as a study writes it."""
+    if not argument.has_value:
+        return argument.name
+    return f"{argument.name} = {_as_toml(argument.value)}"
+
+
+def _as_toml(value: object) -> str:
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_as_toml, value))}]"
+    return str(value).lower() if isinstance(value, bool) else in_python(value)

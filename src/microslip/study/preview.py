@@ -6,8 +6,9 @@ import tomllib
 from typing import TYPE_CHECKING, Any
 
 from microslip._version import __version__
+from microslip.study.build import build_joints, check_loads
 from microslip.study.result import UNITS
-from microslip.study.run import DEFAULT_POINTS, build_joints, check_loads, defaults_of
+from microslip.study.run import DEFAULT_POINTS, defaults_of
 from microslip.study.summary import files, joint_entry, load_notes
 
 if TYPE_CHECKING:

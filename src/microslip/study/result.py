@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.frozen import Locked, lock
+from microslip._core.quantities import UNITS
 from microslip.report.scales import evenly as some
-from microslip.study.quantities import UNITS
 
 if TYPE_CHECKING:
     from microslip.friction import Interface

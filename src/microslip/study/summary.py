@@ -8,13 +8,13 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from microslip._core.kernel_choice import kernel_name
+from microslip._core.quantities import UNITS
 from microslip._core.units import engineering
 from microslip._version import __version__
 from microslip.friction.validity import worst_validity
 from microslip.heights import Gaussian
 from microslip.normal import GreenwoodWilliamson
 from microslip.study import surfaces as u
-from microslip.study.quantities import UNITS
 from microslip.study.result import OscillatorCurve
 from microslip.study.schema import OscillatorPart, Study
 from microslip.study.varying import extremes

@@ -17,7 +17,7 @@ from microslip._core.files import whole_file
 from microslip._core.frozen import lock
 from microslip._core.netcdf import Variable
 from microslip._core.netcdf import write as write_netcdf
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 if TYPE_CHECKING:
     import xarray
@@ -91,7 +91,7 @@ class Sweep:
                 values = group[name].values
                 return float(values) if values.ndim == 0 else values
         known = ", ".join((*self.variables, *self.coords))
-        raise InputError(f"name must be one of {known}, got {show(name)}")
+        raise InputError(Argument("name"), f" must be one of {known}, got {show(name)}")
 
     def __contains__(self, name: object) -> bool:
         return name in self.variables or name in self.coords

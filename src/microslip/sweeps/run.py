@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import LARGEST, SMALLEST, Floats, exact, floats, show
 from microslip._core.netcdf import Variable
+from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._version import __version__
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction import BackboneLaw, Interface
-from microslip.study.quantities import QUANTITIES, Quantity
 from microslip.sweeps.arrays import Sweep
 from microslip.sweeps.grid import Grid, Progress
 
@@ -100,8 +100,9 @@ def sweep(
     """
     if not isinstance(joint, BackboneLaw):
         raise InputError(
-            f"joint must be an Interface or another backbone law, got {show(joint)}; "
-            "write sweep(joint, normal_load=[...], amplitude=[...])"
+            Argument("joint"),
+            f" must be an Interface or another backbone law, got {show(joint)}; "
+            "write sweep(joint, normal_load=[...], amplitude=[...])",
         )
     if (amplitude is None) == (force_amplitude is None):
         came = "neither" if amplitude is None else "both"
@@ -114,10 +115,12 @@ def sweep(
         name, given = "force_amplitude", force_amplitude
     along = _axis(name, given)
     if along.min() < 0.0:
-        raise InputError(f"{name} must not be negative, got {along.min():g}")
+        raise InputError(Argument(name), f" must not be negative, got {along.min():g}")
     wanted = _wanted(quantities, name)
     if progress is not None and not callable(progress):
-        raise InputError(f"progress must be a function of the share done, got {show(progress)}")
+        raise InputError(
+            Argument("progress"), f" must be a function of the share done, got {show(progress)}"
+        )
     axes = {name: np.abs(along)}  # -0.0 is 0.0 here
     if not isinstance(joint, Interface):
         for other, value in (
@@ -146,7 +149,9 @@ def sweep(
 def _axis(name: str, value: Any) -> Floats:
     array = floats(name, value)
     if array.ndim > 1:
-        raise InputError(f"{name} must be a number or one-dimensional, got shape {array.shape}")
+        raise InputError(
+            Argument(name), f" must be a number or one-dimensional, got shape {array.shape}"
+        )
     return array.copy()
 
 
@@ -154,11 +159,12 @@ def _positive_axis(name: str, value: Any, unit: str) -> Floats:
     array = _axis(name, value)
     least, most = float(array.min()), float(array.max())
     if least <= 0.0:
-        raise InputError(f"{name} must be above zero{unit}, got {exact(least)}")
+        raise InputError(Argument(name), f" must be above zero{unit}, got {exact(least)}")
     if not (least >= SMALLEST and most <= LARGEST):
         worst = most if most > LARGEST else least
         raise InputError(
-            f"{name} must be between {SMALLEST:g} and {LARGEST:g}{unit}, got {exact(worst)}"
+            Argument(name),
+            f" must be between {SMALLEST:g} and {LARGEST:g}{unit}, got {exact(worst)}",
         )
     return array
 
@@ -170,17 +176,22 @@ def _wanted(quantities: Any, name: str) -> tuple[str, ...]:
     known = [quantity for quantity in DIMENSIONS if quantity != name]
     if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
         raise InputError(
-            f"quantities must be a list of names, got {show(quantities)}; "
-            'for example quantities=["dissipated_energy"]'
+            Argument("quantities"),
+            f" must be a list of names, got {show(quantities)}; "
+            'for example quantities=["dissipated_energy"]',
         )
     for quantity in quantities:
         if quantity == name:
-            raise InputError(f"quantities must not name {name}: it is a coordinate already")
+            raise InputError(
+                Argument("quantities"), f" must not name {name}: it is a coordinate already"
+            )
         if quantity not in known:
-            raise InputError(f"quantities must be of {', '.join(known)}, got {show(quantity)}")
+            raise InputError(
+                Argument("quantities"), f" must be of {', '.join(known)}, got {show(quantity)}"
+            )
     if len(set(quantities)) < len(quantities):
         twice = next(q for q in quantities if list(quantities).count(q) > 1)
-        raise InputError(f"quantities must name each once, got {twice} twice")
+        raise InputError(Argument("quantities"), f" must name each once, got {twice} twice")
     return tuple(quantities)
 
 
@@ -234,6 +245,7 @@ def _of_law(
     for name in wanted:
         if name not in calls:
             raise InputError(
-                f"quantities must be what {type(joint).__name__} knows, which has no {name}"
+                Argument("quantities"),
+                f" must be what {type(joint).__name__} knows, which has no {name}",
             )
     return {name: np.asarray(calls[name](), dtype=float) for name in wanted}

@@ -1,4 +1,4 @@
-"""Floor 8: every quantity of a result by its name: unit and meaning, in one place."""
+"""Every quantity of a result by its name: unit and meaning, in one place."""
 
 from __future__ import annotations
 

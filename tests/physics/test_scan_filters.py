@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import microslip as ms
 from microslip.scans import filters
 from microslip.scans.filters import smooth, transmission, weights
-from microslip.scans.gaps import fill
-from microslip.scans.leveling import level
+from microslip.scans.levelling import level
+from microslip.scans.outliers_and_gaps import fill
 
 STEP = 2e-6
 RNG = np.random.default_rng(19)

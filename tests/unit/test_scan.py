@@ -13,7 +13,7 @@ import pytest
 
 import microslip as ms
 from microslip.scans.checks import spikes
-from microslip.scans.condition import band
+from microslip.scans.conditioning import band
 
 HEIGHTS = np.random.default_rng(0).normal(scale=1e-7, size=(30, 40))
 NAN = np.nan

@@ -13,8 +13,8 @@ import pytest
 import microslip as ms
 from microslip.friction import Verdict
 from microslip.scans import SummitStatistics, cut, find_summits, paraboloids, random_surface
-from microslip.scans.joint import from_statistics, resample
 from microslip.scans.noise import noise_passed, noise_std, present
+from microslip.scans.summit_set import resample
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
@@ -210,11 +210,11 @@ def test_surfaces() -> None:
 
 def test_equivalent_surface_of_two() -> None:
     statistics = SummitStatistics(1e10, 1e-5, 1e-7, 2e-7, "given")
-    surface = from_statistics(statistics, PAIR, 1e-4)
+    surface = statistics.to_surface(PAIR, 1e-4)
     assert surface.heights == ms.Gaussian(1e-7, 2e-7)
     flat = SummitStatistics(1e10, 1e-5, 0.0)
     with pytest.raises(ms.InputError, match='heights="discrete"'):
-        from_statistics(flat, PAIR, 1e-4)
+        flat.to_surface(PAIR, 1e-4)
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 7, 10, 23])
@@ -263,7 +263,7 @@ def test_a_surface_without_mccools_summits_has_verdicts() -> None:
     assert words["summit radius in pixels"].value == pytest.approx(1000.0, rel=1e-6)
     told = words["mean radius counted against McCool's"]
     assert (told.value, told.word) == (math.inf, "outside")
-    assert f"alpha is at least 1.5, here it is {scan.moments().nayak:.2g}" in told.meaning
+    assert "alpha is at least 1.5" in told.meaning
 
 
 def test_sharp_summits_are_told() -> None:

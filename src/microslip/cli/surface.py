@@ -177,7 +177,7 @@ def _spelt(found: Findings) -> Findings:
     """Findings that say what a reader has to know as a command does."""
     from dataclasses import replace
 
-    from microslip.scans.reading import SUSPECT
+    from microslip.scans.file_reading import SUSPECT
 
     told = [note.removeprefix(SUSPECT) for note in found.raw.notes if note.startswith(SUSPECT)]
     if found.request.outliers is not None:

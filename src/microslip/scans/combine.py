@@ -8,7 +8,7 @@ from typing import overload
 from microslip._core.checks import show
 from microslip.errors import InputError
 from microslip.scans.moments import SUMMIT_SHARE, Moments
-from microslip.scans.parameters import BY_LOAD, RadiusBy, SummitStatistics
+from microslip.scans.summit_statistics import BY_LOAD, RadiusBy, SummitStatistics
 
 
 def moments_from(summits: SummitStatistics) -> Moments:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,10 +15,10 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.scans.checks import length_of
-
-if TYPE_CHECKING:
-    from microslip.scans.scan import Level, Scan
-    from microslip.scans.summits import Summits
+from microslip.scans.conditioning import Steps, condition, remaining
+from microslip.scans.height_map import HeightMap
+from microslip.scans.levelling import Level
+from microslip.scans.summits import Summits, find_summits
 
 Floats = NDArray[np.float64]
 
@@ -91,50 +91,7 @@ class CutoffTable(Locked):
         ]
 
 
-def remaining(scan: Scan, cutoff: float | None) -> float | None:
-    """Cut-off of the filter that takes a scan to a cut-off, whatever was filtered before.
-
-    Parameters
-    ----------
-    scan : Scan
-        The scan.
-    cutoff : float or None
-        Short-wave cut-off [m] that it is to have in the end; None for the one that it has.
-
-    Returns
-    -------
-    float or None
-        Cut-off [m] of what is left to filter, for the exponents of two Gaussians add; None where
-        the scan is there already.
-
-    Raises
-    ------
-    InputError
-        A cut-off shorter than the one that was applied before, or longer by next to nothing.
-    """
-    before = scan.cutoff
-    if cutoff is None or before is None:
-        return cutoff
-    if math.isclose(cutoff, before, rel_tol=1e-9):
-        return None
-    least = 2.0 * max(scan.pixel)
-    rest = math.sqrt(max(cutoff - before, 0.0) * (cutoff + before))
-    if rest > least:
-        return rest
-    got, had = engineering(cutoff, "m", 4, trim=True), engineering(before, "m", 4, trim=True)
-    if cutoff < before:
-        raise InputError(
-            f"cutoff must not be shorter than the {had} that was applied before, got {got}: waves "
-            "that are gone do not come back; take None, or the scan as it was"
-        )
-    next_one = engineering(math.hypot(before, 1.01 * least), "m", 4, trim=True)
-    raise InputError(
-        f"cutoff must be the {had} that was applied before, or at least {next_one}, got {got}: "
-        "what is between takes a filter of two pixels or less"
-    )
-
-
-def default_cutoffs(scan: Scan) -> Floats:
+def default_cutoffs(scan: HeightMap) -> Floats:
     """Cut-offs from none over four pixels to an eighth of the shorter side; of a small scan, more.
 
     Parameters
@@ -161,7 +118,7 @@ def default_cutoffs(scan: Scan) -> Floats:
 
 
 def over_cutoffs(
-    scan: Scan,
+    scan: HeightMap,
     cutoffs: ArrayLike | Sequence[float | str | None] | None = None,
     *,
     level: Level | None = None,
@@ -206,7 +163,7 @@ def over_cutoffs(
         raise InputError("cutoffs must be a series of lengths [m], or 0 for none")
     wanted = np.unique(wanted)
     # Levelled once; the filter works on what is left.
-    levelled = scan if level is None else scan.condition(level=level)
+    levelled = scan if level is None else condition(scan, Steps(level))
     notes = list(levelled.notes)
     names = [field.name for field in fields(CutoffTable)[1:-1]]
     columns = {name: np.full(wanted.size, math.nan) for name in names}
@@ -218,15 +175,20 @@ def over_cutoffs(
             try:
                 # From the unfiltered scan: its noise decides which peaks are summits.
                 found = known if known is not None and _same(known.cutoff, short) else None
-                found = found or levelled.summits(
-                    short, method=method, prominence=prominence, level=None, window=window
+                found = found or find_summits(
+                    levelled.measurable(),
+                    short,
+                    method=method,
+                    prominence=prominence,
+                    level=None,
+                    window=window,
                 )
                 own = found.scan
                 _count(found, columns, row)
             except InputError as error:
                 notes.append(f"{at}: {error}")
         try:
-            own = own or levelled.condition(cutoff=remaining(levelled, short))
+            own = own or condition(levelled, Steps(cutoff=remaining(levelled, short)))
             _measure(own, columns, row)
         except InputError as error:
             if cutoffs is not None and own is None:
@@ -258,7 +220,7 @@ def _lengths(given: Any) -> Floats:
     return np.atleast_1d(floats("cutoffs", given))
 
 
-def _measure(scan: Scan, columns: dict[str, Floats], row: int) -> None:
+def _measure(scan: HeightMap, columns: dict[str, Floats], row: int) -> None:
     found = scan.moments()
     for name in ("rms", "m0", "m2", "m4", "nayak"):
         columns[name][row] = getattr(found, name)

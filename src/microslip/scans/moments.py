@@ -19,17 +19,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import positive
 from microslip.errors import InputError
-from microslip.scans.parameters import SummitStatistics
-
-if TYPE_CHECKING:
-    from microslip.scans.nayak import NayakSummits
+from microslip.scans.nayak import NayakSummits
+from microslip.scans.summit_statistics import SummitStatistics
 
 Floats = NDArray[np.float64]
 
@@ -171,8 +168,6 @@ class Moments:
         InputError
             An alpha below 1.5, which no isotropic Gaussian surface has.
         """
-        from microslip.scans.nayak import NayakSummits
-
         return NayakSummits(self.m0, self.m2, self.m4)
 
 

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain, positive
 from microslip.errors import InputError
-from microslip.scans.parameters import BY_LOAD, SummitStatistics
+from microslip.scans.summit_statistics import BY_LOAD, SummitStatistics
 
 LEAST_ALPHA = 1.5
 """Nayak's alpha of a surface whose waves have all one length: the least that there is."""

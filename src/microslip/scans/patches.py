@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,10 @@ from microslip._core.checks import number, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import InputError
-from microslip.scans.scan import Scan
+from microslip.scans.height_map import HeightMap
 
-Parameter = Callable[[Scan], float]
+Map = TypeVar("Map", bound=HeightMap)
+Parameter = Callable[[HeightMap], float]
 
 
 def _moments(name: str) -> Parameter:
@@ -110,7 +111,9 @@ class PatchErrors(Locked):
 
 
 def patch_errors(
-    scan: Scan, parameter: str | Callable[[Scan], float], patches: tuple[int, int] | int = (3, 3)
+    scan: HeightMap,
+    parameter: str | Callable[[HeightMap], float],
+    patches: tuple[int, int] | int = (3, 3),
 ) -> PatchErrors:
     """Error bar of a parameter from patches of the scan.
 
@@ -163,7 +166,7 @@ def patch_errors(
     return PatchErrors(value, lock(np.array(values)), wanted - len(values))
 
 
-def cut(scan: Scan, patches: tuple[int, int] | int = (3, 3)) -> list[Scan]:
+def cut(scan: Map, patches: tuple[int, int] | int = (3, 3)) -> list[Map]:
     """Patches of a scan, of the same size but for a point.
 
     Parameters
@@ -203,15 +206,11 @@ def cut(scan: Scan, patches: tuple[int, int] | int = (3, 3)) -> list[Scan]:
         heights = scan.heights[where]
         if np.isnan(heights).all():
             continue
-        patch = Scan(
+        patch = scan.changed(
             heights,
-            scan.pixel,
             name=f"{scan.name}, patch {index}",
             notes=(*scan.notes, f"patch {index} of {counts}"),
-            cutoff=scan.cutoff,
-            long_cutoff=scan.long_cutoff,
         )
-        object.__setattr__(patch, "_noise_before", scan._noise_before)
         found.append(patch)
     return found
 

@@ -2,35 +2,30 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from microslip._core.checks import positive, show
-from microslip._core.units import engineering
+from microslip._core.checks import show
 from microslip.errors import InputError
-from microslip.scans.checks import LIMIT, enough, own, pixel_of
-from microslip.scans.measured import Measured
-
-if TYPE_CHECKING:
-    from microslip.scans.cutoffs import CutoffTable
-    from microslip.scans.density import HeightFit
-    from microslip.scans.moments import Moments
-    from microslip.scans.spectrum import Spectrum
-    from microslip.scans.statistics import Statistics
-    from microslip.scans.summits import Summits
-
-Level = Literal["plane", "quadratic", "cylinder", "mean"]
+from microslip.scans.checks import LIMIT
+from microslip.scans.conditioning import Steps, condition
+from microslip.scans.cutoffs import CutoffTable, over_cutoffs
+from microslip.scans.file_reading import read
+from microslip.scans.height_distribution import HeightFit, height_distribution
+from microslip.scans.height_map import HeightMap
+from microslip.scans.heights_in_files import Wishes
+from microslip.scans.levelling import Level
+from microslip.scans.spectrum import Spectrum, spectrum
+from microslip.scans.summits import Summits, find_summits
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Scan(Measured):
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class Scan(HeightMap):
     """Heights of a surface, or of a line on it, on a regular grid.
 
     Heights count upwards, out of the material. Nothing is levelled or filtered unless
@@ -59,74 +54,6 @@ class Scan(Measured):
         Heights of another shape, none but missing ones, infinite ones or ones that no arithmetic
         can use; a distance that is not above zero.
     """
-
-    heights: NDArray[np.float64]
-    pixel: tuple[float, ...]
-    name: str
-    notes: tuple[str, ...]
-    cutoff: float | None
-    long_cutoff: float | None
-
-    def __init__(
-        self,
-        heights: ArrayLike,
-        pixel: float | str | tuple[float | str, ...],
-        *,
-        name: str = "scan",
-        notes: tuple[str, ...] = (),
-        cutoff: float | None = None,
-        long_cutoff: float | None = None,
-    ) -> None:
-        array = own(heights)
-        if not isinstance(name, str):
-            raise InputError(f"name must be text, got {show(name)}")
-        if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
-            raise InputError(f"notes must be a tuple of texts, got {show(notes)}")
-        for key, value in (
-            ("heights", array),
-            ("pixel", pixel_of(pixel, array.ndim)),
-            ("name", name),
-            ("notes", tuple(notes)),
-            ("cutoff", cutoff),
-            ("long_cutoff", long_cutoff),
-        ):
-            if key.endswith("cutoff") and value is not None:
-                value = positive(key, value, "m", 1e-5)
-            object.__setattr__(self, key, value)
-
-    def __repr__(self) -> str:
-        shape = " x ".join(str(n) for n in self.heights.shape[::-1])
-        steps = " x ".join(engineering(step, "m") for step in dict.fromkeys(self.pixel))
-        return f"Scan({self.name[:60]!r}, {shape} points, pixel {steps})"
-
-    @property
-    def is_profile(self) -> bool:
-        """Whether this is a line and not an area."""
-        return self.heights.ndim == 1
-
-    @property
-    def size(self) -> tuple[float, ...]:
-        """Length [m] along x and along y; of a profile, along it."""
-        counts = self.heights.shape[::-1]
-        return tuple(n * step for n, step in zip(counts, self.pixel, strict=True))
-
-    @property
-    def area(self) -> float:
-        """Area [m^2] that the points stand for, missing ones among them.
-
-        Raises
-        ------
-        InputError
-            A profile has none.
-        """
-        if self.is_profile:
-            raise InputError(f"{self.name[:60]}: a profile has no area; wanted a scan of an area")
-        return math.prod(self.size)
-
-    @property
-    def missing(self) -> float:
-        """Share of the points that are missing [-]."""
-        return float(np.count_nonzero(np.isnan(self.heights)) / self.heights.size)
 
     @classmethod
     def read(
@@ -184,9 +111,6 @@ class Scan(Measured):
             A file that is absent, broken, of no known format, of no units or others than stated,
             too large; heights that are all the same, or all missing.
         """
-        from microslip.scans.heights_in_files import Wishes
-        from microslip.scans.reading import read
-
         if not isinstance(path, (str, os.PathLike)):
             raise InputError(f"path must be text or a path, got {show(path)}")
         wishes = Wishes(format, unit, pixel, key, channel, valid, limit)
@@ -238,40 +162,7 @@ class Scan(Measured):
         approximately, from coarse to fine grids: smooth, the same on every machine, and in a time
         that grows with the number of points.
         """
-        from microslip.scans.condition import Steps, condition
-
         return condition(self, Steps(level, outliers, fill, cutoff, long_cutoff))
-
-    def statistics(self) -> Statistics:
-        """Height parameters: rms and mean deviation, skewness, kurtosis, flatness.
-
-        Returns
-        -------
-        Statistics
-            The parameters.
-
-        Raises
-        ------
-        InputError
-            Heights that are all the same, or with huge spikes.
-        """
-        return self.measurable()._statistics
-
-    def moments(self) -> Moments:
-        """Spectral moments m0, m2 and m4, from finite differences, and what follows from them.
-
-        Returns
-        -------
-        Moments
-            The moments, of each axis too.
-
-        Raises
-        ------
-        InputError
-            Heights that are all the same, or with huge spikes; two rows or columns only.
-        """
-        enough(self.name, self.heights)
-        return self.measurable()._moments
 
     def spectrum(self) -> Spectrum:
         """Power spectrum of the heights, radial and along each axis.
@@ -286,8 +177,6 @@ class Scan(Measured):
         InputError
             Heights that are all the same, or with huge spikes.
         """
-        from microslip.scans.spectrum import spectrum
-
         return spectrum(self.measurable())
 
     def height_distribution(self) -> HeightFit:
@@ -303,8 +192,6 @@ class Scan(Measured):
         InputError
             Heights that are all the same, or with huge spikes.
         """
-        from microslip.scans.density import height_distribution
-
         return height_distribution(self.measurable())
 
     def summits(
@@ -345,8 +232,6 @@ class Scan(Measured):
         InputError
             A profile; a cut-off that cannot be used; no summit found.
         """
-        from microslip.scans.summits import find_summits
-
         return find_summits(
             self.measurable(),
             cutoff,
@@ -392,8 +277,6 @@ class Scan(Measured):
         InputError
             Cut-offs that cannot be used.
         """
-        from microslip.scans.cutoffs import over_cutoffs
-
         return over_cutoffs(
             self.measurable(),
             cutoffs,

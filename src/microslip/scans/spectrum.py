@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,8 @@ from microslip._core.checks import show
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import quoted
 from microslip.errors import InputError
+from microslip.scans.height_map import HeightMap
 from microslip.scans.moments import Moments
-
-if TYPE_CHECKING:
-    from microslip.scans.scan import Scan
 
 Floats = NDArray[np.float64]
 Window = Literal["hann"] | None
@@ -146,7 +144,7 @@ class Spectrum(Locked):
         )
 
 
-def spectrum(scan: Scan, *, window: Window = "hann") -> Spectrum:
+def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
     """Power spectrum of a scan, as it is: level it first.
 
     Parameters

@@ -2,27 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
+from microslip._core.verdicts import Verdict
 from microslip._core.wording import quoted
 from microslip.errors import InputError
-from microslip.scans.parameters import SummitStatistics
-from microslip.scans.scan import Scan
-
-if TYPE_CHECKING:
-    from microslip.friction import Interface, Verdict
-    from microslip.heights import HeightDistribution
-    from microslip.materials import MaterialPair
-    from microslip.normal import AsperityPopulation, GreenwoodWilliamson
+from microslip.friction import Interface
+from microslip.heights import Discrete, HeightDistribution, TabulatedHeights
+from microslip.materials import MaterialPair
+from microslip.normal import AsperityPopulation, GreenwoodWilliamson
+from microslip.scans.height_map import HeightMap
+from microslip.scans.moments import lost_to_pixel
+from microslip.scans.summit_statistics import SummitStatistics, area_of
+from microslip.scans.verdicts import LOST_TO_PIXEL, judged, radius_in_pixels
 
 Method = Literal["watershed", "neighbours"]
 Estimate = Literal["counted", "neighbours", "mccool", "nayak"]
+LARGEST_POPULATION = 2_000_000
+"""Summits that a population is made of at most."""
+
 METHODS = ("watershed", "neighbours")
 ESTIMATES = ("counted", "neighbours", "mccool", "nayak")
 
@@ -74,7 +80,7 @@ class Summits(Locked):
     radii: Floats
     curvatures: Floats
     prominences: Floats
-    scan: Scan
+    scan: HeightMap
     cutoff: float | None
     area: float
     method: Method
@@ -218,9 +224,29 @@ class Summits(Locked):
         normal load tabulates it. Of a table, heights one by one or a population it is not: each
         step then asks the law itself, and takes some hundred times as long.
         """
-        from microslip.scans.joint import surface_of
-
-        return surface_of(self, pair, area, estimate, heights)
+        area = self.scan.area if area is None else area_of(area)
+        if estimate == "population":
+            if heights != "gaussian":
+                raise InputError(
+                    "heights must be left out for a population, which has its own, got "
+                    f"{show(heights)}"
+                )
+            return self._population(pair, area)
+        if estimate not in ESTIMATES:
+            words = quoted((*ESTIMATES, "population"))
+            raise InputError(f"estimate must be one of {words}, got {show(estimate)}")
+        statistics = self.statistics(estimate)
+        law: Any = heights
+        if isinstance(heights, str) and heights == "discrete":
+            law = Discrete(self.heights)
+        elif isinstance(heights, str) and heights == "table":
+            law = TabulatedHeights.from_samples(self.heights)
+        elif not isinstance(heights, HeightDistribution) and heights != "gaussian":
+            raise InputError(
+                f'heights must be "gaussian", "discrete", "table" or a height distribution, got '
+                f"{show(heights)}"
+            )
+        return statistics.to_surface(pair, area, heights=law)
 
     def validity(self, joint: Interface | None = None) -> tuple[Verdict, ...]:
         """How far the summits bear a joint, a verdict for each assumption.
@@ -240,6 +266,71 @@ class Summits(Locked):
         InputError
             No joint.
         """
-        from microslip.scans.joint import verdicts
+        if joint is not None and not isinstance(joint, Interface):
+            raise InputError(f"joint must be an Interface, got {show(joint)}")
+        pixel = math.sqrt(math.prod(self.scan.pixel))
+        spacing = 1.0 / math.sqrt(self.density)
+        values = radius_in_pixels(self.statistics().radius, self.scan.pixel)
+        values["summit spacing in pixels"] = spacing / pixel
+        if self.cutoff is not None:
+            values["summit spacing over cut-off"] = spacing / self.cutoff
+        values |= {
+            LOST_TO_PIXEL: lost_to_pixel(self.scan.heights, self.scan.pixel),
+            "summits": float(self.count),
+            "kurtosis of the heights": float(self.scan.statistics().kurtosis),
+            "mean radius counted against McCool's": self._against_mccool(),
+            "radius by load over radius by curvature": self.equivalent_radius / self.mean_radius,
+        }
+        if self.threshold > 0.0:
+            every = self.neighbours.density * self.area
+            below = 1.0 - (self.count + self.dropped) / every
+            values["share of peaks below the prominence"] = max(below, 0.0)
+        values["share of fits dropped"] = self.dropped / (self.dropped + self.count)
+        return (*judged(values), *(joint.validity if joint is not None else ()))
 
-        return verdicts(self, joint)
+    def _against_mccool(self) -> float:
+        """How far the radius counted is from McCool's, as a factor; infinite where he has none."""
+        try:
+            mccool = self.scan.moments().mccool().radius
+        except InputError:  # no Gaussian surface at all: no factor is too large
+            return math.inf
+        return max(mccool / self.mean_radius, self.mean_radius / mccool)
+
+    def _population(self, pair: MaterialPair, area: float) -> AsperityPopulation:
+        wanted = self.density * area
+        if wanted > LARGEST_POPULATION:
+            raise InputError(
+                f"a population must be of at most {LARGEST_POPULATION} summits, got {wanted:.3g} "
+                f'on {area:g} m^2: use estimate="counted" with heights="discrete", which weighs '
+                "the same heights, or a smaller area"
+            )
+        if wanted < 0.5:
+            raise InputError(
+                f"area must hold at least one summit, {1.0 / self.density:.3g} m^2, got "
+                f"{area:g} m^2"
+            )
+        chosen = resample(self.heights, round(wanted))
+        return AsperityPopulation(pair, self.heights[chosen], self.radii[chosen])
+
+
+def resample(heights: NDArray[np.float64], count: int) -> NDArray[np.intp]:
+    """Indices of ``count`` summits that have the heights of the given ones.
+
+    Parameters
+    ----------
+    heights : ndarray
+        Heights of the summits there are.
+    count : int
+        How many are wanted.
+
+    Returns
+    -------
+    ndarray
+        Each summit as often as it goes, and the rest at even steps of rank. No randomness: the
+        same scan makes the same joint. The share of summits up to any height is kept to
+        1/``count`` or better.
+    """
+    ranked = np.argsort(heights, kind="stable")
+    whole, rest = divmod(count, heights.size)
+    steps = ((np.arange(rest) + 0.5) / max(rest, 1) * heights.size).astype(np.intp)
+    return np.concatenate([np.tile(ranked, whole), ranked[steps]])

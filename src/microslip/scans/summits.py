@@ -12,14 +12,14 @@ from microslip._core.units import engineering, significant
 from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.scans.checks import length_of
-from microslip.scans.condition import band
+from microslip.scans.conditioning import Steps, band, condition, remaining
 from microslip.scans.curvature import by_differences, equivalent_radii, fitted
-from microslip.scans.cutoffs import remaining
+from microslip.scans.height_map import HeightMap
+from microslip.scans.levelling import Level
 from microslip.scans.noise import present
-from microslip.scans.parameters import SummitStatistics
 from microslip.scans.prominence import Peaks, find_peaks
-from microslip.scans.scan import Level, Scan
 from microslip.scans.summit_set import ESTIMATES, METHODS, Estimate, Method, Summits
+from microslip.scans.summit_statistics import SummitStatistics
 
 __all__ = [
     "ESTIMATES",
@@ -39,7 +39,7 @@ Of the peaks that white noise makes by itself one in two hundred is as prominent
 
 
 def find_summits(
-    scan: Scan,
+    scan: HeightMap,
     cutoff: float | str | None,
     *,
     method: Method = "watershed",
@@ -89,7 +89,7 @@ def find_summits(
     9 % for 3 and by 32 % for 10. Fits that do not curve down in every direction are dropped and
     counted.
     """
-    if not isinstance(scan, Scan):
+    if not isinstance(scan, HeightMap):
         raise InputError(f"scan must be a Scan, got {show(scan)}")
     if scan.is_profile:
         raise InputError(
@@ -103,7 +103,7 @@ def find_summits(
     rise = None if prominence is None else _rise(prominence)
     short = remaining(scan, band(scan, cutoff, None)[0])
     noise = scan.noise_behind(short)
-    scan = scan.condition(level=level, cutoff=short)
+    scan = condition(scan, Steps(level, cutoff=short))
     heights = scan.heights
     peaks = find_peaks(heights)
     # What rises by less may be a plateau that levelling tilted.
@@ -195,7 +195,7 @@ def _keep(peaks: Peaks, which: NDArray[np.bool_]) -> Peaks:
 
 
 def _notes(
-    scan: Scan, method: str, window: int, threshold: float, chosen: bool, noise: float
+    scan: HeightMap, method: str, window: int, threshold: float, chosen: bool, noise: float
 ) -> tuple[str, ...]:
     pixel = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(scan.pixel))
     band = (

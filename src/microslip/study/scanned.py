@@ -11,18 +11,21 @@ from typing import TYPE_CHECKING, Any
 from microslip._core.units import AREA, LENGTH, Kind, Sign, engineering, to_si
 from microslip.errors import InputError
 from microslip.scans import Scan
-from microslip.scans.statistics import verdicts
+from microslip.scans.height_distribution import height_distribution
+from microslip.scans.height_map import HeightMap
+from microslip.scans.spectrum import spectrum as spectrum_of
+from microslip.scans.verdicts import verdicts
 from microslip.study.scanned_errors import errors_of
 from microslip.study.scanned_reasons import differences
 
 if TYPE_CHECKING:
     from microslip.friction import Verdict
     from microslip.scans.cutoffs import CutoffTable
-    from microslip.scans.density import HeightFit
+    from microslip.scans.height_distribution import HeightFit
     from microslip.scans.moments import Moments
-    from microslip.scans.parameters import SummitStatistics
     from microslip.scans.spectrum import Spectrum
     from microslip.scans.statistics import Statistics
+    from microslip.scans.summit_statistics import SummitStatistics
     from microslip.scans.summits import Summits
 
 Progress = Callable[[float], None]
@@ -157,7 +160,7 @@ class Findings:
     """As it is in the file."""
     levelled: Scan
     """Without outliers, form and long waves."""
-    scan: Scan
+    scan: HeightMap
     """The same without short waves: what all parameters are of."""
     statistics: Statistics
     moments: Moments
@@ -244,8 +247,8 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     report(0.4)
     whole_spectrum = whole.spectrum()
     cut = request.cutoff is not None or request.long_cutoff is not None
-    spectrum = scan.spectrum() if cut else whole_spectrum
-    fit = scan.height_distribution()
+    spectrum = spectrum_of(scan.measurable()) if cut else whole_spectrum
+    fit = height_distribution(scan.measurable())
     report(0.5)
     judged = _verdicts(scan, summits, estimates["mccool"])
     table = _over_cutoffs(levelled, request, summits, lambda share: report(0.5 + 0.4 * share))
@@ -318,13 +321,13 @@ def _over_cutoffs(
 
 
 def _verdicts(
-    scan: Scan, summits: Summits | None, mccool: SummitStatistics | None
+    scan: HeightMap, summits: Summits | None, mccool: SummitStatistics | None
 ) -> tuple[Verdict, ...]:
     found = list(verdicts(scan))
     if scan.is_profile and mccool is not None:
-        from microslip.scans.joint import radius_verdict
+        from microslip.scans.verdicts import judged, radius_in_pixels
 
-        found.append(radius_verdict(mccool, scan))
+        found += judged(radius_in_pixels(mccool.radius, scan.pixel))
     if summits is not None:
         # Of moments of no Gaussian surface the verdicts of the scan tell, as of the kurtosis.
         with suppress(InputError):

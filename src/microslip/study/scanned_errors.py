@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from microslip.errors import InputError
-from microslip.scans import Scan
+from microslip.scans.height_map import HeightMap
 
 if TYPE_CHECKING:
-    from microslip.scans.parameters import SummitStatistics
+    from microslip.scans.summit_statistics import SummitStatistics
     from microslip.scans.summits import Summits
 
 HEIGHTS = {
@@ -44,7 +44,7 @@ SUMMITS = {
 UNITS = {name: unit for group in (HEIGHTS, MOMENTS, SUMMITS) for name, (_, unit) in group.items()}
 
 
-def errors_of(scan: Scan, summits: Summits | None) -> dict[str, float]:
+def errors_of(scan: HeightMap, summits: Summits | None) -> dict[str, float]:
     """Standard errors of the means over nine patches; of a profile as well.
 
     Parameters
@@ -81,7 +81,7 @@ def _standard_error(values: list[float]) -> float:
     return math.sqrt(square / (len(values) - 1) / len(values))
 
 
-def _of_patch(patch: Scan) -> dict[str, float]:
+def _of_patch(patch: HeightMap) -> dict[str, float]:
     """Parameters of a patch; those that it has none of are left out."""
     row: dict[str, float] = {}
     try:
@@ -103,7 +103,7 @@ def _of_patch(patch: Scan) -> dict[str, float]:
     return row
 
 
-def _counted_in_patches(scan: Scan, summits: Summits) -> list[dict[str, float]]:
+def _counted_in_patches(scan: HeightMap, summits: Summits) -> list[dict[str, float]]:
     """What is counted in each of three by three patches, each summit in the one it lies in."""
     places = [
         np.clip((3.0 * summits.positions[:, axis] / scan.size[axis]).astype(int), 0, 2)

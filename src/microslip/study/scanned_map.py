@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.image import AxesImage
     from numpy.typing import NDArray
 
-    from microslip.scans import Scan
+    from microslip.scans.height_map import HeightMap
     from microslip.scans.summits import Summits
     from microslip.study.scanned import Findings
 
@@ -91,7 +91,7 @@ def draw(found: Findings) -> Figure:
 def _image(
     axes: Axes,
     heights: NDArray[np.float64],
-    scan: Scan,
+    scan: HeightMap,
     start: tuple[int, int],
     unit: float,
     ends: tuple[float, float],
@@ -140,7 +140,7 @@ def _mark(axes: Axes, places: NDArray[np.float64], size: float) -> None:
         )  # fmt: skip
 
 
-def _detail(scan: Scan, summits: Summits | None) -> tuple[slice, slice]:
+def _detail(scan: HeightMap, summits: Summits | None) -> tuple[slice, slice]:
     """Rows and columns about the middle, with some tens of summits in them."""
     rows, columns = scan.heights.shape
     share = 0.25

@@ -10,7 +10,7 @@ from microslip.study.scanned_errors import HEIGHTS, MOMENTS, SUMMITS, UNITS
 
 if TYPE_CHECKING:
     from microslip.scans.cutoffs import CutoffTable
-    from microslip.scans.density import HeightFit
+    from microslip.scans.height_distribution import HeightFit
     from microslip.study.scanned import Findings
 
 KIND = "microslip-surface"

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from microslip.materials import MaterialPair
     from microslip.normal import NormalLaw
     from microslip.scans import Scan
-    from microslip.scans.parameters import SummitStatistics
+    from microslip.scans.summit_statistics import SummitStatistics
     from microslip.scans.summits import Summits
 
 LEVELS = ("plane", "quadratic", "cylinder", "mean", "none")
@@ -299,10 +299,10 @@ class ScanSurface(Part):
     def verdicts(self) -> tuple[Verdict, ...]:
         """How far the summits bear a joint, apart from what its load decides."""
         if self.read_scan.is_profile:
-            from microslip.scans.joint import radius_verdict
-            from microslip.scans.statistics import verdicts
+            from microslip.scans.verdicts import judged, radius_in_pixels, verdicts
 
-            return radius_verdict(self._of_profile(), self.profile), *verdicts(self.profile)
+            radius = radius_in_pixels(self._of_profile().radius, self.profile.pixel)
+            return *judged(radius), *verdicts(self.profile)
         with suppress(InputError):  # moments of no Gaussian surface; counting is not asked for them
             return self.summits.validity()
         return ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.scans.leveling import level
+from microslip.scans.levelling import level
 
 _PASSES = 40  # of conjugate gradients on each grid: bounds the time; a guess is there already
 _ENOUGH = 1e-5  # residual, beside that of the first guess

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import floats, plain
-from microslip.friction.validity import Word
+from microslip._core.verdicts import Word
 from microslip.scans.statistics import Statistics
 
 Floats = NDArray[np.float64]

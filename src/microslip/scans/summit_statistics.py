@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Any, Literal
 
 from microslip._core.checks import number, positive, show
-from microslip._core.units import engineering, significant
+from microslip._core.units import AREA, QuantityError, engineering, significant, to_si
 from microslip._core.wording import quoted
 from microslip.errors import InputError
-
-if TYPE_CHECKING:
-    from microslip.heights import HeightDistribution
-    from microslip.materials import MaterialPair
-    from microslip.normal import GreenwoodWilliamson
+from microslip.heights import Gaussian, HeightDistribution
+from microslip.materials import MaterialPair
+from microslip.normal import GreenwoodWilliamson
 
 RadiusBy = Literal["curvature", "load"]
 RADII = ("curvature", "load")
@@ -116,12 +114,33 @@ class SummitStatistics:
         InputError
             An area that is not above zero; another word; summits of one height, for a Gaussian.
         """
-        from microslip.scans.joint import from_statistics
-
-        return from_statistics(self, pair, area, heights)
+        area = area_of(area)
+        if isinstance(heights, str) and heights == "gaussian":
+            if self.std <= 0.0:
+                raise InputError(
+                    "std of the summit heights must be above zero for Gaussian heights; for equal "
+                    'heights use heights="discrete" of Summits, or heights=ms.Discrete([z])'
+                )
+            heights = Gaussian(self.std, self.mean_height)
+        elif not isinstance(heights, HeightDistribution):
+            raise InputError(
+                f'heights must be "gaussian" or a height distribution, got {show(heights)}; the '
+                "heights one by one are known to Summits only"
+            )
+        return GreenwoodWilliamson(pair, heights, self.radius, self.density, area)
 
     def __str__(self) -> str:
         return (
             f"{significant(self.density * 1e-6)} summits/mm^2, radius "
             f"{engineering(self.radius, 'm')}, std {engineering(self.std, 'm')} ({self.estimate})"
         )
+
+
+def area_of(given: Any) -> float:
+    """Apparent area [m^2], from a number in square metres or text such as "2 cm^2"."""
+    if isinstance(given, str):
+        try:
+            return to_si(given, AREA, "2 cm^2")
+        except QuantityError as error:
+            raise InputError(f"area: {error}") from None
+    return positive("area", given, "m^2", 1e-4)

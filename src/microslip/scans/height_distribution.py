@@ -7,20 +7,18 @@ the size of what they miss, in shares of the points and in parts of the rms, and
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
+from microslip._core.verdicts import Verdict
 from microslip.errors import InputError
-from microslip.friction.validity import Verdict, Word
-from microslip.scans.fits import RANGE, TAIL, Fit, fits_of
+from microslip.scans.distribution_fits import RANGE, TAIL, Fit, fits_of
+from microslip.scans.height_map import HeightMap
 from microslip.scans.statistics import Statistics, statistics_of
-
-if TYPE_CHECKING:
-    from microslip.scans.scan import Scan
+from microslip.scans.verdicts import judged
 
 Floats = NDArray[np.float64]
 
@@ -100,14 +98,16 @@ class HeightFit(Locked):
             On the share of points, on the quantiles, and on those of the highest tenth.
         """
         own = self.gaussian
-        return (
-            _judge("points missed by a Gaussian", own.share, 0.02, 0.05),
-            _judge("quantiles missed by a Gaussian, over rms", own.shift, 0.1, 0.5),
-            _judge("the same of the highest tenth", own.tail, 0.1, 0.5),
+        return judged(
+            {
+                "points missed by a Gaussian": own.share,
+                "quantiles missed by a Gaussian, over rms": own.shift,
+                "the same of the highest tenth": own.tail,
+            }
         )
 
 
-def height_distribution(scan: Scan, *, bins: int = 200) -> HeightFit:
+def height_distribution(scan: HeightMap, *, bins: int = 200) -> HeightFit:
     """Density of the heights of a scan, as it is, and how well the usual distributions fit it.
 
     Parameters
@@ -201,8 +201,3 @@ def _histogram(ordered: Floats, bins: int) -> tuple[Floats, Floats]:
     places[-1] = np.searchsorted(ordered, edges[-1], side="right")
     density = np.diff(places) / (ordered.size * np.diff(edges))
     return lock(0.5 * (edges[1:] + edges[:-1])), lock(density)
-
-
-def _judge(name: str, value: float, limit: float, outside: float) -> Verdict:
-    word: Word = "ok" if value <= limit else "watch" if value <= outside else "outside"
-    return Verdict(name, value, limit, word, "the heights are as good as Gaussian")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,10 +15,12 @@ from microslip._core.wording import did_you_mean, quoted, show
 from microslip.errors import InputError
 from microslip.scans.checks import length_of
 from microslip.scans.filters import smooth
-from microslip.scans.gaps import fill, outliers
-from microslip.scans.leveling import LEVELS, level
+from microslip.scans.height_map import HeightMap
+from microslip.scans.levelling import LEVELS, level
 from microslip.scans.noise import noise_std
-from microslip.scans.scan import Scan
+from microslip.scans.outliers_and_gaps import fill, outliers
+
+Map = TypeVar("Map", bound=HeightMap)
 
 _ROUNDING = 1e-14  # of the heights: less is left of an exact plane
 
@@ -34,26 +36,8 @@ class Steps:
     long_cutoff: Any = None
 
 
-def condition(scan: Scan, steps: Steps) -> Scan:
-    """Remove outliers, level, fill and limit the band of wavelengths.
-
-    Parameters
-    ----------
-    scan : Scan
-        As it is.
-    steps : Steps
-        What is to be done.
-
-    Returns
-    -------
-    Scan
-        A new scan, whose notes tell each step.
-
-    Raises
-    ------
-    InputError
-        Steps that are not understood or cannot be done on this scan.
-    """
+def condition(scan: Map, steps: Steps) -> Map:
+    """Remove outliers, level, fill and limit the band of wavelengths; the notes tell each step."""
     limit = _threshold(steps.outliers)
     _word("level", steps.level, LEVELS)
     _word("fill", steps.fill, ("interpolate",))
@@ -100,19 +84,12 @@ def condition(scan: Scan, steps: Steps) -> Scan:
         )
     if heights is not scan.heights:
         lock(heights)
-    result = Scan(
-        heights,
-        scan.pixel,
-        name=scan.name,
-        notes=tuple(notes),
-        cutoff=cutoff,
-        long_cutoff=long_cutoff,
+    return scan.changed(
+        heights, notes=tuple(notes), cutoff=cutoff, long_cutoff=long_cutoff, noise_before=noise
     )
-    object.__setattr__(result, "_noise_before", noise)
-    return result
 
 
-def band(scan: Scan, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float | None]:
+def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float | None]:
     """Both cut-offs [m], if this scan can be filtered so.
 
     Parameters
@@ -158,6 +135,49 @@ def band(scan: Scan, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float
     return short, long
 
 
+def remaining(scan: HeightMap, cutoff: float | None) -> float | None:
+    """Cut-off of the filter that takes a scan to a cut-off, whatever was filtered before.
+
+    Parameters
+    ----------
+    scan : Scan
+        The scan.
+    cutoff : float or None
+        Short-wave cut-off [m] that it is to have in the end; None for the one that it has.
+
+    Returns
+    -------
+    float or None
+        Cut-off [m] of what is left to filter, for the exponents of two Gaussians add; None where
+        the scan is there already.
+
+    Raises
+    ------
+    InputError
+        A cut-off shorter than the one that was applied before, or longer by next to nothing.
+    """
+    before = scan.cutoff
+    if cutoff is None or before is None:
+        return cutoff
+    if math.isclose(cutoff, before, rel_tol=1e-9):
+        return None
+    least = 2.0 * max(scan.pixel)
+    rest = math.sqrt(max(cutoff - before, 0.0) * (cutoff + before))
+    if rest > least:
+        return rest
+    got, had = engineering(cutoff, "m", 4, trim=True), engineering(before, "m", 4, trim=True)
+    if cutoff < before:
+        raise InputError(
+            f"cutoff must not be shorter than the {had} that was applied before, got {got}: waves "
+            "that are gone do not come back; take None, or the scan as it was"
+        )
+    next_one = engineering(math.hypot(before, 1.01 * least), "m", 4, trim=True)
+    raise InputError(
+        f"cutoff must be the {had} that was applied before, or at least {next_one}, got {got}: "
+        "what is between takes a filter of two pixels or less"
+    )
+
+
 def _readable(length: float) -> str:
     return engineering(length, "m", 5, trim=True)
 
@@ -188,7 +208,7 @@ def _word(name: str, given: Any, words: tuple[str, ...]) -> None:
         raise InputError(f"{name} must be {quoted(words)} or None, got {show(given)}{hint}")
 
 
-def _without_outliers(scan: Scan, limit: float) -> tuple[np.ndarray, str]:
+def _without_outliers(scan: HeightMap, limit: float) -> tuple[np.ndarray, str]:
     found = outliers(scan.heights, limit)
     count = int(np.count_nonzero(found))
     heights = np.where(found, np.nan, scan.heights) if count else scan.heights

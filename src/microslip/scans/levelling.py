@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
 
+Level = Literal["plane", "quadratic", "cylinder", "mean"]
 LEVELS = ("plane", "quadratic", "cylinder", "mean")
 """Forms that can be removed."""
 

@@ -1,0 +1,76 @@
+"""How much of the moments of a surface few points carry."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.scans.height_map import HeightMap
+
+EXTREME = 0.001
+"""Share of the points that count as the most extreme ones."""
+
+GAUSSIAN_SHARE = 0.0127
+"""Share of the variance that the most extreme 0.1 % of a Gaussian variable carry."""
+
+
+class ExtremeShares(NamedTuple):
+    """Share [-] of each moment that the most extreme 0.1 % of its values carry."""
+
+    m0: float
+    """Of the variance of heights; 0.013 if they are Gaussian."""
+    m2: float
+    """Of the mean square slope."""
+    m4: float
+    """Of the mean square curvature."""
+
+
+def extreme_shares(scan: HeightMap) -> ExtremeShares:
+    """How much of each moment few points carry.
+
+    Parameters
+    ----------
+    scan : Scan
+        A scan, or a profile.
+
+    Returns
+    -------
+    ExtremeShares
+        Shares of m0, m2 and m4 in the largest 0.1 % of the heights (from their mean), slopes and
+        curvatures; at least one value of each.
+
+    Raises
+    ------
+    InputError
+        Heights that are all the same or along a straight line; no three points in a row present.
+    """
+    heights = scan.heights
+    scan.moments()  # says what is wrong with heights that have none
+    shares = [_share([np.abs(heights - np.nanmean(heights))])]
+    for order in (1, 2):
+        axes = range(heights.ndim)
+        steps = [scan.pixel[heights.ndim - 1 - axis] for axis in axes]
+        shares.append(
+            _share(
+                [np.diff(heights, order, axis=axis) / steps[axis] ** order for axis in axes],
+            )
+        )
+    return ExtremeShares(*shares)
+
+
+def _share(groups: list[Floats]) -> float:
+    top, total = 0.0, 0.0
+    for values in groups:
+        square = values.reshape(-1)
+        square = square[~np.isnan(square)]
+        square *= square
+        if not square.size:
+            continue
+        count = max(1, math.ceil(EXTREME * square.size))
+        square.partition(square.size - count)
+        top += float(square[-count:].sum())
+        total += float(square.sum())
+    return top / total

@@ -1,0 +1,192 @@
+"""Heights on a regular grid, and what is asked of them again and again, reckoned once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._core.checks import positive, show
+from microslip._core.frozen import Locked
+from microslip._core.units import engineering
+from microslip.errors import InputError
+from microslip.scans.checks import enough, objection, own, pixel_of
+from microslip.scans.moments import Moments, moments_of
+from microslip.scans.noise import noise_passed, noise_std
+from microslip.scans.statistics import Statistics, statistics_of
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class HeightMap(Locked):
+    """Heights of a surface or of a line on it: what every step of its evaluation is given.
+
+    Its only user's class is :class:`~microslip.Scan`, which says its parameters.
+    """
+
+    heights: NDArray[np.float64]
+    pixel: tuple[float, ...]
+    name: str
+    notes: tuple[str, ...]
+    cutoff: float | None
+    long_cutoff: float | None
+
+    _noise_before: float | None = None
+    """Noise [m] before the short-wave cut-off, if conditioning applied it: behind a filter there
+    are hardly any differences from point to point left to tell it by."""
+
+    def __init__(
+        self,
+        heights: ArrayLike,
+        pixel: float | str | tuple[float | str, ...],
+        *,
+        name: str = "scan",
+        notes: tuple[str, ...] = (),
+        cutoff: float | None = None,
+        long_cutoff: float | None = None,
+    ) -> None:
+        array = own(heights)
+        if not isinstance(name, str):
+            raise InputError(f"name must be text, got {show(name)}")
+        if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
+            raise InputError(f"notes must be a tuple of texts, got {show(notes)}")
+        for key, value in (
+            ("heights", array),
+            ("pixel", pixel_of(pixel, array.ndim)),
+            ("name", name),
+            ("notes", tuple(notes)),
+            ("cutoff", cutoff),
+            ("long_cutoff", long_cutoff),
+        ):
+            if key.endswith("cutoff") and value is not None:
+                value = positive(key, value, "m", 1e-5)
+            object.__setattr__(self, key, value)
+
+    def changed(self, heights: ArrayLike, **changes: Any) -> Self:
+        """The same with other heights, and whatever else changes with them."""
+        noise = changes.pop("noise_before", self._noise_before)
+        about = {key: getattr(self, key) for key in ("name", "notes", "cutoff", "long_cutoff")}
+        result = type(self)(heights, self.pixel, **{**about, **changes})
+        object.__setattr__(result, "_noise_before", noise)
+        return result
+
+    def __repr__(self) -> str:
+        shape = " x ".join(str(n) for n in self.heights.shape[::-1])
+        steps = " x ".join(engineering(step, "m") for step in dict.fromkeys(self.pixel))
+        return f"{type(self).__name__}({self.name[:60]!r}, {shape} points, pixel {steps})"
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether this is a line and not an area."""
+        return self.heights.ndim == 1
+
+    @property
+    def size(self) -> tuple[float, ...]:
+        """Length [m] along x and along y; of a profile, along it."""
+        counts = self.heights.shape[::-1]
+        return tuple(n * step for n, step in zip(counts, self.pixel, strict=True))
+
+    @property
+    def area(self) -> float:
+        """Area [m^2] that the points stand for, missing ones among them.
+
+        Raises
+        ------
+        InputError
+            A profile has none.
+        """
+        if self.is_profile:
+            raise InputError(f"{self.name[:60]}: a profile has no area; wanted a scan of an area")
+        return math.prod(self.size)
+
+    @property
+    def missing(self) -> float:
+        """Share of the points that are missing [-]."""
+        return float(np.count_nonzero(np.isnan(self.heights)) / self.heights.size)
+
+    def measurable(self) -> Self:
+        """The scan itself, if its heights vary and no spike drowns the others.
+
+        Returns
+        -------
+        Scan
+            This one.
+
+        Raises
+        ------
+        InputError
+            Heights that are all the same; points a million times farther from the median than
+            usual.
+        """
+        if self._objection:
+            raise InputError(f"{self.name[:60]}: {self._objection}")
+        return self
+
+    def statistics(self) -> Statistics:
+        """Height parameters: rms and mean deviation, skewness, kurtosis, flatness.
+
+        Returns
+        -------
+        Statistics
+            The parameters.
+
+        Raises
+        ------
+        InputError
+            Heights that are all the same, or with huge spikes.
+        """
+        return self.measurable()._statistics
+
+    def moments(self) -> Moments:
+        """Spectral moments m0, m2 and m4, from finite differences, and what follows from them.
+
+        Returns
+        -------
+        Moments
+            The moments, of each axis too.
+
+        Raises
+        ------
+        InputError
+            Heights that are all the same, or with huge spikes; two rows or columns only.
+        """
+        enough(self.name, self.heights)
+        return self.measurable()._moments
+
+    def noise_behind(self, cutoff: float | None) -> float:
+        """Standard deviation [m] of the noise behind one more filter, and those applied before.
+
+        Parameters
+        ----------
+        cutoff : float or None
+            Cut-off [m] of that filter.
+
+        Returns
+        -------
+        float
+            Of white noise of the size that the scan had before any filter, if that is known.
+        """
+        if self._noise_before is None:
+            return noise_passed(self.noise, self.pixel, cutoff)
+        whole = math.hypot(self.cutoff or 0.0, cutoff or 0.0)
+        return noise_passed(self._noise_before, self.pixel, whole or None)
+
+    @cached_property
+    def noise(self) -> float:
+        """Standard deviation of the noise of an area from point to point [m]: an upper bound."""
+        return noise_std(self.heights)
+
+    @cached_property
+    def _objection(self) -> str:
+        return objection(self.heights)
+
+    @cached_property
+    def _statistics(self) -> Statistics:
+        return statistics_of(self.heights)
+
+    @cached_property
+    def _moments(self) -> Moments:
+        return moments_of(self.heights, self.pixel)

@@ -1,0 +1,214 @@
+"""Rules by which scans, their summits and their height distributions are judged, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from microslip._core.verdicts import Rule, Verdict
+from microslip.scans.extreme_shares import GAUSSIAN_SHARE, extreme_shares
+from microslip.scans.height_map import HeightMap
+from microslip.scans.moments import SUMMIT_SHARE, lost_to_pixel
+
+LOST_TO_PIXEL = "share of m4 lost to the pixel"
+RADIUS_IN_PIXELS = "summit radius in pixels"
+
+_OWN = "a convention of this project: a resolved Gaussian isotropic surface is far within it"
+_GAUSSIAN = "the heights are as good as Gaussian"
+
+
+def _share_rule(moment: str, what: str) -> Rule:
+    return Rule(
+        f"share of {moment} in 0.1 % of points",
+        0.05,
+        0.2,
+        f"{what} are of the whole surface, not of a few points ({GAUSSIAN_SHARE:.3f} if Gaussian)",
+        _OWN,
+        "leave the extreme points out, or scan a place without scratches",
+    )
+
+
+RULES: Mapping[str, Rule] = {
+    rule.name: rule
+    for rule in (
+        # Of the heights.
+        Rule(
+            "kurtosis",
+            4.0,
+            6.0,
+            "heights are near a Gaussian; far above 3, scratches, pits or spikes make the rms",
+            _OWN,
+            "leave the extreme points out, and build on counted summits",
+        ),
+        _share_rule("m0", "heights"),
+        _share_rule("m2", "slopes"),
+        _share_rule("m4", "curvatures"),
+        Rule(
+            "rms slope",
+            0.3,
+            1.0,
+            "slopes are small, as in all contact theory; far above, units are wrong or steps made "
+            "them",
+            _OWN,
+            "check the units of heights and pixel",
+        ),
+        Rule(
+            LOST_TO_PIXEL,
+            0.05,
+            0.25,
+            "curvatures are of waves of eight pixels or more (0.56 for noise from point to point); "
+            "else m4 and the number of summits come out low by about so much: choose a longer "
+            "short-wave cut-off, or scan with a finer pixel",
+            "waves of eight pixels lose 5 % of their m4 to finite differences",
+            "choose a longer short-wave cut-off, or scan with a finer pixel",
+        ),
+        Rule(
+            "0.8968 / alpha",
+            SUMMIT_SHARE / 1.5,
+            0.9,
+            "Nayak's alpha is at least 1.5, as of an isotropic Gaussian surface",
+            "Nayak (1971), DOI 10.1115/1.3451608",
+            "build on counted summits",
+        ),
+        Rule("missing", 0.02, 0.2, "the points present speak for all", _OWN, "fill the gaps"),
+        Rule(
+            "anisotropy",
+            1.5,
+            3.0,
+            "slopes are alike in all directions, as McCool's formulas have it",
+            _OWN,
+            "build on counted summits",
+            missing="a profile has one direction only",
+        ),
+        # Of their distribution.
+        Rule("points missed by a Gaussian", 0.02, 0.05, _GAUSSIAN, _OWN),
+        Rule("quantiles missed by a Gaussian, over rms", 0.1, 0.5, _GAUSSIAN, _OWN),
+        Rule("the same of the highest tenth", 0.1, 0.5, _GAUSSIAN, _OWN),
+        # Of the summits.
+        Rule(
+            RADIUS_IN_PIXELS,
+            5.0,
+            2.0,
+            "the radius is more than a few pixels, so that slopes are small and caps are resolved",
+            _OWN,
+            "choose a longer short-wave cut-off, or scan with a finer pixel",
+        ),
+        Rule(
+            "summit spacing in pixels",
+            8.0,
+            5.0,
+            "summits are features of the surface and not of the pixel, at which noise has one in 3",
+            "white noise has a peak in every nine pixels, at a mean spacing of three",
+            "choose a longer short-wave cut-off, or scan with a finer pixel",
+        ),
+        Rule(
+            "summit spacing over cut-off",
+            2.0,
+            1.2,
+            "summits are features of the surface and not of the filter, behind which noise has "
+            "0.87",
+            "white noise behind a Gaussian filter has its summits 0.87 cut-offs apart",
+            "choose another short-wave cut-off",
+        ),
+        Rule(
+            "summits",
+            30.0,
+            10.0,
+            "summits are enough for statistics",
+            "a mean over fewer scatters by a fifth and more",
+            "scan a larger area",
+        ),
+        Rule(
+            "kurtosis of the heights",
+            6.0,
+            20.0,
+            "no scratch or spike dominates the moments; Gaussian heights have 3",
+            _OWN,
+            "leave the extreme points out",
+        ),
+        Rule(
+            "mean radius counted against McCool's",
+            1.5,
+            3.0,
+            "summits and spectral moments tell of the same surface, as on a Gaussian one, where "
+            "Nayak's alpha is at least 1.5; moments of curvature are ruled by the few sharpest "
+            "points",
+            "McCool (1987), DOI 10.1115/1.3261349: on a Gaussian surface they are the same",
+            "build on counted summits",
+        ),
+        Rule(
+            "radius by load over radius by curvature",
+            1.6,
+            3.0,
+            "one radius stands for all summits; on a Gaussian surface the ratio is 1.28",
+            "Nayak (1971), DOI 10.1115/1.3451608: 1.277 on an isotropic Gaussian surface",
+            "take the summits one by one, as a population",
+        ),
+        Rule(
+            "share of peaks below the prominence",
+            0.05,
+            1.0,
+            "hardly a peak is below the prominence; those that are may be noise, or waves of a few "
+            "pixels that a smaller prominence counts: nothing in a scan tells them apart",
+            _OWN,
+            "choose the prominence from what the instrument repeats",
+        ),
+        Rule(
+            "share of fits dropped",
+            0.1,
+            0.3,
+            "peaks are round enough to be summits",
+            _OWN,
+            "choose a longer short-wave cut-off",
+        ),
+    )
+}
+"""Every rule by its name. What a limit stands on is its reason."""
+
+
+def judged(values: Mapping[str, float | None]) -> tuple[Verdict, ...]:
+    """Verdicts on values, by the names of their rules; None is not judged."""
+    return tuple(RULES[name].judge(value) for name, value in values.items())
+
+
+def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
+    """Whether moments describe the surface, or few points, noise or the lay of it.
+
+    Parameters
+    ----------
+    scan : Scan
+        A levelled scan, or a profile.
+
+    Returns
+    -------
+    tuple of Verdict
+        On kurtosis, on the shares of extreme points in heights, slopes and curvatures, on the
+        slopes, on what the pixel takes from waves of few pixels, on Nayak's alpha (Nayak 1971,
+        DOI 10.1115/1.3451608), on missing points and on the lay. The limits are conventions: a
+        Gaussian isotropic surface that is well resolved is far within all of them.
+
+    Raises
+    ------
+    InputError
+        Heights that are all the same or along a straight line; no three points in a row present.
+    """
+    numbers, moments = scan.statistics(), scan.moments()
+    shares = extreme_shares(scan)._asdict().items()
+    values: dict[str, float | None] = {"kurtosis": numbers.kurtosis}
+    values |= {f"share of {moment} in 0.1 % of points": share for moment, share in shares}
+    values |= {
+        "rms slope": moments.rms_slope,
+        LOST_TO_PIXEL: lost_to_pixel(scan.heights, scan.pixel),
+        "0.8968 / alpha": SUMMIT_SHARE / moments.nayak,
+        "missing": numbers.missing,
+    }
+    if not scan.is_profile:
+        values["anisotropy"] = moments.anisotropy
+    return judged(values)
+
+
+def radius_in_pixels(radius: float, pixel: tuple[float, ...]) -> dict[str, float | None]:
+    """The value of that rule: it tells a radius of the surface from one of the pixel."""
+    side = 1.0
+    for step in pixel:
+        side *= step ** (1.0 / len(pixel))
+    return {RADIUS_IN_PIXELS: radius / side}

@@ -129,6 +129,7 @@ def test_parameters_of_classes(item: type) -> None:
         ms.SegalmanFit,
         ms.CoupledResponse,
         ms.FieldResponse,
+        ms.FieldCycle,
         ms.Summits,
         ms.Identification,
         ms.Comparison,

@@ -5,6 +5,7 @@ from .coulomb import Coulomb as Coulomb
 from .coupled import CoupledResponse as CoupledResponse
 from .field import FieldResponse as FieldResponse
 from .field import JointField as JointField
+from .field_cycles import FieldCycle as FieldCycle
 from .fields import AsperityFields as AsperityFields
 from .fields import Zone as Zone
 from .interface import Interface as Interface

@@ -7,7 +7,9 @@
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
+#include <limits.h>
 #include <math.h>
+#include <stdlib.h>
 
 #define TERMS 12          /* coefficients a panel; fixed so that the polynomial unrolls */
 #define PROFILE_TERMS 14  /* coefficients a panel of a load curve */
@@ -48,6 +50,8 @@ static PyMethodDef methods[] = {
     {"loads", py_loads, METH_VARARGS, NULL},
     {"drops", py_drops, METH_VARARGS, NULL},
     {"excesses", py_excesses, METH_VARARGS, NULL},
+    {"field_cycle", py_field_cycle, METH_VARARGS, NULL},
+    {"field_slopes", py_field_slopes, METH_VARARGS, NULL},
     {"separations", py_separations, METH_VARARGS, NULL},
     {"coupled", py_coupled, METH_VARARGS, NULL},
     {"coupled_step", py_coupled_step, METH_VARARGS, NULL},

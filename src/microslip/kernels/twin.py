@@ -11,6 +11,7 @@ direction (-1, 0 or 1) of the last move. Empty, it stands for the first loading 
 
 from microslip.kernels.layout import MOMENT_TERMS, PROFILE_TERMS, TERMS
 from microslip.kernels.twin_diagram import coupled, coupled_step, diagram, step_front
+from microslip.kernels.twin_field import field_cycle, field_slopes
 from microslip.kernels.twin_hold import hold
 from microslip.kernels.twin_losses import losses
 from microslip.kernels.twin_memory import accumulate, branches, locate, respond
@@ -31,6 +32,8 @@ __all__ = [
     "evaluate",
     "evaluate_one",
     "excesses",
+    "field_cycle",
+    "field_slopes",
     "gaussian_moment",
     "gaussian_moment_at",
     "hold",

@@ -1,0 +1,289 @@
+"""Settled cycles of all nodes of a field at once, with their derivatives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip import kernels
+from microslip._core.checks import Floats, floats, show
+from microslip._core.frozen import Locked, lock
+from microslip.errors import InputError
+from microslip.kernels import twin_field
+
+if TYPE_CHECKING:
+    from microslip.friction.field import JointField
+
+
+@dataclass(frozen=True, eq=False)
+class FieldCycle(Locked):
+    """The settled cycles of the nodes of a field, made by :meth:`microslip.JointField.periodic`.
+
+    After Jaeger (1998), DOI 10.1115/1.2833765, carried along the cycle (DOI
+    10.3389/fmech.2020.00030).
+    """
+
+    force: Floats
+    """Tangential forces T [N], shape (nodes, samples)."""
+    load: Floats
+    """Normal loads N [N], shape (nodes, samples)."""
+    stiffness: Floats
+    """Tangent stiffnesses dT/d(displacement) of each sample's step [N/m], (nodes, samples)."""
+    _field: JointField
+    _places: Floats
+    _steps: Floats | None
+    _from_mean: bool
+
+    def derivative(
+        self, displacements: ArrayLike, separations: ArrayLike | None = None
+    ) -> tuple[Floats, Floats]:
+        """Derivatives of forces and loads along directions, down the tree of reversals.
+
+        Parameters
+        ----------
+        displacements : array_like
+            How the displacements change with each parameter [m a unit of it], shape (samples,
+            directions) for all nodes alike, or (nodes, samples, directions).
+        separations : array_like, optional
+            How the separations do, of the same shape; without it they do not.
+
+        Returns
+        -------
+        force : ndarray
+            Derivatives of the forces [N a unit], shape (nodes, samples, directions).
+        load : ndarray
+            Derivatives of the normal loads [N a unit], of the same shape.
+
+        Raises
+        ------
+        InputError
+            Not finite, another shape; separations where the cycle has none.
+        """
+        nodes, samples = self.force.shape
+        by_place = self._directions("displacements", displacements)
+        if separations is None:
+            by_step = np.zeros((1, samples, 0))
+        elif self._steps is None:
+            raise InputError(
+                "separations stayed at rest in this cycle: give periodic the separations, too"
+            )
+        else:
+            by_step = self._directions("separations", separations)
+            if by_step.shape != by_place.shape:
+                raise InputError(
+                    "separations must have the shape of displacements, got "
+                    f"{np.shape(separations)} and {np.shape(displacements)}"
+                )
+        if self._from_mean:
+            by_place = by_place - by_place.mean(axis=1, keepdims=True)
+        places, steps = by_place.shape[2], by_step.shape[2]
+        slopes = np.empty((nodes, samples, places + steps))
+        falls = np.empty((nodes, samples, steps))
+        nothing = np.zeros(0)
+        stride = int(by_place.shape[0] > 1)
+        _slopes(
+            self._field, self._places, self._steps, by_place, by_step, stride, nothing, 0,
+            nothing, slopes, nothing, falls,
+        )  # fmt: skip
+        weights = self._field._weights[:, None, None]
+        force = weights / self._field._slip[:, None, None] * slopes[:, :, :places]
+        if not steps:
+            return force, np.zeros_like(force)
+        force += weights * slopes[:, :, places:]
+        return force, self._field._scale[:, None, None] * falls
+
+    def _directions(self, name: str, value: ArrayLike) -> Floats:
+        nodes, samples = self.force.shape
+        array = floats(name, value)
+        wanted = array.ndim in (2, 3) and array.shape[-2] == samples
+        if not wanted or (array.ndim == 3 and array.shape[0] != nodes):
+            raise InputError(
+                f"{name} must have the shape ({samples}, directions), or ({nodes}, {samples}, "
+                f"directions), got {array.shape}"
+            )
+        return array.reshape(-1, *array.shape[-2:])
+
+
+def periodic(
+    field: JointField, displacements: ArrayLike, separations: ArrayLike | None, rest: Any
+) -> FieldCycle:
+    """See :meth:`microslip.JointField.periodic`."""
+    x = _cycles(field, "displacements", displacements)
+    start, from_mean = _rest(field, rest, x)
+    places = (x - start[:, None]) / field._slip[:, None]
+    steps = None
+    if separations is not None:
+        steps = _steps(field, _cycles(field, "separations", separations))
+        if steps.shape != x.shape:
+            raise InputError(
+                "displacements and separations must have as many samples, got "
+                f"{x.shape[1]} and {steps.shape[1]}"
+            )
+    force, load, slope = (np.empty(x.shape) for _ in range(3))
+    arguments = places, steps, field._steps, x.shape[1], force, load, slope
+    profile = _profile(field, steps)
+    if profile is None:
+        twin_field.cycle_with(field._curve, *arguments)
+    else:
+        kernels.active.field_cycle(*arguments, *profile.arguments)
+    force *= field._weights[:, None]
+    load *= field._scale[:, None]
+    slope *= (field._weights / field._slip)[:, None]
+    return FieldCycle(lock(force), lock(load), lock(slope), field, places, steps, from_mean)
+
+
+def harmonics(
+    field: JointField,
+    coefficients: ArrayLike,
+    orders: Any,
+    separations: ArrayLike | None,
+    rest: Any,
+    samples: int,
+) -> tuple[Floats, ...]:
+    """See :meth:`microslip.JointField.harmonics`."""
+    numbers = _orders(orders)
+    basis, analysis = _transform(numbers, _samples(samples, numbers))
+    count = basis.shape[1]
+    x = _coefficients(field, "coefficients", coefficients, count) @ basis.T
+    start, from_mean = _rest(field, rest, x)
+    places = (x - start[:, None]) / field._slip[:, None]
+    by_place = basis
+    if from_mean and numbers[0] == 0:  # it moves along
+        by_place = basis.copy()
+        by_place[:, 0] = 0.0
+    steps, by_step = None, np.zeros((basis.shape[0], 0))
+    if separations is not None:
+        steps = _steps(field, _coefficients(field, "separations", separations, count) @ basis.T)
+        by_step = basis
+    columns, more = count + by_step.shape[1], by_step.shape[1]
+    spectrum, load_spectrum = np.empty((field.size, count)), np.empty((field.size, count))
+    jacobian = np.empty((field.size, count, columns))
+    load_jacobian = np.empty((field.size, count, more))
+    _slopes(
+        field, places, steps, by_place[None], by_step[None], 0, analysis, count,
+        spectrum, jacobian, load_spectrum, load_jacobian,
+    )  # fmt: skip
+    weights = field._weights[:, None, None]
+    spectrum *= field._weights[:, None]
+    jacobian[:, :, :count] *= weights / field._slip[:, None, None]
+    if separations is None:
+        return spectrum, jacobian
+    load_spectrum *= field._scale[:, None]
+    tangent = np.zeros((field.size, 2, 2, count, count))
+    tangent[:, 0, 0] = jacobian[:, :, :count]
+    tangent[:, 0, 1] = weights * jacobian[:, :, count:]
+    tangent[:, 1, 1] = field._scale[:, None, None] * load_jacobian
+    return spectrum, load_spectrum, tangent
+
+
+def _slopes(
+    field: JointField,
+    places: Floats,
+    steps: Floats | None,
+    by_place: Floats,
+    by_step: Floats,
+    stride: int,
+    weights: Floats,
+    rows: int,
+    *results: Floats,
+) -> None:
+    """The kernel's derivatives, or its twin's for a law without a profile."""
+    arguments = (
+        np.ascontiguousarray(places), steps, field._steps, places.shape[1],
+        np.ascontiguousarray(by_place), by_place.shape[2],
+        np.ascontiguousarray(by_step), by_step.shape[2], stride, weights, rows, *results,
+    )  # fmt: skip
+    profile = _profile(field, steps)
+    if profile is None:
+        twin_field.slopes_with(field._curve, *arguments)
+    else:
+        kernels.active.field_slopes(*arguments, *profile.arguments)
+
+
+def _profile(field: JointField, steps: Floats | None) -> Any:
+    low = float(field._steps.min())
+    if steps is not None:
+        low = min(low, float((steps + field._steps[:, None]).min()))
+    return field._curve.profile(low)
+
+
+# -- what comes in --------------------------------------------------------------------------------
+
+
+def _cycles(field: JointField, name: str, value: ArrayLike) -> Floats:
+    """One cycle a node, or one for all, as (nodes, samples)."""
+    array = floats(name, value)
+    if array.ndim not in (1, 2) or (array.ndim == 2 and array.shape[0] != field.size):
+        raise InputError(
+            f"{name} must have the shape ({field.size}, samples), or (samples,) for all nodes "
+            f"alike, got {array.shape}"
+        )
+    return np.ascontiguousarray(np.broadcast_to(array, (field.size, array.shape[-1])))
+
+
+def _coefficients(field: JointField, name: str, value: ArrayLike, count: int) -> Floats:
+    array = floats(name, value)
+    if array.shape not in ((count,), (field.size, count)):
+        raise InputError(
+            f"{name} must have the shape ({field.size}, {count}), a row a node in the order of the "
+            f"harmonics, or ({count},) for all alike, got {array.shape}"
+        )
+    return np.broadcast_to(array, (field.size, count))
+
+
+def _steps(field: JointField, separations: Floats) -> Floats:
+    """Separations from each node's own at rest."""
+    field._check_separations(separations)
+    return np.ascontiguousarray(separations - field.separations[:, None])
+
+
+def _rest(field: JointField, rest: Any, x: Floats) -> tuple[Floats, bool]:
+    """Displacements at rest, and whether they are the means of the cycles."""
+    if isinstance(rest, str):
+        if rest != "mean":
+            raise InputError(f'rest must be a displacement [m] or "mean", got {show(rest)}')
+        return np.asarray(x.mean(axis=1)), True
+    return field._each("rest", rest), False
+
+
+def _orders(value: Any) -> tuple[int, ...]:
+    given = list(value) if hasattr(value, "__iter__") and not isinstance(value, str) else None
+    whole = given is not None and all(
+        isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= 0 for n in given
+    )
+    if given is None or not whole or not given or sorted(set(given)) != given:
+        raise InputError(
+            "harmonics must be whole numbers that rise, 0 for the mean, such as [0, 1, 3], "
+            f"got {show(value)}"
+        )
+    return tuple(int(n) for n in given)
+
+
+def _samples(samples: Any, orders: tuple[int, ...]) -> int:
+    whole = isinstance(samples, (int, np.integer)) and not isinstance(samples, bool)
+    least = 2 * orders[-1] + 1
+    if not whole or not least <= samples <= 1 << 20:
+        raise InputError(
+            f"samples must be a whole number, at least {least} for harmonic {orders[-1]}, "
+            f"got {show(samples)}"
+        )
+    return int(samples)
+
+
+@lru_cache(maxsize=32)
+def _transform(orders: tuple[int, ...], samples: int) -> tuple[Floats, Floats]:
+    """Columns [mean,] cos, sin ... at the samples, and what takes samples back to coefficients."""
+    turns = np.arange(samples) / samples
+    columns: list[Floats] = []
+    factors: list[float] = []
+    for n in orders:
+        angle = 2.0 * math.pi * ((n * turns) % 1.0)
+        columns += [np.ones(samples)] if n == 0 else [np.cos(angle), np.sin(angle)]
+        factors += [1.0] if n == 0 else [2.0, 2.0]
+    basis = np.ascontiguousarray(np.stack(columns, axis=1))
+    return lock(basis), lock(np.ascontiguousarray(basis * (np.array(factors) / samples)))

@@ -1,0 +1,411 @@
+"""Many nodes on one load curve, in NumPy: part of :mod:`microslip.kernels.twin`.
+
+All nodes go through a step together. Places (displacement over kappa) and steps (separations) count
+from each node's own rest. The diagram of a node is a stack of rows, see
+:func:`microslip.kernels.twin_diagram.step_front`, each with a mark: T/mu of the step that made it,
+with the row reaching in to that step. Marks never change, also where a row is cut; at a held load
+one difference of N then gives the value of a move.
+
+The functions with a curve serve laws that no profile gives, too.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip.kernels.layout import Floats, Integers
+from microslip.kernels.twin_profile import drops, loads
+
+Bools = NDArray[np.bool_]
+
+
+class ArrayCurve(Protocol):
+    """A load curve, asked at many separations."""
+
+    def drop(self, base: Floats, width: Floats) -> Floats:
+        """N(b) - N(b + w)."""
+
+    def load(self, step: Floats) -> tuple[Floats, Floats]:
+        """N and -N'."""
+
+
+class PanelCurve:
+    """The curve of a profile."""
+
+    def __init__(self, *profile: Any) -> None:
+        self._profile = profile
+
+    def drop(self, base: Floats, width: Floats) -> Floats:
+        """N(b) - N(b + w)."""
+        result = np.empty(base.size)
+        drops(base, width, result, *self._profile)
+        return result
+
+    def load(self, step: Floats) -> tuple[Floats, Floats]:
+        """N and -N'."""
+        value, fall = np.empty(step.size), np.empty(step.size)
+        loads(step, value, fall, *self._profile)
+        return value, fall
+
+
+class Moves(NamedTuple):
+    """One move of every node: rows that stay, front, D, kind, T/mu, and -N' by which it grows."""
+
+    depth: Integers
+    front: Floats
+    density: Floats
+    kind: Integers
+    value: Floats
+    fall: Floats
+
+
+def fronts(
+    step: Floats,
+    place: Floats,
+    rows: Floats,
+    depth: Integers,
+    last_step: Floats,
+    last_place: Floats,
+) -> tuple[Integers, Floats, Floats, Integers]:
+    """What ``step_front`` finds, for every node."""
+    fall, move = last_step - step, place - last_place
+    at = np.arange(step.size)
+    sticks = np.abs(move) <= fall
+    rising = ~sticks & (fall < 0.0)
+    depth = depth.copy()
+
+    def top(which: Integers) -> Floats:
+        return rows[which, depth[which] - 1]
+
+    lost = at[rising & (depth > 0)]
+    while lost.size:
+        lost = lost[top(lost)[:, 0] <= step[lost]]
+        depth[lost] -= 1
+        lost = lost[depth[lost] > 0]
+    held = np.zeros(step.size)
+    inside = at[rising & (depth > 0)]
+    end, density, beyond = top(inside).T
+    held[inside] = density * (end - step[inside]) + beyond
+    equal = rising & (place == held)
+    sign = np.where(np.where(rising, place > held, move > 0.0), 1.0, -1.0)
+    q = np.where(rising, step, last_step)
+    going = at[~sticks & ~equal & (depth > 0)]
+    while going.size:
+        end, density, beyond = top(going).T
+        other = density != sign[going]
+        reach = np.divide(
+            place[going] + sign[going] * step[going] - density * end - beyond,
+            sign[going] - density,
+            out=np.full(going.size, np.inf),
+            where=other,
+        )
+        found = reach < end - 4e-16 * (np.abs(end) + np.abs(step[going]))
+        q[going] = np.maximum(np.where(found, reach, end), q[going])
+        going = going[~found]
+        depth[going] -= 1
+        going = going[depth[going] > 0]
+    virgin = ~sticks & ~equal & (depth == 0)
+    q = np.where(virgin, np.maximum(q, step + sign * place), q)
+    share = np.divide(move, fall, out=np.zeros(step.size), where=fall > 0.0)
+    kind = np.where(sticks, 0, np.where(equal, 2, 1))
+    return depth, q, np.where(sticks, share, np.where(equal, 0.0, sign)), kind
+
+
+def make_moves(
+    curve: ArrayCurve,
+    rest: Floats,
+    rows: Floats,
+    marks: Floats,
+    depth: Integers,
+    last: tuple[Floats, Floats, Floats],
+    step: Floats,
+    place: Floats,
+) -> Moves:
+    """The moves from the ``last`` step, place and value; nothing is changed."""
+    before = depth
+    depth, front, density, kind = fronts(step, place, rows, depth, last[0], last[1])
+    width = np.maximum(front - step, 0.0)
+    drop = curve.drop(rest + step, width)
+    stuck, slipped = kind == 0, kind != 0
+    value = np.where(stuck, last[2], 0.0) + density * drop
+    over = np.flatnonzero(slipped & (depth > 0))
+    if over.size:
+        row, mark = rows[over, depth[over] - 1], marks[over, depth[over] - 1]
+        same = mark[:, 1] == step[over]
+        cut = curve.drop(rest[over] + mark[:, 1], front[over] - mark[:, 1])
+        value[over] = np.where(
+            same,
+            mark[:, 0] + (density[over] - row[:, 1]) * drop[over],
+            value[over] + (mark[:, 0] - row[:, 1] * cut),
+        )
+    # Where it stays where it is, what last slipped would go on.
+    top = rows[np.arange(step.size), np.maximum(before - 1, 0)]
+    slid = (before > 0) & (np.abs(top[:, 1]) == 1.0)
+    still = stuck & ~(front > step)
+    fall = curve.load(rest + np.where(still & slid, top[:, 0], np.where(still, step, front)))[1]
+    fresh = stuck & ~still
+    fall = np.where(fresh, np.divide(drop, width, out=np.zeros_like(drop), where=fresh), fall)
+    return Moves(depth, front, density, kind, value, fall)
+
+
+def take_moves(
+    rows: Floats, marks: Floats, last_place: Floats, step: Floats, moves: Moves
+) -> Integers:
+    """Make moves the diagrams, which need room for one more row; returns their depths."""
+    depth = moves.depth.copy()
+    new = np.flatnonzero(moves.front > step)
+    row = rows[new, depth[new] - 1]
+    outer = row[:, 1] * (row[:, 0] - moves.front[new]) + row[:, 2]
+    beyond = np.where(moves.kind[new] == 0, last_place[new], np.where(depth[new] > 0, outer, 0.0))
+    rows[new, depth[new]] = np.stack((moves.front[new], moves.density[new], beyond), axis=1)
+    marks[new, depth[new]] = np.stack((moves.value[new], step[new]), axis=1)
+    depth[new] += 1
+    return depth
+
+
+# -- settled cycles -------------------------------------------------------------------------------
+
+
+class Entries(NamedTuple):
+    """How each move of a cycle depends on what came before it, arrays (nodes, entries)."""
+
+    sample: Integers
+    sticks: Bools
+    parent: Integers  # entry of the row that was cut, -1 for none
+    density: Floats
+    fall: Floats  # -N' at the front
+    here: Floats  # -N' at the step
+    share: Floats  # where the front lies in a parent that stuck
+    gain: Floats  # the mean -N' of that parent beyond the front, times what is left of it
+    width: Floats
+
+
+def walk_cycles(
+    curve: ArrayCurve, rest: Floats, place: Floats, step: Floats | None
+) -> tuple[Entries, Floats, Floats]:
+    """The settled cycles of nodes that all need as many passes: entries, values and loads.
+
+    A cycle begins where step + |place| is largest, its *root*, with a straight path from rest. All
+    memory is gone there, unless the root lies within what that path pressed down sticking: then a
+    second pass settles it. Values and loads are those of the last pass, in the order of samples.
+    """
+    nodes, samples = place.shape
+    d = np.zeros_like(place) if step is None else step
+    at = np.arange(nodes)
+    root = np.argmax(d + np.abs(place), axis=1)
+    passes = 2 if np.any(np.abs(place[at, root]) <= -d[at, root]) and step is not None else 1
+    count = passes * samples
+    rows, marks = np.empty((nodes, count + 1, 3)), np.empty((nodes, count + 1, 2))
+    ids = np.full((nodes, count + 1), -1)
+    depth = np.zeros(nodes, dtype=np.int64)
+    entries = Entries(
+        *(np.zeros((nodes, count), dtype=kind) for kind in (np.int64, np.bool_, np.int64)),
+        *(np.zeros((nodes, count)) for _ in range(6)),
+    )
+    last = np.zeros(nodes), np.zeros(nodes), np.zeros(nodes)
+    values, loads_ = np.empty_like(place), np.empty_like(place)
+    held = curve.load(rest)
+    for i in range(count):
+        t = (root + i) % samples
+        now, x = d[at, t], place[at, t]
+        before = depth
+        moves = make_moves(curve, rest, rows, marks, depth, last, now, x)
+        load, here = held if step is None else curve.load(rest + now)
+        sticks = (moves.kind == 0) & (moves.front > now)
+        still = (moves.kind == 0) & ~sticks
+        top = rows[at, np.maximum(before - 1, 0)]
+        slid = still & (before > 0) & (np.abs(top[:, 1]) == 1.0)
+        under = moves.depth - slid
+        density = np.where(slid, top[:, 1], np.where(still | (moves.kind == 2), 1.0, moves.density))
+        front = np.where(slid, top[:, 0], np.where(still, now, moves.front))
+        parent = np.where(sticks | (under == 0), -1, ids[at, under - 1])
+        entries.sample[:, i], entries.sticks[:, i], entries.parent[:, i] = t, sticks, parent
+        entries.density[:, i], entries.fall[:, i], entries.here[:, i] = density, moves.fall, here
+        entries.width[:, i] = moves.front - now
+        old = np.flatnonzero((parent >= 0) & entries.sticks[at, np.maximum(parent, 0)])
+        if old.size:
+            left = rows[old, under[old] - 1, 0] - front[old]
+            width = entries.width[old, parent[old]]
+            entries.share[old, i] = left / width
+            entries.gain[old, i] = curve.drop(rest[old] + front[old], left) / width
+        depth = take_moves(rows, marks, last[1], now, moves)
+        pushed = np.flatnonzero(depth > moves.depth)
+        ids[pushed, depth[pushed] - 1] = i
+        values[at, t], loads_[at, t] = moves.value, load
+        last = now, x, moves.value
+    return entries, values, loads_
+
+
+def derive_cycles(entries: Entries, by_place: Floats, by_step: Floats) -> tuple[Floats, Floats]:
+    """Derivatives of all values and loads along directions (nodes or 1, samples, directions).
+
+    With A of a row the derivative of what it holds beyond a fixed separation, a slip from a parent
+    row k to the front q has A = A[k] - N'(q) (dp - dp[k]) for places p and, for separations d,
+    A = A[k] - N'(q) (s dd - s[k] dd[k]), and dT = A + s N'(d) dd; THEORY, section 15. A parent that
+    stuck shifts with both of its ends.
+    """
+    nodes, count = entries.sample.shape
+    at = np.arange(nodes)
+    own = at if by_place.shape[0] > 1 else np.zeros(nodes, dtype=np.int64)
+    places, steps = by_place.shape[2], by_step.shape[2]
+    ahead = np.zeros((nodes, count + 1, places + steps))  # the last one is nothing
+    slopes = np.zeros_like(ahead)
+    turns = np.concatenate((by_place, by_step), axis=2)
+    nothing = np.zeros((nodes, places + steps))
+    split = np.arange(places + steps) < places
+
+    def along(entry: Integers) -> Floats:
+        found = turns[own, entries.sample[at, np.maximum(entry, 0)]]
+        return np.where((entry >= 0)[:, None], found, nothing)
+
+    for i in range(count):
+        now = turns[own, entries.sample[:, i]]
+        density, fall = entries.density[:, i, None], entries.fall[:, i, None]
+        here, sticks = entries.here[:, i, None], entries.sticks[:, i, None]
+        factor = np.where(split, 1.0, density)  # of a row: dp, or D dd
+        # New contact that sticks.
+        previous = np.full(nodes, i - 1)
+        was = along(previous)
+        there = entries.here[:, i - 1, None] if i else np.zeros((nodes, 1))
+        kept = slopes[at, previous] + np.where(split, 0.0, density * there * was)
+        stuck = kept + factor * fall * (now - was)
+        # A slip.
+        parent = entries.parent[:, i]
+        old = np.where(parent >= 0, entries.density[at, parent], 0.0)[:, None]
+        before = np.where((parent >= 0) & entries.sticks[at, parent], parent - 1, parent)
+        outer, inner = along(parent), along(before)
+        share = np.where(before < parent, entries.share[:, i], 1.0)[:, None]
+        grip = np.where(before < parent, entries.gain[:, i], 0.0)[:, None]
+        scale = np.where(split, 1.0, old)
+        at_front = (1.0 - share) * inner + share * outer
+        slid = ahead[at, parent] + scale * grip * (outer - inner)
+        slid = slid + fall * (factor * now - scale * at_front)
+        ahead[:, i] = np.where(sticks, kept, slid)
+        slopes[:, i] = np.where(sticks, stuck, slid) - np.where(split, 0.0, density * here * now)
+    falls = -entries.here[:, :, None] * by_step[own[:, None], entries.sample]
+    return slopes[:, :count], falls
+
+
+def two_groups(place: Floats, step: Floats | None) -> list[Integers]:
+    """Nodes that need one pass, and those that need two."""
+    if step is None:
+        return [np.arange(len(place))]
+    at = np.arange(len(place))
+    root = np.argmax(step + np.abs(place), axis=1)
+    sticks = np.abs(place[at, root]) <= -step[at, root]
+    sticks &= step[at, root] < 0.0
+    return [which for which in (at[~sticks], at[sticks]) if which.size]
+
+
+def cycle_with(
+    curve: ArrayCurve,
+    place: Floats,
+    step: Floats | None,
+    rest: Floats,
+    samples: int,
+    value: Floats,
+    load: Floats,
+    slope: Floats,
+) -> None:
+    """:func:`field_cycle` with any curve."""
+    x, d = place.reshape(-1, samples), None if step is None else step.reshape(-1, samples)
+    value, load, slope = (array.reshape(x.shape) for array in (value, load, slope))
+    for which in two_groups(x, d):
+        part = None if d is None else d[which]
+        entries, value[which], load[which] = walk_cycles(curve, rest[which], x[which], part)
+        last, falls = entries.sample[:, -samples:], np.empty((which.size, samples))
+        np.put_along_axis(falls, last, entries.fall[:, -samples:], axis=1)
+        slope[which] = falls
+
+
+def slopes_with(
+    curve: ArrayCurve,
+    place: Floats,
+    step: Floats | None,
+    rest: Floats,
+    samples: int,
+    by_place: Floats,
+    places: int,
+    by_step: Floats,
+    steps: int,
+    stride: int,
+    weights: Floats,
+    rows: int,
+    spectrum: Floats,
+    jacobian: Floats,
+    load_spectrum: Floats,
+    load_jacobian: Floats,
+) -> None:
+    """:func:`field_slopes` with any curve."""
+    x, d = place.reshape(-1, samples), None if step is None else step.reshape(-1, samples)
+    sets = rest.size if stride else 1
+    u, v = by_place.reshape(sets, samples, places), by_step.reshape(sets, samples, steps)
+    kept = rows or samples
+    J = jacobian.reshape(rest.size, kept, places + steps)
+    K = load_jacobian.reshape(rest.size, kept, steps)
+    w = weights.reshape(samples, rows)
+    for which in two_groups(x, d):
+        part = None if d is None else d[which]
+        entries, value, load = walk_cycles(curve, rest[which], x[which], part)
+        own = (u[which], v[which]) if stride else (u, v)
+        slope, fall = derive_cycles(entries, *own)
+        order = np.argsort(entries.sample[:, -samples:], axis=1)[:, :, None]
+        slope = np.take_along_axis(slope[:, -samples:], order, axis=1)
+        fall = np.take_along_axis(fall[:, -samples:], order, axis=1)
+        if not rows:
+            J[which], K[which] = slope, fall
+            continue
+        spectrum.reshape(-1, rows)[which] = value @ w
+        load_spectrum.reshape(-1, rows)[which] = load @ w
+        J[which], K[which] = w.T @ slope, w.T @ fall
+
+
+def field_cycle(
+    place: Floats,
+    step: Floats | None,
+    rest: Floats,
+    samples: int,
+    value: Floats,
+    load: Floats,
+    slope: Floats,
+    *profile: Any,
+) -> None:
+    """Settled cycles of nodes: T/mu, N and d(T/mu)/d(place) at every sample.
+
+    Arrays are (nodes, samples); ``step`` is None where all nodes stay at ``rest``.
+    """
+    cycle_with(PanelCurve(*profile), place, step, rest, samples, value, load, slope)
+
+
+def field_slopes(
+    place: Floats,
+    step: Floats | None,
+    rest: Floats,
+    samples: int,
+    by_place: Floats,
+    places: int,
+    by_step: Floats,
+    steps: int,
+    stride: int,
+    weights: Floats,
+    rows: int,
+    spectrum: Floats,
+    jacobian: Floats,
+    load_spectrum: Floats,
+    load_jacobian: Floats,
+    *profile: Any,
+) -> None:
+    """Derivatives of settled cycles along directions of place and step.
+
+    ``by_place`` and ``by_step`` hold the directions (samples, places) and (samples, steps), with a
+    ``stride`` of 1 for each node its own. With ``weights`` (samples, rows) what comes back are sums
+    over the samples: of T/mu, its derivatives (rows, places + steps), of N and its derivatives
+    (rows, steps). Without rows the derivatives at all samples do.
+    """
+    slopes_with(
+        PanelCurve(*profile), place, step, rest, samples, by_place, places, by_step, steps, stride,
+        weights, rows, spectrum, jacobian, load_spectrum, load_jacobian,
+    )  # fmt: skip

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import strategies as st
+from own_laws import LAWS
 
 import microslip as ms
-from microslip.friction import LAWS
 
 Case = dict[str, Any]
 
@@ -139,6 +139,16 @@ def reach_of(law: ms.BackboneLaw) -> float:
 def stiffness_of(law: ms.BackboneLaw) -> float:
     """Stiffness [N/m] by which errors of stiffnesses are measured; none for a rigid law."""
     return law.tangential_stiffness if is_elastic(law) else 0.0
+
+
+def missing_share(law: ms.BackboneLaw, amplitude: float) -> float:
+    """How much a concave backbone may lack of E_d = 4 F a, as its own values bound it.
+
+    The integral of T0 up to a is no less than (a - m) T0(m) for any m.
+    """
+    middles = amplitude * np.geomspace(1e-12, 1.0, 2000)
+    least = np.max((1.0 - middles / amplitude) * law.backbone(middles)) / law.force_limit
+    return float(2.0 * (1.0 - least))
 
 
 def settled(v: float) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from own_laws import Hyperbola
 
 import microslip as ms
 from microslip._core.checks import Floats
@@ -27,8 +28,8 @@ def example_params(
 ) -> list[Any]:
     return [
         pytest.param(model, values, id=f"{model.name}-{i}")
-        for cls in MODELS
-        for i, (model, values) in enumerate(cls.examples())
+        for prototype in (*MODELS, model_of(Hyperbola))
+        for i, (model, values) in enumerate(prototype.examples())
         if isinstance(model, kind) and which(model)
     ]
 
@@ -78,7 +79,7 @@ def test_examples_lie_within_their_bounds(model: Model, values: Mapping[str, flo
     assert tuple(values) == model.names
     for parameter in model.parameters:
         assert parameter.low <= values[parameter.name] <= parameter.high
-        assert parameter.low > 0.0 or not parameter.log
+        assert parameter.low > 0.0 or not parameter.is_log
     assert model.within(values) == dict(values)
 
 
@@ -313,13 +314,19 @@ def test_jenkins_is_homogeneous(k: float, limit: float, share: float) -> None:
 def test_derived_quantities_and_their_gradients(model: Model, values: Mapping[str, float]) -> None:
     loads = loads_of(model)[:1]
     derived = model.derived(values, loads, PAIR, 2e-4)
-    assert derived
+    assert derived or {"stiffness", "force_limit"} == set(values)
     for j, item in enumerate(derived):
         for i, name in enumerate(model.names):
             step = 1e-3 * (abs(values[name]) or 1e-2)
+            least = model.parameters[i].low + 3.0 * step
+            if values[name] < least:  # differences need room on both sides
+                values = {**values, name: least}
+                item = model.derived(values, loads, PAIR, 2e-4)[j]
 
-            def at(value: float, name: str = name, j: int = j) -> float:
-                return model.derived({**values, name: value}, loads, PAIR, 2e-4)[j].value
+            def at(
+                value: float, given: Mapping[str, float] = values, name: str = name, j: int = j
+            ) -> float:
+                return model.derived({**given, name: value}, loads, PAIR, 2e-4)[j].value
 
             found = sixth_order(at, values[name], step)
             error = 1e-9 * abs(item.gradient[i]) + 1e-14 * abs(item.value) / step

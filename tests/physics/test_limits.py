@@ -5,7 +5,7 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
-from cases import law_params, reach_of
+from cases import law_params, missing_share, reach_of
 
 import microslip as ms
 from microslip.normal import NORMAL_LAWS
@@ -253,10 +253,12 @@ def test_large_amplitudes_are_linear(law):
         doubt = 1e-15 * abs(law.separation) * law.normal_stiffness / law.normal_load
         np.testing.assert_allclose(law.dissipated_energy(a), wanted, rtol=1e-14 + doubt)
     far = 1e9 * reach_of(law)
-    assert law.energy_ratio(far) == pytest.approx(1, abs=1e-8)
-    assert law.loss_factor(far) == pytest.approx(4 / math.pi, rel=1e-8, abs=0)
-    assert law.damping_ratio(far) == pytest.approx(2 / math.pi, rel=1e-8, abs=0)
-    assert law.dissipation_exponent(far) == pytest.approx(1, abs=1e-8)
+    near = 1e-8 + missing_share(law, far)
+    assert near < 1e-3
+    assert law.energy_ratio(far) == pytest.approx(1, abs=near)
+    assert law.loss_factor(far) == pytest.approx(4 / math.pi, rel=near, abs=0)
+    assert law.damping_ratio(far) == pytest.approx(2 / math.pi, rel=near, abs=0)
+    assert law.dissipation_exponent(far) == pytest.approx(1, abs=near)
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -8,10 +8,10 @@ import mpmath as mp
 import numpy as np
 import pytest
 from cases import REFERENCE
+from own_laws import HEIGHTS
 from scipy import stats
 
 import microslip as ms
-from microslip.heights import HEIGHTS
 from microslip.heights.base import TWICE_ORDERS
 
 ORDERS = tuple(TWICE_ORDERS)

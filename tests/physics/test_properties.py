@@ -347,7 +347,10 @@ def test_one_number_is_a_vector_of_one(law, x):
 def test_force_of_displacement(law, f, top):
     """Asked: 1e-12; also next to the force limit, where the displacement runs away."""
     force = np.array(f) * top * (1 - 1e-9) * law.force_limit
-    same(law.force(law.displacement(force)), force, law)
+    x = law.displacement(force)
+    # A tail that is algebraic goes so far that the last place of the displacement counts.
+    last = np.spacing(np.abs(x).max()) * law.tangential_stiffness / law.force_limit
+    same(law.force(x), force, law, rounding(law) + 4 * last)
 
 
 @invertible_laws

@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 from cases import reach_of
+from own_laws import HEIGHTS, LAWS
 from scipy import stats
 
 import microslip as ms
-from microslip.friction import LAWS
-from microslip.heights import HEIGHTS
 from microslip.normal import NORMAL_LAWS
 
 AL = ms.Material(69e9, 0.33)

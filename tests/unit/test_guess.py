@@ -150,40 +150,23 @@ def test_normal_load_of_a_record_may_be_measured() -> None:
 # -- a law that somebody adds ---------------------------------------------------------------------
 
 
-class _Step(ms.BackboneLaw):
+@dataclass(frozen=True)
+class Sharpened(ms.BackboneLaw):
+    """Says nothing of its parameters."""
+
+    sharpness: float
+    height: float
+
     def _backbone(self, u: Floats) -> Floats:
-        return self.force_limit * np.tanh(u * self._rate)
+        return self.height * np.tanh(u * self.sharpness)
 
     def _slope(self, u: Floats) -> Floats:
-        return self.force_limit * self._rate / np.cosh(np.minimum(u * self._rate, 300.0)) ** 2
-
-    _rate: float
+        return self.height * self.sharpness / np.cosh(np.minimum(u * self.sharpness, 300.0)) ** 2
 
 
-@dataclass(frozen=True)
-class SmoothStep(_Step):
-    stiffness: float
-    force_limit: float
-
-    @property
-    def _rate(self) -> float:  # type: ignore[override]
-        return self.stiffness / self.force_limit
-
-
-@dataclass(frozen=True)
-class Sharpened(_Step):
-    sharpness: float
-    force_limit: float
-
-
-def test_laws_of_limit_and_stiffness_are_guessed_without_more() -> None:
-    law = SmoothStep(5e7, 100.0)
-    near(SmoothStep.guess(law.loop(8e-6)), law)
-
-
-def test_other_laws_say_what_they_need() -> None:
+def test_a_law_that_says_no_parameters_needs_a_guess() -> None:
     with pytest.raises(ms.InputError, match=r"Sharpened must have a classmethod guess\(data\)"):
-        Sharpened.guess(SmoothStep(5e7, 100.0).loop(8e-6))
+        Sharpened.guess(ms.Jenkins(5e7, 100.0).loop(8e-6))
 
 
 # -- what is no data ------------------------------------------------------------------------------

@@ -11,8 +11,8 @@ import pytest
 from scipy import stats
 
 import microslip as ms
-from microslip.friction.surface_guesses import conventional_radius, scaled
-from microslip.identification.models import MODELS, BackboneModel, Parameter, model_of, template_of
+from microslip.friction.surface_guesses import conventional_radius
+from microslip.identification.models import MODELS, BackboneModel, model_of, template_of
 
 PAIR = ms.Interface.examples()[0].surface.pair
 NAMES = {
@@ -88,7 +88,8 @@ def test_models_survive_copies(name: str) -> None:
 
 def test_bounds_of_separations() -> None:
     gauss = model_of("interface").parameters[2]
-    assert gauss == Parameter("standardised_separation", "", -4.0, 8.0, searched=True)
+    assert (gauss.name, gauss.low, gauss.high) == ("standardised_separation", -4.0, 8.0)
+    assert gauss.beyond
     shifted = model_of("interface", heights=ms.Gaussian(1e-6, mean=3e-6)).parameters[2]
     assert (shifted.low, shifted.high) == pytest.approx((-1.0, 11.0))
     low, high = template_of(ms.Exponential(5e-7)).bounds()
@@ -168,7 +169,7 @@ def test_convention_for_the_radius() -> None:
     ids=repr,
 )
 def test_scaled_heights(heights: ms.HeightDistribution) -> None:
-    other = scaled(heights, 3.0)
+    other = heights._scaled(3.0)
     assert other.spread == pytest.approx(3.0 * heights.spread)
     y = np.array([-3e-7, 1e-7, 8e-7])
     assert other.cdf(3.0 * y) == pytest.approx(heights.cdf(y), rel=1e-9)
@@ -181,7 +182,7 @@ def test_scaled_heights(heights: ms.HeightDistribution) -> None:
     ("law", "options", "message"),
     [
         ("bouc", {}, "law must be one of 'interface', 'jenkins', 'iwan', 'segalman', 'bouc-wen'"),
-        (7, {}, "the class or an instance of one of these laws, got 7"),
+        (7, {}, "the class or an instance of a law that says its parameters, got 7"),
         (ms.Coulomb(3.0), {}, "got Coulomb"),
         (ms.Asperity, {}, "law must be one of"),
         ("jenkins", {"cells": 3}, "cells is no option of 'jenkins', which takes none"),

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from own_laws import LAWS
 
 import microslip as ms
-from microslip.friction import LAWS
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)

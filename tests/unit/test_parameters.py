@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 import pytest
+from own_laws import HEIGHTS, LAWS
 
 import microslip as ms
 from microslip._core.parameters import (
@@ -17,8 +18,6 @@ from microslip._core.parameters import (
     rescaled,
     values_of,
 )
-from microslip.friction import LAWS
-from microslip.heights import HEIGHTS
 from microslip.normal import NORMAL_LAWS
 
 

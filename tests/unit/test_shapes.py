@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from cases import reach_of
+from own_laws import HEIGHTS, LAWS
 
 import microslip as ms
-from microslip.friction import LAWS, Sliders
-from microslip.heights import HEIGHTS
+from microslip.friction import Sliders
 from microslip.normal import NORMAL_LAWS
 
 # Vectorised methods with a place in the middle of what each takes.

@@ -16,10 +16,10 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray
+from own_laws import LAWS
 
 import microslip as ms
 from microslip._core import netcdf
-from microslip.friction import LAWS
 
 JOINT = ms.Interface.examples()[0]
 LOADS = [500.0, 2000.0, 5000.0]

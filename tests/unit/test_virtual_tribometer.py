@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from own_laws import LAWS
 
 import microslip as ms
-from microslip.friction import LAWS
 from microslip.tribometer import motion, virtual
 from microslip.tribometer.virtual import InSeries
 

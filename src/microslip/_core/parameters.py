@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, ClassVar
 
+import numpy as np
+
 from microslip._core.checks import LARGEST, SMALLEST, exact, number, record
 from microslip._core.frozen import lock
 from microslip.errors import Argument, InputError
@@ -184,11 +186,26 @@ def _parameters_of(kind: Any) -> tuple[Parameter, ...]:
         return ()
     found = []
     for item in dataclasses.fields(kind):
-        said = item.metadata.get(_KEY)
+        said = item.metadata.get(_KEY, _USUAL.get(item.name))
         if isinstance(said, Parameter) and item.init:
             default = None if item.default is dataclasses.MISSING else item.default
             found.append(dataclasses.replace(said, name=item.name, default=default))
     return tuple(found)
+
+
+# Fields of these names need no words of their own.
+_USUAL = {
+    "stiffness": Parameter("stiffness", "k", "N/m", "stiffness at rest", above=0.0),
+    "force_limit": Parameter("force_limit", "F", "N", "force of gross slip", above=0.0),
+}
+
+
+def says_all(kind: type) -> bool:
+    """Whether the parameters of a class are all that it takes."""
+    if not dataclasses.is_dataclass(kind):
+        return False
+    names = {item.name for item in dataclasses.fields(kind) if item.init}
+    return bool(names) and names == {item.name for item in parameters_of(kind)}
 
 
 class Parametric:
@@ -211,9 +228,9 @@ def key_of(kind: type) -> str:
     return own or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", kind.__name__).lower()
 
 
-def values_of(item: Any) -> dict[str, float]:
+def values_of(item: Any) -> dict[str, Any]:
     """Values of all parameters of an instance, by their names."""
-    return {said.name: float(getattr(item, said.name)) for said in parameters_of(type(item))}
+    return {said.name: getattr(item, said.name) for said in parameters_of(type(item))}
 
 
 def dimension_of(unit: str) -> tuple[int, int] | None:
@@ -231,9 +248,7 @@ def dimension_of(unit: str) -> tuple[int, int] | None:
     return powers["N"], powers["m"]
 
 
-def rescaled(
-    kind: type, values: Mapping[str, float], force: float, length: float
-) -> dict[str, float]:
+def rescaled(kind: type, values: Mapping[str, Any], force: float, length: float) -> dict[str, Any]:
     """Values of a class in units of force [N] and length [m] that are so many times as large.
 
     Raises
@@ -249,5 +264,8 @@ def rescaled(
                 f"{kind.__name__}.{item.name} must have a unit of newtons and metres to be "
                 f"scaled, got {item.unit!r}"
             )
-        result[item.name] = values[item.name] * force ** dimension[0] * length ** dimension[1]
+        factor = force ** dimension[0] * length ** dimension[1]
+        result[item.name] = (
+            np.asarray(values[item.name]) * factor if item.many else (values[item.name] * factor)
+        )
     return result

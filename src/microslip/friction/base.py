@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import MISSING, fields, is_dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +16,7 @@ from microslip._core.checks import Floats, exact, floats, plain, positive, recor
 from microslip._core.frozen import lock
 from microslip._core.parameters import Parametric
 from microslip.errors import Argument, InputError
+from microslip.friction.guesses import guessed_law
 from microslip.friction.views import PeriodicResponse, Sliders
 from microslip.kernels.table import Table
 from microslip.loops import Loop, unit_cycle
@@ -113,6 +113,13 @@ class BackboneLaw(Parametric, ABC):
         """Derivative of :meth:`_energy` [N]."""
         value, slope = self._backbone(amplitude), self._slope(amplitude)
         return 4.0 * np.maximum(value - amplitude * slope, 0.0)
+
+    def _parameter_derivatives(self, u: Floats) -> Floats | None:
+        """T0 by each parameter (parameters, places), u >= 0 [m]; None where differences must do."""
+        return None
+
+    _quantities: ClassVar[tuple[tuple[str, str], ...]] = ()
+    """Properties that follow from the parameters and are worth telling, with their units."""
 
     def _slider_density(self, u: Floats) -> Floats:
         """-T0'' [N/m^2]; the default by central differences of the slope."""
@@ -515,11 +522,9 @@ class BackboneLaw(Parametric, ABC):
     def guess(cls: type[Self], data: Any) -> Self:
         """A law to start a fit from.
 
-        The default serves a law whose parameters are a ``force_limit`` and, if any other, a
-        ``stiffness`` at rest: those of the closest curve of the plainest kind, (19.15) for
-        exponential heights.
-        A law that has others gives a ``guess`` of its own; :mod:`microslip.friction.guesses` reads
-        the loops.
+        The default serves any law that says its parameters with units of newtons and metres: it
+        draws the shapes of its examples through the branches, and settles what else there is by
+        least squares.
 
         Parameters
         ----------
@@ -534,27 +539,11 @@ class BackboneLaw(Parametric, ABC):
         Raises
         ------
         InputError
-            Data of another kind, no closed cycle, a force that does not vary; a law that has
-            other parameters and no guess.
+            Data of another kind, no closed cycle, a force that does not vary; a law that does not
+            say its parameters and has no guess.
         """
-        from microslip.friction.guesses import all_features, draw, exponential, points_of
-
-        needed: set[str] = set()
-        if is_dataclass(cls):
-            given = [item for item in fields(cls) if item.init]
-            needed = {
-                item.name
-                for item in given
-                if item.default is MISSING and item.default_factory is MISSING
-            }
-        if "force_limit" not in needed or needed - {"force_limit", "stiffness"}:
-            raise InputError(
-                f"{cls.__name__} must have a classmethod guess(data) of its own to be guessed: "
-                "the default serves laws whose parameters are force_limit and stiffness"
-            )
-        drawn = draw(*points_of(all_features(data)), exponential)
-        values = {"force_limit": drawn.limit, "stiffness": drawn.limit / drawn.length}
-        return cls(**{name: values[name] for name in needed})
+        law: Self = guessed_law(cls, data)
+        return law
 
     @classmethod
     def examples(cls: type[Self]) -> tuple[Self, ...]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from microslip._core.checks import Floats, positive, show
 from microslip._core.checks import record as series
+from microslip._core.parameters import Parameter, parameters_of, rescaled, says_all, values_of
 from microslip.errors import Argument, InputError
 
 Share = Callable[[Floats], Floats]
@@ -258,14 +259,80 @@ def best_of(rows: Callable[[Floats], Floats], force: Floats, low: float, high: f
     return best._replace(misfit=math.sqrt(best.misfit / whole))
 
 
-def elastic_plastic(x: Floats) -> Floats:
-    """Share of Jenkins' cell."""
-    return np.minimum(x, 1.0)
+def guessed_law(kind: Any, data: Any) -> Any:
+    """A law of any kind that says its parameters: the one closest to the branches of loops.
+
+    Raises
+    ------
+    InputError
+        As :func:`all_features`; a kind that says no parameters, or others than plain numbers with
+        units of newtons and metres.
+    """
+    said = parameters_of(kind)
+    if not says_all(kind) or any(item.many or item.dimension is None for item in said):
+        raise InputError(
+            f"{kind.__name__} must have a classmethod guess(data) of its own to be guessed: the "
+            "default serves laws that say their parameters, as numbers with units of N and m"
+        )
+    u, force = points_of(all_features(data))
+    best, values = math.inf, dict[str, float]()
+    for shape in _shapes(kind, said):
+        drawn = draw(u, force, kind(**shape)._backbone)
+        if drawn.misfit < best:
+            best, values = drawn.misfit, rescaled(kind, shape, drawn.limit, drawn.length)
+    if not math.isfinite(best):
+        raise InputError(f"{kind.__name__} has no values with which it draws these loops")
+    scales = [item.dimension for item in said if item.dimension != (0, 0)]
+    # A limit and a length are settled already.
+    if len(said) > 2 or len(set(scales)) < len(said):
+        values = _settled(kind, said, values, u, force)
+    return kind(**values)
 
 
-def exponential(x: Floats) -> Floats:
-    """Share of an interface of exponential heights: a smooth one of the plainest kind."""
-    return -np.expm1(-x)
+def _shapes(kind: Any, said: Sequence[Parameter]) -> list[dict[str, float]]:
+    """Values to try in units of force and length: those of the examples, and of the defaults."""
+    shapes = []
+    for law in kind.examples():
+        stiffness = law.tangential_stiffness
+        if math.isfinite(stiffness):
+            limit = law.force_limit
+            shapes.append(rescaled(kind, values_of(law), 1.0 / limit, stiffness / limit))
+    plain = [item for item in said if item.dimension == (0, 0)]
+    for share in (0.25, 0.5, 0.75) if plain else (0.5,):
+        shape = {item.name: 1.0 for item in said}
+        for item in plain:
+            # Far ends of a search say nothing of what is usual.
+            low, high = max(item.low, -10.0), min(item.high, 10.0)
+            middle = low + share * (high - low)
+            shape[item.name] = middle if item.default is None else item.default
+        shapes.append(shape)
+    return shapes
+
+
+def _settled(
+    kind: Any, said: Sequence[Parameter], values: Mapping[str, float], u: Floats, force: Floats
+) -> dict[str, float]:
+    """Values near some that draw a law best through points, within what is searched."""
+    from scipy.optimize import least_squares
+
+    logs = [item.is_positive for item in said]
+    ends = np.array([(item.low, item.high) for item in said]).T
+    at = np.clip([values[item.name] for item in said], *ends)
+
+    def inner(row: Floats) -> Floats:
+        return np.array([math.log(x) if log else x for x, log in zip(row, logs, strict=True)])
+
+    def outer(q: Floats) -> dict[str, float]:
+        row = [math.exp(x) if log else float(x) for x, log in zip(q, logs, strict=True)]
+        return {
+            item.name: min(max(x, item.low), item.high) for item, x in zip(said, row, strict=True)
+        }
+
+    def left(q: Floats) -> Floats:
+        return np.asarray((kind(**outer(q))._backbone(u) - force) / force.max())
+
+    fit = least_squares(left, inner(at), bounds=(inner(ends[0]), inner(ends[1])), max_nfev=60)
+    return outer(fit.x)
 
 
 def yield_grid(data: Any, cells: int) -> Floats:

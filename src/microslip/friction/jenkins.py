@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,6 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.parameters import parameter
 from microslip.friction.base import BackboneLaw
-from microslip.friction.guesses import all_features, draw, elastic_plastic, points_of
 from microslip.friction.views import Sliders
 
 
@@ -64,32 +62,17 @@ class Jenkins(BackboneLaw):
     def _energy_slope(self, amplitude: Floats) -> Floats:
         return np.where(amplitude < self.yield_displacement, 0.0, 4.0 * self.force_limit)
 
+    def _parameter_derivatives(self, u: Floats) -> Floats:
+        # At the yield displacement those beyond it.
+        sticks = u < self.yield_displacement
+        return np.stack((np.where(sticks, u, 0.0), np.where(sticks, 0.0, 1.0)))
+
+    _quantities = (("yield_displacement", "m"),)
+
     def sliders(self) -> Sliders:
         """One slider, see there [N/m, m]."""
         yields, stiffnesses = np.array([self.yield_displacement]), np.array([self.stiffness])
         return Sliders(lock(yields), lock(stiffnesses), None)
-
-    @classmethod
-    def guess(cls, data: Any) -> Jenkins:
-        """A cell to start a fit from: the one closest to the branches of the loops.
-
-        Parameters
-        ----------
-        data : Loop, Record or sequence of such
-            What was measured: displacement [m] and force [N], at least one closed cycle each.
-
-        Returns
-        -------
-        Jenkins
-            The cell; of loops that never slip its limit is the largest force they show.
-
-        Raises
-        ------
-        InputError
-            Data of another kind, no closed cycle, a force that does not vary.
-        """
-        drawn = draw(*points_of(all_features(data)), elastic_plastic)
-        return cls(drawn.limit / drawn.length, drawn.limit)
 
     @classmethod
     def examples(cls) -> tuple[Jenkins, ...]:

@@ -137,6 +137,31 @@ class SegalmanIwan(BackboneLaw):
         # Where the energy underflows the power law holds.
         return plain(np.asarray(np.where(np.isnan(exponent), 3.0 + self.chi, exponent)))
 
+    def _parameter_derivatives(self, u: Floats) -> Floats:
+        # Sums of nothing that cancels; phi depends on the others, and what that gives is in them.
+        # At phi and beyond they are those of gross slip.
+        p, beta, phi = 1.0 + self.chi, self.beta, self.slip_displacement
+        whole = beta * (p + 1.0) + p
+        sticks = u < phi
+        x = np.where(sticks, u / phi, 1.0)
+        v, power = x * phi, x**p
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slow = np.where(x > 0.0, -power * np.log(x), 0.0)
+        part = v * self._spread / (p + 1.0)
+        by_values = np.stack(
+            (
+                part * power * (p / self.force_limit),
+                v * (1.0 - power / (1.0 + beta)),
+                part * (slow + power * (beta / whole)),
+                part * power * (beta * (p + 1.0) / ((1.0 + beta) * whole)),
+            )
+        )
+        by_values[1:, ~sticks] = 0.0
+        by_values[0, ~sticks] = 1.0
+        return by_values
+
+    _quantities = (("slip_displacement", "m"),)
+
     def _slider_density(self, u: Floats) -> Floats:
         phi = self.slip_displacement
         with np.errstate(divide="ignore"):  # infinite at 0 for chi below zero, as it is

@@ -12,14 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats, positive, show
 from microslip.errors import Argument, InputError
 from microslip.friction.guesses import Features, Scaled, all_features, best_of, loads_of
-from microslip.heights import (
-    Discrete,
-    Exponential,
-    Gaussian,
-    HeightDistribution,
-    Statistical,
-    as_heights,
-)
+from microslip.heights import Gaussian, HeightDistribution, as_heights
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson, NormalLaw
 from microslip.normal.base import check_pair
@@ -148,31 +141,6 @@ def conventional_radius(density_root: float, std: float) -> float:
     return (_SPREAD / (density_root * std)) ** 2
 
 
-def scaled(heights: HeightDistribution, factor: float) -> HeightDistribution:
-    """The distribution of ``factor`` times the heights.
-
-    Raises
-    ------
-    InputError
-        A distribution without location and scale.
-    """
-    if isinstance(heights, Gaussian):
-        return Gaussian(heights.std * factor, heights.mean * factor)
-    if isinstance(heights, Exponential):
-        return Exponential(heights.scale * factor)
-    if isinstance(heights, Discrete):
-        return Discrete(np.asarray(heights.values) * factor)
-    frozen: Any = heights.distribution if isinstance(heights, Statistical) else heights
-    try:
-        shapes, at, scale = frozen.dist._parse_args(*frozen.args, **frozen.kwds)
-        return Statistical(frozen.dist(*shapes, loc=at * factor, scale=scale * factor))
-    except (AttributeError, TypeError):
-        raise InputError(
-            Argument("heights"),
-            f" must be of a distribution with location and scale, got {show(frozen)}",
-        ) from None
-
-
 def guessed_surface(
     data: Any,
     pair: MaterialPair,
@@ -190,7 +158,7 @@ def guessed_surface(
     friction, slip, separation = interface_values(data, loads, mean, shape, span)
     std = slip / (friction * pair.stiffness_ratio)
     area = positive("area", CONVENTIONAL_AREA if area is None else area, "m^2")
-    unit = GreenwoodWilliamson(pair, scaled(given, std / shape.unit), 1.0, 1.0, area)
+    unit = GreenwoodWilliamson(pair, given._scaled(std / shape.unit), 1.0, 1.0, area)
     root = mean / unit.load(separation * std)  # density * sqrt(radius)
     chosen = conventional_radius(root, std) if radius is None else radius
     chosen = positive("radius", chosen, "m")

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain, show
-from microslip._core.parameters import Parametric
+from microslip._core.parameters import Parametric, rescaled, says_all, values_of
 from microslip.errors import Argument, InputError
 
 TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1, 6)})
@@ -29,6 +29,23 @@ class HeightDistribution(Parametric, ABC):
 
     edge: float = -math.inf
     """Height [m] of the lower end of a bounded distribution: the moments are not smooth there."""
+
+    def _scaled(self, factor: float) -> HeightDistribution:
+        """The distribution of ``factor`` times the heights, by the units of its parameters.
+
+        Raises
+        ------
+        InputError
+            Parameters that it does not say.
+        """
+        kind = type(self)
+        if not says_all(kind):
+            raise InputError(
+                f"{kind.__name__} must say the units of all its parameters to be scaled, with "
+                "field(metadata=parameter(...)), or give _scaled(factor)"
+            )
+        scaled: HeightDistribution = kind(**rescaled(kind, values_of(self), 1.0, factor))
+        return scaled
 
     @property
     def top(self) -> float:

@@ -164,6 +164,17 @@ class Statistical(HeightDistribution):
         object.__setattr__(self, "_index", index)
         object.__setattr__(self, "edge", low)
 
+    def _scaled(self, factor: float) -> Statistical:
+        frozen = self.distribution
+        try:
+            shapes, at, scale = frozen.dist._parse_args(*frozen.args, **frozen.kwds)
+            return Statistical(frozen.dist(*shapes, loc=at * factor, scale=scale * factor))
+        except (AttributeError, TypeError):
+            raise InputError(
+                Argument("heights"),
+                f" must be of a distribution with location and scale, got {show(frozen)}",
+            ) from None
+
     def _tail_index(self) -> float:
         """Exponent b of P(y > Y) ~ Y^-b as far out as the distribution can tell."""
         d = self.distribution

@@ -15,14 +15,14 @@ from microslip._core.units import significant
 from microslip.errors import InputError
 from microslip.identification.coordinates import RIG
 from microslip.identification.intervals import Progress
-from microslip.identification.models import CycleModel, model_of
+from microslip.identification.models import MODELS, CycleModel, model_of
 from microslip.identification.result import Identification
 from microslip.identification.run import identify
 from microslip.identification.setup import listed
 from microslip.identification.verdicts import FIXED, Fitted, digits_of, shown, shown_interval
 from microslip.tribometer.record import Record
 
-LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
+LAWS = tuple(model.name for model in MODELS)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from microslip.identification.models.base import Parameter
+from microslip._core.parameters import Parameter
 
 RIG = "rig_stiffness"
 DELAY = "delay"
@@ -89,7 +89,7 @@ def coordinate_of(
         unit=parameter.unit,
         low=parameter.low,
         high=parameter.high,
-        kind="log" if parameter.log else "linear",
+        kind="log" if parameter.is_log else "linear",
         start=min(max(start, parameter.low), parameter.high),
         load=load,
         scale=1.0,

@@ -60,7 +60,7 @@ def open_ends(
     With that end as far out again, the fit goes on from best values that rest there; from others
     the profile does, to the new end or to where the sum of squares has risen by ``rises``.
     """
-    searched = {one.name for one in problem.model.parameters if one.searched}
+    searched = {one.name for one in problem.model.parameters if one.beyond}
     low, high = bounds_of(problem)
     found = []
     for row, j in enumerate(problem.free):

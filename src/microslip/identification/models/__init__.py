@@ -1,31 +1,25 @@
-"""What each law tells an identification: one class a law."""
+"""What a law tells an identification: by the metadata of its class, or by a class of its own."""
 
 from __future__ import annotations
 
+import inspect
+import math
 import re
 from typing import Any
 
 from microslip._core.checks import show
+from microslip._core.parameters import parameters_of, says_all
 from microslip.errors import InputError
+from microslip.friction.base import BackboneLaw
 from microslip.friction.bouc_wen import BoucWen
 from microslip.friction.interface import Interface
 from microslip.friction.iwan import Iwan
-from microslip.friction.jenkins import Jenkins
-from microslip.friction.segalman import SegalmanIwan
-from microslip.friction.surface_guesses import conventional_radius
-from microslip.identification.models.base import (
-    BackboneModel,
-    Branch,
-    CycleModel,
-    Derived,
-    Model,
-    Parameter,
-)
+from microslip.friction.laws import LAWS
+from microslip.identification.models.base import BackboneModel, Branch, CycleModel, Derived, Model
 from microslip.identification.models.bouc_wen import BoucWenModel
 from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.models.iwan import IwanModel
-from microslip.identification.models.jenkins import JenkinsModel
-from microslip.identification.models.segalman import SegalmanModel
+from microslip.identification.models.law import LawModel
 from microslip.identification.models.template import template_of
 
 __all__ = [
@@ -34,24 +28,32 @@ __all__ = [
     "Branch",
     "CycleModel",
     "Derived",
+    "LawModel",
     "Model",
-    "Parameter",
-    "conventional_radius",
     "model_of",
     "template_of",
 ]
 
-MODELS: tuple[type[Model], ...] = (
-    InterfaceModel,
-    JenkinsModel,
-    IwanModel,
-    SegalmanModel,
-    BoucWenModel,
-)
-"""Every model; the shared tests run over it."""
+_OWN: dict[type, type[Model]] = {Interface: InterfaceModel, Iwan: IwanModel, BoucWen: BoucWenModel}
+"""Laws that need more than their parameters: a surface, a grid, whole cycles."""
 
-_LAWS: tuple[type, ...] = (Interface, Jenkins, Iwan, SegalmanIwan, BoucWen)
-"""The law of each of them."""
+
+def _model(kind: Any) -> Model | None:
+    """The model of a class of laws; None for one that cannot be fitted."""
+    if kind in _OWN:
+        return _OWN[kind].made()
+    if not (inspect.isclass(kind) and issubclass(kind, BackboneLaw)):
+        return None
+    rigid = any(math.isinf(law.tangential_stiffness) for law in kind.examples())
+    if not says_all(kind) or rigid or any(item.many for item in parameters_of(kind)):
+        return None
+    return LawModel(kind)
+
+
+MODELS: tuple[Model, ...] = tuple(
+    model for model in map(_model, (*LAWS, BoucWen)) if model is not None
+)
+"""The model of every exported law that can be fitted; the shared tests run over it."""
 
 
 _JOINTS = r"[\s_\-\u2010-\u2015\u2212]+"
@@ -64,9 +66,9 @@ def model_of(law: Any, **options: Any) -> Model:
     Parameters
     ----------
     law : str, type, law or Model
-        "interface", "jenkins", "iwan", "segalman" or "bouc-wen"; the class of the law; or an
-        instance, which gives the values to start from, an Interface also the shape of its heights,
-        the reference load [N], materials and area [m^2].
+        The name of an exported law, such as "interface", "jenkins" or "bouc-wen"; the class of any
+        law that says its parameters; or an instance, which gives the values to start from, an
+        Interface also the shape of its heights, the reference load [N], materials and area [m^2].
     **options
         For an interface ``heights`` or ``surface``, the shape, and ``reference_load`` [N]; for
         Iwan's model ``cells``, their number.
@@ -81,31 +83,27 @@ def model_of(law: Any, **options: Any) -> Model:
     InputError
         Another law, or an option that the law does not take.
     """
-    known = ", ".join(repr(model.name) for model in MODELS)
     if isinstance(law, Model):
         if options:
             raise InputError(f"law must be a name to take options, got a model and {set(options)}")
         return law
-    found = None
+    given = not isinstance(law, (str, type))
     if isinstance(law, str):
         asked = re.sub(_JOINTS, "-", law.strip().casefold())
-        found = next((m for m in MODELS if m.name == asked), None)
-        if found is None:
-            raise InputError(f"law must be one of {known}, got {show(law)}")
+        model = next((model for model in MODELS if model.name == asked), None)
     else:
-        for model, kind in zip(MODELS, _LAWS, strict=True):
-            if law is kind or type(law) is kind:
-                found = model
-        if found is None:
-            raise InputError(
-                f"law must be one of {known}, the class or an instance of one of these laws, got "
-                f"{show(law)}"
-            )
-    given = not isinstance(law, (str, type))
-    takes = () if given else found.options
-    unknown = [name for name in options if name not in takes]
-    if unknown:
-        whose = f"the instance of {type(law).__name__}" if given else f"{found.name!r}"
-        says = f"only {' and '.join(takes)}" if takes else "none"
-        raise InputError(f"{unknown[0]} is no option of {whose}, which takes {says}")
-    return found.of(law) if given else found.made(**options)
+        model = _model(type(law) if given else law)
+    if model is None:
+        known = ", ".join(repr(each.name) for each in MODELS)
+        more = "" if isinstance(law, str) else ", the class or an instance of a law that says its "
+        more += "parameters" if more else ""
+        raise InputError(f"law must be one of {known}{more}, got {show(law)}")
+    takes = () if given else model.options
+    for name in options:
+        if name not in takes:
+            whose = f"the instance of {type(law).__name__}" if given else f"{model.name!r}"
+            says = f"only {' and '.join(takes)}" if takes else "none"
+            raise InputError(f"{name} is no option of {whose}, which takes {says}")
+    if given:
+        return model.of(law)
+    return model.made(**options) if options else model

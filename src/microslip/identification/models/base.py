@@ -4,41 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from microslip._core.checks import Floats
+from microslip._core.parameters import Parameter
 from microslip.materials import MaterialPair
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One number of a law that a measurement may tell.
-
-    Parameters
-    ----------
-    name : str
-        Its name, as the law writes it.
-    unit : str
-        Its SI unit, "" for none.
-    low, high : float
-        Bounds of the physical value: what a joint can have, and where the model is safe.
-    log : bool
-        Whether it is fitted as its logarithm; then both bounds are above zero.
-    searched : bool
-        Whether its bounds only say how far is searched, while joints go on beyond them.
-    natural : bool
-        Whether its lower bound is a value that joints have, such as the stiffness of a cell that is
-        none, so that a fit may well end there.
-    """
-
-    name: str
-    unit: str
-    low: float
-    high: float
-    log: bool = False
-    searched: bool = False
-    natural: bool = False
 
 
 class Derived(NamedTuple):
@@ -64,13 +34,17 @@ class Model(ABC):
     is what :meth:`prepared` returns.
     """
 
-    name: ClassVar[str]
     scales_with_load: ClassVar[bool] = False
     """Whether the load enters, so that records of all loads share the parameters by default."""
     options: ClassVar[tuple[str, ...]] = ()
     """Names of what :meth:`made` takes."""
     at_reference: ClassVar[tuple[str, ...]] = ()
     """Parameters that all loads may share, but as they are at one load."""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Its name in studies and commands."""
 
     @property
     @abstractmethod

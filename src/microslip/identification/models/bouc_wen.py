@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.parameters import Parameter, parameters_of
 from microslip.errors import InputError
 from microslip.friction.bouc_wen import BoucWen
-from microslip.identification.models.base import Branch, CycleModel, Derived, Model, Parameter
+from microslip.identification.models.base import Branch, CycleModel, Derived, Model
 from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(16)
@@ -41,13 +42,10 @@ class BoucWenModel(CycleModel):
 
         Below beta = 1/2 the model would give energy away.
         """
-        return (
-            Parameter("stiffness", "N/m", 1e-6, 1e15, log=True),
-            Parameter("yield_force", "N", 1e-12, 1e12, log=True),
-            Parameter("alpha", "", 0.0, 0.99),
-            Parameter("n", "", 1.0, 20.0),
-            Parameter("beta", "", 0.5, 5.0),
-        )
+        said = {item.name: item for item in parameters_of(BoucWen)}
+        searched = {"alpha": (0.0, 0.99), "n": (1.0, 20.0), "beta": (0.5, 5.0)}
+        names = ("stiffness", "yield_force", "alpha", "n", "beta")
+        return tuple(replace(said[name], search=searched.get(name)) for name in names)
 
     @property
     def start(self) -> Mapping[str, float] | None:

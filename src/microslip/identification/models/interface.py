@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, positive
+from microslip._core.parameters import Parameter, parameters_of
 from microslip.errors import InputError
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.friction.surface_guesses import CONVENTIONAL_AREA, Shape, interface_values
-from microslip.identification.models.base import BackboneModel, Branch, Derived, Model, Parameter
+from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
 from microslip.identification.models.template import Template, template_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
@@ -49,11 +50,17 @@ class InterfaceModel(BackboneModel):
         For Gaussian heights the separation lies between -4 and 8: below, all summits but three in
         100 000 touch and none is left to be met; above, less than one in 10^15 touches.
         """
-        low, high = self.template.bounds()
+        (friction,) = (p for p in parameters_of(Interface) if p.name == "friction_coefficient")
         return (
-            Parameter("friction_coefficient", "", 1e-3, 10.0, log=True),
-            Parameter("slip_scale", "m", 1e-13, 1e-1, log=True),
-            Parameter("standardised_separation", "", low, high, searched=True),
+            friction,
+            Parameter("slip_scale", "kappa s", "m", "slip of a summit as high as s", above=0.0),
+            Parameter(
+                "standardised_separation",
+                "h",
+                meaning="separation over s at the reference load",
+                search=self.template.bounds(),
+                beyond=True,
+            ),
         )
 
     @property

@@ -11,10 +11,11 @@ import numpy as np
 
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
+from microslip._core.parameters import Parameter
 from microslip.errors import InputError
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.iwan import Iwan
-from microslip.identification.models.base import BackboneModel, Branch, Derived, Model, Parameter
+from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
 
 MOST_CELLS = 64
 _LEAST = 1e-12  # of the largest stiffness: a cell that is none
@@ -50,7 +51,16 @@ class IwanModel(Locked, BackboneModel):
         """The stiffness of each cell, in the order in which they yield."""
         count = self.cells if self.yields is None else self.yields.size
         return tuple(
-            Parameter(f"stiffness_{i + 1}", "N/m", 0.0, 1e15, natural=True) for i in range(count)
+            Parameter(
+                f"stiffness_{i + 1}",
+                f"k_{i + 1}",
+                "N/m",
+                f"stiffness of cell {i + 1}",
+                least=0.0,
+                search=(0.0, 1e15),
+                natural=True,
+            )
+            for i in range(count)
         )
 
     @property

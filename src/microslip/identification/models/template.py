@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, show
 from microslip.errors import InputError
-from microslip.friction.surface_guesses import conventional_radius, scaled
+from microslip.friction.surface_guesses import conventional_radius
 from microslip.heights import Exponential, Gaussian, as_heights
 from microslip.kernels import TERMS
 from microslip.kernels.table import NODES, TO_SERIES, Table
@@ -220,7 +220,7 @@ class Template:
                 radius = conventional_radius(summits / area, length)
             density = summits / (math.sqrt(radius) * area)
             return GreenwoodWilliamson(
-                pair, scaled(law.heights, factor), radius=radius, density=density, area=area
+                pair, law.heights._scaled(factor), radius=radius, density=density, area=area
             )
         if isinstance(law, AsperityPopulation):
             # N = (4/3) E* sqrt(radius) s^(3/2) for each summit: radii carry the constant.

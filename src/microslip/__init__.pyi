@@ -44,8 +44,11 @@ from .scans import Scan as Scan
 from .scans import Summits as Summits
 from .scans import read_gap_table as read_gap_table
 from .structures import Decay as Decay
+from .structures import ModalCurve as ModalCurve
 from .structures import Oscillator as Oscillator
+from .structures import Preload as Preload
 from .structures import RingDown as RingDown
+from .structures import Structure as Structure
 from .study import Result as Result
 from .study import Study as Study
 from .sweeps import Sweep as Sweep

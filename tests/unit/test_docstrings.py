@@ -130,6 +130,8 @@ def test_parameters_of_classes(item: type) -> None:
         ms.CoupledResponse,
         ms.FieldResponse,
         ms.FieldCycle,
+        ms.ModalCurve,
+        ms.Preload,
         ms.Summits,
         ms.Identification,
         ms.Comparison,

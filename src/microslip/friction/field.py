@@ -323,6 +323,36 @@ class JointField(Locked):
         tangent[:, 1, 1] = -self._scale * fall
         return FieldResponse(self._weights * density * drop, self._scale * load, tangent)
 
+    def dissipated_energy(self, amplitude: ArrayLike) -> Floats:
+        """Energy of a closed cycle between -amplitude and +amplitude at the separations of rest.
+
+        Parameters
+        ----------
+        amplitude : array_like
+            Displacement amplitudes [m], not negative: shape (nodes,), or one number.
+
+        Returns
+        -------
+        ndarray
+            Energies E_d [J], one a node, as of :meth:`microslip.Interface.dissipated_energy`.
+
+        Raises
+        ------
+        InputError
+            Negative, not finite, or another number of them.
+        """
+        a = self._each("amplitude", amplitude)
+        if a.min() < 0.0:
+            i = int(np.argmin(a))
+            raise InputError(f"amplitude must not be negative [m], got {exact(a[i])}{at(i)}")
+        energy = np.zeros(self.size)
+        loaded = self.normal_loads > 0.0
+        if loaded.any():
+            slip = self._slip[loaded]
+            excess = self._curve.excess("excess", self._steps[loaded], a[loaded] / slip)
+            energy[loaded] = 8.0 * self._weights[loaded] * slip * excess
+        return energy
+
     def rigid(self) -> BackboneLaw:
         """The law of all nodes that move together, each at its own separation.
 

@@ -1,0 +1,92 @@
+"""What the amplitude of a motion means: modal, or what a sensor shows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, floats, show
+from microslip.errors import InputError
+from microslip.structures.matrices import direction_matrix
+
+Quantity = Literal["displacement", "velocity", "acceleration"]
+_UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+
+
+@dataclass(frozen=True, eq=False)
+class AmplitudeMeasure:
+    """The fundamental harmonic's modal amplitude sqrt(x1^H M x1), or that at a sensor."""
+
+    sensor: Floats | None
+    """Sensor direction in modal coordinates (modes,); None for the modal amplitude."""
+    power: int = 0
+    """0, 1 or 2: displacement, velocity, acceleration."""
+
+    def square(self, q: Floats, omega: float) -> tuple[float, Floats, float]:
+        """Squared amplitude, and its derivatives by the coefficients and by omega."""
+        by_q = np.zeros_like(q)
+        if self.sensor is None:
+            by_q[:, 1:3] = 2.0 * q[:, 1:3]
+            return float(np.sum(q[:, 1:3] ** 2)), by_q, 0.0
+        seen = self.sensor @ q[:, 1:3]
+        factor = omega ** (2 * self.power)
+        value = factor * float(seen @ seen)
+        by_q[:, 1:3] = 2.0 * factor * self.sensor[:, None] * seen
+        return value, by_q, 2.0 * self.power * value / omega
+
+    def of(self, q: Floats, omega: float) -> float:
+        """The amplitude."""
+        return math.sqrt(self.square(q, omega)[0])
+
+    def factor(self, shape: Floats, omega: float) -> float:
+        """Amplitude of a motion along a shape of modal amplitude 1."""
+        if self.sensor is None:
+            return 1.0
+        return abs(float(self.sensor @ shape)) * omega**self.power
+
+
+def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> AmplitudeMeasure:
+    """The measure of a sensor, or the modal one.
+
+    Raises
+    ------
+    InputError
+        A quantity that is none, a sensor that does not fit or does not see the mode.
+    """
+    if quantity not in _UNITS:
+        wanted = ", ".join(f'"{name}"' for name in get_args(Quantity))
+        raise InputError(f"quantity must be one of {wanted}, got {show(quantity)}")
+    if at is None:
+        if quantity != "displacement":
+            raise InputError(
+                f'quantity="{quantity}" needs a sensor: write at=direction, a vector that is 1 at '
+                "the degree of freedom it measures"
+            )
+        return AmplitudeMeasure(None)
+    sensor = direction_matrix("at", at, shapes.shape[0])
+    if sensor.shape[1] != 1:
+        raise InputError(f"at must be one direction, got {sensor.shape[1]}")
+    seen = shapes.T @ sensor[:, 0]
+    if abs(seen[index]) < 1e-9 * np.abs(seen).max():
+        raise InputError(f"at must be where mode {index} moves; it has a node there")
+    return AmplitudeMeasure(seen, list(_UNITS).index(quantity))
+
+
+def checked_amplitudes(value: ArrayLike) -> Floats:
+    """Amplitudes above zero, one-dimensional.
+
+    Raises
+    ------
+    InputError
+        Not above zero, not finite, none, several dimensions.
+    """
+    a = floats("amplitudes", value)
+    if a.ndim > 1:
+        raise InputError(f"amplitudes must be one-dimensional, got shape {a.shape}")
+    if a.min() <= 0.0:
+        raise InputError(f"amplitudes must be above zero, got {a.min():g}")
+    return a.reshape(-1)

@@ -1,0 +1,132 @@
+"""Balance of harmonics: a nonlinear mode, or a forced motion, as a root of equations.
+
+Unknowns are the Fourier coefficients Q (modes, size) of the modal coordinates and, for a mode, its
+angular frequency omega and its damping ratio zeta: the *extended periodic motion* of Krack (2015),
+DOI 10.1016/j.compstruc.2015.03.008, in which -2 zeta omega x' takes out what the joints lose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.structures.harmonic_basis import HarmonicBasis
+from microslip.structures.joint_groups import HarmonicForces
+from microslip.structures.modal_model import ModalJoints, ModalModel
+
+
+class Linearised(NamedTuple):
+    """Joint forces beyond those of sticking joints, projected, and their tangent in pieces."""
+
+    force: Floats
+    """(modes, size)."""
+    answers: list[HarmonicForces]
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """The equations of a periodic motion."""
+
+    model: ModalModel
+    joints: ModalJoints
+    basis: HarmonicBasis
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Of the coefficients."""
+        return self.model.size, self.basis.size
+
+    def joint_answers(self, coefficients: Floats) -> list[HarmonicForces]:
+        """What each group of joints answers to modal coefficients."""
+        motions = self.joints.split(self.joints.flat.T @ coefficients)
+        return [
+            group.harmonic_forces(motion, self.basis)
+            for group, motion in zip(self.joints.groups, motions, strict=True)
+        ]
+
+    def joint_forces(self, coefficients: Floats) -> Linearised:
+        """Joint forces less those of sticking joints."""
+        answers = self.joint_answers(coefficients)
+        total = np.concatenate(
+            [answer.force.reshape(-1, self.basis.size) for answer in answers]
+            or [np.zeros((0, self.basis.size))]
+        )
+        motion = self.joints.flat.T @ coefficients
+        short = total - self.joints.stuck[:, None] * motion
+        return Linearised(self.joints.flat @ short, answers)
+
+    def linear(self, coefficients: Floats, omega: float, damping: Floats | float) -> Floats:
+        """Inertia, damping and sticking stiffness: forces (modes, size).
+
+        ``damping`` is the factor of the velocities beside the damping matrix, -2 zeta omega.
+        """
+        orders = self.basis.orders
+        square = self.model.squares[:, None] - (orders * omega) ** 2
+        return square * coefficients + self.damped(self.velocity(coefficients, omega), damping)
+
+    def velocity(self, coefficients: Floats, omega: float) -> Floats:
+        """Coefficients of the velocity."""
+        result = np.zeros_like(coefficients)
+        rate = omega * self.basis.orders[1::2]
+        result[:, 1::2] = rate * coefficients[:, 2::2]
+        result[:, 2::2] = -rate * coefficients[:, 1::2]
+        return result
+
+    def damped(self, velocity: Floats, damping: Floats | float) -> Floats:
+        """Damping forces of a velocity."""
+        result = damping * velocity
+        if self.model.damping is not None:
+            result = result + self.model.damping @ velocity
+        return result
+
+    def tangent(self, answers: list[HarmonicForces], change: Floats) -> Floats:
+        """Change of the joint forces beyond sticking, for a change of modal coefficients."""
+        size = self.basis.size
+        motion = self.joints.flat.T @ change
+        moved = -self.joints.stuck[:, None] * motion
+        for part, answer in zip(self.joints.parts, answers, strict=True):
+            joints, width = answer.force.shape[:2]
+            blocks = answer.jacobian.reshape(joints, width * size, width * size)
+            local = motion[part].reshape(joints, width * size, 1)
+            moved[part] += (blocks @ local).reshape(-1, size)
+        return np.asarray(self.joints.flat @ moved)
+
+    def tangent_matrix(self, answers: list[HarmonicForces]) -> Floats:
+        """The same as a matrix (modes, size, modes, size)."""
+        modes, size = self.shape
+        result = np.zeros((modes, size, modes, size))
+        for answer, directions, group in zip(
+            answers, self.joints.directions, self.joints.groups, strict=True
+        ):
+            joints, width = group.stuck.shape
+            blocks = answer.jacobian.copy()
+            for c in range(width):
+                for k in range(size):
+                    blocks[:, c, k, c, k] -= group.stuck[:, c]
+            # (joints, c, k, c', l) with the directions of c' -> (joints, c, k, l, modes)
+            half = np.matmul(
+                blocks.transpose(0, 1, 2, 4, 3).reshape(joints, -1, width),
+                directions.transpose(1, 2, 0),
+            ).reshape(joints, width, size * size * modes)
+            full = directions.reshape(modes, -1) @ half.reshape(joints * width, -1)
+            result += full.reshape(modes, size, size, modes).transpose(0, 1, 3, 2)
+        return result
+
+    def linear_matrix(self, omega: float, damping: float) -> Floats:
+        """Derivative of :meth:`linear` by the coefficients, (modes, size, modes, size)."""
+        modes, size = self.shape
+        result = np.zeros((modes, size, modes, size))
+        each = np.arange(modes)
+        for k, order in enumerate(self.basis.orders):
+            result[each, k, each, k] = self.model.squares - (order * omega) ** 2
+        damper = damping * np.eye(modes)
+        if self.model.damping is not None:
+            damper = damper + self.model.damping
+        for k in range(1, size, 2):
+            rate = omega * self.basis.orders[k]
+            result[:, k, :, k + 1] += rate * damper
+            result[:, k + 1, :, k] -= rate * damper
+        return result

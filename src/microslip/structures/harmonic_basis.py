@@ -1,0 +1,92 @@
+"""Periodic motions by their Fourier coefficients: [mean,] cos 1, sin 1, cos 3, sin 3 and so on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats, show
+from microslip._core.frozen import lock
+from microslip.errors import InputError
+
+
+@dataclass(frozen=True)
+class HarmonicBasis:
+    """Which harmonics a motion has, and the samples of a period it is looked at."""
+
+    harmonics: tuple[int, ...]
+    """Rising; 0, the mean, is always among them."""
+    samples: int
+
+    @property
+    def size(self) -> int:
+        """Coefficients of a motion."""
+        return 2 * len(self.harmonics) - 1
+
+    @cached_property
+    def orders(self) -> Floats:
+        """The harmonic of each coefficient."""
+        return lock(np.repeat(np.array(self.harmonics, dtype=float), 2)[1:])
+
+    @cached_property
+    def values(self) -> Floats:
+        """Motion at the samples from its coefficients, (samples, size)."""
+        phase = 2.0 * math.pi * np.arange(self.samples) / self.samples
+        columns = [np.ones(self.samples)]
+        for order in self.harmonics[1:]:
+            columns += [np.cos(order * phase), np.sin(order * phase)]
+        return lock(np.column_stack(columns))
+
+    @cached_property
+    def coefficients(self) -> Floats:
+        """Coefficients of a force from its samples, (size, samples)."""
+        weights = np.full(self.size, 2.0 / self.samples)
+        weights[0] *= 0.5
+        return lock(np.ascontiguousarray(weights[:, None] * self.values.T))
+
+    @property
+    def fundamental(self) -> slice:
+        """Where cos 1 and sin 1 stand."""
+        return slice(1, 3)
+
+    def work(self, force: Floats, displacement: Floats) -> Floats:
+        """Work of a force over a period, of coefficients in the last axis."""
+        cosines, sines = slice(1, None, 2), slice(2, None, 2)
+        crossed = (
+            force[..., cosines] * displacement[..., sines]
+            - force[..., sines] * displacement[..., cosines]
+        )
+        return math.pi * np.asarray(crossed @ self.orders[cosines])
+
+
+def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
+    """The basis of these harmonics, the mean and the fundamental among them.
+
+    Raises
+    ------
+    InputError
+        Harmonics that are no whole numbers or without the first, too few samples for the highest.
+    """
+    try:
+        orders = sorted({int(order) for order in harmonics})
+        whole = all(order == int(order) and not isinstance(order, bool) for order in harmonics)
+    except (TypeError, ValueError, OverflowError):
+        orders, whole = [], False
+    if not whole or not orders or orders[0] < 0 or 1 not in orders:
+        raise InputError(
+            f"harmonics must be whole numbers from 0 on, 1 among them, got {show(harmonics)}; "
+            "write harmonics=[1, 3]"
+        )
+    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)):
+        raise InputError(f"samples must be a whole number, got {show(samples)}")
+    if samples < 4 * orders[-1]:
+        raise InputError(
+            f"samples must be at least {4 * orders[-1]}, four a period of the highest one, "
+            f"got {samples}"
+        )
+    return HarmonicBasis(tuple(sorted({0, *orders})), int(samples))

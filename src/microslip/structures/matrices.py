@@ -1,0 +1,210 @@
+"""Mass, stiffness and damping matrices: what they must be, and the motions they leave free."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats, floats, show
+from microslip._core.frozen import lock
+from microslip.errors import InputError
+
+_ASYMMETRY = 1e-8  # of the largest entry: what files with eight digits leave
+LARGEST_DENSE = 4000
+"""Degrees of freedom up to which a sparse matrix is treated as a dense one."""
+
+
+def is_sparse(value: Any) -> bool:
+    """Whether a matrix is one of SciPy's sparse ones, found without importing SciPy."""
+    return type(value).__module__.startswith("scipy.sparse") and hasattr(value, "tocsc")
+
+
+def symmetric_matrix(name: str, value: Any, size: int | None = None) -> Any:
+    """A matrix, square and symmetric, read-only: dense, or sparse by columns.
+
+    Raises
+    ------
+    InputError
+        Not square, of another size than the others, not finite, or not symmetric.
+    """
+    if is_sparse(value):
+        matrix = value.tocsc().astype(float)
+        matrix.sum_duplicates()
+        entries = matrix.data
+        if not np.isfinite(entries).all():
+            raise InputError(f"{name} must be finite: {_bad(entries)} of its entries are not")
+    else:
+        matrix = floats(name, value)
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
+        raise InputError(f"{name} must be a square matrix, got shape {matrix.shape}")
+    if size is not None and matrix.shape[0] != size:
+        raise InputError(
+            f"{name} must be {size} x {size}, as the mass matrix is, got "
+            f"{matrix.shape[0]} x {matrix.shape[1]}"
+        )
+    largest = float(abs(matrix).max())
+    gap = abs(matrix - matrix.T)
+    off = float(gap.max())
+    if off > _ASYMMETRY * largest:
+        row, column = _place(gap)
+        raise InputError(
+            f"{name} must be symmetric, but [{row}, {column}] = {matrix[row, column]:.6g} and "
+            f"[{column}, {row}] = {matrix[column, row]:.6g}"
+        )
+    result = 0.5 * (matrix + matrix.T)
+    if is_sparse(result):
+        result = result.tocsc()
+        lock(result.data)
+        return result
+    return lock(np.ascontiguousarray(result))
+
+
+def _bad(entries: Floats) -> int:
+    return int(np.count_nonzero(~np.isfinite(entries)))
+
+
+def _place(gap: Any) -> tuple[int, int]:
+    """Where a matrix is largest."""
+    if is_sparse(gap):
+        gap = gap.tocoo()
+        i = int(np.argmax(gap.data))
+        return int(gap.row[i]), int(gap.col[i])
+    row, column = np.unravel_index(int(np.argmax(gap)), gap.shape)
+    return int(row), int(column)
+
+
+def check_mass(mass: Any) -> None:
+    """Every motion has a kinetic energy.
+
+    Raises
+    ------
+    InputError
+        A mass matrix that is not positive definite.
+    """
+    diagonal = mass.diagonal()
+    if diagonal.min() <= 0.0:
+        i = int(np.argmin(diagonal))
+        raise InputError(
+            f"mass must be positive definite, but degree of freedom {i} has the mass "
+            f"{diagonal[i]:.6g}; condense out what has no mass"
+        )
+    if lowest_sign(mass) <= 0:
+        raise InputError(
+            "mass must be positive definite: some motion has no kinetic energy, or a negative one"
+        )
+
+
+def check_stiffness(stiffness: Any, mass: Any) -> None:
+    """No motion sets elastic energy free.
+
+    Raises
+    ------
+    InputError
+        A stiffness matrix with a negative eigenvalue.
+    """
+    # Beside the largest stiffness to mass ratio, which bounds the rounding of all others.
+    rate = fastest_rate(stiffness, mass) or 1.0
+    if lowest_sign(stiffness + 1e-10 * rate * mass) <= 0:
+        raise InputError(
+            "stiffness must not be negative in any direction: it has an eigenvalue below zero; "
+            "it holds the structure without its joints, and no negative springs"
+        )
+
+
+def fastest_rate(stiffness: Any, mass: Any) -> float:
+    """About the largest eigenvalue [rad^2/s^2], beside which rounding is measured."""
+    return float((abs(stiffness).sum(axis=0) / mass.diagonal()).max())
+
+
+def lowest_sign(matrix: Any) -> int:
+    """1 for a positive definite matrix, else 0."""
+    if is_sparse(matrix):
+        from scipy.sparse.linalg import splu
+
+        try:
+            # Without pivoting the signs of the pivots are those of the eigenvalues.
+            factors = splu(
+                matrix.tocsc(),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError:
+            return 0
+        return int(bool((factors.U.diagonal() > 0.0).all()))
+    try:
+        np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        return 0
+    return 1
+
+
+def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ()) -> Any:
+    """Directions as columns, an array of shape (size, joints, *last).
+
+    Raises
+    ------
+    InputError
+        Another number of rows, other axes, a direction that moves nothing.
+    """
+    array = floats(name, value.toarray() if is_sparse(value) else value)
+    wanted = f"({size},) or ({size}, joints)" if not last else f"({size}, nodes, {last[0]})"
+    came = array.shape
+    if array.ndim == 1 and not last:
+        array = array[:, None]
+    if array.ndim != 2 + len(last) or array.shape[0] != size or array.shape[2:] != tuple(last):
+        raise InputError(
+            f"{name} must have the shape {wanted}, one row for each degree of freedom, got {came}"
+        )
+    idle = np.flatnonzero(~np.any(array.reshape(size, -1), axis=0))
+    if idle.size:
+        which = np.unravel_index(int(idle[0]), array.shape[1:])
+        raise InputError(
+            f"{name} must move something: column {show(tuple(int(i) for i in which))} is all zeros"
+        )
+    return lock(np.array(array))
+
+
+def linear_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[Floats, Floats]:
+    """Squares of the angular frequencies, rising, and the shapes, each of modal mass 1 kg."""
+    size = mass.shape[0]
+    if is_sparse(mass) or is_sparse(stiffness):
+        if size > LARGEST_DENSE and count is not None and count < size - 1:
+            return _few_modes(stiffness, mass, count)
+        mass, stiffness = dense(mass), dense(stiffness)
+    from scipy.linalg import eigh
+
+    subset = None if count is None or count >= size else (0, count - 1)
+    squares, shapes = eigh(stiffness, mass, subset_by_index=subset, check_finite=False)
+    return squares, shapes
+
+
+def _few_modes(stiffness: Any, mass: Any, count: int) -> tuple[Floats, Floats]:
+    from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+    # A small shift below zero, that rigid modes do not make the matrix singular.
+    shift = -1e-10 * fastest_rate(stiffness, mass)
+    factors = splu(
+        (stiffness - shift * mass).tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.01,
+        options={"SymmetricMode": True},
+    )
+    solve = LinearOperator(stiffness.shape, matvec=factors.solve, dtype=float)
+    start = np.cos(np.arange(mass.shape[0], dtype=float))  # the same each time
+    squares, shapes = eigsh(stiffness, count, M=mass, sigma=shift, OPinv=solve, v0=start, tol=1e-12)
+    order = np.argsort(squares)
+    return squares[order], shapes[:, order]
+
+
+def dense(matrix: Any) -> Floats:
+    """The matrix with all its zeros."""
+    return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
+
+
+def rigid_count(squares: Floats, stiffness: Any, mass: Any) -> int:
+    """How many of the lowest modes have no frequency but rounding."""
+    rate = fastest_rate(stiffness, mass)
+    return int(np.count_nonzero(squares < 50.0 * mass.shape[0] * 2.3e-16 * rate))

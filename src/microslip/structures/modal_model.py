@@ -1,0 +1,192 @@
+"""A structure in the modes that it has while all joints stick."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.structures.attachments import Attachment, all_columns
+from microslip.structures.joint_groups import JointGroup
+from microslip.structures.matrices import (
+    dense,
+    fastest_rate,
+    is_sparse,
+    linear_modes,
+    rigid_count,
+)
+
+LARGEST_WHOLE = 1200
+"""Degrees of freedom up to which all modes are kept, so that nothing is lost by them."""
+_KEPT = 40  # modes of a larger structure, besides its answers to each joint's force
+
+
+@dataclass(frozen=True, eq=False)
+class ModalModel:
+    """Coordinates q with x = shapes q, q'' + damping q' + squares q + joint forces = 0.
+
+    The joint forces are what the joints give beyond their stiffness at rest, which is in the
+    squares of the frequencies. Rigid motions, which no joint feels, are left out.
+    """
+
+    shapes: Floats
+    """(degrees of freedom, modes), each of modal mass 1 kg."""
+    squares: Floats
+    """Squares of the angular frequencies [rad^2/s^2]."""
+    damping: Floats | None
+    """Modal damping matrix [1/s]; None without one."""
+    rigid: int
+    """How many rigid motions were left out."""
+    attachments: tuple[Attachment, ...]
+    motions: tuple[Floats, ...]
+    """Static motions of the attachments, by column [m]."""
+
+    @property
+    def size(self) -> int:
+        """Number of modes."""
+        return self.squares.size
+
+    def joints(self, line: Floats) -> ModalJoints:
+        """The joints, their tangential lines along the motion of modal coordinates ``line``."""
+        shape = self.shapes @ line
+        return ModalJoints(
+            [
+                attachment.group(motion, attachment.columns.T @ shape)
+                for attachment, motion in zip(self.attachments, self.motions, strict=True)
+            ],
+            self.shapes,
+        )
+
+
+class ModalJoints:
+    """The groups of joints with their directions in modal coordinates."""
+
+    def __init__(self, groups: Sequence[JointGroup], shapes: Floats) -> None:
+        self.groups = list(groups)
+        modes = shapes.shape[1]
+        self.directions = [
+            np.tensordot(shapes, group.directions, axes=(0, 0)) for group in self.groups
+        ]
+        """(modes, joints, coordinates) of each group."""
+        self.flat = np.concatenate(
+            [d.reshape(modes, -1) for d in self.directions] or [np.zeros((modes, 0))], axis=1
+        )
+        """All side by side, (modes, coordinates)."""
+        self.stuck = np.concatenate([g.stuck.reshape(-1) for g in self.groups] or [np.zeros(0)])
+
+    @cached_property
+    def parts(self) -> list[slice]:
+        """Where the coordinates of each group stand."""
+        ends = np.cumsum([0] + [g.stuck.size for g in self.groups])
+        return [slice(int(a), int(b)) for a, b in pairwise(ends)]
+
+    def split(self, values: Floats) -> list[Floats]:
+        """Values by coordinate, (coordinates, ...), as (joints, coordinates, ...) of each group."""
+        return [
+            values[part].reshape(*group.stuck.shape, *values.shape[1:])
+            for part, group in zip(self.parts, self.groups, strict=True)
+        ]
+
+    def first_loading(self, displacement: Floats) -> tuple[Floats, Floats]:
+        """Forces (coordinates,) and tangents (coordinates, coordinates) on a straight path."""
+        force = np.zeros(self.stuck.size)
+        tangent = np.zeros((self.stuck.size, self.stuck.size))
+        for part, group, u in zip(self.parts, self.groups, self.split(displacement), strict=True):
+            value, slope = group.forces(u)
+            force[part] = value.reshape(-1)
+            put_blocks(tangent, part.start, slope)
+        return force, tangent
+
+
+def put_blocks(matrix: Floats, start: int, blocks: Floats) -> None:
+    """Put blocks (joints, c, c) on the diagonal of a matrix, from an index on."""
+    joints, width = blocks.shape[:2]
+    rows = start + width * np.arange(joints)[:, None, None] + np.arange(width)[None, :, None]
+    columns = rows.transpose(0, 2, 1)
+    matrix[rows, columns] = blocks
+
+
+def modal_model(
+    mass: Any,
+    stiffness: Any,
+    damping: Any,
+    attachments: tuple[Attachment, ...],
+    motions: Sequence[Floats],
+) -> ModalModel:
+    """The modes about a static state; all of them, or of a large structure those that matter."""
+    columns = all_columns(attachments, mass.shape[0])
+    stuck = np.concatenate(
+        [a.stuck(u) for a, u in zip(attachments, motions, strict=True)] or [np.zeros(0)]
+    )
+    held = stuck_stiffness(stiffness, columns, stuck)
+    if mass.shape[0] <= LARGEST_WHOLE:
+        squares, shapes = linear_modes(held, mass)
+        rigid = rigid_count(squares, held, mass)
+        squares, shapes = squares[rigid:], shapes[:, rigid:]
+    else:
+        squares, shapes, rigid = _reduced(held, mass, columns)
+    modal_damping = None
+    if damping is not None:
+        modal_damping = np.asarray(shapes.T @ (damping @ shapes))
+    return ModalModel(
+        np.ascontiguousarray(shapes), squares, modal_damping, rigid, attachments, tuple(motions)
+    )
+
+
+def stuck_stiffness(stiffness: Any, columns: Floats, stuck: Floats) -> Any:
+    """The stiffness with springs along columns."""
+    if is_sparse(stiffness):
+        from scipy.sparse import csc_matrix, diags
+
+        sides = csc_matrix(columns)
+        return (stiffness + sides @ diags(stuck) @ sides.T).tocsc()
+    return stiffness + (columns * stuck) @ columns.T
+
+
+def _reduced(held: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, int]:
+    """The lowest modes and the static answers to each joint's force (mode acceleration).
+
+    Their span holds the static deflection under any joint forces exactly.
+    """
+    from scipy.linalg import eigh
+
+    count = _KEPT + 6
+    squares, shapes = linear_modes(held, mass, count)
+    rigid = rigid_count(squares, held, mass)
+    free = shapes[:, :rigid]
+    kept = shapes[:, rigid : rigid + _KEPT]
+    answers = _answers(held, mass, columns)
+    answers -= free @ (free.T @ (mass @ answers))
+    answers -= kept @ (kept.T @ (mass @ answers))
+    answers /= np.sqrt(np.einsum("ij,ij->j", answers, np.asarray(mass @ answers)))
+    overlap = answers.T @ (mass @ answers)
+    weights, vectors = np.linalg.eigh(overlap)
+    sound = weights > 1e-12 * weights[-1]  # what several directions share is kept once
+    basis = np.concatenate([kept, answers @ (vectors[:, sound] / np.sqrt(weights[sound]))], axis=1)
+    small_stiffness = basis.T @ (held @ basis)
+    small_mass = basis.T @ (mass @ basis)
+    squares, mix = eigh(small_stiffness, small_mass)
+    return squares, basis @ mix, rigid
+
+
+def _answers(held: Any, mass: Any, columns: Floats) -> Floats:
+    """Static displacements under a unit force along each column."""
+    # A shift far below the first frequency makes up for rigid motions.
+    shift = 1e-10 * fastest_rate(held, mass)
+    matrix = held + shift * mass
+    if is_sparse(matrix):
+        from scipy.sparse.linalg import splu
+
+        factors = splu(
+            matrix.tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.01,
+            options={"SymmetricMode": True},
+        )
+        return np.asarray(factors.solve(np.ascontiguousarray(columns)))
+    return np.asarray(np.linalg.solve(dense(matrix), columns))

@@ -1,0 +1,121 @@
+"""Matrices of a structure from files, and into one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import show
+from microslip._core.files import reason, whole_file
+from microslip._core.wording import did_you_mean, shorten
+from microslip.errors import InputError
+from microslip.structures.matrices import is_sparse
+
+_NAMES = {"mass": ("mass", "M"), "stiffness": ("stiffness", "K"), "damping": ("damping", "C")}
+
+
+def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tuple[Any, Any, Any]:
+    """Mass, stiffness and, if there is one, damping; see :meth:`microslip.Structure.load`."""
+    for name in names:
+        if name not in _NAMES:
+            raise InputError(
+                f"{name} is no matrix of a structure; write mass=, stiffness=, damping="
+            )
+    file = Path(path)
+    if not file.exists():
+        raise InputError(f"{file.name}: there is no such file")
+    if file.is_dir():
+        held = _folder(file)
+    else:
+        read = {".npz": _npz, ".mat": _mat}.get(file.suffix.lower())
+        if read is None:
+            raise InputError(
+                f"{file.name}: wanted an .npz or a .mat file, or a folder of mass.mtx, "
+                f"stiffness.mtx and damping.mtx, got {show(file.suffix)}"
+            )
+        try:
+            held = read(file)
+        except OSError as error:
+            raise InputError(f"{file.name}: cannot be read: {reason(error)}") from None
+        except MemoryError:
+            raise
+        except Exception as error:  # damaged files break NumPy's and SciPy's readers in many ways
+            text = shorten(str(error) or type(error).__name__, 120)
+            raise InputError(f"{file.name}: cannot be read: {text}") from None
+    found = {kind: _pick(file, held, kind, names.get(kind)) for kind in _NAMES}
+    return found["mass"], found["stiffness"], found["damping"]
+
+
+def _pick(file: Path, held: Mapping[str, Any], kind: str, name: str | None) -> Any:
+    """One matrix by its name."""
+    if name is not None:
+        if name not in held:
+            raise InputError(f"{file.name}: {_missing(name, held)}")
+        return held[name]
+    for usual in _NAMES[kind]:
+        if usual in held:
+            return held[usual]
+    if kind == "damping":
+        return None
+    raise InputError(f"{file.name}: {_missing(kind, held)}; write {kind}=... with its name")
+
+
+def _missing(name: str, held: Mapping[str, Any]) -> str:
+    listed = ", ".join(shorten(h, 30) for h in list(held)[:12]) or "nothing"
+    return f'has no "{shorten(name, 40)}"{did_you_mean(name, list(held))}; it has {listed}'
+
+
+def _npz(file: Path) -> dict[str, Any]:
+    """Arrays, and sparse matrices as their coordinates."""
+    with np.load(file, allow_pickle=False) as content:
+        arrays = {name: content[name] for name in content.files}
+    result = {name: array for name, array in arrays.items() if "." not in name}
+    for name in {name.partition(".")[0] for name in arrays if "." in name}:
+        from scipy.sparse import csc_matrix
+
+        parts = tuple(arrays[f"{name}.{part}"] for part in ("data", "indices", "indptr"))
+        result[name] = csc_matrix(parts, shape=tuple(arrays[f"{name}.shape"]))
+    return result
+
+
+def _mat(file: Path) -> dict[str, Any]:
+    from scipy.io import loadmat
+
+    return {name: v for name, v in loadmat(file).items() if not name.startswith("__")}
+
+
+def _folder(folder: Path) -> dict[str, Any]:
+    """Matrix Market files by their names."""
+    from scipy.io import mmread
+
+    result = {}
+    for file in sorted(folder.glob("*.mtx")):
+        try:
+            result[file.stem] = mmread(file)
+        except (OSError, ValueError) as error:
+            text = shorten(str(error) or type(error).__name__, 120)
+            raise InputError(f"{file.name}: cannot be read: {text}") from None
+    return result
+
+
+def save_matrices(
+    path: str | os.PathLike[str], mass: Any, stiffness: Any, damping: Any, overwrite: bool
+) -> None:
+    """Write an ``.npz`` file, whole or not at all."""
+    file = Path(path)
+    if file.suffix.lower() != ".npz":
+        raise InputError(f"path must end in .npz, got {show(file.name)}")
+    arrays: dict[str, Any] = {}
+    for name, matrix in (("mass", mass), ("stiffness", stiffness), ("damping", damping)):
+        if is_sparse(matrix):
+            for part in ("data", "indices", "indptr"):
+                arrays[f"{name}.{part}"] = getattr(matrix, part)
+            arrays[f"{name}.shape"] = np.array(matrix.shape)
+        elif matrix is not None:
+            arrays[name] = matrix
+    with whole_file(file, overwrite) as stage, stage.open("wb") as stream:
+        np.savez_compressed(stream, **arrays)

@@ -1,0 +1,232 @@
+"""A structure at rest under its static forces, and how it moves about that state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, exact, number, show
+from microslip._core.frozen import lock
+from microslip.errors import InputError
+from microslip.structures.amplitude import Quantity, amplitude_measure, checked_amplitudes
+from microslip.structures.attachments import Attachment, FieldAttachment, all_columns
+from microslip.structures.harmonic_basis import harmonic_basis
+from microslip.structures.matrices import linear_modes
+from microslip.structures.modal_curve import ModalCurve
+from microslip.structures.modal_model import ModalModel, modal_model
+from microslip.structures.mode_solvers import balanced_curve, quasi_static_curve
+from microslip.structures.static import StaticState
+from microslip.structures.threads import single_threaded
+
+Method = Literal["harmonic-balance", "quasi-static"]
+
+
+class LinearModes(NamedTuple):
+    """Modes of a structure whose joints are linear springs."""
+
+    frequency: Floats
+    """Frequencies [Hz], rising; rigid motions are among them."""
+    shape: Floats
+    """Shapes (n, modes), each of modal mass 1 kg."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Preload:
+    """A structure at rest; made by :meth:`microslip.Structure.preload`."""
+
+    mass: Any
+    stiffness: Any
+    damping: Any
+    attachments: tuple[Attachment, ...]
+    static_force: Floats
+    """Forces [N] that were given."""
+    state: StaticState
+
+    # -- the static state -------------------------------------------------------------------------
+
+    @property
+    def displacement(self) -> Floats:
+        """Static displacements (n,) [m]."""
+        return self.state.displacement
+
+    @property
+    def equilibrium_error(self) -> float:
+        """Largest unbalanced force over the largest force [-]."""
+        return self.state.equilibrium_error
+
+    @property
+    def iterations(self) -> int:
+        """Steps of Newton's method."""
+        return self.state.iterations
+
+    @property
+    def message(self) -> str:
+        """What came of it, in a sentence."""
+        return (
+            f"at rest after {self.iterations} steps, {self.equilibrium_error:.1e} of the largest "
+            "force unbalanced"
+        )
+
+    @cached_property
+    def _motions(self) -> list[Floats]:
+        return [a.columns.T @ self.displacement for a in self.attachments]
+
+    def _by_node(self, measure: Any) -> Floats:
+        parts = [
+            measure(a, u)
+            for a, u in zip(self.attachments, self._motions, strict=True)
+            if isinstance(a, FieldAttachment)
+        ]
+        return lock(np.concatenate([*parts, np.zeros(0)]))
+
+    @cached_property
+    def gaps(self) -> Floats:
+        """Separations of the nodes of all fields at rest [m], measured as their surface's are."""
+        return self._by_node(lambda a, u: a.separations(u))
+
+    @cached_property
+    def normal_loads(self) -> Floats:
+        """Normal loads of the nodes of all fields [N]."""
+        return self._by_node(lambda a, u: a.field.load(a.separations(u))[0])
+
+    @cached_property
+    def pressures(self) -> Floats:
+        """Mean pressures of the nodes of all fields [Pa]."""
+        return lock(self.normal_loads / self._by_node(lambda a, _: a.field.areas))
+
+    # -- linear motion about it -------------------------------------------------------------------
+
+    @cached_property
+    def model(self) -> ModalModel:
+        """The structure in the modes it has while all joints stick."""
+        return modal_model(self.mass, self.stiffness, self.damping, self.attachments, self._motions)
+
+    @single_threaded
+    def linear_modes(self, count: int = 10, *, joints: str = "stuck") -> LinearModes:
+        """Modes of small motion.
+
+        Parameters
+        ----------
+        count : int, optional
+            How many.
+        joints : {"stuck", "open"}, optional
+            Joints as springs of their stiffness at rest, or none at all.
+
+        Returns
+        -------
+        LinearModes
+            ``frequency`` [Hz] and ``shape``.
+
+        Raises
+        ------
+        InputError
+            A number that is none, another word.
+        """
+        if joints not in ("stuck", "open"):
+            raise InputError(f'joints must be "stuck" or "open", got {show(joints)}')
+        count = _whole("count", count, 1)
+        stiffness = self.stiffness
+        if joints == "stuck":
+            from microslip.structures.modal_model import stuck_stiffness
+
+            stuck = [a.stuck(u) for a, u in zip(self.attachments, self._motions, strict=True)]
+            stiffness = stuck_stiffness(
+                stiffness,
+                all_columns(self.attachments, self.static_force.size),
+                np.concatenate([*stuck, np.zeros(0)]),
+            )
+        squares, shapes = linear_modes(stiffness, self.mass, min(count, self.static_force.size))
+        frequency = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi)
+        return LinearModes(frequency, shapes)
+
+    # -- nonlinear modes --------------------------------------------------------------------------
+
+    @single_threaded
+    def modes(
+        self,
+        index: int,
+        amplitudes: ArrayLike,
+        *,
+        harmonics: Sequence[int] = (1, 3),
+        method: Method = "harmonic-balance",
+        samples: int = 64,
+        at: ArrayLike | None = None,
+        quantity: Quantity = "displacement",
+        damping_ratio: float = 0.0,
+    ) -> ModalCurve:
+        """Frequency and damping of a mode against its amplitude.
+
+        Parameters
+        ----------
+        index : int
+            Which elastic mode, 0 the lowest of the structure whose joints stick.
+        amplitudes : array_like
+            One-dimensional, above zero, of the fundamental harmonic: modal ones a = sqrt(x1^H M x1)
+            [m kg^(1/2)], or what a sensor shows.
+        harmonics : sequence of int, optional
+            Harmonics of the motion; its mean is always among them.
+        method : {"harmonic-balance", "quasi-static"}, optional
+            The reference, or the quick look. The curve tells their difference.
+        samples : int, optional
+            Samples of a period at which nodes of fields are looked at.
+        at : array_like, optional
+            Direction (n,) of a sensor, at which the amplitudes are meant.
+        quantity : {"displacement", "velocity", "acceleration"}, optional
+            What the sensor measures: [m], [m/s] or [m/s^2].
+        damping_ratio : float, optional
+            Base damping [-] of all but the joints, which is added; it is an input, no result.
+
+        Returns
+        -------
+        ModalCurve
+            Frequencies [Hz], damping ratios, shapes and the loss of each joint.
+
+        Raises
+        ------
+        InputError
+            No such mode, amplitudes not above zero, harmonics, samples or a sensor that do not fit.
+
+        Notes
+        -----
+        The balance is that of the extended periodic motion, M x'' + C x' - 2 zeta omega M x' + K x
+        + joints = static forces (Krack 2015, DOI 10.1016/j.compstruc.2015.03.008). In a field each
+        node follows the exact coupled law along its line of motion in the mode, under a separation
+        that varies; across that line it sticks.
+        """
+        index = _whole("index", index, 0)
+        if method not in ("harmonic-balance", "quasi-static"):
+            raise InputError(
+                f'method must be "harmonic-balance" or "quasi-static", got {show(method)}'
+            )
+        a = checked_amplitudes(amplitudes)
+        basis = harmonic_basis(harmonics, samples)
+        base = number("damping_ratio", damping_ratio, example=0.001)
+        if not 0.0 <= base < 1.0:
+            raise InputError(f"damping_ratio must be from 0 to below 1, got {exact(base)}")
+        model = self.model
+        if index >= model.size:
+            raise InputError(f"index must be below {model.size}, the elastic modes, got {index}")
+        measure = amplitude_measure(at, quantity, model.shapes, index)
+
+        def balanced() -> ModalCurve:
+            return balanced_curve(model, index, a, measure, basis, base, quick)
+
+        def quick() -> ModalCurve:
+            return quasi_static_curve(model, index, a, measure, base, balanced)
+
+        return balanced() if method == "harmonic-balance" else quick()
+
+    def __repr__(self) -> str:
+        return f"Preload({self.static_force.size} degrees of freedom, {self.message})"
+
+
+def _whole(name: str, value: Any, least: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise InputError(f"{name} must be a whole number from {least} on, got {show(value)}")
+    return int(value)

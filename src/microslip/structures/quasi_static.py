@@ -1,0 +1,157 @@
+"""Quasi-static modal analysis: frequency and damping from static loading along a mode.
+
+The structure is loaded by the inertia of its own motion, K v + joints(v) = lambda M v, along rising
+q = sqrt(v^T M v) and to both sides; omega^2 = lambda (Festjens, Chevallier and Dion 2013,
+DOI 10.1016/j.ijmecsci.2013.06.008; Lacayo and Allen 2019, DOI 10.1016/j.ymssp.2018.08.034). What a
+cycle loses is summed over the joints' own closed loops: Masing's rule does not hold for the whole
+curve where contacts open and close.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.structures.amplitude import AmplitudeMeasure
+from microslip.structures.modal_model import ModalJoints, ModalModel
+
+_ITERATIONS = 30
+_STEP = 1e-11
+
+
+class StaticPoint(NamedTuple):
+    """A static deflection by the mode's own inertia."""
+
+    shape: Floats
+    """Modal coordinates, (modes,)."""
+    square: float
+    """Lambda [rad^2/s^2]."""
+
+
+class QuasiStaticPoint(NamedTuple):
+    """Frequency and damping at an amplitude."""
+
+    omega: float
+    damping: float
+    shape: Floats
+    """Half of the motion from one side to the other, in modal coordinates."""
+    energy: Floats
+    """Loss of a cycle by joint, all groups in a row [J]."""
+    modal_amplitude: float
+
+
+class QuasiStatic:
+    """The equations of the static deflections along a mode."""
+
+    def __init__(
+        self, model: ModalModel, joints: ModalJoints, index: int, measure: AmplitudeMeasure
+    ) -> None:
+        self.model, self.joints, self.index, self.measure = model, joints, index, measure
+        self.iterations = 0
+
+    def curve(self, amplitudes: Floats) -> list[QuasiStaticPoint | None]:
+        """One point for each amplitude; None where the equations were not solved."""
+        order = np.argsort(amplitudes, kind="stable")
+        result: list[QuasiStaticPoint | None] = [None] * amplitudes.size
+        stuck = np.zeros(self.model.size)
+        stuck[self.index] = 1.0
+        start = StaticPoint(stuck, float(self.model.squares[self.index]))
+        sides = {1.0: start, -1.0: StaticPoint(-stuck, start.square)}
+        reached = 0.0
+        factor = self.measure.factor(stuck, math.sqrt(start.square))
+        for place in order:
+            q = float(amplitudes[place]) / factor
+            for _ in range(1 if self.measure.sensor is None else 12):
+                moved = self._both(sides, reached, q)
+                if moved is None:
+                    return result
+                sides, reached = moved, q
+                point = self._point(sides, q)
+                factor = self.measure.factor(point.shape / q, point.omega)
+                wanted = float(amplitudes[place]) / factor
+                if abs(wanted / q - 1.0) < 1e-9:
+                    break
+                q = wanted
+            result[place] = point
+        return result
+
+    def _both(
+        self, sides: dict[float, StaticPoint], reached: float, q: float
+    ) -> dict[float, StaticPoint] | None:
+        """Both sides at an amplitude, by steps in between where it needs them."""
+        result = {}
+        for sign, point in sides.items():
+            low, here, target = reached, point, q
+            for _ in range(60):
+                trial = self._solve(here, low, target)
+                if trial is None:
+                    # The way up from nothing is scaled too; small steps are sure.
+                    target = math.sqrt(low * target) if low else 0.1 * target
+                    if low and target < 1.001 * low:
+                        return None
+                    continue
+                if target == q:
+                    result[sign] = trial
+                    break
+                low, here, target = target, trial, q
+            else:
+                return None
+        return result
+
+    def _solve(self, start: StaticPoint, reached: float, q: float) -> StaticPoint | None:
+        """Newton's method on the deflection and lambda, the amplitude held."""
+        modes = self.model.size
+        v = start.shape * (q / reached if reached else q)
+        square = start.square
+        flat, stuck, squares = self.joints.flat, self.joints.stuck, self.model.squares
+        scale = np.maximum(squares, square)
+        size = math.inf
+        for _ in range(_ITERATIONS):
+            self.iterations += 1
+            motion = flat.T @ v
+            force, tangent = self.joints.first_loading(motion)
+            short = force - stuck * motion
+            gap = (squares - square) * v + flat @ short
+            # Where the joints fall short of sticking, they alone couple the modes.
+            tangent[np.diag_indices_from(tangent)] -= stuck
+            matrix = np.zeros((modes + 1, modes + 1))
+            matrix[:modes, :modes] = flat @ (tangent @ flat.T)
+            matrix[np.arange(modes), np.arange(modes)] += squares - square
+            matrix[:modes, modes] = -v / q
+            matrix[modes, :modes] = 2.0 * v / q
+            right = np.append(gap / q, float(v @ v) / q**2 - 1.0)
+            matrix[:modes] /= scale[:, None]
+            right[:modes] /= scale
+            try:
+                step = np.linalg.solve(matrix, right)
+            except np.linalg.LinAlgError:
+                return None
+            move, before = step[:modes] * q, size
+            size = max(float(np.abs(move).max()) / q, abs(step[modes]) / square)
+            if not math.isfinite(size):
+                return None
+            share = 1.0 if size < 0.5 else 0.5 / size
+            v = v - share * move
+            square = square - share * float(step[modes])
+            if size < _STEP or (size < 1e-8 and size >= before):
+                return StaticPoint(v, square)
+        return None
+
+    def _point(self, sides: dict[float, StaticPoint], q: float) -> QuasiStaticPoint:
+        ahead, behind = sides[1.0], sides[-1.0]
+        half = 0.5 * (ahead.shape - behind.shape)
+        square = 0.5 * (ahead.square + behind.square)
+        motions = self.joints.split(self.joints.flat.T @ half)
+        energy = np.concatenate(
+            [g.loop_energy(u) for g, u in zip(self.joints.groups, motions, strict=True)]
+            or [np.zeros(0)]
+        )
+        damping = (
+            float(energy.sum()) / (2.0 * math.pi * square * q**2) if square > 0.0 else math.nan
+        )
+        if self.model.damping is not None:
+            damping += float(half @ self.model.damping @ half) / (2.0 * math.sqrt(square) * q**2)
+        return QuasiStaticPoint(math.sqrt(max(square, 0.0)), damping, half, energy, q)

@@ -1,0 +1,190 @@
+"""The static state of a structure: the minimum of a convex energy."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.errors import InputError
+from microslip.structures.attachments import Attachment, all_columns
+from microslip.structures.matrices import (
+    LARGEST_DENSE,
+    dense,
+    fastest_rate,
+    is_sparse,
+    linear_modes,
+    rigid_count,
+)
+
+_ITERATIONS = 100
+_ENOUGH = 1e-12  # unbalanced force, beside the largest of all forces
+
+
+class StaticState(NamedTuple):
+    """Where a structure comes to rest."""
+
+    displacement: Floats
+    forces: list[Floats]
+    """Forces of the attachments, by column [N]."""
+    equilibrium_error: float
+    """Unbalanced force beside the largest force [-]."""
+    iterations: int
+    converged: bool
+
+
+def free_motions(stiffness: Any, mass: Any, attachments: tuple[Attachment, ...]) -> Floats:
+    """Motions that neither the structure nor its joints resist when these are closed."""
+    held = held_stiffness(stiffness, attachments)
+    count = None if mass.shape[0] <= LARGEST_DENSE else 12
+    squares, shapes = linear_modes(held, mass, count)
+    return shapes[:, : rigid_count(squares, held, mass)]
+
+
+def held_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any:
+    """The stiffness with all joints that hold statically closed, as stiff as the structure is."""
+    columns = all_columns(attachments, stiffness.shape[0])
+    holding = np.concatenate([a.holding for a in attachments]) if attachments else np.zeros(0)
+    active = holding > 0.0
+    if not active.any():
+        return stiffness
+    scale = float(abs(stiffness).max()) or 1.0
+    b = columns[:, active] / np.linalg.norm(columns[:, active], axis=0)
+    if is_sparse(stiffness):
+        from scipy.sparse import csc_matrix
+
+        b = csc_matrix(b)
+    return stiffness + scale * (b @ b.T)
+
+
+def static_state(
+    stiffness: Any, mass: Any, attachments: tuple[Attachment, ...], static_force: Floats
+) -> StaticState:
+    """Newton's method with a line search along which the energy falls.
+
+    Raises
+    ------
+    InputError
+        A force along a motion that nothing resists; a state without contact.
+    """
+    free = free_motions(stiffness, mass, attachments)
+    _check_balanced(free, static_force)
+    columns = all_columns(attachments, static_force.size)
+    parts = np.cumsum([a.columns.shape[1] for a in attachments])[:-1]
+    rigid = mass @ free
+    solver = _Solver(stiffness, mass, columns, rigid)
+
+    def joints(x: Floats) -> tuple[Floats, Floats]:
+        motions = np.split(columns.T @ x, parts)
+        pairs = [a.static_forces(u) for a, u in zip(attachments, motions, strict=True)]
+        if not pairs:
+            return np.zeros(0), np.zeros(0)
+        return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
+
+    x = np.zeros(static_force.size)
+    error = math.inf
+    converged = False
+    iterations = 0
+    force, tangent = joints(x)
+    for iterations in range(_ITERATIONS + 1):
+        elastic, contact = stiffness @ x, columns @ force
+        gap = static_force - elastic - contact
+        gap = gap - rigid @ (free.T @ gap)
+        largest = max(float(np.abs(v).max(initial=0.0)) for v in (static_force, elastic, contact))
+        error = float(np.abs(gap).max()) / largest if largest else 0.0
+        # Where rounding is reached, a step more changes nothing.
+        if error <= 1e-15 or (error <= _ENOUGH and converged):
+            converged = True
+            break
+        converged = error <= _ENOUGH
+        if iterations == _ITERATIONS:
+            break
+        step = solver.solve(tangent, gap)
+        x, force, tangent, moved = _search(stiffness, columns, joints, static_force, x, step, gap)
+        if not moved:
+            converged = error <= 1e-9
+            break
+    return StaticState(x, np.split(force, parts), error, iterations, converged)
+
+
+class _Solver:
+    """Solves with the tangent stiffness, the rigid motions held."""
+
+    def __init__(self, stiffness: Any, mass: Any, columns: Floats, rigid: Floats) -> None:
+        self._columns = columns
+        self._sparse = is_sparse(stiffness) and stiffness.shape[0] > LARGEST_DENSE
+        rate = fastest_rate(stiffness, mass)
+        if self._sparse:
+            from scipy.sparse import csc_matrix
+
+            # A full rank update would fill the matrix; so small a shift costs a step at most.
+            self._fixed = stiffness + 1e-10 * rate * mass if rigid.shape[1] else stiffness
+            self._columns = csc_matrix(columns)
+        else:
+            self._fixed = dense(stiffness) + rate * (rigid @ rigid.T)
+
+    def solve(self, tangent: Floats, force: Floats) -> Floats:
+        if self._sparse:
+            from scipy.sparse import diags
+            from scipy.sparse.linalg import splu
+
+            matrix = self._fixed + self._columns @ diags(tangent) @ self._columns.T
+            factors = splu(
+                matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
+            )
+            return np.asarray(factors.solve(force))
+        from scipy.linalg import cho_factor, cho_solve
+
+        matrix = self._fixed + (self._columns * tangent) @ self._columns.T
+        shift = 0.0
+        while True:
+            try:
+                factor = cho_factor(matrix + shift * np.diag(np.diag(matrix)), check_finite=False)
+                return np.asarray(cho_solve(factor, force, check_finite=False))
+            except np.linalg.LinAlgError:
+                # Contacts that are open hold nothing yet.
+                shift = max(10.0 * shift, 1e-14)
+
+
+def _search(
+    stiffness: Any,
+    columns: Floats,
+    joints: Any,
+    static_force: Floats,
+    x: Floats,
+    step: Floats,
+    gap: Floats,
+) -> tuple[Floats, Floats, Floats, bool]:
+    """Go along a step to where the energy no longer falls steeply: its slope there is known."""
+    start = float(gap @ step)  # minus the slope of the energy, above zero
+    low, high, share = 0.0, math.inf, 1.0
+    elastic, along = stiffness @ x, stiffness @ step
+    for _ in range(60):
+        trial = x + share * step
+        force, tangent = joints(trial)
+        slope = float((static_force - elastic - share * along - columns @ force) @ step)
+        if abs(slope) <= 0.7 * start or start <= 0.0:
+            return trial, force, tangent, bool(start > 0.0)
+        if slope < 0.0:
+            high = share
+        else:
+            low = share
+        share = 0.5 * (low + high) if math.isfinite(high) else 2.0 * share
+    return trial, force, tangent, False
+
+
+def _check_balanced(free: Floats, force: Floats) -> None:
+    if not free.shape[1] or not force.any():
+        return
+    sizes = np.abs(free).max(axis=0)
+    push = np.abs(free.T @ force) / sizes
+    worst = int(np.argmax(push))
+    if push[worst] > 1e-9 * np.abs(force).sum():
+        place = int(np.argmax(np.abs(free[:, worst])))
+        raise InputError(
+            f"static_force must be balanced: it pushes with {push[worst]:.3g} N along one of "
+            f"{free.shape[1]} motions that nothing holds (it moves degree of freedom {place} "
+            "most); hold the structure, or take that part of the force away"
+        )

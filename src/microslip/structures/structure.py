@@ -1,0 +1,265 @@
+"""A structure by its mass and stiffness, and the joints in it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import floats, show
+from microslip._core.verdicts import Verdict
+from microslip.errors import InputError
+from microslip.friction import BackboneLaw, JointField
+from microslip.structures.attachments import Attachment, FieldAttachment, LawAttachment
+from microslip.structures.joint_groups import checked_law
+from microslip.structures.matrices import (
+    check_mass,
+    check_stiffness,
+    direction_matrix,
+    symmetric_matrix,
+)
+from microslip.structures.modal_curve import ModalCurve
+from microslip.structures.model_files import load_matrices, save_matrices
+from microslip.structures.preload import LinearModes, Preload
+from microslip.structures.static import static_state
+from microslip.structures.structure_verdicts import judge
+from microslip.structures.threads import single_threaded
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Structure:
+    """A linear structure M x'' + C x' + K x = f, and the joints that are attached to it.
+
+    Parameters
+    ----------
+    mass : array_like or sparse matrix
+        Mass matrix M [kg], n x n, symmetric and positive definite.
+    stiffness : array_like or sparse matrix
+        Stiffness matrix K [N/m] of the structure *without its joints*, symmetric, with no negative
+        eigenvalue. What K leaves free must be held by joints, or move rigidly.
+    damping : array_like or sparse matrix, optional
+        Damping matrix C [N s/m] of all but the joints; none without it.
+
+    Raises
+    ------
+    InputError
+        Matrices that do not fit, are not finite, not symmetric or not definite.
+
+    Notes
+    -----
+    The joints join by M x'' + C x' + K x + sum of B^T T[B x] = f. Frequencies and damping at an
+    amplitude are those of the nonlinear modes of :meth:`modes`; base damping (of the material, of
+    strings and air) is no result but an input: C, or the ``damping_ratio`` of :meth:`modes`.
+    The modes are those of Krack (2015), DOI 10.1016/j.compstruc.2015.03.008. Nothing is changed by
+    a method; each returns a new object.
+    """
+
+    mass: Any
+    stiffness: Any
+    damping: Any
+    attachments: tuple[Attachment, ...]
+
+    def __init__(self, mass: Any, stiffness: Any, damping: Any = None) -> None:
+        mass = symmetric_matrix("mass", mass)
+        check_mass(mass)
+        stiffness = symmetric_matrix("stiffness", stiffness, mass.shape[0])
+        check_stiffness(stiffness, mass)
+        if damping is not None:
+            damping = symmetric_matrix("damping", damping, mass.shape[0])
+        put = object.__setattr__
+        put(self, "mass", mass)
+        put(self, "stiffness", stiffness)
+        put(self, "damping", damping)
+        put(self, "attachments", ())
+
+    @property
+    def size(self) -> int:
+        """Number of degrees of freedom."""
+        return int(self.mass.shape[0])
+
+    # -- files ------------------------------------------------------------------------------------
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], **names: str) -> Structure:
+        """Read matrices from a file, or from one for each matrix.
+
+        Parameters
+        ----------
+        path : str or path
+            An ``.npz`` or ``.mat`` file that holds the matrices, or a folder of Matrix Market
+            files (``mass.mtx``, ``stiffness.mtx`` and, if it is there, ``damping.mtx``).
+        **names : str, optional
+            Their names in the file, such as ``mass="M"``; without them ``mass``, ``stiffness`` and
+            ``damping``, or M, K and C.
+
+        Returns
+        -------
+        Structure
+            Without joints: these are attached in Python.
+
+        Raises
+        ------
+        InputError
+            A file that is absent, damaged or of another kind, names that are not in it, matrices
+            that do not fit.
+        """
+        return cls(*load_matrices(path, names))
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write the matrices to an ``.npz`` file that :meth:`load` reads.
+
+        Parameters
+        ----------
+        path : str or path
+            The file, ending in ``.npz``.
+        overwrite : bool, optional
+            Whether a file in its place may be replaced.
+
+        Raises
+        ------
+        InputError
+            The file is there already, ends otherwise, or cannot be written.
+        """
+        save_matrices(path, self.mass, self.stiffness, self.damping, overwrite)
+
+    # -- joints -----------------------------------------------------------------------------------
+
+    def attach(self, joint: BackboneLaw | JointField, *, directions: Any) -> Structure:
+        """The structure with one more set of joints.
+
+        Parameters
+        ----------
+        joint : BackboneLaw or JointField
+            A law given by its backbone, not rigid at rest; or a field of nodes, with its areas,
+            gaps (or loads) and friction.
+        directions : array_like
+            For a law b, of shape (n,) or (n, joints): the joint's displacement is b^T x, and it
+            answers with the force -b T. For a field B, of shape (n, nodes, 3): two tangential
+            motions, then the opening, positive where the faces part.
+
+        Returns
+        -------
+        Structure
+            A new one; this one is unchanged.
+
+        Raises
+        ------
+        InputError
+            Another kind of joint, directions that do not fit the structure or the field, or that
+            move nothing.
+        """
+        attachment: Attachment
+        if isinstance(joint, JointField):
+            b = direction_matrix("directions", directions, self.size, (3,))
+            if b.shape[1] != joint.size:
+                raise InputError(
+                    f"directions must have one triple for each of the {joint.size} nodes of the "
+                    f"field, got {b.shape[1]}"
+                )
+            attachment = FieldAttachment(joint, b)
+        elif isinstance(joint, BackboneLaw):
+            attachment = LawAttachment(
+                checked_law(joint), direction_matrix("directions", directions, self.size)
+            )
+        else:
+            raise InputError(
+                "joint must be a backbone law, such as ms.Interface(surface, 0.5, "
+                f"normal_load=2000.0), or a JointField, got {show(joint)}"
+            )
+        other = object.__new__(Structure)
+        for name in ("mass", "stiffness", "damping"):
+            object.__setattr__(other, name, getattr(self, name))
+        object.__setattr__(other, "attachments", (*self.attachments, attachment))
+        return other
+
+    @cached_property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """How far the model is what a structure with joints can be: units, rigid motion."""
+        return judge(self.mass, self.stiffness, self.attachments)
+
+    # -- statics ----------------------------------------------------------------------------------
+
+    @single_threaded
+    def preload(self, static_force: ArrayLike | None = None) -> Preload:
+        """The state of rest under static forces, bolt forces among them.
+
+        Parameters
+        ----------
+        static_force : array_like, optional
+            Forces [N], shape (n,), one for each degree of freedom; none without it. A field that
+            was given loads or separations is at rest with them: the forces come on top of what
+            holds them.
+
+        Returns
+        -------
+        Preload
+            Displacement, normal loads, pressures, gaps; and the methods of this class about it.
+
+        Raises
+        ------
+        InputError
+            Forces that do not fit, that push along a motion which nothing holds, or that leave no
+            contact.
+
+        Notes
+        -----
+        Without friction in fields the state is the minimum of a convex energy, for normal loads
+        fall with the separation: Newton's method with a line search cannot but find it. Friction
+        of a field counts from there. A law counts from where the structure is undeformed.
+        """
+        if static_force is None:
+            force = np.zeros(self.size)
+        else:
+            force = floats("static_force", static_force)
+            if force.shape != (self.size,):
+                raise InputError(
+                    f"static_force must be one force for each of the {self.size} degrees of "
+                    f"freedom, got shape {force.shape}"
+                )
+        state = static_state(self.stiffness, self.mass, self.attachments, force)
+        return Preload(self.mass, self.stiffness, self.damping, self.attachments, force, state)
+
+    @cached_property
+    def _undeformed(self) -> Preload:
+        """At rest without static forces."""
+        for attachment in self.attachments:
+            if isinstance(attachment, FieldAttachment) and attachment.field.gaps is not None:
+                raise InputError(
+                    "a field with gaps has no loads before a static solution: write "
+                    "structure.preload(static_force).modes(...)"
+                )
+        return self.preload()
+
+    # -- motion about the undeformed state --------------------------------------------------------
+
+    def linear_modes(self, count: int = 10, *, joints: str = "stuck") -> LinearModes:
+        """Modes of small motion, see :meth:`microslip.structures.Preload.linear_modes`."""
+        return self._undeformed.linear_modes(count, joints=joints)
+
+    def modes(self, index: int, amplitudes: ArrayLike, **options: Any) -> ModalCurve:
+        """Frequency and damping of a mode of the structure at rest without static forces.
+
+        Parameters
+        ----------
+        index : int
+            Which elastic mode, 0 the lowest of the structure whose joints stick.
+        amplitudes : array_like
+            Amplitudes above zero, one-dimensional: modal ones [m kg^(1/2)], or at a sensor.
+        **options
+            Those of :meth:`microslip.Preload.modes`.
+
+        Returns
+        -------
+        ModalCurve
+            Frequencies [Hz], damping ratios, shapes and the loss of each joint.
+
+        Raises
+        ------
+        InputError
+            As there; a field with gaps, whose loads a static solution must find first.
+        """
+        return self._undeformed.modes(index, amplitudes, **options)

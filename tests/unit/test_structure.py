@@ -1,0 +1,261 @@
+"""Structures: what goes in, what is refused, what a result looks like."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+from scipy import io, linalg, sparse
+
+import microslip as ms
+
+
+def spring_chain(masses: list[float], springs: list[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Mass and stiffness of masses in a row; the first spring is to ground (0: none)."""
+    n = len(masses)
+    stiffness = np.zeros((n, n))
+    for i, k in enumerate(springs):
+        stiffness[i, i] += k
+        if i > 0:
+            stiffness[i - 1, i - 1] += k
+            stiffness[i, i - 1] -= k
+            stiffness[i - 1, i] -= k
+    return np.diag(masses), stiffness
+
+
+MASS, STIFFNESS = spring_chain([2.0, 3.0, 2.0], [2e7, 1e7, 1e7])
+LAW = ms.Jenkins(5e6, 100.0)
+BETWEEN = [1.0, -1.0, 0.0]
+
+
+@pytest.fixture
+def chain() -> ms.Structure:
+    return ms.Structure(MASS, STIFFNESS).attach(LAW, directions=BETWEEN)
+
+
+def test_matrices_are_checked_one_by_one() -> None:
+    with pytest.raises(ms.InputError, match=r"mass must be a square matrix, got shape \(2, 3\)"):
+        ms.Structure(np.ones((2, 3)), STIFFNESS)
+    with pytest.raises(ms.InputError, match="stiffness must be 3 x 3, as the mass matrix is"):
+        ms.Structure(MASS, STIFFNESS[:2, :2])
+    with pytest.raises(ms.InputError, match="damping must be 3 x 3"):
+        ms.Structure(MASS, STIFFNESS, np.eye(2))
+    lean = STIFFNESS.copy()
+    lean[0, 2] = 1e4
+    with pytest.raises(ms.InputError, match=r"stiffness must be symmetric, but \[0, 2\] = 10000"):
+        ms.Structure(MASS, lean)
+    with pytest.raises(ms.InputError, match="degree of freedom 1 has the mass 0"):
+        ms.Structure(np.diag([1.0, 0.0, 1.0]), STIFFNESS)
+    with pytest.raises(ms.InputError, match="no kinetic energy"):
+        ms.Structure(np.array([[1.0, 2.0], [2.0, 1.0]]), np.eye(2))
+    with pytest.raises(ms.InputError, match="negative in any direction"):
+        ms.Structure(MASS, STIFFNESS - 2e7 * np.eye(3))
+    with pytest.raises(ms.InputError, match="mass must be finite"):
+        ms.Structure(np.diag([1.0, np.nan, 1.0]), STIFFNESS)
+
+
+@pytest.mark.parametrize("form", [sparse.csr_matrix, sparse.coo_array])
+def test_sparse_matrices_count_as_dense_ones(chain: ms.Structure, form: type) -> None:
+    thin = ms.Structure(form(MASS), form(STIFFNESS), form(1e-5 * STIFFNESS))
+    thick = ms.Structure(MASS, STIFFNESS, 1e-5 * STIFFNESS)
+    curves = [s.attach(LAW, directions=BETWEEN).modes(0, [1e-5, 1e-4]) for s in (thin, thick)]
+    assert np.allclose(curves[0].frequency, curves[1].frequency, rtol=1e-12)
+    assert np.allclose(curves[0].damping_ratio, curves[1].damping_ratio, rtol=1e-9)
+    with pytest.raises(ms.InputError, match="mass must be symmetric"):
+        ms.Structure(form(np.triu(MASS + 1.0)), form(STIFFNESS))
+    with pytest.raises(ms.InputError, match="negative in any direction"):
+        ms.Structure(form(MASS), form(STIFFNESS - 2e7 * np.eye(3)))
+
+
+def test_joints_are_attached_to_a_new_structure(chain: ms.Structure) -> None:
+    plain = ms.Structure(MASS, STIFFNESS)
+    more = plain.attach(LAW, directions=BETWEEN)
+    assert plain.attachments == ()
+    assert len(more.attachments) == 1
+    with pytest.raises(ms.InputError, match=r"shape \(3,\) or \(3, joints\).*got \(2,\)"):
+        plain.attach(LAW, directions=[1.0, -1.0])
+    with pytest.raises(ms.InputError, match=r"column \(1,\) is all zeros"):
+        plain.attach(LAW, directions=[[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
+    with pytest.raises(ms.InputError, match="Coulomb friction is rigid there"):
+        plain.attach(ms.Coulomb(10.0), directions=BETWEEN)
+    with pytest.raises(ms.InputError, match="joint must be a backbone law"):
+        plain.attach(5.0, directions=BETWEEN)  # type: ignore[arg-type]
+
+
+def test_a_field_is_attached_node_by_node(surface: ms.GreenwoodWilliamson) -> None:
+    field = ms.JointField(surface, 0.3, areas=[1e-4, 1e-4], gaps=[1e-6, 2e-6])
+    plain = ms.Structure(np.eye(6), 1e8 * np.eye(6))
+    with pytest.raises(ms.InputError, match=r"shape \(6, nodes, 3\)"):
+        plain.attach(field, directions=np.eye(6))
+    with pytest.raises(ms.InputError, match="one triple for each of the 2 nodes"):
+        plain.attach(field, directions=np.eye(6)[:, :3].reshape(6, 1, 3))
+    with_field = plain.attach(field, directions=np.eye(6).reshape(6, 2, 3))
+    with pytest.raises(ms.InputError, match=r"preload\(static_force\)"):
+        with_field.modes(0, [1e-6])
+
+
+@pytest.fixture
+def surface() -> ms.GreenwoodWilliamson:
+    metal = ms.Material(69e9, 0.33)
+    return ms.GreenwoodWilliamson(
+        ms.MaterialPair(metal, metal), ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4
+    )
+
+
+def test_modes_refuse_what_they_cannot_answer(chain: ms.Structure) -> None:
+    for message, options in (
+        ("index must be below 3", {"index": 3}),
+        ("index must be a whole number from 0 on", {"index": -1}),
+        ("amplitudes must be above zero", {"amplitudes": [0.0, 1e-6]}),
+        ("amplitudes must be one-dimensional", {"amplitudes": [[1e-6]]}),
+        ("1 among them, got", {"harmonics": [3]}),
+        ("samples must be at least 12", {"samples": 8}),
+        ('method must be "harmonic-balance" or "quasi-static"', {"method": "newmark"}),
+        ("damping_ratio must be from 0 to below 1", {"damping_ratio": 1.5}),
+        ('quantity="velocity" needs a sensor', {"quantity": "velocity"}),
+        ("quantity must be one of", {"quantity": "strain"}),
+        (r"at must have the shape \(3,\)", {"at": [1.0]}),
+    ):
+        arguments = {"index": 0, "amplitudes": [1e-6], **options}
+        with pytest.raises(ms.InputError, match=message):
+            chain.modes(**arguments)
+
+
+def test_a_sensor_at_a_node_of_the_mode_is_refused() -> None:
+    mass, stiffness = spring_chain([1.0, 1.0, 1.0], [0.0, 1e6, 1e6])
+    free = ms.Structure(mass, stiffness).attach(LAW, directions=[1.0, 0.0, -1.0])
+    with pytest.raises(ms.InputError, match="it has a node there"):
+        free.modes(1, [1e-6], at=[0.0, 1.0, 0.0])
+
+
+def test_amplitudes_may_be_what_a_sensor_shows(chain: ms.Structure) -> None:
+    sensor = np.array([0.0, 0.0, 1.0])
+    for method in ("harmonic-balance", "quasi-static"):
+        for power, quantity in enumerate(("displacement", "velocity", "acceleration")):
+            modal = chain.modes(0, [1e-5, 3e-5], method=method)
+            omega = 2.0 * np.pi * modal.frequency
+            seen = np.abs(modal.shape @ sensor) * modal.modal_amplitude * omega**power
+            same = chain.modes(0, seen, method=method, at=sensor, quantity=quantity)
+            assert np.allclose(same.modal_amplitude, modal.modal_amplitude, rtol=1e-8)
+            assert np.allclose(same.frequency, modal.frequency, rtol=1e-9)
+            assert np.allclose(same.damping_ratio, modal.damping_ratio, rtol=1e-6)
+
+
+def test_the_order_of_amplitudes_does_not_matter(chain: ms.Structure) -> None:
+    up = chain.modes(1, [1e-6, 1e-5, 1e-4])
+    down = chain.modes(1, [1e-4, 1e-6, 1e-5])
+    assert np.allclose(up.frequency[[2, 0, 1]], down.frequency, rtol=1e-12)
+
+
+def test_base_damping_is_added(chain: ms.Structure) -> None:
+    for method in ("harmonic-balance", "quasi-static"):
+        bare = chain.modes(0, [1e-5], method=method)
+        damped = chain.modes(0, [1e-5], method=method, damping_ratio=0.002)
+        assert damped.damping_ratio - bare.damping_ratio == pytest.approx(0.002, rel=1e-9)
+        assert damped.base_damping == 0.002
+
+
+def test_a_curve_is_frozen_and_can_be_pickled(chain: ms.Structure) -> None:
+    curve = chain.modes(0, [1e-6, 1e-5])
+    with pytest.raises(ValueError, match="read-only"):
+        curve.frequency[0] = 1.0
+    copy = pickle.loads(pickle.dumps(curve))
+    assert np.array_equal(copy.damping_ratio, curve.damping_ratio)
+    assert "2 of 2 amplitudes" in repr(copy)
+
+
+def test_what_cannot_be_reached_is_kept_and_said() -> None:
+    # All that holds the mass is the joint: once it slides there is no mode any more.
+    loose = ms.Structure([[1.0]], [[0.0]]).attach(ms.Jenkins(1e6, 10.0), directions=[1.0])
+    curve = loose.modes(0, [1e-6, 1e-2], method="quasi-static")
+    assert curve.status in ("solved", "stopped")
+    assert curve.frequency[0] == pytest.approx(1000.0 / (2.0 * np.pi), rel=1e-9)
+    if curve.status == "stopped":
+        assert "harmonic-balance" in curve.message
+        assert np.isnan(curve.frequency[1])
+
+
+def test_files_hold_the_matrices(tmp_path, chain: ms.Structure) -> None:
+    damped = ms.Structure(MASS, STIFFNESS, 1e-5 * STIFFNESS)
+    path = tmp_path / "model.npz"
+    damped.save(path)
+    again = ms.Structure.load(path)
+    assert np.array_equal(again.mass, damped.mass)
+    assert np.array_equal(again.damping, damped.damping)
+    with pytest.raises(ms.InputError, match="overwrite=True"):
+        damped.save(path)
+    thin = ms.Structure(sparse.csc_matrix(MASS), sparse.csc_matrix(STIFFNESS))
+    thin.save(path, overwrite=True)
+    assert np.array_equal(ms.Structure.load(path).stiffness.toarray(), STIFFNESS)
+    with pytest.raises(ms.InputError, match=r"path must end in \.npz"):
+        damped.save(tmp_path / "model.txt")
+
+
+def test_other_programs_files_are_read(tmp_path) -> None:
+    io.savemat(tmp_path / "model.mat", {"M": MASS, "K": sparse.csc_matrix(STIFFNESS)})
+    found = ms.Structure.load(tmp_path / "model.mat")
+    assert np.array_equal(found.mass, MASS)
+    assert found.stiffness.shape == (3, 3)
+    folder = tmp_path / "market"
+    folder.mkdir()
+    io.mmwrite(folder / "mass.mtx", sparse.coo_matrix(MASS), symmetry="symmetric")
+    io.mmwrite(folder / "K2.mtx", sparse.coo_matrix(STIFFNESS))
+    found = ms.Structure.load(folder, stiffness="K2")
+    assert np.array_equal(found.stiffness.toarray(), STIFFNESS)
+    with pytest.raises(ms.InputError, match=r'has no "stiffness".*it has K2, mass'):
+        ms.Structure.load(folder)
+
+
+def test_files_that_hold_no_structure_are_refused(tmp_path) -> None:
+    with pytest.raises(ms.InputError, match="there is no such file"):
+        ms.Structure.load(tmp_path / "none.npz")
+    (tmp_path / "model.txt").write_text("1 2")
+    with pytest.raises(ms.InputError, match=r"wanted an \.npz or a \.mat file"):
+        ms.Structure.load(tmp_path / "model.txt")
+    for name in ("broken.npz", "broken.mat"):
+        (tmp_path / name).write_bytes(b"PK nothing of the kind")
+        with pytest.raises(ms.InputError, match="cannot be read"):
+            ms.Structure.load(tmp_path / name)
+    np.savez(tmp_path / "other.npz", speed=1.0)
+    with pytest.raises(ms.InputError, match='has no "mass"'):
+        ms.Structure.load(tmp_path / "other.npz")
+    with pytest.raises(ms.InputError, match="is no matrix of a structure"):
+        ms.Structure.load(tmp_path / "other.npz", speed="speed")
+
+
+def test_static_forces_must_have_something_to_push_against(chain: ms.Structure) -> None:
+    with pytest.raises(ms.InputError, match="each of the 3 degrees of freedom"):
+        chain.preload([1.0])
+    mass, stiffness = spring_chain([1.0, 1.0], [0.0, 1e6])
+    free = ms.Structure(mass, stiffness).attach(LAW, directions=[1.0, -1.0])
+    with pytest.raises(ms.InputError, match=r"static_force must be balanced.*1 motions"):
+        free.preload([1.0, 0.0])
+    assert free.preload([1.0, -1.0]).equilibrium_error < 1e-12
+
+
+def test_verdicts_tell_units_and_rigid_motion(chain: ms.Structure) -> None:
+    def words(s: ms.Structure) -> dict[str, str]:
+        return {v.name: v.word for v in s.verdicts}
+
+    assert words(chain)["first elastic frequency"] == "ok"
+    mixed = ms.Structure(1e-9 * MASS, STIFFNESS)
+    assert words(mixed)["first elastic frequency"] == "outside"
+    mass, stiffness = spring_chain([1.0, 1.0, 1.0], [0.0, 1e6, 1e6])
+    free = ms.Structure(mass, stiffness)
+    tied = free.attach(LAW, directions=[1.0, -1.0, 0.0])
+    askew = free.attach(LAW, directions=[1.0, -0.999, 0.0])
+    assert words(tied)["joint motion in rigid motion"] == "ok"
+    assert words(askew)["joint motion in rigid motion"] == "outside"
+    assert words(chain)["joint motion in rigid motion"] == "not judged"
+
+
+def test_linear_modes_are_those_of_the_matrices(chain: ms.Structure) -> None:
+    b = np.array(BETWEEN)
+    held = STIFFNESS + LAW.stiffness * np.outer(b, b)
+    for joints, matrix in (("stuck", held), ("open", STIFFNESS)):
+        squares = linalg.eigh(matrix, MASS, eigvals_only=True)
+        found = chain.linear_modes(3, joints=joints).frequency
+        assert np.allclose(found, np.sqrt(squares) / (2.0 * np.pi), rtol=1e-12)
+    with pytest.raises(ms.InputError, match='joints must be "stuck" or "open"'):
+        chain.linear_modes(joints="half")

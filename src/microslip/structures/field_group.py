@@ -78,7 +78,7 @@ class FieldGroup:
         jacobian = np.zeros((nodes, 3, size, 3, size))
         each = np.arange(size)
         jacobian[:, 0, :, 0], jacobian[:, 0, :, 2] = tangent[:, 0, 0], tangent[:, 0, 1]
-        jacobian[:, 1, each, 1, each] = self._across
+        jacobian[:, 1, each, 1, each] = self._across[:, None]
         jacobian[:, 2, :, 0], jacobian[:, 2, :, 2] = -tangent[:, 1, 0], -tangent[:, 1, 1]
         return HarmonicForces(force, jacobian)
 

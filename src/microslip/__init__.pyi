@@ -7,7 +7,6 @@ from .friction import BoucWen as BoucWen
 from .friction import Coulomb as Coulomb
 from .friction import CoupledResponse as CoupledResponse
 from .friction import FieldCycle as FieldCycle
-from .friction import FieldResponse as FieldResponse
 from .friction import FirstLoading as FirstLoading
 from .friction import Interface as Interface
 from .friction import Iwan as Iwan
@@ -33,6 +32,8 @@ from .identification import identify as identify
 from .loops import Loop as Loop
 from .materials import Material as Material
 from .materials import MaterialPair as MaterialPair
+from .memory import FieldResponse as FieldResponse
+from .memory import FieldState as FieldState
 from .memory import State as State
 from .normal import AsperityPopulation as AsperityPopulation
 from .normal import GreenwoodWilliamson as GreenwoodWilliamson

@@ -132,6 +132,7 @@ def test_parameters_of_classes(item: type) -> None:
         ms.FieldCycle,
         ms.ModalCurve,
         ms.Preload,
+        ms.FieldState,
         ms.Summits,
         ms.Identification,
         ms.Comparison,

@@ -3,7 +3,6 @@ from .base import BackboneLaw as BackboneLaw
 from .bouc_wen import BoucWen as BoucWen
 from .coulomb import Coulomb as Coulomb
 from .coupled import CoupledResponse as CoupledResponse
-from .field import FieldResponse as FieldResponse
 from .field import JointField as JointField
 from .field_cycles import FieldCycle as FieldCycle
 from .fields import AsperityFields as AsperityFields

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,21 +17,8 @@ from microslip.friction.field_backbone import FieldBackbone
 from microslip.friction.field_curve import FieldCurve
 from microslip.friction.field_cycles import FieldCycle, periodic
 from microslip.friction.field_cycles import harmonics as transform
+from microslip.memory import FieldResponse, FieldState
 from microslip.normal import NORMAL_LAWS, NormalLaw
-
-
-class FieldResponse(NamedTuple):
-    """What the nodes of a field answer to displacements and separations.
-
-    Within Cattaneo and Mindlin's theory, after Jaeger (1998), DOI 10.1115/1.2833765.
-    """
-
-    force: Floats
-    """Tangential forces T [N], one a node."""
-    load: Floats
-    """Normal loads N [N], one a node."""
-    tangent: Floats
-    """Derivatives of (T, N) by (displacement, separation) [N/m], shape (nodes, 2, 2)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -376,6 +363,23 @@ class JointField(Locked):
             lock(self._steps[loaded]),
             float(np.sum(self.force_limits)),
         )
+
+    # -- with memory ----------------------------------------------------------------------------
+
+    def start(self, *, energies: bool = False) -> FieldState:
+        """A state of all nodes at rest, for time integrators and static solvers.
+
+        Parameters
+        ----------
+        energies : bool, optional
+            Whether it counts what each node dissipates, which takes its time.
+
+        Returns
+        -------
+        FieldState
+            With ``try_``, ``commit``, ``rollback`` and ``copy``.
+        """
+        return FieldState(self, bool(energies))
 
     # -- cycles ---------------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ import numpy as np
 from microslip import kernels
 from microslip._core.checks import Floats
 from microslip.friction.interface import Interface
+from microslip.memory import Slips
 from microslip.normal import NormalLaw
 from microslip.normal.grids import pairs_of
 
@@ -92,6 +93,10 @@ class FieldCurve:
         own = self.surface._excess if kind == "excess" else self.surface._excess_slope
         each = zip(there.tolist(), u.tolist(), strict=True)
         return np.array([own(d, np.array([v]))[0] for d, v in each])
+
+    def losses(self, slips: Slips, count: int) -> Floats:
+        """What slip loses in each of so many samples, over mu kappa, where there is no profile."""
+        return self._coupling._losses.of(slips, count)
 
     def load(self, step: Floats) -> tuple[Floats, Floats]:
         """N and -N'."""

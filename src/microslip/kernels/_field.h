@@ -407,3 +407,174 @@ static PyObject *py_field_slopes(PyObject *self, PyObject *args)
     if (!right) return NULL;
     return none();
 }
+
+/* ---- states --------------------------------------------------------------------------------- */
+
+/* Rows and marks of node i begin at entry begin[i], and there are so many. */
+static int rows_fit(const Py_buffer *rows, const Py_buffer *marks, const Py_buffer *begin,
+                    const Py_buffer *count, Py_ssize_t nodes)
+{
+    const long long *b = begin->buf, *n = count->buf;
+    if (LENGTH(*begin) < nodes || LENGTH(*count) < nodes) return 0;
+    long long most = LENGTH(*rows) / 3 < LENGTH(*marks) / 2 ? LENGTH(*rows) / 3 : LENGTH(*marks) / 2;
+    for (Py_ssize_t i = 0; i < nodes; i++)
+        if (b[i] < 0 || n[i] < 0 || n[i] > most || b[i] > most - n[i]) return 0;
+    return 1;
+}
+
+static PyObject *py_field_try(PyObject *self, PyObject *args)
+{
+    enum { PLACE, REST, LAST_PLACE, LAST_STEP, LAST_VALUE, ROWS, MARKS, BEGIN, DEPTH,
+           FRONT, DENSITY, VALUE, CODE, BY_PLACE, COUNT };
+    Py_buffer b[COUNT], step = {0}, load = {0}, fall = {0}, by_step = {0}, coefficients;
+    PyObject *step_object, *varied[3];
+    Profile p;
+    if (!PyArg_ParseTuple(args, "y*Oy*y*y*y*y*y*y*y*w*w*w*w*w*OOO" PROFILE_FORMAT, &b[PLACE],
+                          &step_object, &b[REST], &b[LAST_PLACE], &b[LAST_STEP], &b[LAST_VALUE],
+                          &b[ROWS], &b[MARKS], &b[BEGIN], &b[DEPTH], &b[FRONT], &b[DENSITY],
+                          &b[VALUE], &b[CODE], &b[BY_PLACE], &varied[0], &varied[1], &varied[2],
+                          PROFILE_ARGUMENTS(coefficients, p)))
+        return NULL;
+    Py_ssize_t nodes = LENGTH(b[PLACE]);
+    int right = 1, varies = step_object != Py_None;
+    if (varies)
+        right = PyObject_GetBuffer(step_object, &step, PyBUF_SIMPLE) == 0 &&
+                PyObject_GetBuffer(varied[0], &load, PyBUF_WRITABLE) == 0 &&
+                PyObject_GetBuffer(varied[1], &fall, PyBUF_WRITABLE) == 0 &&
+                PyObject_GetBuffer(varied[2], &by_step, PyBUF_WRITABLE) == 0;
+    if (right) {
+        right = bind_profile(&p, &coefficients) &&
+                rows_fit(&b[ROWS], &b[MARKS], &b[BEGIN], &b[DEPTH], nodes);
+        for (int k = 0; k < COUNT; k++)
+            if (k != ROWS && k != MARKS) right = right && LENGTH(b[k]) >= nodes;
+        if (varies)
+            right = right && LENGTH(step) >= nodes && LENGTH(load) >= nodes &&
+                    LENGTH(fall) >= nodes && LENGTH(by_step) >= nodes;
+        right = long_enough(right);
+    }
+    if (!right) nodes = 0;
+    const double *x = b[PLACE].buf, *rest = b[REST].buf, *last_place = b[LAST_PLACE].buf,
+                 *last_step = b[LAST_STEP].buf, *last_value = b[LAST_VALUE].buf, *d = step.buf;
+    const Row *rows = b[ROWS].buf;
+    const Mark *marks = b[MARKS].buf;
+    const long long *begin = b[BEGIN].buf, *depth = b[DEPTH].buf;
+    double *front = b[FRONT].buf, *density = b[DENSITY].buf, *value = b[VALUE].buf,
+           *by_place = b[BY_PLACE].buf, *loads = load.buf, *falls = fall.buf, *turns = by_step.buf;
+    long long *code = b[CODE].buf;
+    Py_BEGIN_ALLOW_THREADS
+    for (Py_ssize_t i = 0; i < nodes; i++) {
+        const Row *own = rows + begin[i];
+        double now = varies ? d[i] : last_step[i];
+        Move m;
+        make_move(&p, rest[i], own, marks + begin[i], (Py_ssize_t)depth[i], last_step[i],
+                  last_place[i], last_value[i], now, x[i], &m);
+        front[i] = m.front;
+        density[i] = m.density;
+        value[i] = m.value;
+        code[i] = 4 * (long long)m.depth + m.kind;
+        by_place[i] = m.fall;
+        if (varies) {
+            double here, turn = m.density;
+            loads[i] = load_at(&p, rest[i] + now, &here);
+            if (!m.kind && !(m.front > now) && m.depth && fabs(own[m.depth - 1].density) == 1.0)
+                turn = own[m.depth - 1].density; /* what last slipped would go on */
+            falls[i] = here;
+            turns[i] = turn * (m.fall - here);
+        }
+    }
+    Py_END_ALLOW_THREADS
+    for (int k = 0; k < COUNT; k++) PyBuffer_Release(&b[k]);
+    PyBuffer_Release(&coefficients);
+    if (step.obj) PyBuffer_Release(&step);
+    if (load.obj) PyBuffer_Release(&load);
+    if (fall.obj) PyBuffer_Release(&fall);
+    if (by_step.obj) PyBuffer_Release(&by_step);
+    if (!right) return NULL;
+    return none();
+}
+
+static PyObject *py_field_commit(PyObject *self, PyObject *args)
+{
+    enum { PLACE, FRONT, DENSITY, VALUE, CODE, BEGIN, ROOM, LAST_PLACE, LAST_STEP, LAST_VALUE, ROWS,
+           MARKS, DEPTH, COUNT };
+    Py_buffer b[COUNT], step = {0};
+    PyObject *step_object;
+    if (!PyArg_ParseTuple(args, "y*Oy*y*y*y*y*y*w*w*w*w*w*w*", &b[PLACE], &step_object, &b[FRONT],
+                          &b[DENSITY], &b[VALUE], &b[CODE], &b[BEGIN], &b[ROOM], &b[LAST_PLACE],
+                          &b[LAST_STEP], &b[LAST_VALUE], &b[ROWS], &b[MARKS], &b[DEPTH]))
+        return NULL;
+    Py_ssize_t nodes = LENGTH(b[PLACE]);
+    int right = 1;
+    if (step_object != Py_None)
+        right = PyObject_GetBuffer(step_object, &step, PyBUF_SIMPLE) == 0;
+    const double *x = b[PLACE].buf, *d = step.obj ? step.buf : b[LAST_STEP].buf,
+                 *front = b[FRONT].buf, *density = b[DENSITY].buf, *value = b[VALUE].buf;
+    const long long *code = b[CODE].buf, *begin = b[BEGIN].buf, *room = b[ROOM].buf;
+    double *last_place = b[LAST_PLACE].buf, *last_step = b[LAST_STEP].buf,
+           *last_value = b[LAST_VALUE].buf;
+    Row *rows = b[ROWS].buf;
+    Mark *marks = b[MARKS].buf;
+    long long *depth = b[DEPTH].buf;
+    if (right) {
+        right = rows_fit(&b[ROWS], &b[MARKS], &b[BEGIN], &b[ROOM], nodes) &&
+                (!step.obj || LENGTH(step) >= nodes);
+        for (int k = 0; k < COUNT; k++)
+            if (k != ROWS && k != MARKS) right = right && LENGTH(b[k]) >= nodes;
+        for (Py_ssize_t i = 0; right && i < nodes; i++)
+            right = code[i] >= 0 && code[i] / 4 <= depth[i] &&
+                    code[i] / 4 + (front[i] > d[i]) <= room[i];
+        right = long_enough(right);
+    }
+    if (!right) nodes = 0;
+    Py_BEGIN_ALLOW_THREADS
+    for (Py_ssize_t i = 0; i < nodes; i++) {
+        Move m = {(Py_ssize_t)(code[i] / 4), (int)(code[i] % 4), front[i], density[i], value[i], 0};
+        double now = d[i];
+        depth[i] = take_move(rows + begin[i], marks + begin[i], last_place[i], now, &m);
+        last_place[i] = x[i];
+        last_step[i] = now;
+        last_value[i] = value[i];
+    }
+    Py_END_ALLOW_THREADS
+    for (int k = 0; k < COUNT; k++) PyBuffer_Release(&b[k]);
+    if (step.obj) PyBuffer_Release(&step);
+    if (!right) return NULL;
+    return none();
+}
+
+static PyObject *py_field_losses(PyObject *self, PyObject *args)
+{
+    enum { PLACE, STEP, REST, CODE, LAST_PLACE, LAST_STEP, BEGIN, DEPTH, RULES_, ROWS, LOSS, COUNT };
+    Py_buffer b[COUNT], coefficients;
+    Profile p;
+    if (!PyArg_ParseTuple(args, "y*y*y*y*y*y*y*y*y*w*w*" PROFILE_FORMAT, &b[PLACE], &b[STEP],
+                          &b[REST], &b[CODE], &b[LAST_PLACE], &b[LAST_STEP], &b[BEGIN], &b[DEPTH],
+                          &b[RULES_], &b[ROWS], &b[LOSS], PROFILE_ARGUMENTS(coefficients, p)))
+        return NULL;
+    Py_ssize_t nodes = LENGTH(b[PLACE]);
+    const long long *begin = b[BEGIN].buf, *depth = b[DEPTH].buf, *code = b[CODE].buf;
+    int right = bind_profile(&p, &coefficients) && LENGTH(b[RULES_]) >= RULES_LENGTH &&
+                LENGTH(b[BEGIN]) >= nodes && LENGTH(b[DEPTH]) >= nodes;
+    for (int k = 0; k < COUNT; k++)
+        if (k != RULES_ && k != ROWS) right = right && LENGTH(b[k]) >= nodes;
+    for (Py_ssize_t i = 0; right && i < nodes; i++)
+        right = begin[i] >= 0 && depth[i] >= 0 && begin[i] + depth[i] <= LENGTH(b[ROWS]) / 3;
+    right = long_enough(right);
+    if (!right) nodes = 0;
+    const double *x = b[PLACE].buf, *d = b[STEP].buf, *rest = b[REST].buf,
+                 *last_place = b[LAST_PLACE].buf, *last_step = b[LAST_STEP].buf;
+    double *loss = b[LOSS].buf;
+    Py_BEGIN_ALLOW_THREADS
+    for (Py_ssize_t i = 0; i < nodes; i++) {
+        Diagram g = {(Row *)b[ROWS].buf + begin[i], NULL, (Py_ssize_t)depth[i], last_step[i],
+                     last_place[i], 0.0};
+        Profile own = p;
+        own.anchor -= rest[i];
+        loss[i] = code[i] % 4 ? step_loss(&own, b[RULES_].buf, &g, d[i], x[i] - g.place) : 0.0;
+    }
+    Py_END_ALLOW_THREADS
+    for (int k = 0; k < COUNT; k++) PyBuffer_Release(&b[k]);
+    PyBuffer_Release(&coefficients);
+    if (!right) return NULL;
+    return none();
+}

@@ -11,7 +11,13 @@ direction (-1, 0 or 1) of the last move. Empty, it stands for the first loading 
 
 from microslip.kernels.layout import MOMENT_TERMS, PROFILE_TERMS, TERMS
 from microslip.kernels.twin_diagram import coupled, coupled_step, diagram, step_front
-from microslip.kernels.twin_field import field_cycle, field_slopes
+from microslip.kernels.twin_field import (
+    field_commit,
+    field_cycle,
+    field_losses,
+    field_slopes,
+    field_try,
+)
 from microslip.kernels.twin_hold import hold
 from microslip.kernels.twin_losses import losses
 from microslip.kernels.twin_memory import accumulate, branches, locate, respond
@@ -32,8 +38,11 @@ __all__ = [
     "evaluate",
     "evaluate_one",
     "excesses",
+    "field_commit",
     "field_cycle",
+    "field_losses",
     "field_slopes",
+    "field_try",
     "gaussian_moment",
     "gaussian_moment_at",
     "hold",

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip.kernels.layout import Floats, Integers
+from microslip.kernels.twin_losses import losses
 from microslip.kernels.twin_profile import drops, loads
 
 Bools = NDArray[np.bool_]
@@ -66,6 +67,7 @@ def fronts(
     step: Floats,
     place: Floats,
     rows: Floats,
+    begin: Integers,
     depth: Integers,
     last_step: Floats,
     last_place: Floats,
@@ -78,7 +80,7 @@ def fronts(
     depth = depth.copy()
 
     def top(which: Integers) -> Floats:
-        return rows[which, depth[which] - 1]
+        return np.asarray(rows[begin[which] + depth[which] - 1])
 
     lost = at[rising & (depth > 0)]
     while lost.size:
@@ -119,6 +121,7 @@ def make_moves(
     rest: Floats,
     rows: Floats,
     marks: Floats,
+    begin: Integers,
     depth: Integers,
     last: tuple[Floats, Floats, Floats],
     step: Floats,
@@ -126,14 +129,15 @@ def make_moves(
 ) -> Moves:
     """The moves from the ``last`` step, place and value; nothing is changed."""
     before = depth
-    depth, front, density, kind = fronts(step, place, rows, depth, last[0], last[1])
+    depth, front, density, kind = fronts(step, place, rows, begin, depth, *last[:2])
     width = np.maximum(front - step, 0.0)
     drop = curve.drop(rest + step, width)
     stuck, slipped = kind == 0, kind != 0
     value = np.where(stuck, last[2], 0.0) + density * drop
     over = np.flatnonzero(slipped & (depth > 0))
     if over.size:
-        row, mark = rows[over, depth[over] - 1], marks[over, depth[over] - 1]
+        newest = begin[over] + depth[over] - 1
+        row, mark = rows[newest], marks[newest]
         same = mark[:, 1] == step[over]
         cut = curve.drop(rest[over] + mark[:, 1], front[over] - mark[:, 1])
         value[over] = np.where(
@@ -142,7 +146,7 @@ def make_moves(
             value[over] + (mark[:, 0] - row[:, 1] * cut),
         )
     # Where it stays where it is, what last slipped would go on.
-    top = rows[np.arange(step.size), np.maximum(before - 1, 0)]
+    top = rows[begin + np.maximum(before - 1, 0)]
     slid = (before > 0) & (np.abs(top[:, 1]) == 1.0)
     still = stuck & ~(front > step)
     fall = curve.load(rest + np.where(still & slid, top[:, 0], np.where(still, step, front)))[1]
@@ -152,16 +156,22 @@ def make_moves(
 
 
 def take_moves(
-    rows: Floats, marks: Floats, last_place: Floats, step: Floats, moves: Moves
+    rows: Floats,
+    marks: Floats,
+    begin: Integers,
+    last_place: Floats,
+    step: Floats,
+    moves: Moves,
 ) -> Integers:
     """Make moves the diagrams, which need room for one more row; returns their depths."""
     depth = moves.depth.copy()
     new = np.flatnonzero(moves.front > step)
-    row = rows[new, depth[new] - 1]
-    outer = row[:, 1] * (row[:, 0] - moves.front[new]) + row[:, 2]
-    beyond = np.where(moves.kind[new] == 0, last_place[new], np.where(depth[new] > 0, outer, 0.0))
-    rows[new, depth[new]] = np.stack((moves.front[new], moves.density[new], beyond), axis=1)
-    marks[new, depth[new]] = np.stack((moves.value[new], step[new]), axis=1)
+    outside = begin[new] + depth[new]
+    row = rows[outside - 1]
+    outer = np.where(depth[new] > 0, row[:, 1] * (row[:, 0] - moves.front[new]) + row[:, 2], 0.0)
+    beyond = np.where(moves.kind[new] == 0, last_place[new], outer)
+    rows[outside] = np.stack((moves.front[new], moves.density[new], beyond), axis=1)
+    marks[outside] = np.stack((moves.value[new], step[new]), axis=1)
     depth[new] += 1
     return depth
 
@@ -198,7 +208,8 @@ def walk_cycles(
     root = np.argmax(d + np.abs(place), axis=1)
     passes = 2 if np.any(np.abs(place[at, root]) <= -d[at, root]) and step is not None else 1
     count = passes * samples
-    rows, marks = np.empty((nodes, count + 1, 3)), np.empty((nodes, count + 1, 2))
+    rows, marks = np.zeros((nodes * (count + 1), 3)), np.zeros((nodes * (count + 1), 2))
+    begin = at * (count + 1)
     ids = np.full((nodes, count + 1), -1)
     depth = np.zeros(nodes, dtype=np.int64)
     entries = Entries(
@@ -212,11 +223,11 @@ def walk_cycles(
         t = (root + i) % samples
         now, x = d[at, t], place[at, t]
         before = depth
-        moves = make_moves(curve, rest, rows, marks, depth, last, now, x)
+        moves = make_moves(curve, rest, rows, marks, begin, depth, last, now, x)
         load, here = held if step is None else curve.load(rest + now)
         sticks = (moves.kind == 0) & (moves.front > now)
         still = (moves.kind == 0) & ~sticks
-        top = rows[at, np.maximum(before - 1, 0)]
+        top = rows[begin + np.maximum(before - 1, 0)]
         slid = still & (before > 0) & (np.abs(top[:, 1]) == 1.0)
         under = moves.depth - slid
         density = np.where(slid, top[:, 1], np.where(still | (moves.kind == 2), 1.0, moves.density))
@@ -227,11 +238,11 @@ def walk_cycles(
         entries.width[:, i] = moves.front - now
         old = np.flatnonzero((parent >= 0) & entries.sticks[at, np.maximum(parent, 0)])
         if old.size:
-            left = rows[old, under[old] - 1, 0] - front[old]
+            left = rows[begin[old] + under[old] - 1, 0] - front[old]
             width = entries.width[old, parent[old]]
             entries.share[old, i] = left / width
             entries.gain[old, i] = curve.drop(rest[old] + front[old], left) / width
-        depth = take_moves(rows, marks, last[1], now, moves)
+        depth = take_moves(rows, marks, begin, last[1], now, moves)
         pushed = np.flatnonzero(depth > moves.depth)
         ids[pushed, depth[pushed] - 1] = i
         values[at, t], loads_[at, t] = moves.value, load
@@ -361,6 +372,128 @@ def slopes_with(
         spectrum.reshape(-1, rows)[which] = value @ w
         load_spectrum.reshape(-1, rows)[which] = load @ w
         J[which], K[which] = w.T @ slope, w.T @ fall
+
+
+# -- states ---------------------------------------------------------------------------------------
+
+
+def try_with(
+    curve: ArrayCurve,
+    place: Floats,
+    step: Floats | None,
+    rest: Floats,
+    last_place: Floats,
+    last_step: Floats,
+    last_value: Floats,
+    rows: Floats,
+    marks: Floats,
+    begin: Integers,
+    depth: Integers,
+    front: Floats,
+    density: Floats,
+    value: Floats,
+    code: Integers,
+    by_place: Floats,
+    load: Floats | None,
+    fall: Floats | None,
+    by_step: Floats | None,
+) -> None:
+    """:func:`field_try` with any curve."""
+    now = last_step if step is None else step
+    last = last_step, last_place, last_value
+    moves = make_moves(curve, rest, rows, marks, begin, depth, last, now, place)
+    front[:], density[:], value[:] = moves.front, moves.density, moves.value
+    code[:], by_place[:] = 4 * moves.depth + moves.kind, moves.fall
+    if load is None or fall is None or by_step is None:
+        return
+    load[:], fall[:] = curve.load(rest + now)
+    top = rows[begin + np.maximum(moves.depth - 1, 0), 1]
+    slid = (moves.kind == 0) & ~(moves.front > now) & (moves.depth > 0) & (np.abs(top) == 1.0)
+    by_step[:] = np.where(slid, top, moves.density) * (moves.fall - fall)
+
+
+def field_try(
+    place: Floats,
+    step: Floats | None,
+    rest: Floats,
+    last_place: Floats,
+    last_step: Floats,
+    last_value: Floats,
+    rows: Floats,
+    marks: Floats,
+    begin: Integers,
+    depth: Integers,
+    front: Floats,
+    density: Floats,
+    value: Floats,
+    code: Integers,
+    by_place: Floats,
+    load: Floats | None,
+    fall: Floats | None,
+    by_step: Floats | None,
+    *profile: Any,
+) -> None:
+    """A trial of every node; ``step`` is None where separations stay what they are.
+
+    Rows and marks of node i begin at entry ``begin[i]`` and are ``depth[i]``. Written are what
+    :func:`field_commit` needs (``front``, ``density``, ``value`` and ``code``, which is four times
+    the rows that stay and the kind) and d(T/mu)/d(place); with steps N, -N' and d(T/mu)/d(step).
+    """
+    try_with(
+        PanelCurve(*profile), place, step, rest, last_place, last_step, last_value, rows, marks,
+        begin, depth, front, density, value, code, by_place, load, fall, by_step,
+    )  # fmt: skip
+
+
+def field_commit(
+    place: Floats,
+    step: Floats | None,
+    front: Floats,
+    density: Floats,
+    value: Floats,
+    code: Integers,
+    begin: Integers,
+    room: Integers,
+    last_place: Floats,
+    last_step: Floats,
+    last_value: Floats,
+    rows: Floats,
+    marks: Floats,
+    depth: Integers,
+) -> None:
+    """Make a trial the state; every node needs ``room`` for the row that it adds."""
+    now = last_step if step is None else step
+    moves = Moves(code // 4, front, density, code % 4, value, front)
+    depth[:] = take_moves(rows, marks, begin, last_place, now, moves)
+    last_place[:], last_step[:], last_value[:] = place, now, value
+
+
+def field_losses(
+    place: Floats,
+    step: Floats,
+    rest: Floats,
+    code: Integers,
+    last_place: Floats,
+    last_step: Floats,
+    begin: Integers,
+    depth: Integers,
+    rules: Floats,
+    rows: Floats,
+    loss: Floats,
+    coefficients: Floats,
+    anchor: float,
+    inverse_width: float,
+    first: int,
+) -> None:
+    """What a trial loses in every node, over mu kappa."""
+    for i in range(place.size):
+        own = np.empty((depth[i] + 1, 3))
+        own[:-1] = rows[begin[i] : begin[i] + depth[i]]
+        losses(
+            step[i : i + 1], place[i : i + 1], loss[i : i + 1], own, int(depth[i]),
+            float(last_step[i]), float(last_place[i]), rules,
+            coefficients, anchor - float(rest[i]), inverse_width, first,
+        )  # fmt: skip
 
 
 def field_cycle(

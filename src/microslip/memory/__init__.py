@@ -1,7 +1,20 @@
 """Floor 3: the law-agnostic engines of hysteresis, at a constant and at a varying normal load."""
 
 from microslip.memory.diagram import Diagram, Rows, Slips
+from microslip.memory.field_state import FieldResponse, FieldState
 from microslip.memory.record import Memory, Tree
 from microslip.memory.state import Load, State, along, loads_along
 
-__all__ = ["Diagram", "Load", "Memory", "Rows", "Slips", "State", "Tree", "along", "loads_along"]
+__all__ = [
+    "Diagram",
+    "FieldResponse",
+    "FieldState",
+    "Load",
+    "Memory",
+    "Rows",
+    "Slips",
+    "State",
+    "Tree",
+    "along",
+    "loads_along",
+]

@@ -1,0 +1,183 @@
+"""States of all nodes at once: single joints, differences, first loading, energies."""
+
+from __future__ import annotations
+
+import dataclasses
+import tracemalloc
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.normal import NORMAL_LAWS
+
+AL = ms.Material(69e9, 0.33)
+SURFACE = ms.GreenwoodWilliamson(
+    ms.MaterialPair(AL, AL), ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4
+)
+NODES, SAMPLES = 6, 60
+RNG = np.random.default_rng(3)
+FIELD = ms.JointField(
+    SURFACE,
+    RNG.uniform(0.1, 0.8, NODES),
+    areas=RNG.uniform(1e-6, 1e-5, NODES),
+    pressures=RNG.uniform(1e5, 2e7, NODES),
+)
+# Eighths, so that records turn and close where they were before, and rest.
+X = 1e-7 * RNG.integers(-12, 13, (SAMPLES, NODES)) / 4.0
+D = FIELD.separations + 1e-7 * RNG.integers(-6, 7, (SAMPLES, NODES)) / 2.0
+
+
+def joint(node: int) -> ms.Interface:
+    own = dataclasses.replace(SURFACE, area=FIELD.areas[node])
+    return ms.Interface(own, FIELD.friction[node], normal_load=FIELD.normal_loads[node])
+
+
+def advanced(state: ms.FieldState, x: Any, d: Any = None) -> np.ndarray:
+    """Forces along records, a step a row, each tried twice."""
+    forces = []
+    for i, row in enumerate(x):
+        state.try_(-3.0 * row + 1e-7)
+        forces.append(state.try_(row, None if d is None else d[i])[0])
+        state.commit()
+    return np.array(forces)
+
+
+def test_nodes_are_joints_at_a_held_load(kernel: ModuleType) -> None:
+    forces = advanced(FIELD.start(), X)
+    for i in range(NODES):
+        own = joint(i)
+        np.testing.assert_allclose(
+            forces[:, i], own.force(X[:, i]), rtol=0, atol=1e-13 * own.force_limit
+        )
+
+
+def test_nodes_are_joints_under_a_load_that_varies(kernel: ModuleType) -> None:
+    state = FIELD.start(energies=True)
+    forces = advanced(state, X, D)
+    for i in range(NODES):
+        wanted = joint(i).coupled_response(X[:, i], separation=D[:, i])
+        scale = FIELD.friction[i] * wanted.normal_load.max()
+        np.testing.assert_allclose(forces[:, i], wanted.force, rtol=0, atol=1e-13 * scale)
+        assert state.dissipated_energy[i] == pytest.approx(wanted.dissipated_energy[-1], rel=1e-12)
+        assert state.normal_load[i] == pytest.approx(wanted.normal_load[-1], rel=1e-13)
+    np.testing.assert_allclose(state.displacement, X[-1], rtol=1e-15, atol=1e-30)
+    np.testing.assert_allclose(state.separation, D[-1], rtol=1e-14)
+    np.testing.assert_array_equal(state.force, forces[-1])
+
+
+def test_the_first_step_is_first_loading() -> None:
+    for x, d in ((2e-7, 1e-7), (-1e-8, FIELD.separations - 3e-7), (5e-7, FIELD.separations + 2e-7)):
+        found, wanted = FIELD.start().try_(x, d), FIELD.first_loading(x, d)
+        for one, other in zip(found, wanted, strict=True):
+            scale = np.abs(other).max()
+            np.testing.assert_allclose(one, other, rtol=0, atol=2e-14 * scale)
+
+
+def test_tangents_are_differences(kernel: ModuleType) -> None:
+    state = FIELD.start()
+    advanced(state, X[:25], D[:25])
+    h = 1e-13
+    for dx, dd in ((2e-8, 5e-8), (-3e-8, -4e-8), (1e-9, -9e-8), (6e-7, 1e-8), (-6e-7, 3e-7)):
+        x, d = state.displacement + dx, state.separation + dd
+        tangent = state.try_(x, d).tangent
+        for k, (u, v) in enumerate(((h, 0.0), (0.0, h))):
+            up, down = state.try_(x + u, d + v), state.try_(x - u, d - v)
+            for row in range(2):
+                slope = (up[row] - down[row]) / (2.0 * h)
+                scale = np.abs(tangent).max(axis=(1, 2))
+                # Rounding: 2e-16 of mu N over 1e-13 m, against N over a length.
+                np.testing.assert_allclose(
+                    slope / scale, tangent[:, row, k] / scale, rtol=0, atol=3e-8
+                )
+        stiffness = state.try_(x)[1]
+        slope = (state.try_(x + h)[0] - state.try_(x - h)[0]) / (2.0 * h)
+        np.testing.assert_allclose(slope / scale, stiffness / scale, rtol=0, atol=3e-8)
+
+
+@pytest.mark.parametrize("surface", [s for law in NORMAL_LAWS[1:] for s in law.examples()], ids=str)
+def test_laws_without_a_profile(surface: ms.NormalLaw) -> None:
+    own = ms.Interface(surface, 0.4, normal_load=0.2 * surface.load(surface._span[0]))
+    length = own.normal_load / own.normal_stiffness
+    field = ms.JointField(
+        surface, 0.4, areas=[1e-4, 1e-4], loads=own.normal_load, surface_area=1e-4
+    )
+    x = X[:30, :2] * own.slip_per_indentation * length / 2e-7
+    d = own.separation + (D[:30, :2] - FIELD.separations[:2]) * length / 6e-7
+    state = field.start(energies=True)
+    forces = advanced(state, x, d)
+    for i in range(2):
+        wanted = own.coupled_response(x[:, i], separation=d[:, i])
+        scale = 0.4 * wanted.normal_load.max()
+        np.testing.assert_allclose(forces[:, i], wanted.force, rtol=0, atol=1e-12 * scale)
+        # Their losses are sums by quadrature, good to 1e-9 over corners.
+        assert state.dissipated_energy[i] == pytest.approx(wanted.dissipated_energy[-1], rel=1e-9)
+
+
+def test_what_is_done_is_lost_once_settled() -> None:
+    """The work of a settled cycle is what it dissipates: nothing else is kept."""
+    t = 2.0 * np.pi * np.arange(1, 2001) / 1000
+    state = FIELD.start(energies=True)
+    work, lost, force, x_last, d = np.zeros(NODES), 0.0, 0.0, 0.0, FIELD.separations
+    for i, angle in enumerate(t):
+        x = 3e-7 * np.sin(angle)
+        new = state.try_(x, d + 1e-7 * np.sin(angle + 1.0)).force
+        state.commit()
+        if i >= 1000:
+            work += 0.5 * (force + new) * (x - x_last)
+        elif i == 999:
+            lost = state.dissipated_energy
+        force, x_last = new, x
+    # The trapezoidal rule's error is of second order: 1e-5.
+    np.testing.assert_allclose(state.dissipated_energy - lost, work, rtol=2e-5)
+
+
+def test_try_changes_nothing_and_copies_are_independent() -> None:
+    state = FIELD.start(energies=True)
+    advanced(state, X[:10], D[:10])
+    before = state.try_(X[11], D[11])
+    other = state.copy()
+    other.commit()
+    advanced(other, X[12:20], D[12:20])
+    state.rollback()
+    after = state.try_(X[11], D[11])
+    for one, two in zip(before, after, strict=True):
+        np.testing.assert_array_equal(one, two)
+    state.rollback()
+    with pytest.raises(ms.InputError, match="commit needs a trial"):
+        state.commit()
+    with pytest.raises(ms.InputError, match="must be finite: 1 of 6 values are not"):
+        state.try_(np.where(np.arange(NODES) == 2, np.nan, 0.0))
+    with pytest.raises(ms.InputError, match="one for each of the 6 nodes"):
+        state.try_([0.0, 1.0])
+    with pytest.raises(ms.InputError, match="commit needs a trial"):
+        state.commit()
+    with pytest.raises(ms.InputError, match="not counted: start the state with"):
+        _ = FIELD.start().dissipated_energy
+    assert repr(FIELD.start()) == "FieldState(6 nodes, 0 rows)"
+
+
+def test_states_are_small_and_grow_with_open_reversals_alone() -> None:
+    nodes = 20_000
+    field = ms.JointField(SURFACE, 0.3, areas=1e-5, loads=np.full(nodes, 50.0))
+    field._steps, field._slip, field._curve.profile(0.0)  # of the field, not of its states
+    x = 1e-7 * np.sin(np.arange(nodes))
+    field.start().try_(x)
+    tracemalloc.start()
+    state = field.start()
+    for factor in (1.0, -0.5, 0.9):
+        state.try_(factor * x)
+        state.commit()
+    state.try_(0.2 * x)
+    held = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    reversals = state.open_reversals.sum()
+    assert held < 200 * nodes + 40 * reversals
+    before = len(state._rows)
+    for k in range(30):  # ever smaller, for one node only
+        state.try_(np.where(np.arange(nodes) == 7, 0.9**k * (-1.0) ** k, 0.2) * x)
+        state.commit()
+    assert state.open_reversals[7] > 20
+    assert len(state._rows) <= before

@@ -20,8 +20,8 @@ from microslip import kernels
 from microslip.friction.curves import LawCurve, curve_of
 from microslip.kernels import twin
 from microslip.memory import Diagram
-from microslip.normal.runs import means
 from microslip.normal.spheres import Spheres
+from microslip.normal.varying_load_losses import means
 
 JOINTS = [
     pytest.param(joint, id=f"Interface-{i}") for i, joint in enumerate(ms.Interface.examples())

@@ -16,7 +16,7 @@ from own_laws import Hyperbola
 import microslip as ms
 from microslip._core.checks import Floats
 from microslip.identification.models import MODELS, BackboneModel, CycleModel, Model, model_of
-from microslip.identification.models.template import Template
+from microslip.identification.models.surface_shape import Template
 from microslip.normal.base import aluminium
 
 PAIR = aluminium()

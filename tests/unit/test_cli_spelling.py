@@ -13,8 +13,8 @@ import pytest
 
 import microslip as ms
 from microslip.cli.spelling import _TABLE, as_options
+from microslip.identification import conclusions as outcomes
 from microslip.identification import models
-from microslip.identification import outcome as outcomes
 from microslip.identification import run as fits
 from microslip.scans import random_surface
 

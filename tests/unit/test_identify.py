@@ -15,10 +15,10 @@ import pytest
 
 import microslip as ms
 from microslip.identification import fold
-from microslip.identification.checks import _held
+from microslip.identification.conclusions import _why
+from microslip.identification.fit_quality import _held
 from microslip.identification.models.interface import InterfaceModel
-from microslip.identification.outcome import _why
-from microslip.identification.setup import levels_of, stiffness_after_reversal
+from microslip.identification.parameter_choice import levels_of, stiffness_after_reversal
 
 CELL = ms.Jenkins(stiffness=5e7, force_limit=100.0)
 JOINT = ms.Interface.examples()[0]
@@ -641,8 +641,8 @@ def test_curvature_is_near_the_profile() -> None:
 def test_loads_that_share_nothing_are_parts() -> None:
     """On a rigid rig the loads of a law without load have nothing in common, on a free one all."""
     from microslip.identification import fold, models
+    from microslip.identification.parameter_choice import coordinates_for, rig_coordinates
     from microslip.identification.problem import Problem
-    from microslip.identification.setup import coordinates_for, rig_coordinates
 
     folded = [fold(one) for one in three_loads()]
     model = models.model_of("jenkins")

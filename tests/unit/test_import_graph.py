@@ -25,8 +25,6 @@ STILL_CIRCULAR: frozenset[tuple[str, str]] = frozenset(
         ("microslip.friction.base", "microslip.friction.segalman"),
         ("microslip.friction.coupled", "microslip.friction.interface"),
         ("microslip.friction.fields", "microslip.friction.asperity"),
-        ("microslip.identification.nuisances", "microslip.identification.problem"),
-        ("microslip.identification.profiles", "microslip.identification.leaning"),
         ("microslip.normal.kinked", "microslip.normal.base"),
         ("microslip.structures.ring_down", "microslip.structures.oscillator"),
         ("microslip.structures.slow_flow", "microslip.structures.oscillator"),

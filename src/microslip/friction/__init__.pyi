@@ -12,10 +12,10 @@ from .iwan import Iwan as Iwan
 from .jenkins import Jenkins as Jenkins
 from .laws import LAWS as LAWS
 from .parallel import Parallel as Parallel
+from .responses import PeriodicResponse as PeriodicResponse
+from .responses import Sliders as Sliders
 from .segalman import SegalmanFit as SegalmanFit
 from .segalman import SegalmanIwan as SegalmanIwan
 from .straight_step import FirstLoading as FirstLoading
 from .straight_step import first_loading as first_loading
 from .validity import Verdict as Verdict
-from .views import PeriodicResponse as PeriodicResponse
-from .views import Sliders as Sliders

@@ -17,7 +17,7 @@ from microslip._core.frozen import lock
 from microslip._core.parameters import Parametric
 from microslip.errors import Argument, InputError
 from microslip.friction.guesses import guessed_law
-from microslip.friction.views import PeriodicResponse, Sliders
+from microslip.friction.responses import PeriodicResponse, Sliders
 from microslip.kernels.table import Table
 from microslip.loops import Loop, unit_cycle
 from microslip.memory import Load, Memory, State

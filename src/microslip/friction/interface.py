@@ -20,9 +20,9 @@ from microslip.friction.coupled import (
     respond,
     respond_to_force,
 )
+from microslip.friction.responses import Sliders
 from microslip.friction.straight_step import FirstLoading, loaded
 from microslip.friction.validity import Verdict, validity
-from microslip.friction.views import Sliders
 from microslip.kernels.table import Table
 from microslip.materials import MaterialPair
 from microslip.normal import NORMAL_LAWS, NormalLaw

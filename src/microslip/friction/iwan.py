@@ -15,7 +15,7 @@ from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
-from microslip.friction.views import Sliders
+from microslip.friction.responses import Sliders
 
 
 class _Cells(NamedTuple):

@@ -16,8 +16,8 @@ from microslip.kernels import Integers
 from microslip.memory import Slips
 from microslip.normal import NormalLaw, TabulatedNormalLaw
 from microslip.normal.grids import pairs_of
-from microslip.normal.runs import means
 from microslip.normal.spheres import Spheres
+from microslip.normal.varying_load_losses import means
 from microslip.numerics.quadrature import gauss_legendre
 
 Rule = tuple[Floats, Floats]

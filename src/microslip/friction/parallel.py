@@ -16,7 +16,7 @@ from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.jenkins import Jenkins
-from microslip.friction.views import Sliders
+from microslip.friction.responses import Sliders
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import all_features, draw, points_of
-from microslip.friction.views import Sliders
+from microslip.friction.responses import Sliders
 from microslip.numerics.inversion import invert
 
 

@@ -15,7 +15,7 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
 from microslip.heights.base import HeightDistribution
-from microslip.heights.pieces import (
+from microslip.heights.piecewise_density import (
     Panels,
     direct,
     far_series,

@@ -1,7 +1,7 @@
-"""Floor 6: from measured loops to the parameters of a law, with what they cannot tell."""
+"""From measured loops to the parameters of a law, with what they cannot tell."""
 
-from microslip.identification.checks import RecordFit
 from microslip.identification.comparison import Comparison, compare
+from microslip.identification.fit_quality import RecordFit
 from microslip.identification.folding import Folded, fold
 from microslip.identification.result import Identification
 from microslip.identification.run import identify

@@ -1,4 +1,4 @@
-"""Floor 6: several laws on the same records."""
+"""Several laws on the same records."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from microslip.errors import InputError
 from microslip.identification.coordinates import RIG
 from microslip.identification.intervals import Progress
 from microslip.identification.models import MODELS, CycleModel, model_of
+from microslip.identification.parameter_choice import listed
 from microslip.identification.result import Identification
 from microslip.identification.run import identify
-from microslip.identification.setup import listed
 from microslip.identification.verdicts import FIXED, Fitted, digits_of, shown, shown_interval
 from microslip.tribometer.record import Record
 

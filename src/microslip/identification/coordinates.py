@@ -1,4 +1,4 @@
-"""Floor 6: what a fit moves: the law's parameters, the rig's stiffness and measured data."""
+"""What a fit moves: the law's parameters, the rig's stiffness and measured data."""
 
 from __future__ import annotations
 

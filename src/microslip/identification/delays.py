@@ -1,4 +1,4 @@
-"""Floor 6: how late the force of each record is, and whether that would explain a misfit."""
+"""How late the force of each record is, and whether that would explain a misfit."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from microslip._core.checks import Floats
 from microslip._core.units import significant
 from microslip.identification.fit import Fit
 from microslip.identification.intervals import Profiled
-from microslip.identification.nuisances import uncertain_of
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of
 from microslip.identification.verdicts import IDENTIFIED, NOT, Fitted, shown
@@ -72,7 +71,7 @@ def _errors(problem: Problem, q: Floats) -> Floats:
         variance[at] = float(every[count:] @ every[count:])
         for other, span in enumerate(problem.bins):
             part = every[span]
-            felt = part @ uncertain_of(problem, other)
+            felt = part @ problem.nuisances_of(other)
             variance[at] += float(part @ part) + float(felt @ felt)
     return np.sqrt(variance)
 

@@ -1,4 +1,4 @@
-"""Floor 6: the least squares of an identification, and its weights."""
+"""The least squares of an identification, and its weights."""
 
 from __future__ import annotations
 

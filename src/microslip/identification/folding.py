@@ -1,4 +1,4 @@
-"""Floor 6: a record folded on one cycle: what all its settled cycles say together."""
+"""A record folded on one cycle: what all its settled cycles say together."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering, significant
 from microslip.errors import InputError
-from microslip.identification.phases import MeanCycle, places_of, turns_of
-from microslip.identification.slow import Drift, drift_of
-from microslip.identification.spoilt import jumps, mean_load, spared
+from microslip.identification.drift import Drift, drift_of
+from microslip.identification.mean_cycle import MeanCycle, places_of, turns_of
+from microslip.identification.outliers import jumps, mean_load, spared
 from microslip.loops import Loop
 from microslip.tribometer.cycles import split
 from microslip.tribometer.record import Record

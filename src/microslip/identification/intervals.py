@@ -1,4 +1,4 @@
-"""Floor 6: the profiles of all coordinates of a fit."""
+"""The profiles of all coordinates of a fit."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
+from microslip.identification.bound_sensitivity import open_ends, share
 from microslip.identification.coordinates import RIG, Coordinate
 from microslip.identification.fit import Fit, bounds_of, resettled
-from microslip.identification.leaning import Open, open_ends, share
 from microslip.identification.minos import minos
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import (
     MOVED,
     Interval,
+    OpenEnd,
     covariance_of,
     curvature,
     cycle_ratio,
@@ -57,7 +58,7 @@ class Profiled:
         """Rise of chi-squared at an end; coordinates whose intervals are those of the curvature."""
         self.lower_still = False
         """Whether even the last profiles came upon a lower minimum."""
-        self.open_ends: list[Open] = []
+        self.open_ends: list[OpenEnd] = []
         """Where only the search ends a coordinate, and what all do beyond."""
 
 
@@ -96,7 +97,7 @@ def profiled(
 
 
 def leant_on_bounds(
-    problem: Problem, best: Fit, intervals: Sequence[Interval], ends: Sequence[Open]
+    problem: Problem, best: Fit, intervals: Sequence[Interval], ends: Sequence[OpenEnd]
 ) -> list[Interval]:
     """The intervals, those ends open at which another coordinate stands at an end of its search.
 

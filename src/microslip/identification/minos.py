@@ -1,4 +1,4 @@
-"""Floor 6: intervals by MINOS of iminuit, a second way to the profiles."""
+"""Intervals by MINOS of iminuit, a second way to the profiles."""
 
 from __future__ import annotations
 

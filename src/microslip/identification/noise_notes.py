@@ -1,4 +1,4 @@
-"""Floor 6: what is said of the noise: loads that widen intervals, and scatter that is no noise."""
+"""What is said of the noise: loads that widen intervals, and scatter that is no noise."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.units import significant
 from microslip.identification.fit import Fit
-from microslip.identification.nuisances import has_load
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of
 
@@ -43,7 +42,7 @@ def notes_of(problem: Problem, best: Fit, freedom: int, loss: str = "linear") ->
 
 def widened_by_loads(problem: Problem, q: Floats) -> Mapping[str, float]:
     """How many times as wide the noise of the loads makes each interval, if all is linear."""
-    uncertain = [has_load(problem, i) for i in problem.order]
+    uncertain = [problem.has_load_error(i) for i in problem.order]
     if not any(uncertain) or not problem.felt:
         return {}
     by_all = problem.residuals(q)[1]

@@ -1,4 +1,4 @@
-"""Floor 6: the residuals of a fit, with their exact Jacobian and what the nuisances take."""
+"""The residuals of a fit, with their exact Jacobian and what the nuisances take."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from microslip import kernels
 from microslip._core.checks import Floats
 from microslip.identification.coordinates import RIG, Coordinate
+from microslip.identification.cycle_branches import cycle_of, later, turned
 from microslip.identification.folding import Folded
-from microslip.identification.metric import Metric, metric_of
 from microslip.identification.models.base import BackboneModel, CycleModel, Model
-from microslip.identification.nuisances import by_load, has_load, uncertain_of
-from microslip.identification.series import Answer, behind_spring
-from microslip.identification.tree import cycle_of, later, turned
+from microslip.identification.rig_in_series import Answer, behind_spring
+from microslip.identification.whitening import Metric, metric_of
+
+_LOAD_STEP = 1e-4  # of the load, for differences
 
 
 class Group(NamedTuple):
@@ -288,8 +289,8 @@ class Problem:
         """
         _, stiffness, _ = self.respond(q)
         self.felt = []
-        uncertain = [has_load(self, i) for i in self.order]
-        by = by_load(self, q) if any(uncertain) else np.zeros(0)
+        uncertain = [self.has_load_error(i) for i in self.order]
+        by = self._by_load(q) if any(uncertain) else np.zeros(0)
         for at, span in enumerate(self.bins):
             felt = self._rise(at, q, stiffness, self.cycles[at].basis)
             if uncertain[at]:
@@ -307,7 +308,58 @@ class Problem:
         if self.free_delay:
             late = self._turned(at) @ self.felt[at][: self._turned(at).size] * self.weight[span]
             flat = np.hstack((flat, late[:, None]))
-        return metric_of(flat, uncertain_of(self, at, loads))
+        return metric_of(flat, self.nuisances_of(at, loads=loads))
+
+    def has_load_error(self, record: int) -> bool:
+        """Whether the load of a record counts and is not certain."""
+        return self.model.scales_with_load and self.folded[record].load_error > 0.0
+
+    def nuisances_of(self, at: int, *, loads: bool = True) -> Floats:
+        """What nuisances of variance 1 do to the weighted residuals of a record: columns.
+
+        The errors of its displacement, of the drift that was taken off its force, and of its load.
+        """
+        folded, weight, felt = (
+            self.folded[self.order[at]],
+            self.weight[self.bins[at]],
+            self.felt[at],
+        )
+        size = folded.coefficients.size
+        root = np.linalg.cholesky(folded.covariance)
+        rows = [root.T @ felt[:size]]
+        if folded.drifted.size:
+            rows.append(folded.drifted[None])
+        if loads and felt.shape[0] > size:
+            assert folded.normal_load is not None
+            rows.append(felt[size:] * (folded.load_error / folded.normal_load))
+        return np.asarray((np.vstack(rows) * weight).T)
+
+    def _by_load(self, q: Floats) -> Floats:
+        """Change of the force in all bins by the logarithm of the load of its record [N].
+
+        The displacement is as measured, so that a rig gives way in turn: with v + c T0(v) = y the
+        derivative of T is that of T0 at v over 1 + c T0'(v).
+        """
+        model = self.model
+        self.respond(q)
+        outer = self.physical(q)
+        rise = np.zeros_like(self.half)
+        for number, group in enumerate(self.groups):
+            if not isinstance(model, BackboneModel) or group.load is None:
+                continue
+            values = {n: outer[j] for n, j in zip(model.names, group.columns, strict=True)}
+            compliance = 0.0 if group.rig is None else 1.0 / outer[group.rig]
+            force, stiffness = self.branch_of(number)
+            v = np.maximum(self.half[group.places] - compliance * force, 0.0)
+            less, more = (
+                model.curve(v, values, group.load * (1.0 + way * _LOAD_STEP))[0]
+                for way in (-1.0, 1.0)
+            )
+            # The stiffness is that of both in series: 1/(1 + c T0') is what it lets through.
+            rise[group.places] = (more - less) * (1.0 - compliance * stiffness) / (2 * _LOAD_STEP)
+        rise *= self.sign
+        kernels.active.accumulate(self.parent, rise, np.zeros(1))
+        return self.to_bins(rise)
 
     def forget_answer(self) -> None:
         """After a change of weights the residuals are no longer those that were last asked for."""

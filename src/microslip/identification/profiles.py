@@ -1,11 +1,11 @@
-"""Floor 6: how far each number can go before the data contradict it: likelihood profiles."""
+"""How far each number can go before the data contradict it: likelihood profiles."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,6 @@ from microslip._core.checks import Floats
 from microslip.identification.fit import Fit, bounds_of, settle
 from microslip.identification.problem import Problem
 
-if TYPE_CHECKING:
-    from microslip.identification.leaning import Open
-
 _CLOSE = 0.01  # of the threshold, within which an end of an interval is found
 _TRIES, _CREEPS = 14, 2
 _FELT = 1e-9  # of its value: what a quantity changes with a unit of a coordinate that it feels
@@ -24,6 +21,32 @@ MOVED = math.log(1.25)
 """Change of a logarithm below which a number is told though a coordinate it goes with is open."""
 _AT_END = 1e-6  # of an interval, or of one: what is as near to its end is at it
 _FURTHER = 1.02  # by how much an end must move to count as another one
+
+
+class OpenEnd(NamedTuple):
+    """A coordinate that only the search ends on one side, and what all do beyond that end."""
+
+    row: int
+    name: str
+    upward: bool
+    """Whether the open end is the upper one."""
+    rests: bool
+    """Whether the best values lie there, so that all of them lean on it."""
+    place: Floats
+    """All coordinates with that end as far out again."""
+    ratio: float
+    """1, or what is left to multiply with where the law has no answer out there."""
+
+    def ahead(self, best: Floats) -> Floats:
+        """Change of all coordinates when the end of the search is as far out again."""
+        return self.ratio * (self.place - best)
+
+    def shift(self, function: Callable[[Floats], tuple[float, Floats]], best: Floats) -> float:
+        """By how much a quantity would move with the end of the search."""
+        try:
+            return self.ratio * (function(self.place)[0] - function(best)[0])
+        except (ArithmeticError, ValueError):  # no number out there
+            return math.inf
 
 
 @dataclass(frozen=True)
@@ -259,7 +282,7 @@ def derived_interval(
     threshold: float,
     covariance: Floats,
     intervals: Sequence[Interval],
-    beyond: Sequence[Open] = (),
+    beyond: Sequence[OpenEnd] = (),
     shape: bool = False,
 ) -> Interval:
     """Ends of a quantity that follows from the coordinates, and whether they are open.

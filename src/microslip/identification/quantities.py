@@ -1,4 +1,4 @@
-"""Floor 6: what follows from the coordinates of a fit, as functions of them with derivatives."""
+"""What follows from the coordinates of a fit, as functions of them with derivatives."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from microslip._core.checks import Floats, number, positive, show
 from microslip._core.wording import did_you_mean
 from microslip.errors import InputError
 from microslip.identification.coordinates import APART, AREA, DENSITY, RADIUS, RIG, Coordinate
-from microslip.identification.labels import labels_of
+from microslip.identification.load_labels import labels_of
 from microslip.identification.models.base import Derived, Model
+from microslip.identification.parameter_choice import SAME_LOAD, levels_of
 from microslip.identification.problem import Datum, Problem
-from microslip.identification.setup import SAME_LOAD, levels_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 

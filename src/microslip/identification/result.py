@@ -1,4 +1,4 @@
-"""Floor 6: what an identification found, and how sure it is."""
+"""What an identification found, and how sure it is."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked
 from microslip.errors import InputError
 from microslip.friction import Interface
-from microslip.identification.checks import RecordFit
-from microslip.identification.given import Given
-from microslip.identification.labels import labels_of
+from microslip.identification.fit_quality import RecordFit
+from microslip.identification.load_labels import labels_of
 from microslip.identification.models.base import Model
-from microslip.identification.setup import levels_of
+from microslip.identification.parameter_choice import levels_of
+from microslip.identification.prior_data import Given
 from microslip.identification.verdicts import (
     AT_A_LOAD,
     IN_DOUBT,
@@ -211,7 +211,7 @@ class Identification(Locked):
         InputError
             A fit that did not converge; a law or a surface that a study does not know; no pair.
         """
-        from microslip.identification.as_study import amplitudes_of, loads_of, study_of
+        from microslip.identification.study_keys import amplitudes_of, loads_of, study_of
 
         loads = loads_of(self.records)
         joint = self.joint(loads[0] if loads else None, even_if=even_if)

@@ -1,4 +1,4 @@
-"""Floor 6: from records to a law: the fit and what it says of each number."""
+"""From records to a law: the fit and what it says of each number."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ import numpy as np
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
 from microslip.errors import InputError
-from microslip.identification import checks, setup
+from microslip.identification import fit_quality, parameter_choice
+from microslip.identification.conclusions import result_of
 from microslip.identification.delays import FAR, late_note
 from microslip.identification.fit import LOSSES, Fit, solve
 from microslip.identification.folding import MOST_BINS, Folded, fold
@@ -20,7 +21,6 @@ from microslip.identification.intervals import Progress, profiled
 from microslip.identification.models import model_of
 from microslip.identification.models.base import CycleModel, Model
 from microslip.identification.noise_notes import notes_of
-from microslip.identification.outcome import result_of
 from microslip.identification.problem import Problem
 from microslip.identification.quantities import (
     apart_coordinate,
@@ -29,7 +29,7 @@ from microslip.identification.quantities import (
     summits_of,
 )
 from microslip.identification.result import Identification
-from microslip.identification.rigs import is_rigid
+from microslip.identification.rig_stiffness import is_rigid
 from microslip.materials import MaterialPair
 from microslip.tribometer.record import Record
 
@@ -153,7 +153,7 @@ def identify(
     folded = _folded(records, cycles, lambda share: report(0.3 * share))
     options = {"heights": heights, "surface": surface}
     model = model_of(law, **{key: value for key, value in options.items() if value is not None})
-    setup.checked_loads(model, folded)
+    parameter_choice.checked_loads(model, folded)
     pair = _pair_of(pair, model, surface)
     area = _area_of(area, model, surface)
     loops = [one.loop for one in folded]
@@ -167,29 +167,29 @@ def identify(
             )
         rig_stiffness = None
         notes.append(f"{model.name!r} has an elastic part of its own: the rig is part of it")
-    coordinates, columns, given = setup.coordinates_for(
+    coordinates, columns, given = parameter_choice.coordinates_for(
         model, folded, fixed=fixed, bounds=bounds, start=start, shared=shared, per_load=per_load
     )
-    model = setup.split(model, coordinates)
+    model = parameter_choice.split(model, coordinates)
     rig_bounds = bounds
-    more, rig_of = setup.rig_coordinates(rig_stiffness, rigs, folded, loops, rig_bounds)
+    more, rig_of = parameter_choice.rig_coordinates(rig_stiffness, rigs, folded, loops, rig_bounds)
     places = [None if rig is None else len(coordinates) + rig for rig in rig_of]
     coordinates = [*coordinates, *more]
-    if soft := setup.softer(coordinates, places, loops, setup.FAR_SOFTER):
+    if soft := parameter_choice.softer(coordinates, places, loops, parameter_choice.FAR_SOFTER):
         raise InputError(soft)
     apart, area_load, known = apart_coordinate(contact_area, known, model, pair)
-    setup.checked_area(apart, area)
+    parameter_choice.checked_area(apart, area)
     if apart is not None:
         coordinates.append(apart)
     free_delay, lags = _delay(delay, folded)
 
     problem = Problem(folded, model, coordinates, columns, places, free_delay=free_delay, lags=lags)
-    starts = setup.starts_for(model, coordinates, columns, places, folded, loops, given)
+    starts = parameter_choice.starts_for(model, coordinates, columns, places, folded, loops, given)
     quantities = quantities_of(problem, pair, area)
     if apart is not None:
         quantities += summits_of(problem, pair, area, area_load)
     problem.data = known_data(problem, quantities, known)
-    count = checks.total_bins(folded) + problem.extra_count
+    count = fit_quality.total_bins(folded) + problem.extra_count
     freedom = count - problem.flat - problem.free.size
     if freedom < 1:
         raise InputError(
@@ -202,7 +202,7 @@ def identify(
     best = solve(problem, inner, freedom=freedom, loss=loss)
     if best is None:
         raise InputError(
-            setup.softer(coordinates, places, loops)
+            parameter_choice.softer(coordinates, places, loops)
             or "no first guess comes out of these records; give start={...} for "
             f"{', '.join(model.names)}"
         )
@@ -213,12 +213,14 @@ def identify(
     notes += notes_of(problem, answer.best, freedom, loss)
     for text in (
         late_note(problem, answer.best, freedom),
-        setup.softer(coordinates, places, loops) if answer.best.cost > FAR * freedom else None,
+        parameter_choice.softer(coordinates, places, loops)
+        if answer.best.cost > FAR * freedom
+        else None,
     ):
         notes += [] if text is None else [text]
     predicted = None
     if held and answer.best.finite:
-        predicted = checks.held_back_error(problem, answer.best, held)
+        predicted = fit_quality.held_back_error(problem, answer.best, held)
     report(1.0)
     return result_of(
         problem, answer, quantities, level, freedom, count, predicted, pair, area, notes, known
@@ -244,7 +246,7 @@ def _share(name: str, given: Any) -> float:
 
 
 def _folded(records: Any, cycles: slice | None, report: Progress) -> list[Folded]:
-    records = setup.listed(records)
+    records = parameter_choice.listed(records)
     bins = max(64, min(MOST_BINS, _MOST_FORCES // len(records)))
     found = []
     for at, record in enumerate(records):

@@ -1,4 +1,4 @@
-"""Floor 6: what the data can tell of each number, what they cannot, and what would settle it."""
+"""What the data can tell of each number, what they cannot, and what would settle it."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from microslip.identification.models.bouc_wen import BoucWenModel
 from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.models.iwan import IwanModel
 from microslip.identification.models.law import LawModel
-from microslip.identification.models.template import template_of
+from microslip.identification.models.surface_shape import template_of
 
 __all__ = [
     "MODELS",

@@ -17,7 +17,7 @@ from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.friction.surface_guesses import CONVENTIONAL_AREA, Shape, interface_values
 from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
-from microslip.identification.models.template import Template, template_of
+from microslip.identification.models.surface_shape import Template, template_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 

@@ -1,4 +1,4 @@
-"""Floor 6: numbers whose intervals close, but under what does not hold."""
+"""Numbers whose intervals close, but under what does not hold."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: the branches of a folded record, which depend on its displacement alone."""
+"""The branches of a folded record, which depend on its displacement alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: how the residuals of a record count once its nuisances have taken their share."""
+"""How the residuals of a record count once its nuisances have taken their share."""
 
 from __future__ import annotations
 

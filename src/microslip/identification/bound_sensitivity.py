@@ -1,13 +1,12 @@
-"""Floor 6: numbers that lean on how far another one is searched, and not on the records."""
+"""Numbers that lean on how far another one is searched, and not on the records."""
 
 from __future__ import annotations
 
 import copy
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from microslip._core.units import significant
 from microslip.identification.coordinates import Coordinate
 from microslip.identification.fit import Fit, bounds_of, settle
 from microslip.identification.problem import Problem
-from microslip.identification.profiles import Interval
+from microslip.identification.profiles import Interval, OpenEnd
 from microslip.identification.quantities import Quantity
 from microslip.identification.verdicts import IDENTIFIED, IN_DOUBT, Fitted
 
@@ -26,36 +25,10 @@ _MOST = 12.0
 """By how much an end of a search is moved at most: what is searched for Gaussian heights."""
 
 
-class Open(NamedTuple):
-    """A coordinate that only the search ends on one side, and what all do beyond that end."""
-
-    row: int
-    name: str
-    upward: bool
-    """Whether the open end is the upper one."""
-    rests: bool
-    """Whether the best values lie there, so that all of them lean on it."""
-    place: Floats
-    """All coordinates with that end as far out again."""
-    ratio: float
-    """1, or what is left to multiply with where the law has no answer out there."""
-
-    def ahead(self, best: Floats) -> Floats:
-        """Change of all coordinates when the end of the search is as far out again."""
-        return self.ratio * (self.place - best)
-
-    def shift(self, function: Callable[[Floats], tuple[float, Floats]], best: Floats) -> float:
-        """By how much a quantity would move with the end of the search."""
-        try:
-            return self.ratio * (function(self.place)[0] - function(best)[0])
-        except (ArithmeticError, ValueError):  # no number out there
-            return math.inf
-
-
 def open_ends(
     problem: Problem, best: Fit, covariance: Floats, intervals: Sequence[Interval], rises: Floats
-) -> list[Open]:
-    """Open ends of the coordinates whose bounds only say how far is searched.
+) -> list[OpenEnd]:
+    """OpenEnd ends of the coordinates whose bounds only say how far is searched.
 
     With that end as far out again, the fit goes on from best values that rest there; from others
     the profile does, to the new end or to where the sum of squares has risen by ``rises``.
@@ -85,7 +58,7 @@ def open_ends(
             if there is None:  # back on the way, as the curvature tells it
                 along = covariance[:, row] / max(float(covariance[row, row]), 1e-300)
                 there, ratio = best.q - _BACK * move * along, -1.0 / _BACK
-            found.append(Open(row, one.name, upward, rests, there, ratio))
+            found.append(OpenEnd(row, one.name, upward, rests, there, ratio))
     return found
 
 
@@ -142,7 +115,7 @@ def share(one: Coordinate, q: float, moved: float) -> float:
 def doubted(
     problem: Problem,
     best: Fit,
-    ends: Sequence[Open],
+    ends: Sequence[OpenEnd],
     quantities: Sequence[Quantity],
     parameters: Mapping[str, Fitted],
     derived: Mapping[str, Fitted],
@@ -182,7 +155,7 @@ def doubted(
     return own, theirs
 
 
-def _why(end: Open, moved: float, shape: bool) -> str:
+def _why(end: OpenEnd, moved: float, shape: bool) -> str:
     by = significant(abs(moved), 2) if shape else f"{significant(100.0 * abs(moved), 2)} %"
     way = "higher" if moved > 0.0 else "lower"
     return (

@@ -1,4 +1,4 @@
-"""Floor 6: what changes over a record beside its cycles: a drift, and noise that is slow."""
+"""What changes over a record beside its cycles: a drift, and noise that is slow."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.identification.phases import MeanCycle
+from microslip.identification.mean_cycle import MeanCycle
 
 _CERTAIN, _SIGNIFICANT = 5.0, 1e-3
 

@@ -1,4 +1,4 @@
-"""Floor 6: what a fit must stand: cycles it has not seen, energies, and rigs that are the same."""
+"""What a fit must stand: cycles it has not seen, energies, and rigs that are the same."""
 
 from __future__ import annotations
 

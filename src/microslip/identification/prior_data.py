@@ -1,4 +1,4 @@
-"""Floor 6: what was given beside the loops, and whether the loops bear it out."""
+"""What was given beside the loops, and whether the loops bear it out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: a law's backbone behind a spring, with its derivatives."""
+"""A law's backbone behind a spring, with its derivatives."""
 
 from __future__ import annotations
 

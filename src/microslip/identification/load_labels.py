@@ -1,4 +1,4 @@
-"""Floor 6: what a load level is called, so that names are as short as the loads are certain."""
+"""What a load level is called, so that names are as short as the loads are certain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: what must be right before a mean over cycles is taken: no spikes, and one load."""
+"""What must be right before a mean over cycles is taken: no spikes, and one load."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
-from microslip.identification.phases import MeanCycle
-from microslip.identification.slow import error_of_mean
+from microslip.identification.drift import error_of_mean
+from microslip.identification.mean_cycle import MeanCycle
 from microslip.tribometer.record import Record
 from microslip.tribometer.spikes import LONGEST, Spike
 

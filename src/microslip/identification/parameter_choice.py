@@ -1,4 +1,4 @@
-"""Floor 6: from what was asked for to the coordinates of a fit; every mistake is named here."""
+"""From what was asked for to the coordinates of a fit; every mistake is named here."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from microslip._core.wording import did_you_mean
 from microslip.errors import InputError
 from microslip.identification.coordinates import AREA, RIG, Coordinate, coordinate_of
 from microslip.identification.folding import Folded
-from microslip.identification.labels import labels_of
+from microslip.identification.load_labels import labels_of
 from microslip.identification.models.base import Model
-from microslip.identification.rigs import is_rigid, of_each_rig, rig_coordinate
+from microslip.identification.rig_stiffness import is_rigid, of_each_rig, rig_coordinate
 from microslip.loops import Loop
 from microslip.tribometer.record import Record
 

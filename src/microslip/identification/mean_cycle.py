@@ -1,4 +1,4 @@
-"""Floor 6: where in its cycle each sample of a record lies, and what the others make of it."""
+"""Where in its cycle each sample of a record lies, and what the others make of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Floor 6: from a fit and its profiles to what is said of each number."""
+"""From a fit and its profiles to what is said of each number."""
 
 from __future__ import annotations
 
@@ -11,10 +11,17 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip.errors import InputError
-from microslip.identification import checks, setup
+from microslip.identification import fit_quality, parameter_choice
+from microslip.identification.bound_sensitivity import doubted
 from microslip.identification.coordinates import APART, Coordinate
 from microslip.identification.delays import delays_of
-from microslip.identification.doubts import (
+from microslip.identification.fit import Fit, at_bounds
+from microslip.identification.intervals import Profiled
+from microslip.identification.prior_data import borne_out, of_coordinate
+from microslip.identification.problem import Problem
+from microslip.identification.profiles import derived_interval
+from microslip.identification.quantities import Quantity
+from microslip.identification.reservations import (
     BY_AREA,
     LEANT,
     far_area,
@@ -22,13 +29,6 @@ from microslip.identification.doubts import (
     in_doubt,
     remedied,
 )
-from microslip.identification.fit import Fit, at_bounds
-from microslip.identification.given import borne_out, of_coordinate
-from microslip.identification.intervals import Profiled
-from microslip.identification.leaning import doubted
-from microslip.identification.problem import Problem
-from microslip.identification.profiles import derived_interval
-from microslip.identification.quantities import Quantity
 from microslip.identification.result import (
     AT_BOUND,
     CONVERGED,
@@ -75,13 +75,13 @@ def result_of(
             f"the law {problem.model.name!r} has no finite answer near the first guess "
             f"({best.message}); give start=... or narrower bounds=..."
         )
-    records = checks.record_fits(problem, best.q)
+    records = fit_quality.record_fits(problem, best.q)
     loads = [one.normal_load for one in problem.folded]
     design = design_of(
         problem.folded,
         [one.slip_share for one in records],
         coordinates,
-        len(set(setup.levels_of(loads))),
+        len(set(parameter_choice.levels_of(loads))),
         problem.model.scales_with_load,
     )
     parameters, directions = _parameters(problem, answer, design, level)
@@ -90,7 +90,7 @@ def result_of(
     errors = np.sqrt(np.diag(answer.covariance))
     correlation = answer.covariance / np.outer(errors, errors)
     free = [coordinates[int(j)].name for j in problem.free]
-    unfit = checks.misfit(records, best.cost / freedom)
+    unfit = fit_quality.misfit(records, best.cost / freedom)
     if unfit is not None and unfit.doubtful:
         why = "found under a law that does not answer the records"
         parameters, derived = in_doubt(parameters, why), in_doubt(derived, why)
@@ -132,7 +132,7 @@ def result_of(
     if contradicted is not None:
         message = f"{message}; {contradicted.text}"
     deviance = best.cost + problem.log_determinant
-    aic, bic = checks.information_criteria(deviance, count, problem.free.size + problem.flat)
+    aic, bic = fit_quality.information_criteria(deviance, count, problem.free.size + problem.flat)
     lost = any(one.verdict == NOT for one in parameters.values())
     notes = [*notes, *_notes(best.cost / freedom, answer.widen, design, loads, lost)]
     if unfit is not None:
@@ -191,7 +191,7 @@ def _status(
 ) -> tuple[str, str]:
     if not best.converged:
         return NOT_CONVERGED, f"the fit did not end at a minimum: {_why(best.message)}"
-    told = checks.rigs_differ(problem, best, freedom)
+    told = fit_quality.rigs_differ(problem, best, freedom)
     if told is not None and told.explain:
         return DIFFER, f"{told.text}: rigs=[one label a record]"
     more = "" if told is None else f"; {told.text}: rigs=[one label a record]"

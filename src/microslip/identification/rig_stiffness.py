@@ -1,4 +1,4 @@
-"""Floor 6: what is known of the rigs beforehand."""
+"""What is known of the rigs beforehand."""
 
 from __future__ import annotations
 

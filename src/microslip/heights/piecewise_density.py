@@ -1,4 +1,4 @@
-"""Floor 1: partial moments of a density that is straight between the points of a table."""
+"""Partial moments of a density that is straight between the points of a table."""
 
 from __future__ import annotations
 

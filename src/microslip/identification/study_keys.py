@@ -1,4 +1,4 @@
-"""Floor 6: an interface as the keys of a study file."""
+"""An interface as the keys of a study file."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from microslip._core.units import engineering
 from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.heights import Discrete, Exponential, Gaussian
-from microslip.identification.checks import RecordFit
-from microslip.identification.setup import SAME_LOAD
+from microslip.identification.fit_quality import RecordFit
+from microslip.identification.parameter_choice import SAME_LOAD
 from microslip.materials import Material
 from microslip.normal import GreenwoodWilliamson
 

@@ -44,10 +44,14 @@ from .scans import GapTable as GapTable
 from .scans import Scan as Scan
 from .scans import Summits as Summits
 from .scans import read_gap_table as read_gap_table
+from .structures import Bolts as Bolts
 from .structures import Decay as Decay
+from .structures import LapJoint as LapJoint
+from .structures import MeshedJoint as MeshedJoint
 from .structures import ModalCurve as ModalCurve
 from .structures import Oscillator as Oscillator
 from .structures import Preload as Preload
+from .structures import ReducedJoint as ReducedJoint
 from .structures import RingDown as RingDown
 from .structures import Structure as Structure
 from .study import Result as Result

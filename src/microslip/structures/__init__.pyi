@@ -1,6 +1,10 @@
+from .bolts import Bolts as Bolts
+from .lap_joint import LapJoint as LapJoint
+from .mesh_files import MeshedJoint as MeshedJoint
 from .modal_curve import ModalCurve as ModalCurve
 from .oscillator import Decay as Decay
 from .oscillator import Oscillator as Oscillator
 from .preload import Preload as Preload
+from .reduction_model import ReducedJoint as ReducedJoint
 from .ring_down import RingDown as RingDown
 from .structure import Structure as Structure

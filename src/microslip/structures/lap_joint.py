@@ -1,0 +1,249 @@
+"""A bolted lap joint from its drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from microslip._core.checks import exact, positive, show
+from microslip.errors import InputError
+from microslip.materials import Material
+from microslip.structures.bolts import Bolts
+from microslip.structures.mesh import (
+    Body,
+    ContactFaces,
+    JointMesh,
+    Shank,
+    check_count,
+    check_elastic,
+)
+from microslip.structures.mesh_lap import Solids, lines, plan, square_half, widening
+
+if TYPE_CHECKING:
+    from microslip.structures.reduction_model import ReducedJoint
+
+Style = Literal["half-lap", "single-lap"]
+
+
+@dataclass(frozen=True, eq=False)
+class LapJoint:
+    """Two beams or plates, bolted where they overlap.
+
+    The lap is centred at the origin and lies in the plane z = 0: x runs along the joint, y across,
+    z from the left, lower part into the right, upper one. Nothing holds the ends.
+
+    Parameters
+    ----------
+    length : float
+        Length of the whole, from end to end [m].
+    width : float
+        Width, across [m].
+    thickness : float
+        Thickness of the parts outside the lap [m].
+    lap : float
+        Length of the overlap [m].
+    bolts : Bolts
+        The bolts through it.
+    style : {"half-lap", "single-lap"}
+        In a half lap each part is half as thick in the overlap, so that the whole is straight; in
+        a single lap whole plates lie on each other.
+
+    Raises
+    ------
+    InputError
+        A size that is not above zero, a lap as long as the whole, bolts outside the lap, washers
+        over its edge or into each other, an unknown style.
+
+    Examples
+    --------
+    >>> import microslip as ms
+    >>> bolts = ms.Bolts([-0.03, 0.0, 0.03], shank=0.008, hole=0.009, washer=0.018, tension=12e3)
+    >>> ms.LapJoint(length=0.72, width=0.025, thickness=0.025, lap=0.12, bolts=bolts).style
+    'half-lap'
+    """
+
+    length: float
+    width: float
+    thickness: float
+    lap: float
+    bolts: Bolts
+    style: Style = "half-lap"
+
+    def __post_init__(self) -> None:
+        for name, example in (
+            ("length", 0.7),
+            ("width", 0.025),
+            ("thickness", 0.025),
+            ("lap", 0.1),
+        ):
+            object.__setattr__(self, name, positive(name, getattr(self, name), "m", example))
+        if not self.lap < self.length:
+            raise InputError(
+                f"lap must be shorter than the length {exact(self.length)} m, got "
+                f"{exact(self.lap)} m"
+            )
+        if not isinstance(self.bolts, Bolts):
+            raise InputError(f"bolts must be ms.Bolts(...), got {show(self.bolts)}")
+        if self.style not in ("half-lap", "single-lap"):
+            raise InputError(f'style must be "half-lap" or "single-lap", got {show(self.style)}')
+        square_half(self.bolts, self.lap, self.width)
+
+    @property
+    def face_area(self) -> float:
+        """Area of the contact faces, without the holes [m^2]."""
+        holes = len(self.bolts) * 0.25 * np.pi * self.bolts.hole**2
+        return float(self.lap * self.width - holes)
+
+    def mesh(
+        self, material: Material, density: float, element_size: float | None = None
+    ) -> JointMesh:
+        """Hexahedra for the two parts, the shanks and what presses at both their ends.
+
+        Parameters
+        ----------
+        material : Material
+            Of the two parts.
+        density : float
+            Theirs [kg/m^3].
+        element_size : float, optional
+            Size of the elements in the lap [m]; a 24th of the lap or a quarter of the width, what
+            is less, unless given. Outside the lap they grow.
+
+        Raises
+        ------
+        InputError
+            Values that are not above zero; a rigid or incompressible material.
+        """
+        density = positive("density", density, "kg/m^3", 7800.0)
+        for body in (material, self.bolts.material or material):
+            check_elastic(body)
+        size = min(self.lap / 24.0, self.width / 4.0) if element_size is None else element_size
+        size = positive("element_size", size, "m", 0.005)
+        bolts = self.bolts
+        half = square_half(bolts, self.lap, self.width)
+        end, edge = 0.5 * self.lap, 0.5 * self.width
+        marks = [
+            [(c - half, c + half) for c in np.unique(bolts.positions[:, axis])] for axis in (0, 1)
+        ]
+        columns = lines(-end, end, marks[0], size)
+        rows = lines(-edge, edge, marks[1], size)
+        scale = 1e-7 * min(self.lap, self.width, self.thickness)
+        lap = plan(columns, rows, bolts, half, scale)
+        arm = 0.5 * self.thickness if self.style == "half-lap" else self.thickness
+        layers = max(2, round(0.8 * arm / size))
+        below, above = np.linspace(-arm, 0.0, layers + 1), np.linspace(0.0, arm, layers + 1)
+        check_count(4 * layers * (len(columns) - 1) * (len(rows) - 1))
+        solids = Solids(scale)
+        arm_cells = [*lap.plate, *(quad for ring in lap.washer for quad in ring)]
+        left = list(solids.extrude(lap.points, arm_cells, below, ["left"] * len(below)))
+        right = list(solids.extrude(lap.points, arm_cells, above, ["right"] * len(above)))
+        whole = np.concatenate([below, above[1:]]) if self.style == "half-lap" else None
+        for sign, held, name, own in ((-1.0, left, "left", below), (1.0, right, "right", above)):
+            heights = own if whole is None else whole
+            grid = widening(sign * end, sign * 0.5 * self.length, size, 5.0 * size)
+            points, quads = _grid(np.sort(grid), rows)
+            held += solids.extrude(points, quads, heights, [name] * len(heights))
+        fixings: list[int] = []
+        head = bolts.head or 0.0
+        shanks = []
+        grip = np.linspace(-arm, arm, 2 * layers + 1)
+        for k in range(len(bolts)):
+            ends = [*lap.washer[k], *lap.clearance[k], *lap.shank[k]]
+            for level, side in ((-arm - head, "left"), (arm, "right")):
+                fixings += solids.extrude(
+                    lap.points, ends, level + np.array([0.0, head]), [side, side]
+                )
+            sides = ["left"] + ["shank"] * (2 * layers - 1) + ["right"]
+            shank = solids.extrude(lap.points, lap.shank[k], grip, sides)
+            fixings += shank
+            shanks.append(Shank(f"bolt {k + 1}", np.array(shank), np.array([0.0, 0.0, 1.0])))
+        cells = np.array(solids.cells)
+        across = len(arm_cells)
+        tops = cells[np.array(left[: across * layers])]
+        bottoms = cells[np.array(right[: across * layers])]
+        contact = ContactFaces(
+            "lap",
+            tops[layers - 1 :: layers, 4:],
+            bottoms[::layers, :4],
+        )
+        bodies = (
+            Body("left", np.array(left), material, density),
+            Body("right", np.array(right), material, density),
+            Body("bolts", np.array(fixings), bolts.material or material, bolts.density or density),
+        )
+        return JointMesh(solids.points, cells, "hexahedron", bodies, (contact,), tuple(shanks))
+
+    def reduce(
+        self,
+        material: Material,
+        density: float,
+        patches: Any = (15, 2),
+        *,
+        form: Any = None,
+        kept_modes: int = 14,
+        element_size: float | None = None,
+        sensors: Mapping[str, Any] | None = None,
+        masses: Mapping[Any, float] | None = None,
+    ) -> ReducedJoint:
+        """The joint as a small linear model with contact patches, by finite elements.
+
+        Parameters
+        ----------
+        material : Material
+            Of the two parts.
+        density : float
+            Theirs [kg/m^3].
+        patches : (int, int) or array_like
+            Patches along and across the lap; or their boxes, one row of x from, x to, y from, y
+            to [m] each.
+        form : array_like or callable, optional
+            Gap between the faces where they are not pressed, see :meth:`ReducedJoint.with_form`;
+            flat unless given.
+        kept_modes : int
+            Modes with immovable patches that are kept beside the static ones.
+        element_size : float, optional
+            Size of the elements in the lap [m].
+        sensors : mapping, optional
+            Places and directions by name, such as ``{"tip": ((0.36, 0, 0), "z")}`` [m].
+        masses : mapping, optional
+            Added masses [kg] by their places (x, y, z) [m].
+
+        Returns
+        -------
+        ReducedJoint
+            Mass, stiffness, patches, bolts and sensors; without the contact and without rigid
+            motion.
+
+        Raises
+        ------
+        InputError
+            Values that make no joint; scikit-fem not installed.
+
+        Notes
+        -----
+        Quadratic hexahedra of 20 nodes. Craig and Bampton (1968, DOI 10.2514/3.4741) with the mean
+        relative displacement of each patch and the mean axial stress of each shank in the place of
+        the boundary's degrees of freedom.
+        """
+        from microslip.structures.reduction import Reducer
+
+        mesh = self.mesh(material, density, element_size)
+        return Reducer(mesh, masses, np.array([1.0, 0.0, 0.0])).reduce(
+            tension=self.bolts.tension,
+            patches=patches,
+            form=form,
+            kept_modes=kept_modes,
+            sensors=sensors,
+        )
+
+
+def _grid(columns: np.ndarray[Any, Any], rows: np.ndarray[Any, Any]) -> tuple[Any, Any]:
+    """Points and quadrilaterals of a grid in plan."""
+    xs, ys = np.meshgrid(columns, rows, indexing="ij")
+    index = np.arange(xs.size).reshape(xs.shape)
+    corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
+    quads = np.stack([part.ravel() for part in corners], axis=1)
+    return np.stack([xs.ravel(), ys.ravel()], axis=1), [tuple(quad) for quad in quads.tolist()]

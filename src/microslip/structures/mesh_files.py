@@ -1,0 +1,366 @@
+"""A bolted joint from a user's own mesh, with named bodies, contact faces and bolts."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, floats, positive, show
+from microslip._core.frozen import Locked
+from microslip._core.wording import did_you_mean, quoted, shorten
+from microslip.errors import InputError
+from microslip.materials import Material
+from microslip.structures.mesh import (
+    FACETS,
+    Body,
+    ContactFaces,
+    Indices,
+    JointMesh,
+    Shank,
+    check_elastic,
+)
+
+if TYPE_CHECKING:
+    from microslip.structures.reduction_model import ReducedJoint
+
+_SOLIDS = {
+    "hexahedron": "hexahedron", "hexahedron20": "hexahedron", "hexahedron27": "hexahedron",
+    "tetra": "tetra", "tetra10": "tetra",
+}  # fmt: skip
+_CORNERS = {"hexahedron": 8, "tetra": 4}
+_SIDES = {
+    "quad": 4, "quad8": 4, "quad9": 4, "triangle": 3, "triangle6": 3,
+}  # fmt: skip
+_LARGEST = 100.0  # metres, beyond which a mesh is taken to be in millimetres
+
+
+@dataclass(frozen=True, eq=False)
+class MeshedJoint(Locked):
+    """A bolted structure by a mesh of one's own; :meth:`read` makes it.
+
+    Parameters
+    ----------
+    mesh : JointMesh
+        Bodies, contact faces and shanks.
+    tension : tuple of float
+        Tension of each bolt [N].
+
+    Raises
+    ------
+    InputError
+        Never: it is made by what checks first.
+    """
+
+    mesh: JointMesh
+    tension: tuple[float, ...]
+
+    @classmethod
+    def read(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        bodies: Mapping[str, tuple[Material, float]],
+        contacts: Iterable[tuple[str, str]],
+        bolts: Mapping[str, float],
+        scale: float = 1.0,
+    ) -> MeshedJoint:
+        """Read a mesh of hexahedra or of tetrahedra by meshio.
+
+        Parameters
+        ----------
+        path : str or path
+            Any file that meshio reads and that holds names: Gmsh's ``.msh`` with physical groups,
+            Abaqus' or CalculiX' ``.inp`` with sets.
+        bodies : mapping
+            Material and density [kg/m^3] of each named volume. Bodies that touch are joined where
+            they share nodes, and only there: so heads are joined to plates, and the two sides of a
+            contact are not.
+        contacts : iterable of pairs
+            Names of the two faces of each contact, the lower first: named surfaces, or sets of
+            nodes. Their meshes need not match.
+        bolts : mapping
+            Tension [N] by the name of the volume of each shank, which is a body or a part of one.
+            Its axis is normal to the nearest contact.
+        scale : float
+            Metres a unit of the file, such as 1e-3 for millimetres.
+
+        Returns
+        -------
+        MeshedJoint
+            To be reduced.
+
+        Raises
+        ------
+        InputError
+            meshio not installed, a file that it cannot read, names that are not in the file, cells
+            of no body, kinds of cells that are not solid.
+
+        Notes
+        -----
+        Corners count: cells with nodes in the middle of their edges become straight, and get
+        quadratic displacements in any case.
+        """
+        return cls(*_read(Path(path), dict(bodies), list(contacts), dict(bolts), scale))
+
+    def reduce(
+        self,
+        patches: Any = (15, 2),
+        *,
+        form: Any = None,
+        kept_modes: int = 14,
+        sensors: Mapping[str, Any] | None = None,
+        masses: Mapping[Any, float] | None = None,
+        along: ArrayLike | None = None,
+    ) -> ReducedJoint:
+        """The joint as a small linear model with contact patches.
+
+        Parameters
+        ----------
+        patches : (int, int) or array_like
+            Patches along and across each contact; or their boxes, one row of x from, x to, y from,
+            y to [m] each.
+        form : array_like or callable, optional
+            Gap between the faces where they are not pressed, see :meth:`ReducedJoint.with_form`.
+        kept_modes : int
+            Modes with immovable patches that are kept beside the static ones.
+        sensors : mapping, optional
+            Places and directions by name, such as ``{"tip": ((0.36, 0, 0), "z")}`` [m].
+        masses : mapping, optional
+            Added masses [kg] by their places (x, y, z) [m].
+        along : array_like, optional
+            Direction of the first tangential motion [-], of shape (3,); that in which the faces are
+            longest unless given. Places in patches count from the origin with it, else from the
+            faces' middle.
+
+        Returns
+        -------
+        ReducedJoint
+            Mass, stiffness, patches, bolts and sensors; without the contact and without rigid
+            motion.
+
+        Raises
+        ------
+        InputError
+            As for :meth:`LapJoint.reduce`.
+
+        Notes
+        -----
+        Craig and Bampton (1968), DOI 10.2514/3.4741, on means of patches. Each point of one face
+        is compared to the point of the other face that it lies on, so that rigid motion moves no
+        patch however the meshes lie on each other.
+        """
+        from microslip.structures.reduction import Reducer
+
+        direction = None
+        if along is not None:
+            direction = floats("along", along)
+            if direction.shape != (3,):
+                raise InputError(f"along must be three numbers, got {show(along)}")
+        return Reducer(self.mesh, masses, direction).reduce(
+            tension=self.tension,
+            patches=patches,
+            form=form,
+            kept_modes=kept_modes,
+            sensors=sensors,
+        )
+
+
+def _read(
+    path: Path,
+    bodies: dict[str, tuple[Material, float]],
+    contacts: list[tuple[str, str]],
+    bolts: dict[str, float],
+    scale: float,
+) -> tuple[JointMesh, tuple[float, ...]]:
+    scale = positive("scale", scale, "m", 1e-3)
+    for what, names in (("bodies", bodies), ("contacts", contacts), ("bolts", bolts)):
+        if not names:
+            raise InputError(f"{what} must be named, got none")
+    file = _meshio(path)
+    kind, cells, numbers = _solids(path, file)
+    named = _Names(path, file, numbers)
+    used, inverse = np.unique(cells, return_inverse=True)
+    points = np.asarray(file.points, dtype=float)[:, :3] * scale
+    if np.ptp(points[used], axis=0).max() > _LARGEST:
+        raise InputError(
+            f"{path.name}: reaches over {float(np.ptp(points[used], axis=0).max()):.4g} m; if it "
+            "is in millimetres, write scale=1e-3"
+        )
+    renamed = np.full(len(points), -1, dtype=np.int64)
+    renamed[used] = np.arange(len(used))
+    solids = inverse.reshape(cells.shape).astype(np.int64)
+    parts, owner = [], np.full(len(cells), -1)
+    for number, (name, given) in enumerate(bodies.items()):
+        try:
+            material, density = given
+        except (TypeError, ValueError):
+            raise InputError(
+                f'body "{name}" must have a material and a density [kg/m^3], such as (steel, '
+                f"7850.0), got {show(given)}"
+            ) from None
+        check_elastic(material)
+        held = named.volume(name)
+        if (owner[held] >= 0).any():
+            raise InputError(f'{path.name}: body "{name}" shares cells with another body')
+        owner[held] = number
+        density = positive(f'the density of body "{name}"', density, "kg/m^3", 7850.0)
+        parts.append(Body(name, held, material, density))
+    if (owner < 0).any():
+        raise InputError(
+            f"{path.name}: {int((owner < 0).sum())} of {len(owner)} cells belong to none of the "
+            f"bodies {quoted(bodies, 'and')}; the file has {named.listed()}"
+        )
+    bare = JointMesh(points[used], solids, kind, tuple(parts), (), ())
+    faces = []
+    for pair in contacts:
+        if isinstance(pair, str) or len(tuple(pair)) != 2:
+            raise InputError(f"a contact must be two names of faces, got {show(pair)}")
+        lower, upper = (renamed[named.face(name, kind, cells)] for name in pair)
+        if np.intersect1d(lower, upper).size:
+            raise InputError(
+                f"{path.name}: the faces {quoted(pair, 'and')} share nodes; a contact needs its "
+                "own nodes on each side"
+            )
+        faces.append(ContactFaces(f"{pair[0]} on {pair[1]}", lower, upper))
+    mesh = JointMesh(points[used], solids, kind, tuple(parts), tuple(faces), ())
+    shanks = []
+    for name in bolts:
+        held = named.volume(name)
+        shanks.append(Shank(name, held, _axis(mesh, held)))
+    tension = tuple(
+        positive(f'the tension of bolt "{name}"', value, "N", 12e3) for name, value in bolts.items()
+    )
+    return JointMesh(bare.points, solids, kind, tuple(parts), tuple(faces), tuple(shanks)), tension
+
+
+def _axis(mesh: JointMesh, held: Indices) -> Floats:
+    from microslip.structures.reduction_patches import contact_frame
+
+    centre = mesh.points[mesh.cells[held]].mean(axis=(0, 1))
+    distances = [
+        np.linalg.norm(mesh.points[contact.lower].mean(axis=1) - centre, axis=1).min()
+        for contact in mesh.contacts
+    ]
+    nearest = mesh.contacts[int(np.argmin(distances))]
+    axis: Floats = contact_frame(mesh, nearest, None).axes[2]
+    return axis
+
+
+def _meshio(path: Path) -> Any:
+    try:
+        import meshio
+    except ModuleNotFoundError:
+        raise InputError(
+            'meshes are read by meshio, which is not installed; pip install "microslip[structure]"'
+        ) from None
+    if not path.is_file():
+        raise InputError(f"{path.name}: there is no such file")
+    try:
+        return meshio.read(path)
+    except SystemExit:  # what meshio does with suffixes that it does not know
+        pass
+    except Exception as error:  # damaged files break its readers in many ways
+        text = shorten(" ".join(str(error).split()) or type(error).__name__, 150)
+        raise InputError(f"{path.name}: meshio cannot read it: {text}") from None
+    raise InputError(f"{path.name}: meshio cannot read it")
+
+
+def _solids(path: Path, file: Any) -> tuple[str, Indices, list[Indices]]:
+    """The kind of the solid cells, their corners, and the numbers of those of each block."""
+    kinds = {_SOLIDS[block.type] for block in file.cells if block.type in _SOLIDS}
+    other = {b.type for b in file.cells if b.type.startswith(("wedge", "pyramid"))}
+    if len(kinds) != 1 or other:
+        found = ", ".join(sorted(kinds | other)) or "none"
+        raise InputError(
+            f"{path.name}: wanted hexahedra or tetrahedra, one kind of them, got {found}"
+        )
+    (kind,) = kinds
+    cells, numbers, count = [], [], 0
+    for block in file.cells:
+        if block.type in _SOLIDS:
+            cells.append(np.asarray(block.data)[:, : _CORNERS[kind]])
+            numbers.append(np.arange(count, count + len(block.data)))
+            count += len(block.data)
+        else:
+            numbers.append(np.zeros(0, dtype=np.int64))
+    return kind, np.concatenate(cells).astype(np.int64), numbers
+
+
+class _Names:
+    """What a file calls its volumes and faces."""
+
+    def __init__(self, path: Path, file: Any, numbers: list[Indices]) -> None:
+        self._path, self._file, self._numbers = path, file, numbers
+        self._sets: dict[str, list[Indices]] = {}
+        for name, blocks in (file.cell_sets or {}).items():
+            if not name.startswith("gmsh:"):
+                self._sets[name] = [np.asarray(b if b is not None else [], int) for b in blocks]
+        tags = file.cell_data.get("gmsh:physical")
+        for name, (tag, _) in (file.field_data or {}).items() if tags is not None else ():
+            self._sets.setdefault(
+                name, [np.flatnonzero(np.asarray(block).ravel() == tag) for block in tags]
+            )
+        self._nodes = {
+            name: np.asarray(nodes, dtype=np.int64)
+            for name, nodes in (file.point_sets or {}).items()
+        }
+        if not self._sets:
+            raise InputError(
+                f"{path.name}: has no names; name its volumes and faces, as physical groups in "
+                "Gmsh or as sets in Abaqus"
+            )
+
+    def listed(self) -> str:
+        """Names in the file."""
+        names = sorted({*self._sets, *self._nodes})
+        return quoted(names[:12], "and") + (" and more" if len(names) > 12 else "")
+
+    def _missing(self, name: str, what: str) -> InputError:
+        known = {*self._sets, *self._nodes}
+        return InputError(
+            f'{self._path.name}: has no {what} "{shorten(str(name), 40)}"'
+            f"{did_you_mean(str(name), known)}; it has {self.listed()}"
+        )
+
+    def volume(self, name: str) -> Indices:
+        """Numbers of the solid cells of this name."""
+        if name not in self._sets:
+            raise self._missing(name, "volume")
+        pairs = zip(self._numbers, self._sets[name], strict=True)
+        held = [numbers[index] for numbers, index in pairs if len(numbers)]
+        result = np.concatenate(held) if held else np.zeros(0, dtype=np.int64)
+        if result.size == 0:
+            raise InputError(f'{self._path.name}: "{name}" holds no solid cells')
+        return np.asarray(result, dtype=np.int64)
+
+    def face(self, name: str, kind: str, cells: Indices) -> Indices:
+        """Corners of the facets of this name, as the file counts nodes."""
+        if name in self._sets:
+            parts = []
+            for block, index in zip(self._file.cells, self._sets[name], strict=True):
+                if block.type in _SIDES and len(index):
+                    parts.append(np.asarray(block.data)[index][:, : _SIDES[block.type]])
+            widths = {part.shape[1] for part in parts}
+            if len(widths) == 1:
+                return np.concatenate(parts).astype(np.int64)
+            if name not in self._nodes:
+                raise InputError(f'{self._path.name}: "{name}" holds no facets of one kind')
+        if name not in self._nodes:
+            raise self._missing(name, "face")
+        inside = np.zeros(len(self._file.points), dtype=bool)
+        inside[self._nodes[name]] = True
+        patterns = np.array(FACETS[kind])
+        facets = cells[:, patterns].reshape(-1, patterns.shape[1])
+        facets = facets[inside[facets].all(axis=1)]
+        if not len(facets):
+            raise InputError(f'{self._path.name}: no side of a cell has all its nodes in "{name}"')
+        _, first, count = np.unique(
+            np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
+        )
+        return np.asarray(facets[first[count == 1]], dtype=np.int64)

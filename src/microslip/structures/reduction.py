@@ -1,0 +1,308 @@
+"""Craig and Bampton's reduction with patch means and bolt stresses in place of the boundary."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats, floats, positive, show
+from microslip.errors import InputError
+from microslip.structures.mesh import FACETS, JointMesh, check_count
+from microslip.structures.reduction_elements import Elements
+from microslip.structures.reduction_model import ReducedJoint, Surface
+from microslip.structures.reduction_patches import patches_of
+from microslip.structures.threads import single_threaded
+
+_COLUMNS = 32  # forces at once, and
+_ROWS = 4096  # rows at once: bounds on memory
+_DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+class FreeBody:
+    """A body that floats: its elastic answer to forces, rigid motion taken out of both.
+
+    Parameters
+    ----------
+    elements : Elements
+        Its finite elements.
+    masses : sparse matrix
+        Added masses.
+    """
+
+    def __init__(self, elements: Elements, masses: Any) -> None:
+        from scipy import linalg
+        from scipy.sparse.linalg import splu
+
+        self.stiffness, mass = elements.matrices()
+        self.mass = mass + masses if masses is not None else mass
+        self.rigid: Floats = elements.rigid_motion
+        self._heavy = self.mass @ self.rigid
+        self._inertia = self.rigid.T @ self._heavy
+        # Six displacements that hold the body and no more: the best of them by pivoting.
+        _, _, order = linalg.qr(self.rigid.T, mode="economic", pivoting=True)
+        self._free = np.ones(elements.size, dtype=bool)
+        self._free[order[:6]] = False
+        self._factors = splu(
+            self.stiffness[self._free][:, self._free].tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+
+    def solve(self, forces: Any) -> Floats:
+        """Displacements under forces (columns, sparse or dense), both without their rigid part."""
+        result = np.zeros(forces.shape)
+        for start in range(0, forces.shape[1], _COLUMNS):
+            part = forces[:, start : start + _COLUMNS]
+            part = part if isinstance(part, np.ndarray) else part.toarray()
+            part = part - self._heavy @ np.linalg.solve(self._inertia, self.rigid.T @ part)
+            moved = np.zeros(part.shape)
+            moved[self._free] = self._factors.solve(part[self._free])
+            moved -= self.rigid @ np.linalg.solve(self._inertia, self._heavy.T @ moved)
+            result[:, start : start + _COLUMNS] = moved
+        return result
+
+
+class Reducer:
+    """A meshed joint, factorised once for any patches.
+
+    Parameters
+    ----------
+    mesh : JointMesh
+        Bodies, contact faces and shanks.
+    masses : mapping, optional
+        Added masses [kg] by their places.
+    along : ndarray, optional
+        Direction of the first tangential motion.
+
+    Raises
+    ------
+    InputError
+        Bodies that nothing joins, masses that do not fit, more elements than memory is for.
+    """
+
+    @single_threaded
+    def __init__(
+        self, mesh: JointMesh, masses: Mapping[Any, float] | None, along: Floats | None
+    ) -> None:
+        # A node of tetrahedra belongs to five times as many of them.
+        check_count(len(mesh.cells) // (5 if mesh.kind == "tetra" else 1))
+        _check_joined(mesh)
+        self.mesh, self.along = mesh, along
+        self.elements = Elements(mesh)
+        self.shanks = [_axial(mesh, self.elements, shank) for shank in mesh.shanks]
+        self._masses = _point_masses(self.elements, masses)
+
+    @cached_property
+    def _body(self) -> FreeBody:
+        return FreeBody(self.elements, self._masses)
+
+    @single_threaded
+    def reduce(
+        self,
+        *,
+        tension: Any,
+        patches: Any,
+        form: Any = None,
+        kept_modes: int = 14,
+        sensors: Mapping[str, Any] | None = None,
+    ) -> ReducedJoint:
+        """Reduce it to its patches, its bolts and a few modes.
+
+        Raises
+        ------
+        InputError
+            Patches, sensors or a form that do not fit.
+        """
+        from scipy import sparse
+
+        kept_modes = _count(kept_modes)
+        elements = self.elements
+        patched = patches_of(self.mesh, elements, patches, self.along)
+        names, sensing = _sensors(elements, sensors)
+        body = self._body  # last, for it takes longest
+        count, bolts = len(patched.areas), len(self.shanks)
+        elongations = [sparse.csr_matrix(elongation) for elongation, _ in self.shanks]
+        functionals = sparse.vstack([patched.functionals, *elongations]).tocsr()
+        static = body.solve(functionals.T.tocsc())
+        compliance = functionals @ static
+        boundary = np.linalg.inv(0.5 * (compliance + compliance.T))
+        boundary = 0.5 * (boundary + boundary.T)
+        squares, modes = _fixed_modes(body, functionals, static, boundary, kept_modes)
+        for start in range(0, len(static), _ROWS):  # in place: these are large
+            static[start : start + _ROWS] = static[start : start + _ROWS] @ boundary
+        shapes = (static, modes)
+        stiffness = np.zeros((len(boundary) + len(squares),) * 2)
+        stiffness[: len(boundary), : len(boundary)] = boundary
+        inner = np.arange(len(boundary), len(stiffness))
+        stiffness[inner, inner] = squares
+        heavy = body.mass @ modes
+        mass = np.block(
+            [
+                [static.T @ (body.mass @ static), static.T @ heavy],
+                [heavy.T @ static, modes.T @ heavy],
+            ]
+        )
+        reduced = ReducedJoint(
+            mass=0.5 * (mass + mass.T),
+            stiffness=stiffness,
+            patch_areas=patched.areas,
+            patch_gaps=np.zeros(count),
+            patch_boxes=patched.boxes,
+            patch_contacts=patched.contacts,
+            bolt_stiffness=np.array([stiff for _, stiff in self.shanks]),
+            bolt_tension=np.broadcast_to(floats("tension", tension), (bolts,)).copy(),
+            sensor_names=names,
+            sensor_rows=np.concatenate([sensing @ part for part in shapes], axis=1),
+            samples=patched.samples,
+            surface=_surface(self.mesh, elements, shapes),
+            full_size=elements.size,
+            left_out=patched.left_out,
+        )
+        return reduced if form is None else reduced.with_form(form)
+
+
+def _count(value: Any) -> int:
+    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
+        raise InputError(f"kept_modes must be a whole number above zero, got {show(value)}")
+    return int(value)
+
+
+def _check_joined(mesh: JointMesh) -> None:
+    """Refuse bodies that no shared corner joins to the others."""
+    from scipy import sparse
+    from scipy.sparse.csgraph import connected_components
+
+    width = mesh.cells.shape[1]
+    rows = np.repeat(np.arange(len(mesh.cells)), width)
+    graph = sparse.coo_matrix(
+        (np.ones(rows.size), (rows, mesh.cells.ravel())), (len(mesh.cells), len(mesh.points))
+    ).tocsr()
+    parts, label = connected_components(graph @ graph.T, directed=False)
+    if parts > 1:
+        first = label[mesh.bodies[0].cells[0]]
+        apart = [body.name for body in mesh.bodies if (label[body.cells] != first).any()]
+        raise InputError(
+            f"all bodies must be joined by corners that they share, got {parts} separate parts: "
+            f"nothing holds {', '.join(apart) or 'a part of ' + mesh.bodies[0].name} to "
+            f"{mesh.bodies[0].name}"
+        )
+
+
+def _axial(mesh: JointMesh, elements: Elements, shank: Any) -> tuple[Floats, float]:
+    """Elongation of a shank as a functional, and the force for a unit of it [N/m].
+
+    Both belong to the mean axial stress: what is taken out with them leaves none.
+    """
+    owner = next(b for b in mesh.bodies if np.isin(shank.cells[:1], b.cells).all())
+    heights = mesh.points[mesh.cells[shank.cells]] @ shank.axis
+    length = float(np.ptp(heights))
+    force = elements.axial_force(shank.cells, owner.material, shank.axis, length)
+    modulus = owner.material
+    shear, ratio = modulus.shear_modulus, modulus.poisson_ratio
+    held = 2.0 * shear * (1.0 - ratio) / (1.0 - 2.0 * ratio)
+    stiff = held * elements.volume(shank.cells) / length**2
+    return force / stiff, stiff
+
+
+def _fixed_modes(
+    body: FreeBody, functionals: Any, answers: Floats, boundary: Floats, count: int
+) -> tuple[Floats, Floats]:
+    """Squares of the angular frequencies and modes whose functionals are all zero."""
+    from scipy.sparse.linalg import LinearOperator, eigsh
+
+    size = len(answers)
+
+    def answer(force: Floats) -> Floats:
+        free = body.solve(force.reshape(-1, 1))
+        return np.asarray(free - answers @ (boundary @ (functionals @ free)))
+
+    inverse = LinearOperator((size, size), matvec=answer, dtype=float)
+    start = answer(np.random.default_rng(0).standard_normal(size))
+    squares, modes = eigsh(
+        body.stiffness, count, body.mass, sigma=0.0, OPinv=inverse, v0=start.ravel()
+    )
+    return squares, modes
+
+
+def _place(given: Any, what: str) -> Floats:
+    place = floats(what, given)
+    if place.shape != (3,):
+        raise InputError(f"{what} must be a place (x, y, z) [m], got {show(given)}")
+    return place
+
+
+def _point_rows(elements: Elements, place: Floats, what: str) -> Any:
+    """The three displacements at a place as functionals."""
+    every = np.arange(len(elements.mesh.cells))
+    point = elements.locate(place[None], every, nearest=24)
+    extent = float(np.ptp(elements.mesh.points, axis=0).max())
+    if point.distances[0] > 1e-3 * extent:
+        raise InputError(
+            f"{what} must lie on the bodies, got {tuple(map(float, place))}, "
+            f"{float(point.distances[0]):.3g} m away from them"
+        )
+    return elements.rows(point, np.ones(1), np.zeros(1, dtype=np.int64), 1)
+
+
+def _point_masses(elements: Elements, masses: Mapping[Any, float] | None) -> Any:
+    parts = []
+    for given, value in (masses or {}).items():
+        rows = _point_rows(elements, _place(given, "an added mass"), "an added mass")
+        parts.append(positive("an added mass", value, "kg", 0.01) * (rows.T @ rows))
+    return sum(parts[1:], parts[0]).tocsc() if parts else None
+
+
+def _sensors(elements: Elements, sensors: Mapping[str, Any] | None) -> tuple[tuple[str, ...], Any]:
+    """Names of the sensors and their displacements as functionals, sparse."""
+    from scipy import sparse
+
+    names, rows = [], []
+    for name, given in (sensors or {}).items():
+        try:
+            place, direction = given
+        except (TypeError, ValueError):
+            raise InputError(
+                f'sensor "{name}" must be a place and a direction, such as ((0.36, 0, 0), "z"), '
+                f"got {show(given)}"
+            ) from None
+        if isinstance(direction, str):
+            if direction not in _DIRECTIONS:
+                raise InputError(
+                    f'the direction of sensor "{name}" must be "x", "y", "z" or three numbers, got '
+                    f"{show(direction)}"
+                )
+            direction = _DIRECTIONS[direction]
+        way = _place(direction, f'the direction of sensor "{name}"')
+        length = math.sqrt(float(way @ way))
+        if length == 0.0:
+            raise InputError(f'the direction of sensor "{name}" must not be zero')
+        what = f'sensor "{name}"'
+        point = _point_rows(elements, _place(place, what), what)
+        rows.append(sparse.csr_matrix(way / length) @ point)
+        names.append(str(name))
+    if not rows:
+        return (), sparse.csr_matrix((0, elements.size))
+    return tuple(names), sparse.vstack(rows).tocsr()
+
+
+def _surface(mesh: JointMesh, elements: Elements, shapes: tuple[Floats, Floats]) -> Surface:
+    """The outside of the bodies with its motion, for pictures of modes."""
+    patterns = np.array(FACETS[mesh.kind])
+    facets = mesh.cells[:, patterns].reshape(-1, patterns.shape[1])
+    _, first, count = np.unique(
+        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    outside = facets[first[count == 1]]
+    corners, inverse = np.unique(outside, return_inverse=True)
+    index = elements.corner_dofs(corners)
+    motion = np.concatenate([part.reshape(-1, 3, part.shape[1])[index] for part in shapes], axis=2)
+    return Surface(
+        mesh.points[corners].astype(np.float32),
+        inverse.reshape(outside.shape).astype(np.int32),
+        motion.astype(np.float32),
+    )

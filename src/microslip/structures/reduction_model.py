@@ -1,0 +1,359 @@
+"""A bolted joint as a small linear model with patches, bolts and sensors."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._core.checks import Floats, floats, number, positive, show
+from microslip._core.files import reason, whole_file
+from microslip._core.frozen import Locked, lock
+from microslip._core.wording import quoted
+from microslip.errors import InputError
+from microslip.structures.form import gaps_at
+from microslip.structures.reduction_patches import Samples, mean_over
+
+if TYPE_CHECKING:
+    from microslip.friction import JointField
+    from microslip.normal import NormalLaw
+
+_KIND = "microslip-reduced-joint"
+_NESTED = ("samples", "surface")
+
+
+class Surface(NamedTuple):
+    """The outside of the bodies, and how it moves with each degree of freedom."""
+
+    points: NDArray[np.float32]
+    facets: NDArray[np.int32]
+    motion: NDArray[np.float32]
+    """(points, 3, degrees of freedom)."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedJoint(Locked):
+    """A bolted structure without its contact: mass, stiffness, patches and bolts.
+
+    :meth:`LapJoint.reduce` and :meth:`MeshedJoint.reduce` make it. Its degrees of freedom are, for
+    patch p, the mean relative displacement of its two faces along (3p), across (3p + 1) and apart
+    (3p + 2); then one elongation a bolt; then modes with immovable patches. Rigid motion is no part
+    of it. The law of the surface, its friction, the tension of the bolts and the form of the faces
+    come afterwards: one reduced model serves them all.
+
+    Parameters
+    ----------
+    mass, stiffness : ndarray
+        Matrices [kg], [N/m]; the stiffness holds the bolts, not the contact.
+    patch_areas : ndarray
+        Areas of the patches [m^2].
+    patch_gaps : ndarray
+        Form: gaps of the patches where nothing presses, the smallest of them zero [m].
+    patch_boxes : ndarray
+        x from, x to, y from, y to of each patch, along and across its contact [m].
+    patch_contacts : ndarray
+        Number [-] of the contact that each patch belongs to.
+    bolt_stiffness : ndarray
+        What takes the axial stress out of each bolt [N/m].
+    bolt_tension : ndarray
+        Tension of each bolt after tightening [N].
+    sensor_names : tuple of str
+        Names of the sensors.
+    sensor_rows : ndarray
+        Displacement of each sensor [-] by the degrees of freedom, (sensors, degrees of freedom).
+    samples : Samples
+        Sample points of the patches.
+    surface : Surface
+        The outside, for pictures.
+    full_size : int
+        Degrees of freedom before the reduction.
+    left_out : float
+        Share of the faces that had no partner [-].
+
+    Raises
+    ------
+    InputError
+        Never: it is made by what checks first.
+
+    Notes
+    -----
+    After Craig and Bampton (1968), DOI 10.2514/3.4741.
+    """
+
+    mass: Floats
+    stiffness: Floats
+    patch_areas: Floats
+    patch_gaps: Floats
+    patch_boxes: Floats
+    patch_contacts: NDArray[np.int64]
+    bolt_stiffness: Floats
+    bolt_tension: Floats
+    sensor_names: tuple[str, ...]
+    sensor_rows: Floats
+    samples: Samples
+    surface: Surface
+    full_size: int
+    left_out: float
+
+    def __post_init__(self) -> None:
+        for part in fields(self):
+            value = getattr(self, part.name)
+            for array in value if isinstance(value, tuple) else (value,):
+                if isinstance(array, np.ndarray):
+                    lock(array)
+
+    @property
+    def size(self) -> int:
+        """Number of degrees of freedom."""
+        return len(self.mass)
+
+    @property
+    def patches(self) -> int:
+        """Number of patches."""
+        return len(self.patch_areas)
+
+    @cached_property
+    def directions(self) -> Floats:
+        """Motions of the patches, (degrees of freedom, patches, 3): along, across, opening."""
+        result = np.zeros((self.size, self.patches, 3))
+        index = np.arange(3 * self.patches)
+        result[index, index // 3, index % 3] = 1.0
+        return lock(result)
+
+    @property
+    def patch_centres(self) -> Floats:
+        """Centres of the patches, along and across [m]."""
+        boxes = self.patch_boxes
+        return 0.5 * (boxes[:, [0, 2]] + boxes[:, [1, 3]])
+
+    @property
+    def _bolts(self) -> slice:
+        start = 3 * self.patches
+        return slice(start, start + len(self.bolt_stiffness))
+
+    def sensor(self, name: str) -> Floats:
+        """Displacement at a sensor [m] by the degrees of freedom.
+
+        Parameters
+        ----------
+        name : str
+            One of :attr:`sensor_names`.
+
+        Returns
+        -------
+        ndarray
+            A row to multiply with displacements; its values are forces of a unit there, too.
+
+        Raises
+        ------
+        InputError
+            A name that is not there.
+        """
+        if name not in self.sensor_names:
+            there = quoted(self.sensor_names) if self.sensor_names else "no sensor"
+            raise InputError(f"sensor must be {there}, got {show(name)}")
+        row: Floats = self.sensor_rows[self.sensor_names.index(name)]
+        return row
+
+    def with_form(self, form: ArrayLike | Any, factor: float = 1.0) -> ReducedJoint:
+        """The same joint with another form of its faces.
+
+        Parameters
+        ----------
+        form : callable or array_like
+            Gap between the faces where nothing presses: a function of x and y (arrays, along and
+            across the lap from its middle [m]) that gives gaps [m]; a table with the columns x, y
+            and gap [m], NaN where nothing was measured, such as two scans of the faces give; or
+            one gap [m] for each patch.
+        factor : float
+            What all gaps are multiplied with, such as 0 for flat faces or -1 for the reversed
+            form.
+
+        Returns
+        -------
+        ReducedJoint
+            A new one. A level common to all patches says nothing and is taken out.
+
+        Raises
+        ------
+        InputError
+            A form that is no number at a patch, or of another shape.
+
+        Notes
+        -----
+        A patch has the mean gap over its sample points.
+        """
+        factor = number("factor", factor)
+        table = None if callable(form) else floats("form", np.nan_to_num(np.asarray(form)))
+        if table is not None and table.ndim == 1:
+            if table.shape != (self.patches,):
+                raise InputError(
+                    f"form must have one gap for each of the {self.patches} patches, got shape "
+                    f"{table.shape}"
+                )
+            gaps = floats("form", form)
+        else:
+            gaps = mean_over(self.samples, gaps_at(form, self.samples.places), self.patches)
+        unknown = np.flatnonzero(~np.isfinite(gaps))
+        if unknown.size:
+            x, y = self.patch_centres[unknown[0]]
+            raise InputError(
+                f"form must give a gap to each patch, but says nothing about {unknown.size} of "
+                f"{self.patches}, the first at ({x:.4g}, {y:.4g}) m"
+            )
+        gaps = factor * gaps
+        return replace(self, patch_gaps=gaps - gaps.min())
+
+    def with_tension(self, tension: ArrayLike) -> ReducedJoint:
+        """The same joint with other tensions of its bolts [N], one number or one a bolt.
+
+        Parameters
+        ----------
+        tension : array_like
+            Tensions [N], above zero; one number, or of shape (bolts,).
+
+        Returns
+        -------
+        ReducedJoint
+            A new one.
+
+        Raises
+        ------
+        InputError
+            Other than one number or one a bolt, above zero.
+        """
+        given = floats("tension", tension)
+        bolts = len(self.bolt_stiffness)
+        if given.shape not in ((), (bolts,)):
+            raise InputError(
+                f"tension must be one number [N], or one for each of the {bolts} bolts, got shape "
+                f"{given.shape}"
+            )
+        for value in given.reshape(-1):
+            positive("tension", float(value), "N", 12e3)
+        return replace(self, bolt_tension=np.broadcast_to(given, (bolts,)).copy())
+
+    def field(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> JointField:
+        """The patches as nodes of a joint field, apart by their form.
+
+        Parameters
+        ----------
+        surface : NormalLaw
+            The normal load law of the surface, of any area.
+        friction_coefficient : array_like
+            Coulomb's coefficient [-], one number or of shape (patches,).
+
+        Returns
+        -------
+        JointField
+            One node a patch.
+
+        Raises
+        ------
+        InputError
+            As for :class:`microslip.JointField`.
+        """
+        from microslip.friction import JointField
+
+        return JointField(
+            surface, friction_coefficient, areas=self.patch_areas, gaps=self.patch_gaps
+        )
+
+    def tensions(self, displacement: ArrayLike, static_force: ArrayLike) -> Floats:
+        """Tensions of the bolts in a static state [N].
+
+        Parameters
+        ----------
+        displacement, static_force : array_like
+            Those of the state [m], [N], of shape (degrees of freedom,).
+
+        Returns
+        -------
+        ndarray
+            One a bolt.
+
+        Raises
+        ------
+        InputError
+            Arrays that are no numbers.
+        """
+        moved = floats("displacement", displacement)[self._bolts]
+        return self.bolt_stiffness * moved - floats("static_force", static_force)[self._bolts]
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write the model to an ``.npz`` file.
+
+        Parameters
+        ----------
+        path : str or path
+            The file, ending in ``.npz``.
+        overwrite : bool, optional
+            Whether a file in its place may be replaced.
+
+        Raises
+        ------
+        InputError
+            The file is there already, ends otherwise, or cannot be written.
+        """
+        file = Path(path)
+        if file.suffix.lower() != ".npz":
+            raise InputError(f"{file.name}: a reduced joint is written to an .npz file")
+        arrays: dict[str, Any] = {"kind": np.array(_KIND)}
+        for part in fields(self):
+            value = getattr(self, part.name)
+            if isinstance(value, (Samples, Surface)):
+                arrays |= {f"{part.name}_{k}": v for k, v in value._asdict().items()}
+            else:
+                arrays[part.name] = np.asarray(value)
+        arrays["sensor_names"] = np.array(self.sensor_names, dtype=np.str_)
+        with whole_file(file, overwrite) as stage, stage.open("wb") as stream:
+            np.savez_compressed(stream, **arrays)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> ReducedJoint:
+        """Read a model that :meth:`save` wrote.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+
+        Returns
+        -------
+        ReducedJoint
+            The same numbers.
+
+        Raises
+        ------
+        InputError
+            A file that is absent, damaged or of another kind.
+        """
+        file = Path(path)
+        try:
+            with np.load(file, allow_pickle=False) as content:
+                arrays = {name: content[name] for name in content.files}
+        except (OSError, EOFError) as error:
+            raise InputError(f"{file.name}: cannot be read: {reason(error)}") from None
+        except (ValueError, zipfile.BadZipFile, AttributeError) as error:
+            raise InputError(f"{file.name}: is no .npz file: {reason(error)}") from None
+        if str(arrays.get("kind", "")) != _KIND:
+            raise InputError(
+                f"{file.name}: holds no reduced joint; ReducedJoint.save writes such files"
+            )
+        try:
+            samples = Samples(*(arrays[f"samples_{k}"] for k in Samples._fields))
+            surface = Surface(*(arrays[f"surface_{k}"] for k in Surface._fields))
+            own: dict[str, Any] = {
+                f.name: arrays[f.name] for f in fields(cls) if f.name not in _NESTED
+            }
+        except KeyError as error:
+            raise InputError(f"{file.name}: is damaged: {error} is missing") from None
+        own["sensor_names"] = tuple(str(name) for name in own["sensor_names"])
+        own["full_size"], own["left_out"] = int(own["full_size"]), float(own["left_out"])
+        return cls(**own, samples=samples, surface=surface)

@@ -1,0 +1,260 @@
+"""Patches of contact faces: sample points that both sides share, and boxes that collect them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats, exact, floats, show
+from microslip.errors import InputError
+from microslip.structures.mesh import FACETS, ContactFaces, Indices, JointMesh
+from microslip.structures.reduction_elements import Elements, Points
+
+_SAMPLES = 6  # along each side of a facet
+_MOST_PATCHES = 2000
+
+
+class Frame(NamedTuple):
+    """Directions of a contact: along, across, and the normal from the lower to the upper side."""
+
+    origin: Floats
+    axes: Floats
+    """One direction a row."""
+
+
+class Samples(NamedTuple):
+    """Sample points of all contacts, and the patch of each."""
+
+    places: Floats
+    """In their contact's frame, along and across [m]."""
+    weights: Floats
+    """Area that each point stands for [m^2]."""
+    patches: Indices
+    """Patch of each point."""
+
+
+class Patches(NamedTuple):
+    """What patches are, and their relative displacements as functionals of the elements'."""
+
+    samples: Samples
+    areas: Floats
+    boxes: Floats
+    """x from, x to, y from, y to of each, in its contact's frame [m]."""
+    contacts: Indices
+    """Contact to which each belongs."""
+    functionals: Any
+    """Sparse, (3 patches, displacements): along, across, opening."""
+    left_out: float
+    """Share of the faces without a partner on the other side."""
+
+
+def patches_of(mesh: JointMesh, elements: Elements, wanted: Any, along: Floats | None) -> Patches:
+    """Sort the sample points of each contact into boxes and average over them.
+
+    Raises
+    ------
+    InputError
+        Boxes that hold no contact, faces that do not meet.
+    """
+    parts, offset, left_out, whole = [], 0, 0.0, 0.0
+    for number, contact in enumerate(mesh.contacts):
+        frame = contact_frame(mesh, contact, along)
+        places, weights = _sample(mesh.points[contact.lower])
+        lower = elements.locate(places, owners_of(mesh, contact.lower))
+        upper = _opposite(elements, places, owners_of(mesh, contact.upper), frame.axes[2])
+        extent = float(np.ptp(places, axis=0).max())
+        apart = upper.places - places
+        meet = np.linalg.norm(apart @ frame.axes[:2].T, axis=1) < 1e-6 * extent
+        meet &= abs(apart @ frame.axes[2]) < 0.02 * extent
+        whole += float(weights.sum())
+        left_out += float(weights[~meet].sum())
+        if not meet.any():
+            raise InputError(
+                f'the two faces of contact "{contact.name}" do not meet: no point of the first '
+                "lies on the second"
+            )
+        flat = (places - frame.origin) @ frame.axes.T
+        boxes = _boxes(wanted, *_common(mesh, contact, frame))
+        group = _sorted_into(boxes, flat[:, :2])
+        group[~meet] = -1
+        area = np.bincount(group[group >= 0], weights[group >= 0], minlength=len(boxes))
+        kept = area > 1e-3 * area.sum() / len(boxes)
+        if not kept.any():
+            raise InputError(f'no patch holds any of the faces of contact "{contact.name}"')
+        renamed = np.where(kept, np.cumsum(kept) - 1, -1)
+        group = np.where(group >= 0, renamed[group], -1)
+        used = group >= 0
+        area, boxes = area[kept], boxes[kept]
+        share = weights[used] / area[group[used]]
+        above, below = (
+            elements.rows(side.some(used), share, group[used], len(area)) for side in (upper, lower)
+        )
+        parts.append(
+            (
+                Samples(flat[used, :2], weights[used], group[used] + offset),
+                area,
+                boxes,
+                np.full(len(area), number),
+                _turned(above - below, frame.axes, len(area)),
+            )
+        )
+        offset += len(area)
+    from scipy import sparse
+
+    samples = Samples(*(np.concatenate(part) for part in zip(*(p[0] for p in parts), strict=True)))
+    areas, boxes, numbers = (np.concatenate([p[k] for p in parts]) for k in (1, 2, 3))
+    functionals = sparse.vstack([p[4] for p in parts]).tocsr()
+    return Patches(samples, areas, boxes, numbers, functionals, left_out / whole)
+
+
+def _turned(rows: Any, axes: Floats, count: int) -> Any:
+    from scipy import sparse
+
+    return sparse.kron(sparse.identity(count), axes, format="csr") @ rows
+
+
+def _opposite(elements: Elements, places: Floats, cells: Indices, normal: Floats) -> Points:
+    """Points on the other side, along the normal; that side may stand a little apart."""
+    points = elements.locate(places, cells)
+    for _ in range(2):
+        lifted = places + ((points.places - places) @ normal)[:, None] * normal
+        points = elements.locate(lifted, cells)
+    return points
+
+
+def _common(mesh: JointMesh, contact: ContactFaces, frame: Frame) -> tuple[Floats, Floats]:
+    """Least and greatest place along and across that both faces reach [m]."""
+    sides = [
+        ((mesh.points[facets].reshape(-1, 3) - frame.origin) @ frame.axes.T)[:, :2]
+        for facets in (contact.lower, contact.upper)
+    ]
+    low = np.max([side.min(axis=0) for side in sides], axis=0)
+    return low, np.min([side.max(axis=0) for side in sides], axis=0)
+
+
+def contact_frame(mesh: JointMesh, contact: ContactFaces, along: Floats | None) -> Frame:
+    """Directions of a contact, the normal outwards of its lower side."""
+    corners = mesh.points[contact.lower]
+    middle = corners.mean(axis=1)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
+    # Facets of files turn either way; outwards is away from the middle of their cell.
+    owners = owners_of(mesh, contact.lower)
+    outwards = middle - mesh.points[mesh.cells[owners]].mean(axis=1)
+    normals *= np.sign((normals * outwards).sum(axis=1))[:, None]
+    normal = normals.sum(axis=0)
+    if np.linalg.norm(normal) < 0.5 * np.linalg.norm(normals, axis=1).sum():
+        raise InputError(f'the faces of contact "{contact.name}" must be nearly flat')
+    normal /= np.linalg.norm(normal)
+    weight = np.linalg.norm(normals, axis=1)
+    origin = (0.5 * (middle.min(axis=0) + middle.max(axis=0))) if along is None else np.zeros(3)
+    if along is None:
+        spread = (middle - middle.mean(axis=0)) * np.sqrt(weight)[:, None]
+        spread -= np.outer(spread @ normal, normal)
+        along = np.linalg.svd(spread, full_matrices=False)[2][0]
+        along = along * np.sign(along[np.argmax(abs(along))])
+    first = along - (along @ normal) * normal
+    length = np.linalg.norm(first)
+    if length < 1e-6:
+        raise InputError("along must not be normal to the contact faces")
+    first = first / length
+    return Frame(origin, np.stack([first, np.cross(normal, first), normal]))
+
+
+def owners_of(mesh: JointMesh, facets: Indices) -> Indices:
+    """The cell of each facet."""
+    patterns = FACETS[mesh.kind]
+    width = len(patterns[0])
+    keys = np.sort(mesh.cells[:, patterns], axis=2).reshape(-1, width)
+    wanted = np.sort(facets, axis=1)
+    _, inverse = np.unique(np.concatenate([keys, wanted]), axis=0, return_inverse=True)
+    inverse = inverse.ravel()
+    cell = np.full(inverse.max() + 1, -1)
+    cell[inverse[: len(keys)]] = np.arange(len(keys)) // len(patterns)
+    found = cell[inverse[len(keys) :]]
+    if (found < 0).any():
+        raise InputError("contact faces must be sides of the cells of the bodies")
+    return np.asarray(found, dtype=np.int64)
+
+
+def _sample(corners: Floats) -> tuple[Floats, Floats]:
+    """Points spread evenly over facets, with the areas that they stand for."""
+    n = _SAMPLES
+    step = (np.arange(n) + 0.5) / n
+    if corners.shape[1] == 4:
+        u, v = (part.ravel() for part in np.meshgrid(step, step, indexing="ij"))
+        shape = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=1)
+        du = np.stack([v - 1, 1 - v, v, -v], axis=1)
+        dv = np.stack([u - 1, -u, u, 1 - u], axis=1)
+        tangents = [np.einsum("pc,fca->fpa", part, corners) for part in (du, dv)]
+        areas = np.linalg.norm(np.cross(*tangents), axis=2) / n**2
+    else:
+        up = [(i + 1 / 3, j + 1 / 3) for i in range(n) for j in range(n - i)]
+        down = [(i + 2 / 3, j + 2 / 3) for i in range(n - 1) for j in range(n - 1 - i)]
+        u, v = np.array(up + down).T / n
+        shape = np.stack([1 - u - v, u, v], axis=1)
+        sides = corners[:, 1:] - corners[:, :1]
+        areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2 / len(u)
+        areas = np.repeat(areas[:, None], len(u), axis=1)
+    places = np.einsum("pc,fca->fpa", shape, corners)
+    return places.reshape(-1, 3), areas.ravel()
+
+
+def _boxes(wanted: Any, low: Floats, high: Floats) -> Floats:
+    """Boxes as given, or so many along and across what the faces share."""
+    try:
+        counts = tuple(int(n) for n in wanted) if np.ndim(wanted) == 1 else None
+        plain = counts is not None and all(n == m for n, m in zip(counts, wanted, strict=True))
+    except (TypeError, ValueError):
+        raise InputError(_wanted(wanted)) from None
+    if counts is not None:
+        if not plain or len(counts) != 2 or min(counts) < 1:
+            raise InputError(_wanted(wanted))
+        if counts[0] * counts[1] > _MOST_PATCHES:
+            raise InputError(
+                f"patches must be at most {_MOST_PATCHES}, got {counts[0]} x {counts[1]}"
+            )
+        edges = [np.linspace(low[k], high[k], counts[k] + 1) for k in (0, 1)]
+        return np.array(
+            [
+                (edges[0][i], edges[0][i + 1], edges[1][j], edges[1][j + 1])
+                for i in range(counts[0])
+                for j in range(counts[1])
+            ]
+        )
+    boxes = floats("patches", wanted)
+    if boxes.ndim != 2 or boxes.shape[1] != 4:
+        raise InputError(_wanted(wanted))
+    if len(boxes) > _MOST_PATCHES:
+        raise InputError(f"patches must be at most {_MOST_PATCHES}, got {len(boxes)}")
+    wrong = np.flatnonzero((boxes[:, 0] >= boxes[:, 1]) | (boxes[:, 2] >= boxes[:, 3]))
+    if wrong.size:
+        row = ", ".join(exact(float(value)) for value in boxes[wrong[0]])
+        raise InputError(f"a patch must reach from less to more, got [{row}] m")
+    return boxes
+
+
+def _wanted(given: Any) -> str:
+    return (
+        "patches must be two whole numbers, along and across, such as (15, 2), or boxes of "
+        f"[x from, x to, y from, y to], got {show(given)}"
+    )
+
+
+def _sorted_into(boxes: Floats, places: Floats) -> Indices:
+    """The box of each place, the first that holds it; -1 for none."""
+    group = np.full(len(places), -1, dtype=np.int64)
+    for number in range(len(boxes) - 1, -1, -1):
+        x0, x1, y0, y1 = boxes[number]
+        within = (places[:, 0] >= x0) & (places[:, 0] <= x1)
+        group[within & (places[:, 1] >= y0) & (places[:, 1] <= y1)] = number
+    return group
+
+
+def mean_over(samples: Samples, values: Floats, count: int) -> Floats:
+    """Means of values at the sample points over each patch; NaN where no value is known."""
+    known = np.isfinite(values)
+    weights = np.where(known, samples.weights, 0.0)
+    total = np.bincount(samples.patches, weights * np.where(known, values, 0.0), minlength=count)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(total / np.bincount(samples.patches, weights, minlength=count))

@@ -1,0 +1,239 @@
+"""Bolted laps: their elements against beam theory, their reduction against the whole model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from laps import DENSITY, STEEL, beam, fork, small_joint, small_lap, timoshenko
+from scipy import io, linalg
+from scipy.sparse.linalg import eigsh
+
+import microslip as ms
+from microslip.structures.mesh import JointMesh
+from microslip.structures.reduction import Reducer
+from microslip.structures.reduction_elements import Elements
+from microslip.structures.reduction_patches import patches_of
+
+SHARED = Path(__file__).parents[3] / "shared"
+NEEDS = pytest.mark.skipif(not SHARED.exists(), reason="the beam in ../shared is not here")
+
+
+def frequencies(stiffness: Any, mass: Any, count: int) -> Any:
+    """Elastic frequencies of a free body [Hz]."""
+    squares = eigsh(stiffness, count + 6, mass, sigma=-1e5, return_eigenvectors=False)
+    return np.sqrt(np.sort(squares)[6:]) / (2.0 * np.pi)
+
+
+# -- elements --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["hexahedron", "tetra"])
+def test_a_solid_beam_bends_as_timoshenko_says(kind: str) -> None:
+    length, width, height = 0.4, 0.02, 0.03
+    wanted = np.sort(
+        np.concatenate(
+            [
+                timoshenko(STEEL, DENSITY, a, b, length, 2)
+                for a, b in ((width, height), (height, width))
+            ]
+        )
+    )[:3]
+    errors = []
+    for cells in (8, 32):
+        elements = Elements(beam(kind, (cells, 2, 2), (length, width, height)))
+        errors.append(frequencies(*elements.matrices(), 3) / wanted - 1.0)
+    # Elements are too stiff and become right; the theory itself is good to some 3e-4 here.
+    assert (abs(errors[1]) < 1.5e-3).all()
+    assert (abs(errors[1]) < abs(errors[0])).all()
+    assert (errors[0] > 0.0).all()
+
+
+def test_matrices_know_rigid_motion_and_mass() -> None:
+    elements = Elements(beam("hexahedron", (3, 2, 2), (0.3, 0.02, 0.03)))
+    stiffness, mass = elements.matrices()
+    rigid = elements.rigid_motion
+    assert abs(stiffness @ rigid).max() < 1e-13 * abs(stiffness).max()
+    np.testing.assert_allclose(
+        (rigid.T @ (mass @ rigid))[:3, :3], DENSITY * 0.3 * 0.02 * 0.03 * np.eye(3), atol=1e-12
+    )
+    inertia = rigid.T @ (mass @ rigid)
+    whole = DENSITY * 0.3 * 0.02 * 0.03
+    np.testing.assert_allclose(inertia[3, 3], whole * (0.02**2 + 0.03**2) / 12.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["hexahedron", "tetra"])
+def test_uniform_strain_is_exact(kind: str) -> None:
+    elements = Elements(beam(kind, (3, 2, 2), (0.3, 0.02, 0.03)))
+    stiffness, _ = elements.matrices()
+    places = elements.places
+    nu = STEEL.poisson_ratio
+    stretched = (places * np.array([1.0, -nu, -nu])).reshape(-1)
+    energy = 0.5 * stretched @ (stiffness @ stretched)
+    np.testing.assert_allclose(energy, 0.5 * STEEL.young_modulus * 0.3 * 0.02 * 0.03, rtol=1e-12)
+
+
+def test_the_mass_of_a_lap_joint_is_that_of_its_drawing() -> None:
+    lap = small_lap()
+    mesh = lap.mesh(STEEL, DENSITY, element_size=0.012)
+    elements = Elements(mesh)
+    bolts = lap.bolts
+    parts = lap.length * lap.width * lap.thickness - 0.25 * np.pi * bolts.hole**2 * lap.thickness
+    volumes = [elements.volume(body.cells) for body in mesh.bodies]
+    np.testing.assert_allclose(sum(volumes[:2]), parts, rtol=1e-12)
+    shank = 0.25 * np.pi * bolts.shank**2 * lap.thickness
+    head = 0.25 * np.pi * bolts.washer**2 * bolts.head
+    np.testing.assert_allclose(volumes[2], shank + 2.0 * head, rtol=1e-12)
+
+
+# -- reduction -------------------------------------------------------------------------------------
+
+
+def test_rigid_motion_moves_no_patch_even_where_the_meshes_do_not_match() -> None:
+    for mesh in (fork(5, 8), small_lap().mesh(STEEL, DENSITY, element_size=0.012)):
+        elements = Elements(mesh)
+        patched = patches_of(mesh, elements, (3, 2), None)
+        rigid = patched.functionals @ elements.rigid_motion
+        assert abs(rigid).max() < 1e-12
+        assert patched.left_out == 0.0
+
+
+def test_contact_forces_are_those_of_the_bolts() -> None:
+    """Opening all patches as the bolts get longer costs nothing but the bolts' stiffness."""
+    joint = small_joint()
+    motion = np.zeros(joint.size)
+    motion[2 : 3 * joint.patches : 3] = 1.0
+    bolts = slice(3 * joint.patches, 3 * joint.patches + 1)
+    motion[bolts] = 1.0
+    force = joint.stiffness @ motion
+    force[bolts] -= joint.bolt_stiffness
+    assert abs(force).max() < 1e-10 * joint.bolt_stiffness.max()
+
+
+def whole_frequencies(mesh: JointMesh, springs: float, count: int) -> Any:
+    """Frequencies of all elements with springs between the patches' means [Hz]."""
+    elements = Elements(mesh)
+    stiffness, mass = elements.matrices()
+    functionals = patches_of(mesh, elements, (3, 2), None).functionals
+    return frequencies(stiffness + springs * functionals.T @ functionals, mass, count)
+
+
+@pytest.mark.parametrize("springs", [1e5, 1e7, 1e9])
+def test_the_reduced_model_is_as_stiff_as_the_whole(springs: float) -> None:
+    mesh = fork(5, 8)
+    wanted = whole_frequencies(mesh, springs, 4)
+    errors = []
+    for kept in (4, 16, 64):
+        joint = Reducer(mesh, None, None).reduce(tension=1e3, patches=(3, 2), kept_modes=kept)
+        index = np.arange(3 * joint.patches)
+        stiffness = joint.stiffness.copy()
+        stiffness[index, index] += springs
+        squares = linalg.eigh(stiffness, joint.mass, eigvals_only=True)[:4]
+        errors.append(np.sqrt(squares) / (2.0 * np.pi) / wanted - 1.0)
+    assert min(error.min() for error in errors) > -1e-9, "a reduced model is never softer"
+    most = [error.max() for error in errors]
+    assert most[2] < 3e-4
+    assert most[0] > most[1] > most[2]
+
+
+def test_a_sensor_moves_with_its_place_and_an_added_mass_lowers_frequencies() -> None:
+    mesh = fork(5, 8)
+    sensors = {"end": ((0.05, 0.0, 0.0), "z"), "aslant": ((0.0, 0.01, 0.01), (1.0, 0.0, 1.0))}
+    plain = Reducer(mesh, None, None).reduce(tension=1e3, patches=(3, 2), sensors=sensors)
+    heavy = Reducer(mesh, {(0.05, 0.0, 0.01): 0.05}, None).reduce(tension=1e3, patches=(3, 2))
+    first = [linalg.eigh(j.stiffness, j.mass, eigvals_only=True)[0] for j in (plain, heavy)]
+    assert first[1] < 0.8 * first[0]
+    # Compliance there, by the reduced and by the whole model.
+    elements = Elements(mesh)
+    place = np.array([[0.0, 0.01, 0.01]])
+    point = elements.locate(place, np.arange(len(mesh.cells)), nearest=24)
+    row = elements.rows(point, np.ones(1), np.zeros(1, dtype=np.int64), 1)
+    np.testing.assert_allclose(row @ elements.places.reshape(-1), place[0], atol=1e-15)
+    assert plain.sensor("aslant") @ plain.sensor("aslant") > 0.0
+    with pytest.raises(ms.InputError, match='sensor must be "end" or "aslant", got \'tip\''):
+        plain.sensor("tip")
+
+
+def test_patches_may_be_boxes_and_their_means_do_not_depend_on_their_number() -> None:
+    mesh = fork(4, 6)
+    reducer = Reducer(mesh, None, None)
+    even = reducer.reduce(tension=1e3, patches=(2, 1))
+    boxes = reducer.reduce(tension=1e3, patches=even.patch_boxes)
+    np.testing.assert_allclose(boxes.stiffness, even.stiffness, rtol=1e-9, atol=1.0)
+    fine = reducer.reduce(tension=1e3, patches=(8, 4))
+    np.testing.assert_allclose(fine.patch_areas.sum(), even.patch_areas.sum(), rtol=1e-12)
+
+
+# -- the Brake-Reuss beam --------------------------------------------------------------------------
+
+PUBLISHED = {0.0: (168.5, 580.4, 1177.6), 1.0: (180.6, 595.3, 1199.9)}
+BEAM_STEEL = ms.Material(192.31e9, 0.3)
+
+
+def brake_reuss() -> ms.LapJoint:
+    """Dimensions by Porter and Brake (2023), DOI 10.1016/j.ymssp.2023.110210."""
+    bolts = ms.Bolts(
+        [-0.03, 0.0, 0.03], shank=0.00794, hole=0.0084, washer=0.01746, tension=12.25e3
+    )
+    return ms.LapJoint(length=0.72, width=0.0254, thickness=0.0254, lap=0.12, bolts=bolts)
+
+
+def pressed(joint: ms.ReducedJoint, surface: Any) -> tuple[Any, Any, Any]:
+    """Loads of the patches, stuck frequencies [Hz] and modes, by a Newton method of its own."""
+    opening = 3 * np.arange(joint.patches) + 2
+    bolts = 3 * joint.patches + np.arange(len(joint.bolt_stiffness))
+    loose = joint.stiffness.copy()
+    loose[bolts, bolts] -= joint.bolt_stiffness
+    pull = np.zeros(joint.size)
+    pull[bolts] = -joint.bolt_tension
+    x = np.zeros(joint.size)
+    x[opening] = -5e-6
+
+    def forces(x: Any) -> tuple[Any, Any, Any]:
+        separation = x[opening] + joint.patch_gaps
+        load = joint.patch_areas * surface.load(separation)
+        rest = loose @ x - pull
+        rest[opening] -= load
+        return rest, load, joint.patch_areas * surface.stiffness(separation)
+
+    for _ in range(100):
+        rest, load, stiff = forces(x)
+        if abs(rest).max() < 1e-8 * joint.bolt_tension.max():
+            break
+        tangent = loose.copy()
+        tangent[opening, opening] += stiff + 1e3
+        step = -np.linalg.solve(tangent, rest)
+        while step @ forces(x + step)[0] > 0.0 and abs(step).max() > 1e-15:
+            step *= 0.5
+        x = x + step
+    stuck = joint.stiffness.copy()
+    stuck[opening, opening] += stiff
+    for axis in (1, 2):
+        stuck[opening - axis, opening - axis] += stiff / surface.pair.stiffness_ratio
+    squares, shapes = linalg.eigh(stuck, joint.mass)
+    return load, np.sqrt(squares) / (2.0 * np.pi), shapes
+
+
+@NEEDS
+def test_the_beam_has_the_published_frequencies_flat_and_with_its_form() -> None:
+    file = SHARED / "data/scans/brb_surface_data.mat"
+    pair = ms.MaterialPair(BEAM_STEEL, BEAM_STEEL)
+    surface = ms.read_gap_table(file).to_surface(pair, area=1.0)
+    form = io.loadmat(file)["mesoscale_xygap"]
+    flat = brake_reuss().reduce(BEAM_STEEL, 7784.3, sensors={"tip": ((0.36, 0, 0), "z")})
+    reference = np.load(SHARED / "reference/brb_reduced.npz")
+    np.testing.assert_allclose(flat.patch_areas.sum(), brake_reuss().face_area, rtol=1e-12)
+    formed = flat.with_form(form)
+    # The other model averaged the same map over slightly other patches.
+    assert abs(formed.patch_gaps - reference["patch_gaps"]).max() < 3e-6
+    for factor, published in PUBLISHED.items():
+        load, found, shapes = pressed(flat.with_form(form, factor), surface)
+        np.testing.assert_allclose(load.sum(), 3 * 12.25e3, rtol=1e-7)
+        up = abs(flat.sensor("tip") @ shapes)
+        bending = found[up > 0.3 * up[0]][:3]
+        np.testing.assert_allclose(bending, published, rtol=0.012)
+    # Fixed-interface frequencies against the other model, its own mesh.
+    ours, theirs = (np.sqrt(np.diag(k)[93:]) for k in (flat.stiffness, reference["stiffness"]))
+    np.testing.assert_allclose(ours, theirs, rtol=0.015)

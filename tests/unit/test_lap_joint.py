@@ -1,0 +1,308 @@
+"""Bolts, laps and reduced joints: what they refuse, what they keep, what files give back."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from laps import DENSITY, STEEL, fork, small_joint, small_lap
+
+import microslip as ms
+
+GOOD: dict[str, Any] = {
+    "positions": [0.0], "shank": 0.006, "hole": 0.0066, "washer": 0.012,
+}  # fmt: skip
+
+
+# -- bolts -----------------------------------------------------------------------------------------
+
+
+def test_torque_by_a_nut_factor() -> None:
+    bolts = ms.Bolts(**GOOD, torque=12.0, thread=0.006, nut_factor=0.2)
+    np.testing.assert_allclose(bolts.tension, [10e3])
+
+
+def test_torque_by_vdi_2230() -> None:
+    """M8, both frictions 0.12: 0.16 P + 0.58 d2 mu + D mu / 2."""
+    given = {"positions": [0.0, 0.03], "shank": 0.008, "hole": 0.009, "washer": 0.013}
+    bolts = ms.Bolts(
+        **given, torque=[24.6, 12.3], thread=0.008, pitch=0.00125, thread_friction=0.12,
+        bearing_friction=0.12,
+    )  # fmt: skip
+    by_hand = 0.16 * 1.25e-3 + 0.58 * 7.188e-3 * 0.12 + 0.5 * 11e-3 * 0.12
+    # The rule of thumb is rounded to two digits.
+    np.testing.assert_allclose(bolts.tension, np.array([24.6, 12.3]) / by_hand, rtol=5e-3)
+    assert math.isclose(bolts.tension[0] / bolts.tension[1], 2.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"torque": 10.0}, "a torque needs the nominal diameter of the thread"),
+        ({"torque": 10.0, "thread": 0.006}, "a torque needs one rule: nut_factor"),
+        (
+            {"torque": 10.0, "thread": 0.006, "nut_factor": 0.2, "pitch": 0.001},
+            "a torque needs one rule",
+        ),
+        (
+            {"torque": 10.0, "thread": 0.006, "pitch": 0.02, "thread_friction": 0.1,
+             "bearing_friction": 0.1},
+            "pitch must be small beside the thread",
+        ),
+        ({}, "bolts need their tension or their tightening torque, for example tension=12e3"),
+        ({"tension": 1e3, "torque": 1.0}, "bolts need .*, not both"),
+        ({"tension": [1e3, 2e3]}, "one for each of the 1 bolts, got shape"),
+        ({"tension": -1e3}, "tension must be above zero"),
+        ({"tension": 1e3, "hole": 0.005}, "a shank must fit into its hole"),
+        ({"tension": 1e3, "washer": 0.0065}, "the washer must cover the hole"),
+        ({"tension": 1e3, "positions": [0.0, 0.0]}, "positions must differ"),
+        ({"tension": 1e3, "positions": [[0.0, 0.0, 0.0]]}, "pairs along and across it?, got shape"),
+        ({"tension": 1e3, "material": "steel"}, "material must be a Material"),
+    ],
+)  # fmt: skip
+def test_bolts_that_are_none(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ms.InputError, match=message):
+        ms.Bolts(**(GOOD | given))
+
+
+# -- laps ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"lap": 0.3}, "lap must be shorter than the length"),
+        ({"style": "scarf"}, 'style must be "half-lap" or "single-lap"'),
+        ({"bolts": 3}, "bolts must be ms.Bolts"),
+        ({"width": 0.0}, "width must be above zero"),
+        (
+            {"bolts": ms.Bolts(**(GOOD | {"positions": [0.04]}), tension=1e3)},
+            r"bolt 1 at \(0.04, 0\) m lies outside the lap, which reaches to ±0.015 m along",
+        ),
+        (
+            {"bolts": ms.Bolts(**(GOOD | {"positions": [0.012]}), tension=1e3)},
+            "the washer of bolt 1 .* reaches over the edge of the lap, 0.003 m from its centre",
+        ),
+        (
+            {
+                "lap": 0.08,
+                "bolts": ms.Bolts(**(GOOD | {"positions": [0.0, 0.01]}), tension=1e3),
+            },
+            "bolts need 0.01224 m between their rows and columns",
+        ),
+    ],
+)
+def test_laps_that_are_none(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ms.InputError, match=message):
+        small_lap(**changes)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"material": ms.Material.rigid()}, "neither rigid nor incompressible"),
+        ({"material": "steel"}, "material must be a Material"),
+        ({"density": 0.0}, "density must be above zero"),
+        ({"element_size": -1.0}, "element_size must be above zero"),
+        ({"element_size": 1e-4}, "above the 10000 that memory is meant for"),
+        ({"patches": 3}, r"patches must be two whole numbers, along and across, such as \(15, 2\)"),
+        ({"patches": (0, 2)}, "patches must be two whole numbers"),
+        ({"patches": (2.5, 2)}, "patches must be two whole numbers"),
+        ({"patches": (1000, 1000)}, "patches must be at most"),
+        ({"patches": [[0.0, -0.01, 0.0, 0.01]]}, "a patch must reach from less to more"),
+        ({"patches": [[1.0, 1.1, 0.0, 0.01]]}, "no patch holds any of the faces"),
+        ({"kept_modes": 0}, "kept_modes must be a whole number above zero"),
+        ({"sensors": {"tip": (9, 9, 9)}}, 'sensor "tip" must be a place and a direction'),
+        ({"sensors": {"tip": ((1.0, 0, 0), "z")}}, 'sensor "tip" must lie on the bodies'),
+        ({"sensors": {"tip": ((0.1, 0, 0), "w")}}, 'the direction of sensor "tip" must be "x"'),
+        ({"sensors": {"tip": ((0.1, 0, 0), (0, 0, 0))}}, "must not be zero"),
+        ({"masses": {(5.0, 0.0, 0.0): 0.1}}, "an added mass must lie on the bodies"),
+        ({"masses": {(0.1, 0.0, 0.0): -0.1}}, "an added mass must be above zero"),
+    ],
+)
+def test_reductions_that_are_none(given: dict[str, Any], message: str) -> None:
+    wanted = {"material": STEEL, "density": DENSITY, "patches": (2, 1), "element_size": 0.012}
+    with pytest.raises(ms.InputError, match=message):
+        small_lap().reduce(**(wanted | given))
+
+
+def test_single_laps_and_rows_of_bolts() -> None:
+    bolts = ms.Bolts(
+        [(-0.02, -0.02), (0.02, 0.02)], shank=0.006, hole=0.0066, washer=0.012, tension=[4e3, 5e3]
+    )
+    plates = ms.LapJoint(
+        length=0.3, width=0.08, thickness=0.004, lap=0.08, bolts=bolts, style="single-lap"
+    )
+    mesh = plates.mesh(STEEL, DENSITY, element_size=0.02)
+    heights = mesh.points[mesh.cells[mesh.bodies[0].cells]][..., 2]
+    assert heights.min() == pytest.approx(-0.004)
+    assert heights.max() == 0.0
+    assert len(mesh.shanks) == 2
+    contact = mesh.contacts[0]
+    np.testing.assert_array_equal(mesh.points[contact.lower], mesh.points[contact.upper])
+    assert np.intersect1d(contact.lower, contact.upper).size == 0
+
+
+# -- reduced joints --------------------------------------------------------------------------------
+
+
+def test_what_is_saved_is_read_again(tmp_path: Path) -> None:
+    joint = small_joint().with_form(lambda x, y: 1e-6 + 1e-3 * x**2)
+    joint.save(tmp_path / "joint.npz")
+    again = ms.ReducedJoint.load(tmp_path / "joint.npz")
+    for name in ("mass", "stiffness", "patch_gaps", "sensor_rows", "bolt_tension"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(joint, name))
+    assert again.sensor_names == ("tip",)
+    assert again.full_size == joint.full_size
+    np.testing.assert_array_equal(again.surface.motion, joint.surface.motion)
+    with pytest.raises(ms.InputError, match="exists; replace it with overwrite=True"):
+        joint.save(tmp_path / "joint.npz")
+    with pytest.raises(ms.InputError, match=r"is written to an .npz file"):
+        joint.save(tmp_path / "joint.mat")
+
+
+def test_files_that_hold_no_joint(tmp_path: Path) -> None:
+    with pytest.raises(ms.InputError, match=r"nothing.npz: cannot be read"):
+        ms.ReducedJoint.load(tmp_path / "nothing.npz")
+    (tmp_path / "text.npz").write_text("no arrays")
+    with pytest.raises(ms.InputError, match=r"text.npz"):
+        ms.ReducedJoint.load(tmp_path / "text.npz")
+    np.savez(tmp_path / "other.npz", mass=np.eye(2))
+    with pytest.raises(ms.InputError, match="holds no reduced joint"):
+        ms.ReducedJoint.load(tmp_path / "other.npz")
+    np.savez(tmp_path / "half.npz", kind=np.array("microslip-reduced-joint"))
+    with pytest.raises(ms.InputError, match="is damaged"):
+        ms.ReducedJoint.load(tmp_path / "half.npz")
+
+
+def test_form_by_function_table_and_patch() -> None:
+    joint = small_joint()
+    x, y = joint.samples.places.T
+    table = np.stack([x, y, 1e-6 + 3e-4 * x], axis=1)
+    by_function = joint.with_form(lambda x, y: 1e-6 + 3e-4 * x)
+    by_table = joint.with_form(table)
+    np.testing.assert_allclose(by_table.patch_gaps, by_function.patch_gaps, atol=1e-15)
+    assert by_function.patch_gaps.min() == 0.0
+    # A gap that rises linearly has the value of the centre of area, here by samples.
+    np.testing.assert_allclose(np.ptp(by_function.patch_gaps), 3e-4 * 0.02, rtol=1e-3)
+    np.testing.assert_allclose(
+        joint.with_form(by_table.patch_gaps).patch_gaps, by_table.patch_gaps, atol=1e-20
+    )
+    reversed_ = joint.with_form(table, -1.0).patch_gaps
+    np.testing.assert_allclose(reversed_ + by_table.patch_gaps, np.ptp(by_table.patch_gaps))
+    assert not joint.with_form(table, 0.0).patch_gaps.any()
+
+
+@pytest.mark.parametrize(
+    ("form", "message"),
+    [
+        (lambda x, y: x[:2], "one gap .* a place, got shape"),
+        (lambda x, y: x.missing, "it failed: AttributeError"),
+        (np.zeros((3, 2)), "a table with the columns x, y and gap"),
+        (np.zeros(5), "one gap for each of the 6 patches"),
+        (np.zeros((2, 3)), "at least 4 places"),
+        (np.zeros((9, 3)), "places that differ"),
+        (lambda x, y: np.where(x > 0.0, 1e-6, np.nan), "says nothing about 2 of 6"),
+    ],
+)
+def test_forms_that_are_none(form: Any, message: str) -> None:
+    with pytest.raises(ms.InputError, match=message):
+        small_joint().with_form(form)
+
+
+def test_other_tensions() -> None:
+    assert small_joint().with_tension(7e3).bolt_tension == [7e3]
+    with pytest.raises(ms.InputError, match="one for each of the 1 bolts"):
+        small_joint().with_tension([1e3, 2e3])
+    with pytest.raises(ms.InputError, match="tension must be above zero"):
+        small_joint().with_tension(0.0)
+
+
+# -- meshes of one's own ---------------------------------------------------------------------------
+
+
+def written(path: Path, *, nameless: bool = False) -> Path:
+    """The fork as a file of Gmsh or Abaqus."""
+    import meshio
+
+    mesh = fork(5, 8)
+    contact = mesh.contacts[0]
+    names = {"post": 1, "low": 2, "high": 3, "low face": 4, "high face": 5}
+    solids = np.empty(len(mesh.cells), dtype=int)
+    for body in mesh.bodies:
+        solids[body.cells] = names[body.name]
+    faces = np.concatenate([contact.lower, contact.upper])
+    tags = np.repeat([4, 5], [len(contact.lower), len(contact.upper)])
+    blocks = [("hexahedron", mesh.cells), ("quad", faces)]
+    if path.suffix == ".inp":
+        sets = {body.name: [body.cells, np.zeros(0, dtype=int)] for body in mesh.bodies} | {
+            "unused": [np.zeros(0, dtype=int), np.arange(3)]
+        }
+        nodes = {"low face": np.unique(contact.lower), "high face": np.unique(contact.upper)}
+        meshio.Mesh(mesh.points, blocks, cell_sets=sets, point_sets=nodes).write(path)
+        return path
+    data = {} if nameless else {
+        "gmsh:physical": [solids, tags], "gmsh:geometrical": [solids, tags]
+    }  # fmt: skip
+    field = {} if nameless else {n: np.array([t, 3 if t < 4 else 2]) for n, t in names.items()}
+    meshio.Mesh(mesh.points, blocks, cell_data=data, field_data=field).write(
+        path, file_format="gmsh22" if path.suffix == ".msh" else None
+    )
+    return path
+
+
+NAMED: dict[str, Any] = {
+    "bodies": dict.fromkeys(("post", "low", "high"), (STEEL, DENSITY)),
+    "contacts": [("low face", "high face")],
+    "bolts": {"post": 1e3},
+}
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".inp"])
+def test_a_mesh_of_ones_own_gives_the_same_joint(tmp_path: Path, suffix: str) -> None:
+    from microslip.structures.reduction import Reducer
+
+    read = ms.MeshedJoint.read(written(tmp_path / f"fork{suffix}"), **NAMED).reduce((3, 2))
+    own = Reducer(fork(5, 8), None, None).reduce(tension=1e3, patches=(3, 2))
+    np.testing.assert_allclose(read.stiffness[:19, :19], own.stiffness[:19, :19], rtol=1e-6)
+    np.testing.assert_allclose(read.patch_areas, own.patch_areas, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"bodies": {}}, "bodies must be named, got none"),
+        ({"bolts": {}}, "bolts must be named, got none"),
+        ({"bodies": {"post": (STEEL, DENSITY)}}, "belong to none of the bodies"),
+        ({"bodies": {"post": STEEL}}, 'body "post" must have a material and a density'),
+        ({"bolts": {"pots": 1e3}}, 'has no volume "pots"; did you mean "post"'),
+        ({"bolts": {"post": -1e3}}, 'the tension of bolt "post" must be above zero'),
+        (
+            {"contacts": [("low face", "hi face")]},
+            'has no face "hi face"; did you mean "high face"',
+        ),
+        ({"contacts": ["low face"]}, "a contact must be two names"),
+        ({"contacts": [("low face", "low face")]}, "share nodes"),
+        ({"scale": 1e6}, "if it is in millimetres, write scale=1e-3"),
+    ],
+)
+def test_meshes_that_do_not_fit(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
+    path = written(tmp_path / "fork.msh")
+    with pytest.raises(ms.InputError, match=message):
+        ms.MeshedJoint.read(path, **(NAMED | changes))
+
+
+def test_meshes_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(ms.InputError, match="there is no such file"):
+        ms.MeshedJoint.read(tmp_path / "none.msh", **NAMED)
+    with pytest.raises(ms.InputError, match="has no names; name its volumes and faces"):
+        ms.MeshedJoint.read(written(tmp_path / "bare.vtk", nameless=True), **NAMED)
+    (tmp_path / "broken.msh").write_text("$MeshFormat\nnonsense")
+    with pytest.raises(ms.InputError, match=r"broken.msh: meshio cannot read it"):
+        ms.MeshedJoint.read(tmp_path / "broken.msh", **NAMED)
+    (tmp_path / "mesh.odd").write_text("")
+    with pytest.raises(ms.InputError, match=r"mesh.odd: meshio cannot read it"):
+        ms.MeshedJoint.read(tmp_path / "mesh.odd", **NAMED)

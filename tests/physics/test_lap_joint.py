@@ -166,6 +166,22 @@ def test_patches_may_be_boxes_and_their_means_do_not_depend_on_their_number() ->
     np.testing.assert_allclose(fine.patch_areas.sum(), even.patch_areas.sum(), rtol=1e-12)
 
 
+def test_tightened_bolts_have_their_tension_and_press_the_faces_with_it() -> None:
+    pair = ms.MaterialPair(STEEL, STEEL)
+    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4)
+    unit = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1.0)
+    for joint in (small_joint(), small_joint().with_form(lambda x, y: 2e-2 * x**2, -1.0)):
+        state = joint.tightened(surface, 0.2)
+        assert state.equilibrium_error < 1e-12
+        np.testing.assert_allclose(state.normal_loads.sum(), 5e3, rtol=1e-10)
+        tensions = joint.tensions(state.displacement, state.static_force)
+        np.testing.assert_allclose(tensions, 5e3, rtol=1e-10)
+    # Another solver of the same balance.
+    load, found, _ = pressed(joint, unit)
+    np.testing.assert_allclose(state.normal_loads, load, rtol=1e-5, atol=1e-3)
+    np.testing.assert_allclose(state.modes(0, [1e-9]).frequency, found[0], rtol=1e-4)
+
+
 # -- the Brake-Reuss beam --------------------------------------------------------------------------
 
 PUBLISHED = {0.0: (168.5, 580.4, 1177.6), 1.0: (180.6, 595.3, 1199.9)}

@@ -7,7 +7,7 @@ import zipfile
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,12 +17,12 @@ from microslip._core.files import reason, whole_file
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import quoted
 from microslip.errors import InputError
+from microslip.friction import JointField
+from microslip.normal import NormalLaw
 from microslip.structures.form import gaps_at
+from microslip.structures.preload import Preload
 from microslip.structures.reduction_patches import Samples, mean_over
-
-if TYPE_CHECKING:
-    from microslip.friction import JointField
-    from microslip.normal import NormalLaw
+from microslip.structures.structure import Structure
 
 _KIND = "microslip-reduced-joint"
 _NESTED = ("samples", "surface")
@@ -259,11 +259,91 @@ class ReducedJoint(Locked):
         InputError
             As for :class:`microslip.JointField`.
         """
-        from microslip.friction import JointField
-
         return JointField(
             surface, friction_coefficient, areas=self.patch_areas, gaps=self.patch_gaps
         )
+
+    def structure(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Structure:
+        """The joint with its contact, the bolts not yet tight.
+
+        Parameters
+        ----------
+        surface : NormalLaw
+            The normal load law of the surface.
+        friction_coefficient : array_like
+            Coulomb's coefficient [-], one number or of shape (patches,).
+
+        Returns
+        -------
+        Structure
+            The reduced matrices with the field attached.
+
+        Raises
+        ------
+        InputError
+            As for :class:`microslip.JointField`.
+        """
+        field = self.field(surface, friction_coefficient)
+        return Structure(self.mass, self.stiffness).attach(field, directions=self.directions)
+
+    def static_force(self, surface: NormalLaw) -> Floats:
+        """The forces of the tightened bolts, beside their own stiffness [N].
+
+        Parameters
+        ----------
+        surface : NormalLaw
+            The normal load law of the surface.
+
+        Returns
+        -------
+        ndarray
+            One force a degree of freedom: with them :meth:`Structure.preload` comes to the
+            tensions of the bolts.
+
+        Raises
+        ------
+        InputError
+            A surface that cannot carry the bolts.
+
+        Notes
+        -----
+        While bolts are tightened their axial stiffness is taken out, and their tension pulls; then
+        it is put back, in the state so found.
+        """
+        pull = np.zeros(self.size)
+        pull[self._bolts] = -self.bolt_tension
+        index = np.arange(self.size)[self._bolts]
+        loose = self.stiffness.copy()
+        loose[index, index] -= self.bolt_stiffness
+        state = (
+            Structure(self.mass, loose)
+            .attach(self.field(surface, 1.0), directions=self.directions)
+            .preload(pull)
+        )
+        pull[self._bolts] += self.bolt_stiffness * state.displacement[self._bolts]
+        return pull
+
+    def tightened(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Preload:
+        """The joint with its bolts tight: where pressures, modes and responses come from.
+
+        Parameters
+        ----------
+        surface : NormalLaw
+            The normal load law of the surface.
+        friction_coefficient : array_like
+            Coulomb's coefficient [-], one number or of shape (patches,).
+
+        Returns
+        -------
+        Preload
+            The static state, with ``modes``, ``forced_response`` and ``integrate``.
+
+        Raises
+        ------
+        InputError
+            As for :class:`microslip.JointField` and :meth:`Structure.preload`.
+        """
+        return self.structure(surface, friction_coefficient).preload(self.static_force(surface))
 
     def tensions(self, displacement: ArrayLike, static_force: ArrayLike) -> Floats:
         """Tensions of the bolts in a static state [N].

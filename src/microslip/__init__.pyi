@@ -40,6 +40,7 @@ from .normal import GreenwoodWilliamson as GreenwoodWilliamson
 from .normal import NormalLaw as NormalLaw
 from .normal import SphereOnFlat as SphereOnFlat
 from .normal import TabulatedNormalLaw as TabulatedNormalLaw
+from .normal import TightenedSurface as TightenedSurface
 from .scans import GapTable as GapTable
 from .scans import Scan as Scan
 from .scans import Summits as Summits

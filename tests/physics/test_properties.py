@@ -503,6 +503,16 @@ def rescaled(joint: ms.Interface, length: float, force: float) -> ms.Interface:
             heights = ms.Exponential(heights.scale * length)
         else:
             heights = ms.Discrete(np.asarray(heights.values) * length)
+        if isinstance(surface, ms.TightenedSurface):
+            made = ms.TightenedSurface(
+                pair,
+                heights,
+                surface.radius * length,
+                surface.summit_count,
+                surface.tightening_load * force,
+                surface.yield_stress * force / length**2,
+            )
+            return joint_on(made, joint, length)
         made = ms.GreenwoodWilliamson(
             pair,
             heights,
@@ -510,7 +520,12 @@ def rescaled(joint: ms.Interface, length: float, force: float) -> ms.Interface:
             density=surface.density / length**2,
             area=surface.area * length**2,
         )
-    return ms.Interface(made, joint.friction_coefficient, separation=joint.separation * length)
+    return joint_on(made, joint, length)
+
+
+def joint_on(surface: ms.NormalLaw, joint: ms.Interface, length: float) -> ms.Interface:
+    """A joint at the same separation, multiplied."""
+    return ms.Interface(surface, joint.friction_coefficient, separation=joint.separation * length)
 
 
 @pytest.mark.parametrize("law", INTERFACES)

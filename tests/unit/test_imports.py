@@ -19,6 +19,7 @@ from microslip.friction import LAWS
 from microslip.friction.field_backbone import FieldBackbone
 from microslip.heights import HEIGHTS
 from microslip.normal import NORMAL_LAWS
+from microslip.normal.tightened import RecoveredHeights
 from microslip.tribometer.virtual import InSeries
 
 PACKAGE = Path(ms.__file__).parent
@@ -179,8 +180,8 @@ def concrete(base: type) -> set[type]:
 def test_every_class_is_in_its_list(base: type, listed: tuple[type, ...]) -> None:
     modules()
     assert len(set(listed)) == len(listed)
-    # A rig in series wraps a law, a field makes its own; they are none to choose.
-    assert concrete(base) - {InSeries, FieldBackbone} == set(listed)
+    # A rig in series wraps a law, fields and tightened surfaces make their own: none to choose.
+    assert concrete(base) - {InSeries, FieldBackbone, RecoveredHeights} == set(listed)
     for law in listed:
         assert getattr(ms, law.__name__) is law
 

@@ -530,5 +530,6 @@ class Interface(BackboneLaw):
                 most = surface.load(surface._span[0])
                 # Heights that begin abruptly: also so heavy that every summit touches.
                 heavy = 3.0 if surface._edge == surface._span[0] else 0.3
+                heavy = min(heavy, surface._heaviest / most)
                 joints += [cls(surface, 0.3, share * most) for share in (heavy, 1e-3, 1e-6)]
         return tuple(joints)

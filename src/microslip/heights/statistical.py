@@ -4,112 +4,24 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import chebyshev as cheb
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, show
 from microslip.errors import Argument, InputError
 from microslip.heights.base import HeightDistribution
-from microslip.numerics.quadrature import gauss_legendre
+from microslip.heights.density import NODES, DensityHeights
 
-_DEGREE = 15
-_TOLERANCE = 3e-12  # of the largest value on a panel
-_RATIO = 1e-4  # a panel over which a function falls further is split: relative accuracy in the tail
-_DEEPEST = 48  # halvings of a first panel
-_NOISE = 1e-10  # of the largest value: what a density may scatter by
-_MOST = 600  # panels; a density as noisy as that is taken as it is
 _HIGH = (1e-50, 1e-75, 1e-100, 1e-150, 1e-200, 1e-300)  # tail probabilities of a range's end
 _LOW = (1e-20, 1e-14)  # and for the lower: what lies below carries no share of a load
 
-_ANGLES = math.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
-_POINTS = np.cos(_ANGLES)
-_TRANSFORM = 2.0 / (_DEGREE + 1) * np.cos(np.outer(np.arange(_DEGREE + 1), _ANGLES))
-_TRANSFORM[0] *= 0.5
-_NODES, _WEIGHTS = gauss_legendre(20)
-# From so many widths away a panel is so many charges, see `_charges`.
-_LEVELS = ((60.0, 6), (4.0, 11), (0.125, 20))
-
-
-@dataclass(frozen=True)
-class _Pieces:
-    """A function as Chebyshev series on panels, in falling order towards its upper end."""
-
-    edges: Floats
-    coefficients: Floats  # (terms, panels)
-
-    def __call__(self, t: Floats) -> Floats:
-        panel = np.clip(np.searchsorted(self.edges, t, side="right") - 1, 0, self.edges.size - 2)
-        low, high = self.edges[panel], self.edges[panel + 1]
-        s = ((t - low) - (high - t)) / (high - low)
-        b1, b2 = np.zeros_like(t), np.zeros_like(t)
-        for c in self.coefficients[:0:-1]:
-            b1, b2 = 2.0 * s * b1 - b2 + c[panel], b1
-        return np.asarray(s * b1 - b2 + self.coefficients[0][panel])
-
-    def tail(self, factor: float) -> _Pieces:
-        """``factor`` times the integral from t to the upper end, panel by panel from the right."""
-        half = 0.5 * np.diff(self.edges)
-        inner = cheb.chebint(self.coefficients, axis=0) * half
-        total = inner.sum(axis=0)  # at s = 1
-        whole = total - cheb.chebval(-1.0, inner)
-        after = np.append(np.cumsum(whole[::-1])[::-1][1:], 0.0)
-        inner = -inner
-        inner[0] += total + after
-        return _Pieces(self.edges, factor * inner)
-
-
-def _lagrange(nodes: Floats, x: Floats) -> Floats:
-    """Values at ``x`` (rows) of the polynomials that are one at one of ``nodes`` (columns)."""
-    others = ~np.eye(nodes.size, dtype=bool)
-    columns = [
-        np.prod((x[:, None] - nodes[o]) / (n - nodes[o]), axis=1)
-        for n, o in zip(nodes, others, strict=True)
-    ]
-    return np.stack(columns, axis=1)
-
-
-def _resolve(function: Callable[[Floats], Floats], edges: Floats) -> _Pieces:
-    """Panels between (and within) ``edges`` on which a polynomial is the function."""
-    pending = np.column_stack((edges[:-1], edges[1:]))
-    done: list[tuple[float, float, Floats]] = []
-    before = np.full(len(pending), np.inf)
-    for depth in range(_DEEPEST + 1):
-        low, high = pending[:, :1], pending[:, 1:]
-        values = function(0.5 * (low + high) + 0.5 * (high - low) * _POINTS)
-        c = values @ _TRANSFORM.T
-        size = np.abs(values).max(axis=1)
-        # Near an end the distance to it is known to rounding only: a noise no split removes.
-        noise = 4e-16 * np.maximum(np.abs(low), np.abs(high)) / (high - low)
-        rest = np.abs(c[:, -3:]).max(axis=1) / np.where(size > 0.0, size, 1.0)
-        rough = rest > _TOLERANCE + noise[:, 0]
-        # A small rest that a halving did not lessen is noise of the function itself.
-        rough &= (rest > _NOISE) | (rest < 0.3 * before)
-        steep = np.abs(values).min(axis=1) < _RATIO * size
-        split = (rough | steep) & ((high - low) > 1e-15 * np.abs(low))[:, 0]
-        if depth == _DEEPEST or len(done) + 2 * len(pending) > _MOST:
-            split[:] = False
-        done += [(*pair, row) for pair, row in zip(pending[~split], c[~split], strict=True)]
-        before = np.concatenate((rest[split], rest[split]))
-        low, high = pending[split, 0], pending[split, 1]
-        middle = 0.5 * (low + high)
-        pending = np.concatenate((np.column_stack((low, middle)), np.column_stack((middle, high))))
-        if not len(pending):
-            break
-    done.sort(key=lambda item: item[0])
-    return _Pieces(
-        np.array([item[0] for item in done] + [done[-1][1]]),
-        np.ascontiguousarray(np.array([item[2] for item in done]).T),
-    )
-
 
 @dataclass(frozen=True, eq=False)
-class Statistical(HeightDistribution):
+class Statistical(DensityHeights):
     """Summit heights by a frozen continuous distribution of scipy.stats, in metres: (19.5)-(19.8).
 
     Parameters
@@ -205,7 +117,7 @@ class Statistical(HeightDistribution):
         if all(map(math.isfinite, self.distribution.support())) and not self._singular:
             # A distribution that knows its moments only as integrals takes long over them.
             edges = self._density_pieces.edges
-            y = edges[:-1, None] + np.diff(edges)[:, None] * _NODES
+            y = edges[:-1, None] + np.diff(edges)[:, None] * NODES
             share = self._probabilities(edges)
             return math.sqrt(float((share * (y - (share * y).sum()) ** 2).sum()))
         std = float(self.distribution.std())
@@ -280,8 +192,7 @@ class Statistical(HeightDistribution):
         Near a singular end of a density no node does it justice: there each panel is given its
         exact probability.
         """
-        width = np.diff(edges)[:, None]
-        weights = self._pdf(edges[:-1, None] + width * _NODES) * width * _WEIGHTS
+        weights = super()._probabilities(edges)
         if not self._singular:
             return weights
         sf = np.asarray(self.distribution.sf(edges), dtype=float)
@@ -291,96 +202,6 @@ class Statistical(HeightDistribution):
         off = (np.abs(exact - total) > 1e-12 * total) & (np.abs(exact - total) < 0.1 * total)
         weights[off] *= (exact[off] / total[off])[:, None]
         return weights
-
-    @cached_property
-    def _density_pieces(self) -> _Pieces:
-        return _resolve(self._pdf, self._edges)
-
-    @cached_property
-    def _charges(self) -> tuple[tuple[float, Floats, Floats], ...]:
-        """Nodes and weights of the panels for thresholds beyond so many of their widths.
-
-        From far away a panel is fewer charges: those that give the polynomials of lower degree the
-        same integral, which is all that the kernel is there, to 1e-14.
-        """
-        edges = self._density_pieces.edges
-        fine = self._probabilities(edges)
-        levels = []
-        for distance, count in _LEVELS:
-            nodes, basis = _NODES, np.eye(_NODES.size)
-            if count < _NODES.size:
-                nodes = 0.5 + 0.5 * np.cos(math.pi * (np.arange(count) + 0.5) / count)
-                basis = _lagrange(nodes, _NODES)
-            levels.append((distance, np.diff(edges)[:, None] * nodes, fine @ basis))
-        return tuple(levels)
-
-    def _root_moment(self, t: Floats) -> Floats:
-        """The moment of order -1/2 for thresholds within the span: 2 pdf(t + z^2) dz."""
-        edges = self._density_pieces.edges
-        width = np.diff(edges)
-        order = np.argsort(t, axis=None)
-        flat = t.ravel()[order]
-        total = np.zeros_like(flat)
-        # Of the rising thresholds the first few are so far below a panel.
-        end = np.zeros(width.size, dtype=np.intp)
-        for distance, nodes, weights in self._charges:
-            start, end = end, np.searchsorted(flat, edges[:-1] - distance * width)
-            for j in np.flatnonzero(end > start):
-                gap = edges[j] - flat[start[j] : end[j], None]
-                total[start[j] : end[j]] += (1.0 / np.sqrt(gap + nodes[j])) @ weights[j]
-        # Nearer than an eighth of its width a panel sees the singularity.
-        last = np.searchsorted(flat, edges[1:])
-        count = np.maximum(last - end, 0)
-        panel = np.repeat(np.arange(width.size), count)
-        at = np.arange(panel.size) + np.repeat(end - (np.cumsum(count) - count), count)
-        from_here = flat[at]
-        low = np.sqrt(np.maximum(edges[panel] - from_here, 0.0))
-        high = np.sqrt(edges[panel + 1] - from_here)
-        z = low[:, None] + (high - low)[:, None] * _NODES
-        part = 2.0 * (high - low) * (self._pdf(from_here[:, None] + z * z) @ _WEIGHTS)
-        total += np.bincount(at, part, minlength=flat.size)
-        result = np.empty_like(total)
-        result[order] = total
-        return result.reshape(t.shape)
-
-    @cached_property
-    def _tables(self) -> dict[int, _Pieces]:
-        """Moments by twice their order; two chains of integrals, from -1/2 and from the density."""
-        root = _resolve(self._root_moment, self._density_pieces.edges)
-        tables = {-1: root}
-        for twice in (1, 3, 5):
-            tables[twice] = tables[twice - 2].tail(0.5 * twice)
-        tables[0] = self._density_pieces.tail(1.0)
-        tables[2] = tables[0].tail(1.0)
-        tables[4] = tables[2].tail(2.0)
-        return tables
-
-    def _cloud(self, octave: int) -> tuple[Floats, Floats]:
-        """Nodes and probabilities that integrate the density, seen from so far below its end.
-
-        From 2**-octave of its range below its lower end: towards that end they are refined so far
-        that no threshold there sees a singular integrand, and no further.
-        """
-        kept = self._clouds.get(octave)
-        if kept is None:
-            edges = self._density_pieces.edges
-            edges = np.union1d(edges, edges[0] + np.ptp(edges) * 2.0 ** -np.arange(float(octave)))
-            width = np.diff(edges)[:, None]
-            y = edges[:-1, None] + width * _NODES
-            kept = self._clouds[octave] = y.ravel(), self._probabilities(edges).ravel()
-        return kept
-
-    @cached_property
-    def _clouds(self) -> dict[int, tuple[Floats, Floats]]:
-        """Those that were asked for."""
-        return {}
-
-    @cached_property
-    def _breaks(self) -> Floats:
-        """Panels of the moment of order -1/2, and ever smaller ones towards the lower end."""
-        edges = self._tables[-1].edges
-        below = edges[0] - self.spread * 2.0 ** np.arange(12.0, -48.0, -1.0)
-        return np.concatenate((below, edges))
 
     def partial_moment(self, order: float, threshold: ArrayLike) -> Any:
         """As for every distribution; an order whose moment is infinite is an error, too."""
@@ -402,28 +223,7 @@ class Statistical(HeightDistribution):
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
         if twice_order == 0 and self._singular:
             return np.asarray(self.distribution.sf(threshold), dtype=float)
-        low, high = self.span
-        t = np.atleast_1d(threshold)
-        result = np.zeros(t.shape)
-        inside = (t >= low) & (t < high)
-        if inside.any():
-            result[inside] = np.maximum(self._tables[twice_order](t[inside]), 0.0)
-        below = np.flatnonzero(t < low)
-        if below.size:
-            flat, moments = t.ravel(), result.ravel()
-            octaves = np.clip(np.ceil(-np.log2((low - flat[below]) / (high - low))), 0.0, 60.0)
-            for octave in np.unique(octaves):
-                y, probability = self._cloud(int(octave))
-                mine = below[octaves == octave]
-                for i in range(0, mine.size, 64):
-                    s = y - flat[mine[i : i + 64], None]
-                    terms = np.sqrt(s) if twice_order & 1 else np.ones_like(s)
-                    if twice_order < 0:
-                        np.divide(1.0, terms, out=terms)
-                    for _ in range(twice_order // 2):
-                        terms *= s
-                    moments[mine[i : i + 64]] = terms @ probability
-        return result.reshape(np.shape(threshold))
+        return super()._moment(twice_order, threshold)
 
     def _density(self, height: Floats) -> Floats:
         return np.asarray(self.distribution.pdf(height), dtype=float)

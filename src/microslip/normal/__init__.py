@@ -5,6 +5,7 @@ from microslip.normal.greenwood_williamson import GreenwoodWilliamson
 from microslip.normal.population import AsperityPopulation
 from microslip.normal.sphere import SphereOnFlat
 from microslip.normal.table import TabulatedNormalLaw
+from microslip.normal.tightened import TightenedSurface
 
 __all__ = [
     "NORMAL_LAWS",
@@ -13,6 +14,7 @@ __all__ = [
     "NormalLaw",
     "SphereOnFlat",
     "TabulatedNormalLaw",
+    "TightenedSurface",
 ]
 
 NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
@@ -20,5 +22,6 @@ NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
     AsperityPopulation,
     SphereOnFlat,
     TabulatedNormalLaw,
+    TightenedSurface,
 )
 """Every normal load law; the shared tests run over it."""

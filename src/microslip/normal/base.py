@@ -98,6 +98,11 @@ class NormalLaw(Parametric, ABC):
         return math.inf if self._spheres is None else float(self._spheres.heights[0])
 
     @property
+    def _heaviest(self) -> float:
+        """Load [N] above which the law does not hold; infinite where it always does."""
+        return math.inf
+
+    @property
     def _kinks(self) -> Floats:
         """Separations [m], rising, at which N'' is not smooth, but for given summits."""
         edge = [self._edge] if math.isfinite(self._edge) else []

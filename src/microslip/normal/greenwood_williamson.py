@@ -23,6 +23,7 @@ from microslip.heights import (
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, plasticity_index
 from microslip.normal.spheres import DERIVATIVES, Spheres
+from microslip.normal.tightened import TightenedSurface, yield_stress_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,6 +160,49 @@ class GreenwoodWilliamson(NormalLaw):
         """Mean real contact area [m^2] (19.7), for separations [m] of any shape."""
         depth = self._heights._moment(2, self._separations(separation))
         return plain(math.pi * self.summit_count * self.radius * depth)
+
+    def tightened(
+        self,
+        normal_load: float,
+        *,
+        yield_stress: float | None = None,
+        hardness: float | None = None,
+        model: str = "jackson-green",
+    ) -> TightenedSurface:
+        """The surface after it was pressed together once, its summits having yielded.
+
+        Parameters
+        ----------
+        normal_load : float
+            Tightening load [N], the largest that it has carried.
+        yield_stress : float, optional
+            Uniaxial yield stress of the softer body [Pa].
+        hardness : float, optional
+            Its hardness [Pa] instead, 2.84 times the yield stress.
+        model : str, optional
+            "jackson-green" (DOI 10.1115/1.1866166), "kogut-etsion" (DOI 10.1115/1.1490373) or
+            "fully-plastic".
+
+        Returns
+        -------
+        TightenedSurface
+            A normal load law for loads up to the tightening load.
+
+        Raises
+        ------
+        InputError
+            A value out of its range, another model, both or neither of stress and hardness.
+        """
+        return TightenedSurface(
+            self.pair,
+            self._heights,
+            self.radius,
+            self.summit_count,
+            normal_load,
+            yield_stress_of(yield_stress, hardness),
+            model,
+            self.area,
+        )
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:

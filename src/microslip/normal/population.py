@@ -14,9 +14,11 @@ from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
+from microslip.heights import Discrete
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair, plasticity_index
 from microslip.normal.spheres import Spheres
+from microslip.normal.tightened import TightenedSurface, yield_stress_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +112,46 @@ class AsperityPopulation(Locked, NormalLaw):
     def _counts(self, separation: ArrayLike) -> Any:
         d = self._separations(separation)
         return np.searchsorted(-self._spheres.heights, -d, side="left")
+
+    def tightened(
+        self,
+        normal_load: float,
+        *,
+        yield_stress: float | None = None,
+        hardness: float | None = None,
+        model: str = "jackson-green",
+    ) -> TightenedSurface:
+        """The summits after they were pressed together once and yielded.
+
+        Parameters
+        ----------
+        normal_load : float
+            Tightening load [N], the largest that they have carried.
+        yield_stress, hardness : float, optional
+            Uniaxial yield stress [Pa] or hardness [Pa] of the softer body, one of them.
+        model : str, optional
+            "jackson-green", "kogut-etsion" or "fully-plastic".
+
+        Returns
+        -------
+        TightenedSurface
+            A normal load law for loads up to the tightening load.
+
+        Raises
+        ------
+        InputError
+            As for a :class:`GreenwoodWilliamson` surface.
+        """
+        order = np.argsort(np.asarray(self.heights), kind="stable")  # that of Discrete
+        return TightenedSurface(
+            self.pair,
+            Discrete(self.heights),
+            np.asarray(self.radii)[order],
+            float(self.summit_count),
+            normal_load,
+            yield_stress_of(yield_stress, hardness),
+            model,
+        )
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:

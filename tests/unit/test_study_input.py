@@ -181,7 +181,7 @@ def test_scipy_heights_are_the_frozen_distribution() -> None:
     read = ms.Study.from_toml(edited((GAUSSIAN, heights))).surface.heights
     assert read.parameters == {"a": 2.0, "b": 3.5}
     y = np.linspace(-1e-6, 3e-6, 9)
-    assert np.array_equal(read.frozen().pdf(y), stats.beta(2, 3.5, loc=-1e-6, scale=4e-6).pdf(y))
+    assert np.array_equal(read.build().pdf(y), stats.beta(2, 3.5, loc=-1e-6, scale=4e-6).pdf(y))
 
 
 # -- columns ----------------------------------------------------------------------------------
@@ -420,3 +420,39 @@ def test_a_study_is_copied_and_pickled_whole() -> None:
     for other in (copy.deepcopy(study), pickle.loads(pickle.dumps(study)), study.model_copy()):
         assert other == study
         assert (other.name, other.text, other.notes) == (study.name, study.text, study.notes)
+
+
+def test_absurdly_deep_keys_are_refused_at_once() -> None:
+    deep = "a." * 100_000 + "a"
+    for text in (f"{deep} = 1", f"[{deep}]", f"x = {{ {deep} = 1 }}", f"x.'a'.{deep} = 1"):
+        with pytest.raises(ms.StudyError, match="not a study: a key of more than 200 levels"):
+            ms.Study.from_toml(f"schema = 1\n{text}\n")
+    with pytest.raises(ms.StudyError, match=r'override "a\.a.*: a key of more than 200 levels'):
+        ms.Study.from_toml("schema = 1\n", overrides=[f"{deep}=1"])
+
+
+def test_a_table_of_loads_with_keys_of_another_law_gets_its_line(tmp_path: Path) -> None:
+    (tmp_path / "record.csv").write_text("slider [um],load [N]\n0,2000\n1,2100\n0,1900\n")
+    text = """
+        schema = 1
+        [surface]
+        law = "table"
+        materials = ["steel", "steel"]
+        heights = { kind = "gaussian", std = "0.5 um" }
+        radius = "1 mm"
+        density = "100 1/mm^2"
+        area = "2 cm^2"
+        [joint]
+        friction_coefficient = 0.5
+        normal_load = "2 kN"
+        [excitation.history]
+        file = "record.csv"
+        column = "slider"
+        normal_load = { column = "load" }
+    """
+    with pytest.raises(ms.StudyError) as caught:
+        ms.Study.from_toml(text, "joint.toml", folder=tmp_path)
+    assert str(caught.value).startswith(
+        "joint.toml: surface.separation: missing; write for example"
+    )
+    assert "internal" not in str(caught.value)

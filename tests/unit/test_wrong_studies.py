@@ -45,7 +45,7 @@ WRONG = [
     ("young_modulus", "radius", 'material.al.young_modulus: missing; write for example young_modulus = "69 GPa" (and 1 more error)'),
     ("[material.al]", "[material]", 'material.young_modulus: wanted a table such as [material.steel] with young_modulus = "210 GPa" and poisson_ratio = 0.3, got "69 GPa" (and 1 more error)'),
     ("friction_coefficient = 0.55", 'friction_coefficient = 0.55\nradius = "1 mm"', 'joint.radius: unknown key here; it belongs in [surface] with law = "greenwood-williamson"'),
-    ("friction_coefficient = 0.55", "friction_coefficient = 0.55\ncolour = 1", "joint.colour: unknown key; the keys here are friction_coefficient, normal_load"),
+    ("friction_coefficient = 0.55", "friction_coefficient = 0.55\ncolour = 1", "joint.colour: unknown key; the keys here are law, friction_coefficient, normal_load"),
     ("schema = 1", 'schema = 1\nhardness = "1 GPa"', "hardness: unknown key here; it belongs in [material.NAME]"),
     ("heights =", "hights =", 'surface.hights: unknown key; did you mean "heights"?'),
     ("std", "sdt", 'surface.heights.sdt: unknown key; did you mean "std"?'),
@@ -220,7 +220,7 @@ WRONG = [
     (SURFACE, 'law = "population"\nheights = ["1 um"]\nradius = "1 mm"\n', 'surface.heights: wanted a table such as { kind = "values", values = ["0.4 um", "0.7 um"] }, got a list of 1'),
     (SURFACE, 'law = "population"\nheights = { kind = "values", values = ["1 um"] }\nradius = "-1 mm"\n', 'surface.radius: wanted a positive length such as "1 mm", got "-1 mm"'),
     (SURFACE, 'law = "sphere"\n', 'surface.radius: missing; write for example radius = "5 mm"'),
-    (SURFACE, 'law = "sphere"\nradius = { file = "r.csv", column = "r" }\n', 'surface.radius: wanted a length such as "1 mm", got a table'),
+    (SURFACE, 'law = "sphere"\nradius = { file = "r.csv", column = "r" }\n', 'surface.radius: wanted a length such as "5 mm", got a table'),
     # excitation
     (LINE, 'amplitudes = ["100 N"]', 'excitation.amplitudes, item 1: wanted a length such as "1 um", got "100 N" (a force)'),
     (LINE, "force_amplitudes = []", 'excitation.force_amplitudes: wanted a list such as ["50 N", "200 N"], got an empty list'),
@@ -598,7 +598,7 @@ def test_a_distribution_that_scipy_cannot_compute_is_said(monkeypatch: pytest.Mo
         raise OverflowError("math range error")
 
     heights = '{ kind = "scipy", distribution = "t", parameters = { df = 3 }, scale = "1 um" }'
-    monkeypatch.setattr("microslip.heights.Statistical", fail)
+    monkeypatch.setattr("microslip.study.distributions.Statistical", fail)
     with pytest.raises(ms.StudyError) as caught:
         ms.Study.from_toml(edited((GAUSSIAN, heights)), "joint.toml")
     assert str(caught.value) == (

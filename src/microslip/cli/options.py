@@ -119,7 +119,10 @@ def spelling(context: click.Context | None) -> Spelling:
             # A name alone is the subject of a sentence, which may be no keyword at all.
             return f"in Python {argument}" if argument.has_value else argument.name
         name = param.opts[-1]
-        if not argument.has_value or param.is_flag:
+        if not argument.has_value:
+            # Of a column that was read, its values are wrong and not its name.
+            return argument.name if param.metavar == "COLUMN" else name
+        if param.is_flag:
             return name
         return f"{name} {_words(argument.value, param, name)}"
 

@@ -29,6 +29,8 @@ class Discrete(Locked, HeightDistribution):
         Nothing given, several dimensions, a value that is not finite.
     """
 
+    key = "values"
+
     values: ArrayLike = field(metadata=parameter("y_i", "m", "heights", many=True))
 
     def __post_init__(self) -> None:

@@ -34,7 +34,7 @@ class Exponential(HeightDistribution):
     """
 
     scale: float = field(
-        metadata=parameter("lambda", "m", "mean and standard deviation", above=0.0)
+        metadata=parameter("lambda", "m", "mean and standard deviation", above=0.0, example=8e-7)
     )
 
     edge = 0.0

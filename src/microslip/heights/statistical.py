@@ -43,6 +43,8 @@ class Statistical(DensityHeights):
     relative error is below 1e-10 for smooth densities, down to tail probabilities of 1e-30.
     """
 
+    key = "scipy"
+
     distribution: Any
 
     def __post_init__(self) -> None:

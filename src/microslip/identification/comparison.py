@@ -12,7 +12,7 @@ from typing import Any
 from microslip._core.checks import show
 from microslip._core.frozen import Locked
 from microslip._core.units import significant
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.identification.coordinates import RIG
 from microslip.identification.intervals import Progress
 from microslip.identification.models import MODELS, CycleModel, model_of
@@ -139,7 +139,9 @@ def compare(
     are part of the covariance, so that a law pays for what it takes for outliers.
     """
     if isinstance(laws, str) or not isinstance(laws, Sequence) or not laws:
-        raise InputError(f"laws must be a list such as ['interface', 'jenkins'], got {show(laws)}")
+        raise InputError(
+            Argument("laws"), f" must be a list such as ['interface', 'jenkins'], got {show(laws)}"
+        )
     models = [model_of(law) for law in laws]  # a wrong name is no law that does not suit
     records = listed(records)
     fits: dict[str, Identification] = {}

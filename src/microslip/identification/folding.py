@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering, significant
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.identification.drift import Drift, drift_of
 from microslip.identification.mean_cycle import MeanCycle, places_of, turns_of
 from microslip.identification.outliers import jumps, mean_load, spared
@@ -158,8 +158,9 @@ def fold(
     """
     if not isinstance(record, Record):
         raise InputError(
-            f"records must be Records, got {show(record)}; "
-            "write Record(displacement, force) or Record.read(path)"
+            Argument("records"),
+            f" must be Records, got {show(record)}; "
+            "write Record(displacement, force) or Record.read(path)",
         )
     spikes = spikes_of(record)
     folded, more = _fold(record, spikes, cycles, bins, running_in)
@@ -281,7 +282,9 @@ def _settled(
     chosen = np.zeros(whole, dtype=bool)
     if cycles is not None:
         if not isinstance(cycles, slice):
-            raise InputError(f"cycles must be a slice, such as slice(2, 20), got {show(cycles)}")
+            raise InputError(
+                Argument("cycles"), f" must be a slice, such as slice(2, 20), got {show(cycles)}"
+            )
         chosen[cycles] = True
     else:
         ends = np.clip(np.searchsorted(turns, np.arange(whole + 1) - 1e-9), 0, force.size - 1)
@@ -305,7 +308,9 @@ def _span(force: Floats) -> float:
     few = force[:: max(1, force.size >> 17)]
     low, high = np.percentile(few, (1.0, 99.0))
     if low == high:
-        raise InputError(f"force must vary, got {low:g} N nearly throughout: a dead sensor")
+        raise InputError(
+            Argument("force"), f" must vary, got {low:g} N nearly throughout: a dead sensor"
+        )
     return float(high - low)
 
 

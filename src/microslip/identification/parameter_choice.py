@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.identification.coordinates import AREA, RIG, Coordinate, coordinate_of
 from microslip.identification.folding import Folded
 from microslip.identification.load_labels import labels_of
@@ -65,8 +65,9 @@ def listed(records: Any) -> list[Record]:
         found = list(found)
     if not isinstance(found, list) or not found:
         raise InputError(
-            f"records must be a Record or a list of them, got {show(records)}; "
-            "write Record(displacement, force) or Record.read(path)"
+            Argument("records"),
+            f" must be a Record or a list of them, got {show(records)}; "
+            "write Record(displacement, force) or Record.read(path)",
         )
     return found
 
@@ -76,8 +77,8 @@ def checked_area(contact: Coordinate | None, area: float | None) -> None:
     if contact is None or contact.parameter != AREA or area is None or contact.start <= area:
         return
     raise InputError(
-        f"contact_area must not be above the apparent area, {exact(area)} m^2, got "
-        f"{exact(contact.start)} m^2"
+        Argument("contact_area"),
+        f" must not be above the apparent area, {exact(area)} m^2, got {exact(contact.start)} m^2",
     )
 
 
@@ -103,8 +104,9 @@ def _mapping(name: str, given: Any) -> dict[str, Any]:
         return {}
     if not isinstance(given, Mapping):
         raise InputError(
-            f"{name} must be a dict by parameter names, such as {{'friction_coefficient': 0.5}}, "
-            f"got {show(given)}"
+            Argument(name),
+            f" must be a dict by parameter names, such as {{'friction_coefficient': 0.5}}, "
+            f"got {show(given)}",
         )
     return dict(given)
 
@@ -115,7 +117,7 @@ def _names(name: str, given: Any) -> list[str]:
     if isinstance(given, Mapping):
         return [key for key, wanted in given.items() if wanted]
     if isinstance(given, str) or not isinstance(given, Iterable):
-        raise InputError(f"{name} must be a list of parameter names, got {show(given)}")
+        raise InputError(Argument(name), f" must be a list of parameter names, got {show(given)}")
     return list(given)
 
 
@@ -271,7 +273,8 @@ def rig_coordinates(
             rigs = rigs.ravel().tolist()
         if isinstance(rigs, str) or not isinstance(rigs, Sequence) or len(rigs) != len(folded):
             raise InputError(
-                f"rigs must hold a label for each of the {_records(len(folded))}, got {show(rigs)}"
+                Argument("rigs"),
+                f" must hold a label for each of the {_records(len(folded))}, got {show(rigs)}",
             )
         labels = [str(label) for label in rigs]
     known = list(dict.fromkeys(labels))

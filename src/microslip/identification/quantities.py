@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, number, positive, show
 from microslip._core.wording import did_you_mean
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.identification.coordinates import APART, AREA, DENSITY, RADIUS, RIG, Coordinate
 from microslip.identification.load_labels import labels_of
 from microslip.identification.models.base import Derived, Model
@@ -132,8 +132,8 @@ def area_coordinate(given: Any) -> tuple[Coordinate, float]:
         value, error, load = given
     except (TypeError, ValueError):
         raise InputError(
-            "contact_area must be (value [m^2], uncertainty [m^2], normal load [N]), got "
-            f"{show(given)}"
+            Argument("contact_area"),
+            f" must be (value [m^2], uncertainty [m^2], normal load [N]), got {show(given)}",
         ) from None
     value = positive(AREA, value, "m^2", 2e-5)
     error = positive(f"uncertainty of {AREA}", error, "m^2", 1e-6)
@@ -245,7 +245,9 @@ def known_data(problem: Problem, quantities: list[Quantity], known: Any) -> list
     if known is None:
         return []
     if not isinstance(known, Mapping):
-        raise InputError(f"known must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(known)}")
+        raise InputError(
+            Argument("known"), f" must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(known)}"
+        )
     by_name = {one.name: one for one in quantities}
     free = {problem.coordinates[int(j)].name: i for i, j in enumerate(problem.free)}
     found = []

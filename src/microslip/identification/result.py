@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction import Interface
 from microslip.identification.fit_quality import RecordFit
 from microslip.identification.load_labels import labels_of
@@ -171,7 +171,8 @@ class Identification(Locked):
         for word in given:
             if word not in (NOT_CONVERGED, NOT):
                 raise InputError(
-                    f"even_if must be of {NOT_CONVERGED!r} and {NOT!r}, got {show(word)}"
+                    Argument("even_if"),
+                    f" must be of {NOT_CONVERGED!r} and {NOT!r}, got {show(word)}",
                 )
         if not self.converged and NOT_CONVERGED not in given:
             raise InputError(
@@ -189,8 +190,9 @@ class Identification(Locked):
             and not any(abs(load / one - 1.0) <= 0.02 for one in loads)
         ):
             raise InputError(
-                f"normal_load must be one of those measured, {', '.join(known)} N: {self.law!r} "
-                f"has values of its own for each, got {load:g} N"
+                Argument("normal_load"),
+                f" must be one of those measured, {', '.join(known)} N: {self.law!r} "
+                f"has values of its own for each, got {load:g} N",
             )
 
     def study(self, *, even_if: tuple[str, ...] = ()) -> dict[str, Any]:

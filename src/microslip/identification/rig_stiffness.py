@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import positive, show
 from microslip._core.wording import did_you_mean
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.identification.coordinates import RIG, Coordinate
 
 
@@ -31,8 +31,9 @@ def of_each_rig(given: Any, known: Sequence[str], named: bool) -> dict[str, Any]
     have = ", ".join(show(label) for label in known)
     if not named:
         raise InputError(
-            "rig_stiffness must be one for all records, which have no rigs by name, got a table; "
-            "name the rig of each record: rigs=[one label a record]"
+            Argument("rig_stiffness"),
+            " must be one for all records, which have no rigs by name, got a table; "
+            "name the rig of each record: rigs=[one label a record]",
         )
     told = {str(label): own for label, own in given.items()}
     for label in known:
@@ -52,13 +53,16 @@ def rig_coordinate(one: Coordinate, given: Any) -> Coordinate:
     if isinstance(given, str):
         if given != "free":
             raise InputError(
-                "rig_stiffness must be 'free', a stiffness [N/m], (value, uncertainty), or "
-                f"'rigid', got {show(given)}"
+                Argument("rig_stiffness"),
+                " must be 'free', a stiffness [N/m], (value, uncertainty), or "
+                f"'rigid', got {show(given)}",
             )
         return one
     if isinstance(given, (tuple, list)):
         if len(given) != 2:
-            raise InputError(f"rig_stiffness must be (value, uncertainty), got {show(given)}")
+            raise InputError(
+                Argument("rig_stiffness"), f" must be (value, uncertainty), got {show(given)}"
+            )
         value = positive(RIG, given[0], "N/m", 1e8)
         error = positive(f"uncertainty of {RIG}", given[1], "N/m", 1e6)
         prior = (1.0 / value, error / value**2)

@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.conclusions import result_of
 from microslip.identification.delays import FAR, late_note
@@ -145,10 +145,10 @@ def identify(
     report = _reporter(progress)
     level = _share("confidence", confidence)
     if loss not in LOSSES:
-        raise InputError(f"loss must be one of {', '.join(LOSSES)}, got {show(loss)}")
+        raise InputError(Argument("loss"), f" must be one of {', '.join(LOSSES)}, got {show(loss)}")
     if intervals not in INTERVALS:
         wanted = ", ".join(map(repr, INTERVALS))
-        raise InputError(f"intervals must be one of {wanted}, got {show(intervals)}")
+        raise InputError(Argument("intervals"), f" must be one of {wanted}, got {show(intervals)}")
     held = 0.0 if held_back == 0 else _share("held_back", held_back)
     folded = _folded(records, cycles, lambda share: report(0.3 * share))
     options = {"heights": heights, "surface": surface}
@@ -234,14 +234,16 @@ def _reporter(progress: Progress | None) -> Progress:
     if progress is None:
         return lambda share: None
     if not callable(progress):
-        raise InputError(f"progress must be a function of the share done, got {show(progress)}")
+        raise InputError(
+            Argument("progress"), f" must be a function of the share done, got {show(progress)}"
+        )
     return progress
 
 
 def _share(name: str, given: Any) -> float:
     value = number(name, given, "", 0.25)
     if not 0.0 < value < 1.0:
-        raise InputError(f"{name} must be between 0 and 1, got {exact(value)}")
+        raise InputError(Argument(name), f" must be between 0 and 1, got {exact(value)}")
     return value
 
 
@@ -280,7 +282,9 @@ def _pair_of(pair: Any, model: Model, surface: Any) -> MaterialPair | None:
     if pair is None:
         pair = getattr(model, "pair", None) or getattr(surface, "pair", None)
     if pair is not None and not isinstance(pair, MaterialPair):
-        raise InputError(f"pair must be a MaterialPair of two materials, got {show(pair)}")
+        raise InputError(
+            Argument("pair"), f" must be a MaterialPair of two materials, got {show(pair)}"
+        )
     return pair
 
 
@@ -293,15 +297,16 @@ def _area_of(area: Any, model: Model, surface: Any) -> float | None:
 def _delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:
     free = isinstance(delay, str)
     if free and delay != "free":
-        raise InputError(f"delay must be a time [s] or 'free', got {show(delay)}")
+        raise InputError(Argument("delay"), f" must be a time [s] or 'free', got {show(delay)}")
     lag = 0.0 if free else number("delay", delay, "s")
     if lag != 0.0 and any(one.frequency is None for one in folded):
         raise InputError("delay needs records with time or sample_rate; or write delay='free'")
     for one in folded:
         if one.frequency is not None and abs(lag) * one.frequency > 0.5:
             raise InputError(
-                f"delay must be within half a period, {0.5 / one.frequency:.4g} s at "
-                f"{one.frequency:.4g} Hz, got {lag:g} s"
+                Argument("delay"),
+                f" must be within half a period, {0.5 / one.frequency:.4g} s at "
+                f"{one.frequency:.4g} Hz, got {lag:g} s",
             )
     return free, [2.0 * math.pi * (one.frequency or 0.0) * lag for one in folded]
 

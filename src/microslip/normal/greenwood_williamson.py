@@ -56,7 +56,9 @@ class GreenwoodWilliamson(NormalLaw):
 
     pair: MaterialPair
     heights: Any
-    radius: float = field(metadata=parameter("rho", "m", "radius of the summits", above=0.0))
+    radius: float = field(
+        metadata=parameter("rho", "m", "radius of the summits", above=0.0, example=1e-3)
+    )
     density: float = field(
         metadata=parameter("rho_a", "1/m^2", "summits per apparent area", above=0.0)
     )

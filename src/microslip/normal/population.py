@@ -45,6 +45,8 @@ class AsperityPopulation(Locked, NormalLaw):
     the tangential law has a kink of its curvature at the slip limit of every summit.
     """
 
+    key = "population"
+
     pair: MaterialPair
     heights: ArrayLike = field(metadata=parameter("y_i", "m", "heights of the summits", many=True))
     radii: ArrayLike = field(

@@ -34,8 +34,12 @@ class SphereOnFlat(NormalLaw):
         A radius that is not above zero and finite.
     """
 
+    key = "sphere"
+
     pair: MaterialPair
-    radius: float = field(metadata=parameter("rho", "m", "radius of the sphere", above=0.0))
+    radius: float = field(
+        metadata=parameter("rho", "m", "radius of the sphere", above=0.0, example=5e-3)
+    )
 
     @cached_property
     def _constant(self) -> float:

@@ -74,6 +74,8 @@ class TabulatedNormalLaw(Locked, NormalLaw):
     negative density of sliders. Left of the first separation the law has no answer.
     """
 
+    key = "table"
+
     pair: MaterialPair
     separations: ArrayLike
     loads: ArrayLike

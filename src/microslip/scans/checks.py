@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import LARGEST, exact, positive, show
 from microslip._core.frozen import lock
 from microslip._core.units import LENGTH, QuantityError, to_si
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 LIMIT = 100_000_000
 """Points that a file may hold unless more are asked for: 0.8 GB of heights."""
@@ -108,7 +108,7 @@ def pixel_of(given: Any, axes: int) -> tuple[float, ...]:
     steps = tuple(_step(one) for one in given)
     if len(steps) != axes:
         wanted = "one distance" if axes == 1 else "one distance, or (along x, along y)"
-        raise InputError(f"pixel must be {wanted}, got {len(steps)} of them")
+        raise InputError(Argument("pixel"), f" must be {wanted}, got {len(steps)} of them")
     return steps
 
 
@@ -125,7 +125,9 @@ def length_of(name: str, given: Any, example: str) -> float:
 def _step(given: Any) -> float:
     step = length_of("pixel", given, "1.66 um")
     if not 1e-15 <= step <= 1e3:
-        raise InputError(f"pixel must be between 1e-15 m and 1000 m, got {exact(step)} m")
+        raise InputError(
+            Argument("pixel"), f" must be between 1e-15 m and 1000 m, got {exact(step)} m"
+        )
     return step
 
 
@@ -135,13 +137,16 @@ def own(given: ArrayLike) -> NDArray[np.float64]:
     try:
         array = np.asarray(np.ma.getdata(given) if mask is not None else given)
     except (TypeError, ValueError):
-        raise InputError(f"heights must be an array of numbers, got {show(given)}") from None
+        raise InputError(
+            Argument("heights"), f" must be an array of numbers, got {show(given)}"
+        ) from None
     if array.dtype.kind not in "iuf":
-        raise InputError(f"heights must be an array of numbers, got {show(given)}")
+        raise InputError(Argument("heights"), f" must be an array of numbers, got {show(given)}")
     if array.ndim not in (1, 2):
         raise InputError(
-            "heights must have two dimensions, rows along y and columns along x, or one for a "
-            f"profile, got shape {array.shape}"
+            Argument("heights"),
+            " must have two dimensions, rows along y and columns along x, or one for a "
+            f"profile, got shape {array.shape}",
         )
     if array.ndim == 1 and array.size < 4:
         raise InputError(f"a profile needs at least four points, got {array.size}")
@@ -149,7 +154,8 @@ def own(given: ArrayLike) -> NDArray[np.float64]:
         hint = "; for a profile, give one dimension" if array.size > 3 else ""
         rows, columns = array.shape
         raise InputError(
-            f"heights must have at least two rows and two columns, got {rows} x {columns}{hint}"
+            Argument("heights"),
+            f" must have at least two rows and two columns, got {rows} x {columns}{hint}",
         )
     # Our own results come locked and owned by nobody else: no need to copy them.
     shared = array.dtype == np.float64 and array.flags.c_contiguous and mask is None
@@ -170,11 +176,12 @@ def _check_values(array: NDArray[np.float64]) -> None:
     if math.isinf(low) or math.isinf(high):
         count = np.count_nonzero(np.isinf(array))
         raise InputError(
-            f"heights must be finite, or NaN where they are missing: {count} of {array.size} "
-            "are infinite"
+            Argument("heights"),
+            f" must be finite, or NaN where they are missing: {count} of {array.size} are infinite",
         )
     if max(-low, high) > LARGEST:
         worst = low if -low > high else high
         raise InputError(
-            f"heights must be heights in metres, got {worst:g} m; mark missing points as NaN"
+            Argument("heights"),
+            f" must be heights in metres, got {worst:g} m; mark missing points as NaN",
         )

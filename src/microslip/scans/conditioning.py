@@ -12,7 +12,7 @@ from microslip._core.checks import exact, number, positive
 from microslip._core.frozen import lock
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted, show
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.scans.checks import length_of
 from microslip.scans.filters import smooth
 from microslip.scans.height_map import HeightMap
@@ -118,19 +118,22 @@ def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, 
         length = length_of(name, given, "10 um")
         if not least < length < most:
             raise InputError(
-                f"{name} must be between two pixels ({_readable(least)}) and the size of the scan "
-                f"({_readable(most)}), got {_readable(length)}: {_where(length, least, most)}"
+                Argument(name),
+                f" must be between two pixels ({_readable(least)}) and the size of the scan "
+                f"({_readable(most)}), got {_readable(length)}: {_where(length, least, most)}",
             )
         found.append(length)
     short, long = found
     if long is not None and (before := short or scan.cutoff) is not None and long <= before:
         raise InputError(
-            f"long_cutoff must be longer than cutoff, got {_readable(long)} and {_readable(before)}"
+            Argument("long_cutoff"),
+            f" must be longer than cutoff, got {_readable(long)} and {_readable(before)}",
         )
     if short is not None and scan.long_cutoff is not None and short >= scan.long_cutoff:
         raise InputError(
-            f"cutoff must be shorter than the long_cutoff {_readable(scan.long_cutoff)} that was "
-            f"applied before, got {_readable(short)}"
+            Argument("cutoff"),
+            f" must be shorter than the long_cutoff {_readable(scan.long_cutoff)} that was "
+            f"applied before, got {_readable(short)}",
         )
     return short, long
 
@@ -168,13 +171,15 @@ def remaining(scan: HeightMap, cutoff: float | None) -> float | None:
     got, had = engineering(cutoff, "m", 4, trim=True), engineering(before, "m", 4, trim=True)
     if cutoff < before:
         raise InputError(
-            f"cutoff must not be shorter than the {had} that was applied before, got {got}: waves "
-            "that are gone do not come back; take None, or the scan as it was"
+            Argument("cutoff"),
+            f" must not be shorter than the {had} that was applied before, got {got}: waves "
+            "that are gone do not come back; take None, or the scan as it was",
         )
     next_one = engineering(math.hypot(before, 1.01 * least), "m", 4, trim=True)
     raise InputError(
-        f"cutoff must be the {had} that was applied before, or at least {next_one}, got {got}: "
-        "what is between takes a filter of two pixels or less"
+        Argument("cutoff"),
+        f" must be the {had} that was applied before, or at least {next_one}, got {got}: "
+        "what is between takes a filter of two pixels or less",
     )
 
 
@@ -196,8 +201,9 @@ def _threshold(given: Any) -> float | None:
     limit = number("outliers", given, "", 6.0)
     if limit < 2.0:
         raise InputError(
-            "outliers must be at least 2 robust standard deviations, or good points go too; "
-            f"got {exact(limit)}; 6 is usual"
+            Argument("outliers"),
+            " must be at least 2 robust standard deviations, or good points go too; "
+            f"got {exact(limit)}; 6 is usual",
         )
     return positive("outliers", limit)
 
@@ -205,7 +211,9 @@ def _threshold(given: Any) -> float | None:
 def _word(name: str, given: Any, words: tuple[str, ...]) -> None:
     if given is not None and (not isinstance(given, str) or given not in words):
         hint = did_you_mean(given, words) if isinstance(given, str) else ""
-        raise InputError(f"{name} must be {quoted(words)} or None, got {show(given)}{hint}")
+        raise InputError(
+            Argument(name), f" must be {quoted(words)} or None, got {show(given)}{hint}"
+        )
 
 
 def _without_outliers(scan: HeightMap, limit: float) -> tuple[np.ndarray, str]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import floats
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.scans.checks import length_of
 from microslip.scans.conditioning import Steps, condition, remaining
 from microslip.scans.height_map import HeightMap
@@ -160,7 +160,7 @@ def over_cutoffs(
     """
     wanted = default_cutoffs(scan) if cutoffs is None else _lengths(cutoffs)
     if wanted.ndim != 1 or (wanted < 0.0).any():
-        raise InputError("cutoffs must be a series of lengths [m], or 0 for none")
+        raise InputError(Argument("cutoffs"), " must be a series of lengths [m], or 0 for none")
     wanted = np.unique(wanted)
     # Levelled once; the filter works on what is left.
     levelled = scan if level is None else condition(scan, Steps(level))

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, positive, show
 from microslip._core.wording import did_you_mean, shorten
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.heights import TabulatedHeights
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
@@ -62,7 +62,9 @@ class GapTable:
         object.__setattr__(self, "radius", positive("radius", self.radius, "m", 1e-3))
         object.__setattr__(self, "density", positive("density", self.density, "1/m^2", 1e6))
         if not isinstance(self.heights, TabulatedHeights):
-            raise InputError(f"heights must be TabulatedHeights, got {show(self.heights)}")
+            raise InputError(
+                Argument("heights"), f" must be TabulatedHeights, got {show(self.heights)}"
+            )
 
     def to_surface(self, pair: MaterialPair, area: float) -> GreenwoodWilliamson:
         """Greenwood and Williamson's surface with these summits, against a rigid plane.

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked
 from microslip._core.units import engineering
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.scans.checks import enough, objection, own, pixel_of
 from microslip.scans.moments import Moments, moments_of
 from microslip.scans.noise import noise_passed, noise_std
@@ -50,9 +50,9 @@ class HeightMap(Locked):
     ) -> None:
         array = own(heights)
         if not isinstance(name, str):
-            raise InputError(f"name must be text, got {show(name)}")
+            raise InputError(Argument("name"), f" must be text, got {show(name)}")
         if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
-            raise InputError(f"notes must be a tuple of texts, got {show(notes)}")
+            raise InputError(Argument("notes"), f" must be a tuple of texts, got {show(notes)}")
         for key, value in (
             ("heights", array),
             ("pixel", pixel_of(pixel, array.ndim)),

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import number, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import did_you_mean, quoted
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.scans.height_map import HeightMap
 
 Map = TypeVar("Map", bound=HeightMap)
@@ -105,7 +105,9 @@ class PatchErrors(Locked):
 
         confidence = number("confidence", confidence)
         if not 0.5 <= confidence < 1.0:
-            raise InputError(f"confidence must be from 0.5 to below 1, got {confidence:g}")
+            raise InputError(
+                Argument("confidence"), f" must be from 0.5 to below 1, got {confidence:g}"
+            )
         reach = float(stdtrit(self.values.size - 1, 0.5 + 0.5 * confidence)) * self.standard_error
         return self.value - reach, self.value + reach
 
@@ -142,14 +144,17 @@ def patch_errors(
         if parameter not in PARAMETERS:
             hint = did_you_mean(parameter, PARAMETERS)
             raise InputError(
-                f"parameter must be {quoted(PARAMETERS)} or a function of a scan, "
-                f"got {show(parameter)}{hint}"
+                Argument("parameter"),
+                f" must be {quoted(PARAMETERS)} or a function of a scan, "
+                f"got {show(parameter)}{hint}",
             )
         function = PARAMETERS[parameter]
     elif callable(parameter):
         function = parameter
     else:
-        raise InputError(f"parameter must be a name or a function of a scan, got {show(parameter)}")
+        raise InputError(
+            Argument("parameter"), f" must be a name or a function of a scan, got {show(parameter)}"
+        )
     parts = cut(scan, patches)
     wanted = math.prod(_counts(patches, scan.heights.ndim))
     value = number("the parameter", function(scan))
@@ -188,11 +193,12 @@ def cut(scan: Map, patches: tuple[int, int] | int = (3, 3)) -> list[Map]:
     """
     counts = _counts(patches, scan.heights.ndim)
     if math.prod(counts) < 2:
-        raise InputError(f"patches must be two or more, got {show(patches)}")
+        raise InputError(Argument("patches"), f" must be two or more, got {show(patches)}")
     if any(n // count < 8 for n, count in zip(scan.heights.shape, counts, strict=True)):
         raise InputError(
-            f"patches must have eight points along a side, got {show(patches)} patches of "
-            f"{' x '.join(str(n) for n in scan.heights.shape)} points"
+            Argument("patches"),
+            f" must have eight points along a side, got {show(patches)} patches of "
+            f"{' x '.join(str(n) for n in scan.heights.shape)} points",
         )
     edges = [
         np.linspace(0, n, count + 1).astype(int)
@@ -222,7 +228,8 @@ def _counts(patches: Any, axes: int) -> tuple[int, ...]:
         given = (int(given[0]) * int(given[1]),)
     if len(given) != axes or not all(_is_count(n) for n in given):
         raise InputError(
-            f"patches must be whole numbers above zero, one for each axis, got {show(patches)}"
+            Argument("patches"),
+            f" must be whole numbers above zero, one for each axis, got {show(patches)}",
         )
     return tuple(int(n) for n in given)
 

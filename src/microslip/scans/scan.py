@@ -11,7 +11,7 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import show
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.scans.checks import LIMIT
 from microslip.scans.conditioning import Steps, condition
 from microslip.scans.cutoffs import CutoffTable, over_cutoffs
@@ -112,7 +112,7 @@ class Scan(HeightMap):
             too large; heights that are all the same, or all missing.
         """
         if not isinstance(path, (str, os.PathLike)):
-            raise InputError(f"path must be text or a path, got {show(path)}")
+            raise InputError(Argument("path"), f" must be text or a path, got {show(path)}")
         wishes = Wishes(format, unit, pixel, key, channel, valid, limit)
         heights, steps, name, notes = read(Path(path), wishes)
         return cls(heights, steps, name=name, notes=notes)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import show
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import quoted
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.scans.height_map import HeightMap
 from microslip.scans.moments import Moments
 
@@ -68,7 +68,7 @@ class AxisSpectrum(Locked):
             Another order.
         """
         if order not in (0, 2, 4):
-            raise InputError(f"order must be 0, 2 or 4, got {show(order)}")
+            raise InputError(Argument("order"), f" must be 0, 2 or 4, got {show(order)}")
         q = self.wavenumber
         if differences:
             q = 2.0 / self.pixel * np.sin(0.5 * self.pixel * q)
@@ -167,7 +167,9 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
         Another window; heights that are all the same.
     """
     if window not in ("hann", None):
-        raise InputError(f"window must be {quoted(['hann'])} or None, got {show(window)}")
+        raise InputError(
+            Argument("window"), f" must be {quoted(['hann'])} or None, got {show(window)}"
+        )
     heights, steps = scan.heights, scan.pixel
     tapers = [_taper(n, window) for n in heights.shape]
     weight: Any = tapers[0] if heights.ndim == 1 else tapers[0][:, None]

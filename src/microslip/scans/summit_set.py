@@ -14,7 +14,7 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import quoted
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction import Interface
 from microslip.heights import Discrete, HeightDistribution, TabulatedHeights
 from microslip.materials import MaterialPair
@@ -93,7 +93,9 @@ class Summits(Locked):
         count = np.size(self.heights)
         rows = {len(v) for v in (self.positions, self.radii, self.curvatures, self.prominences)}
         if count == 0 or rows != {count}:
-            raise InputError(f"summits must be one or more, each with all it has, got {count}")
+            raise InputError(
+                Argument("summits"), f" must be one or more, each with all it has, got {count}"
+            )
         for value in (
             self.positions,
             self.heights,
@@ -177,7 +179,9 @@ class Summits(Locked):
             return self.scan.moments().mccool()
         if estimate == "nayak":
             return self.scan.moments().nayak_summits().statistics()
-        raise InputError(f"estimate must be one of {quoted(ESTIMATES)}, got {show(estimate)}")
+        raise InputError(
+            Argument("estimate"), f" must be one of {quoted(ESTIMATES)}, got {show(estimate)}"
+        )
 
     def to_surface(
         self,
@@ -228,13 +232,13 @@ class Summits(Locked):
         if estimate == "population":
             if heights != "gaussian":
                 raise InputError(
-                    "heights must be left out for a population, which has its own, got "
-                    f"{show(heights)}"
+                    Argument("heights"),
+                    f" must be left out for a population, which has its own, got {show(heights)}",
                 )
             return self._population(pair, area)
         if estimate not in ESTIMATES:
             words = quoted((*ESTIMATES, "population"))
-            raise InputError(f"estimate must be one of {words}, got {show(estimate)}")
+            raise InputError(Argument("estimate"), f" must be one of {words}, got {show(estimate)}")
         statistics = self.statistics(estimate)
         law: Any = heights
         if isinstance(heights, str) and heights == "discrete":
@@ -267,7 +271,7 @@ class Summits(Locked):
             No joint.
         """
         if joint is not None and not isinstance(joint, Interface):
-            raise InputError(f"joint must be an Interface, got {show(joint)}")
+            raise InputError(Argument("joint"), f" must be an Interface, got {show(joint)}")
         pixel = math.sqrt(math.prod(self.scan.pixel))
         spacing = 1.0 / math.sqrt(self.density)
         values = radius_in_pixels(self.statistics().radius, self.scan.pixel)
@@ -306,8 +310,8 @@ class Summits(Locked):
             )
         if wanted < 0.5:
             raise InputError(
-                f"area must hold at least one summit, {1.0 / self.density:.3g} m^2, got "
-                f"{area:g} m^2"
+                Argument("area"),
+                f" must hold at least one summit, {1.0 / self.density:.3g} m^2, got {area:g} m^2",
             )
         chosen = resample(self.heights, round(wanted))
         return AsperityPopulation(pair, self.heights[chosen], self.radii[chosen])

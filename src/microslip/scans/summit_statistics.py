@@ -8,7 +8,7 @@ from typing import Any, Literal
 from microslip._core.checks import number, positive, show
 from microslip._core.units import AREA, QuantityError, engineering, significant, to_si
 from microslip._core.wording import quoted
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.heights import Gaussian, HeightDistribution
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
@@ -63,10 +63,11 @@ class SummitStatistics:
         for name in ("std", "mean_height"):
             object.__setattr__(self, name, number(name, getattr(self, name), "m", 1e-7))
         if self.std < 0.0:
-            raise InputError(f"std must not be below zero [m], got {self.std:g}")
+            raise InputError(Argument("std"), f" must not be below zero [m], got {self.std:g}")
         if self.radius_by not in RADII:
             raise InputError(
-                f"radius_by must be one of {quoted(RADII)}, got {show(self.radius_by)}"
+                Argument("radius_by"),
+                f" must be one of {quoted(RADII)}, got {show(self.radius_by)}",
             )
 
     @property

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import number, show
 from microslip._core.units import engineering, significant
 from microslip._core.wording import quoted
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.scans.checks import length_of
 from microslip.scans.conditioning import Steps, band, condition, remaining
 from microslip.scans.curvature import by_differences, equivalent_radii, fitted
@@ -90,16 +90,20 @@ def find_summits(
     counted.
     """
     if not isinstance(scan, HeightMap):
-        raise InputError(f"scan must be a Scan, got {show(scan)}")
+        raise InputError(Argument("scan"), f" must be a Scan, got {show(scan)}")
     if scan.is_profile:
         raise InputError(
             f"{scan.name[:60]}: a profile has peaks but no summits; use "
             "condition(cutoff=...).moments().mccool(), which has to_surface(pair, area)"
         )
     if method not in METHODS:
-        raise InputError(f"method must be one of {quoted(METHODS)}, got {show(method)}")
+        raise InputError(
+            Argument("method"), f" must be one of {quoted(METHODS)}, got {show(method)}"
+        )
     if not isinstance(window, (int, np.integer)) or window not in range(3, 16, 2):
-        raise InputError(f"window must be an odd number from 3 to 15, got {show(window)}")
+        raise InputError(
+            Argument("window"), f" must be an odd number from 3 to 15, got {show(window)}"
+        )
     rise = None if prominence is None else _rise(prominence)
     short = remaining(scan, band(scan, cutoff, None)[0])
     noise = scan.noise_behind(short)
@@ -186,7 +190,7 @@ def _rise(given: float | str) -> float:
         return length_of("prominence", given, "2 nm")
     rise = number("prominence", given, "m")
     if rise < 0.0:
-        raise InputError(f"prominence must not be below zero [m], got {rise:g}")
+        raise InputError(Argument("prominence"), f" must not be below zero [m], got {rise:g}")
     return rise
 
 

@@ -3,24 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
-
-import numpy as np
+from typing import cast
 
 from microslip.errors import InputError, StudyError
 from microslip.friction import Interface
-from microslip.heights import Exponential, Gaussian
-from microslip.materials import Material, MaterialPair
-from microslip.normal import (
-    AsperityPopulation,
-    GreenwoodWilliamson,
-    NormalLaw,
-    SphereOnFlat,
-    TabulatedNormalLaw,
-)
-from microslip.study import surfaces as u
+from microslip.materials import MaterialPair
+from microslip.normal import NormalLaw
+from microslip.study.joints import Joint
 from microslip.study.part import KeyedError, as_key
 from microslip.study.schema import Study
 from microslip.study.sense import lifting
@@ -47,66 +38,19 @@ def build_surface(study: Study) -> NormalLaw:
     materials = {}
     for name, material in study.material.items():
         with blame(study, f"material.{name}", type(material).model_fields):
-            materials[name] = (
-                Material.rigid()
-                if isinstance(material, u.Rigid)
-                else Material(
-                    young_modulus=material.young_modulus,
-                    poisson_ratio=material.poisson_ratio,
-                    hardness=material.hardness,
-                )
-            )
-    with blame(study, "surface.materials"):
-        first, second = study.surface.materials
-        pair = MaterialPair(materials[first], materials[second])
+            materials[name] = material.build()
     surface = study.surface
+    assert surface is not None  # an interface has one
+    with blame(study, "surface.materials"):
+        first, second = surface.materials
+        pair = MaterialPair(materials[first], materials[second])
     with blame(study, "surface", type(surface).model_fields):
-        if isinstance(surface, u.GreenwoodWilliamsonSurface):
-            return GreenwoodWilliamson(
-                pair,
-                heights=_heights(surface.heights),
-                radius=surface.radius,
-                density=surface.density,
-                area=surface.area,
-            )
-        if isinstance(surface, u.PopulationSurface):
-            radii = surface.radius
-            return AsperityPopulation(
-                pair,
-                heights=np.array(surface.heights.values),
-                radii=radii[0] if len(radii) == 1 else np.array(radii),
-            )
-        if isinstance(surface, u.SphereSurface):
-            return SphereOnFlat(pair, radius=surface.radius)
-        if isinstance(surface, u.ScanSurface):
-            return surface.build(pair)
-        return TabulatedNormalLaw(
-            pair,
-            separation=np.array(surface.separation),
-            load=np.array(surface.load),
-            tail=surface.tail,
-        )
-
-
-def _heights(
-    heights: u.GaussianHeights
-    | u.ExponentialHeights
-    | u.GivenHeights
-    | u.ScipyHeights
-    | u.TableHeights,
-) -> Any:
-    """What a surface takes for heights: a distribution of its own or SciPy's, or an array."""
-    if isinstance(heights, u.GaussianHeights):
-        return Gaussian(std=heights.std, mean=heights.mean)
-    if isinstance(heights, u.ExponentialHeights):
-        return Exponential(scale=heights.scale)
-    if isinstance(heights, (u.ScipyHeights, u.TableHeights)):
-        return heights.frozen()
-    return np.array(heights.values)
+        law: NormalLaw = surface.build(pair)
+        return law
 
 
 def build_joints(study: Study) -> list[Interface]:
-    """Joints of a study, one for each normal load.
+    """Joints of a study: one for each normal load, or the law that it gives by its parameters.
 
     Parameters
     ----------
@@ -116,40 +60,34 @@ def build_joints(study: Study) -> list[Interface]:
     Returns
     -------
     list of Interface
-        In the order of the loads.
+        In the order of the loads; or the one law, which has its backbone only.
 
     Raises
     ------
     StudyError
         If the physics refuses what the schema lets pass, such as a load that cannot be carried.
     """
+    if not isinstance(study.joint, Joint):
+        return [cast(Interface, study.joint.build())]
     surface = build_surface(study)
     joints: list[Interface] = []
     loads = study.joint.normal_load
     for index, load in enumerate(loads, start=1):
         item = f", item {index}" if len(loads) > 1 else ""
         with blame(study, f"joint.normal_load{item}"):
-            if joints:
-                joints.append(joints[0].at(normal_load=load))
-            else:
-                joints.append(
-                    Interface(
-                        surface,
-                        friction_coefficient=study.joint.friction_coefficient,
-                        normal_load=load,
-                    )
-                )
+            joint = joints[0].at(normal_load=load) if joints else study.joint.build(surface, load)
+            joints.append(joint)
     return joints
 
 
-def check_loads(study: Study, joints: list[Interface]) -> None:
+def check_loads(study: Study, joints: Sequence[Interface]) -> None:
     """See that the surface can carry the loads that vary; the others its joints have.
 
     Parameters
     ----------
     study : Study
         A validated study.
-    joints : list of Interface
+    joints : sequence of Interface
         Its joints.
 
     Raises
@@ -157,10 +95,11 @@ def check_loads(study: Study, joints: list[Interface]) -> None:
     StudyError
         If contact is lost on a surface without an end.
     """
-    if math.isfinite(joints[0].surface._top):
+    first = joints[0]
+    if not study.joint.loads or math.isfinite(first.surface._top):
         return
     try:
-        lifting(study, min(study.joint.normal_load))
+        lifting(study, min(study.joint.loads))
     except KeyedError as error:
         raise StudyError(f"{study.name}: {error.key}: {error}") from None
 

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 import warnings
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from microslip._core.wording import did_you_mean, quoted, shorten, show
 from microslip.errors import InputError
+from microslip.heights import Statistical
 from microslip.study.part import KeyedError
-
-if TYPE_CHECKING:
-    from microslip.study.surfaces import ScipyHeights
 
 _KEY = "surface.heights"
 _ALSO_CALLED = {
@@ -32,25 +31,17 @@ def names() -> list[str]:
     return [name for name in dir(stats) if isinstance(getattr(stats, name), stats.rv_continuous)]
 
 
-def check(heights: ScipyHeights) -> None:
-    """Find what is wrong with heights of kind "scipy".
-
-    Parameters
-    ----------
-    heights : ScipyHeights
-        Their description.
-
-    Raises
-    ------
-    KeyedError
-        If there is no such distribution, it has other shape parameters, does not take their values
-        or has no finite load.
-    """
+def frozen(name: str, parameters: Mapping[str, float], location: float, scale: float) -> Any:
+    """The frozen distribution of scipy.stats, heights in metres."""
     from scipy import stats
 
-    from microslip.heights import Statistical
+    return getattr(stats, name)(**parameters, loc=location, scale=scale)
 
-    name, given = heights.distribution, heights.parameters
+
+def check(name: str, given: Mapping[str, float], location: float, scale: float) -> None:
+    """Raise a KeyedError about heights of kind "scipy" that are none, or have no finite load."""
+    from scipy import stats
+
     distribution = getattr(stats, name, None)
     if not isinstance(distribution, stats.rv_continuous):
         raise KeyedError(f"{_KEY}.distribution", f"wanted {_wanted(name, distribution)}")
@@ -60,15 +51,15 @@ def check(heights: ScipyHeights) -> None:
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         try:
-            frozen = heights.frozen()
+            heights = frozen(name, given, location, scale)
             # SciPy says no by a support that is no number.
-            if any(map(math.isnan, frozen.support())):
+            if any(map(math.isnan, heights.support())):
                 raise ValueError("out of their range")
         except Exception as error:  # whatever its functions meet
             wanted = f"wanted values that scipy.stats.{name} takes, got {_values(given)}"
             raise KeyedError(f"{_KEY}.parameters", f"{wanted} ({_reason(error)})") from None
         try:
-            Statistical(frozen)
+            Statistical(heights)
         except InputError as error:
             message = str(error).removeprefix("heights must have ")
             raise KeyedError(_KEY, f"wanted {message} ({of})") from None
@@ -86,7 +77,7 @@ def _wanted(name: str, found: Any) -> str:
     return f"{example}, got {show(name)}{did_you_mean(meant or name, names())}"
 
 
-def _same_names(name: str, shapes: list[str], given: dict[str, float]) -> None:
+def _same_names(name: str, shapes: list[str], given: Mapping[str, float]) -> None:
     has = f'"{name}" has no shape parameters'
     if shapes:
         has = f'"{name}" has the shape parameter{"s" * (len(shapes) > 1)} {quoted(shapes, "and")}'
@@ -104,7 +95,7 @@ def _same_names(name: str, shapes: list[str], given: dict[str, float]) -> None:
             raise KeyedError(f"{_KEY}.parameters.{key}", f"missing; {has}")
 
 
-def _values(given: dict[str, float]) -> str:
+def _values(given: Mapping[str, float]) -> str:
     return ", ".join(f"{key} = {value:g}" for key, value in given.items())
 
 

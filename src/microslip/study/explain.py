@@ -3,45 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import ValidationError
 
 from microslip._core.wording import did_you_mean, nearest, quoted, shorten, show
 from microslip.materials import metals
 from microslip.study import schema as s
-from microslip.study import surfaces as u
 from microslip.study.columns import Column
 from microslip.study.distributions import names
+from microslip.study.heights import HEIGHTS_TABLES, GivenHeights
+from microslip.study.joints import INTERFACE, LAW_TABLES, Joint
 from microslip.study.overrides import Override
+from microslip.study.part import KeyedError, Part
+from microslip.study.surfaces import SURFACE_TABLES, Elastic, Rigid
 
 Loc = tuple[int | str, ...]
 
-_SURFACES = (
-    u.GreenwoodWilliamsonSurface,
-    u.PopulationSurface,
-    u.SphereSurface,
-    u.TableSurface,
-    u.ScanSurface,
-)
-_HEIGHTS = (
-    u.GaussianHeights,
-    u.ExponentialHeights,
-    u.GivenHeights,
-    u.ScipyHeights,
-    u.TableHeights,
-)
-
-
-def _tag(model: type[u.Part], key: str) -> str:
-    return str(get_args(model.model_fields[key].annotation)[0])
-
-
 # The models by the last part of pydantic's location, which is the tag in a union.
-_MODELS: dict[str, type[u.Part]] = {
-    "elastic": u.Elastic,
-    "rigid": u.Rigid,
-    "joint": s.Joint,
+_MODELS: dict[str, type[Part]] = {
+    "elastic": Elastic,
+    "rigid": Rigid,
     "excitation": s.Excitation,
     "curve": s.Curve,
     "history": s.History,
@@ -49,10 +31,14 @@ _MODELS: dict[str, type[u.Part]] = {
     "normal_load": s.LoadColumn,
     "oscillator": s.OscillatorPart,
     "output": s.Output,
-    **dict.fromkeys(("radius", "separation", "load", "height", "density"), Column),
-    **{_tag(model, "law"): model for model in _SURFACES},
-    **{_tag(model, "kind"): model for model in _HEIGHTS},
+    INTERFACE: Joint,
 }
+_HELD: dict[str, dict[str, type[Part]]] = {
+    "joint": {INTERFACE: Joint, **LAW_TABLES},
+    "surface": SURFACE_TABLES,
+    "heights": HEIGHTS_TABLES,
+}
+"""The tables among which a law or a kind chooses."""
 _TABLES = {
     "heights": '{ kind = "gaussian", std = "0.5 um" }',
     "curve": '{ from = "1 nm", to = "100 um", points = 200 }',
@@ -118,7 +104,9 @@ def _is_tag(loc: Loc, index: int) -> bool:
     """Whether a part of a location is pydantic's choice of a model and no key of the file."""
     if loc[0] == "material":
         return index == 2
-    return index > 0 and loc[0] == "surface" and (index == 1 or loc[index - 1] == "heights")
+    if loc[0] not in ("surface", "joint") or index == 0:
+        return False
+    return index == 1 or (loc[0] == "surface" and loc[index - 1] == "heights")
 
 
 def _place(loc: Loc) -> int:
@@ -127,14 +115,16 @@ def _place(loc: Loc) -> int:
     return order.index(str(loc[0])) if loc and loc[0] in order else -1
 
 
-def _model_at(loc: Loc) -> type[u.Part]:
-    """Model whose key is the last part of a location."""
-    if loc[-2:-1] == ("table",) and "heights" in loc:  # a law and a kind of this name
-        return u.TableHeights
-    return s.Study if len(loc) == 1 else _MODELS[str(loc[-2])]
+def _model_at(loc: Loc) -> type[Part]:
+    """Table whose key is the last part of a location."""
+    if len(loc) == 1:
+        return s.Study
+    table, place = str(loc[-2]), str(loc[-3]) if len(loc) > 2 else ""
+    # What is no table of its own is a list that a column of a file stands for.
+    return _HELD.get(place, {}).get(table) or _MODELS.get(table, Column)
 
 
-def _keys(model: type[u.Part]) -> list[str]:
+def _keys(model: type[Part]) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
@@ -156,8 +146,8 @@ def _line(item: dict[str, Any], data: dict[str, Any]) -> tuple[str, str]:
     key = _dotted(loc, data)
     if kind == "value_error":
         cause = item["ctx"]["error"]
-        if isinstance(cause, u.KeyedError):
-            key = cause.key
+        if isinstance(cause, KeyedError):
+            key = f"{key}{cause.key}" if cause.key.startswith(".") else cause.key
         return key, str(cause)
     if kind == "missing":
         return key, _missing(loc)
@@ -166,7 +156,7 @@ def _line(item: dict[str, Any], data: dict[str, Any]) -> tuple[str, str]:
     if kind == "union_tag_not_found":
         return _no_tag(key, given, loc)
     if kind == "union_tag_invalid":
-        tag = item["ctx"]["discriminator"].strip("'")
+        tag = "law" if loc == ("joint",) else item["ctx"]["discriminator"].strip("'")
         choices = [word.strip("'") for word in item["ctx"]["expected_tags"].split(", ")]
         value = given[tag]
         hint = ""
@@ -211,7 +201,7 @@ def _unknown(loc: Loc) -> str:
     hint = did_you_mean(name, keys)
     if hint:
         return f"unknown key{hint}"
-    if model is u.Rigid:
+    if model is Rigid:
         return "unknown key; a rigid material has no other"
     home = next((home for home, other in _homes() if name in _keys(other)), None)
     if home:
@@ -219,29 +209,29 @@ def _unknown(loc: Loc) -> str:
     return f"unknown key; the keys here are {', '.join(keys)}"
 
 
-def _homes() -> list[tuple[str, type[u.Part]]]:
+def _homes() -> list[tuple[str, type[Part]]]:
     """Where the keys belong, in words."""
     return [
         ("the top level", s.Study),
-        ("[material.NAME]", u.Elastic),
-        ("[joint]", s.Joint),
+        ("[material.NAME]", Elastic),
+        ("[joint]", Joint),
         ("[excitation]", s.Excitation),
         ("[oscillator]", s.OscillatorPart),
         ("[output]", s.Output),
-        *((f'[surface] with law = "{_tag(model, "law")}"', model) for model in _SURFACES),
-        *((f'heights with kind = "{_tag(model, "kind")}"', model) for model in _HEIGHTS),
+        *((f'[surface] with law = "{name}"', model) for name, model in SURFACE_TABLES.items()),
+        *((f'heights with kind = "{name}"', model) for name, model in HEIGHTS_TABLES.items()),
+        *((f'[joint] with law = "{name}"', model) for name, model in LAW_TABLES.items()),
     ]
-
-
-def _heights_at(loc: Loc) -> tuple[type[u.Part], ...]:
-    return (u.GivenHeights,) if "population" in loc else _HEIGHTS
 
 
 def _no_tag(key: str, given: Any, loc: Loc) -> tuple[str, str]:
     """A surface without a law or heights without a kind, or with that key misspelt."""
-    tag, models = ("kind", _heights_at(loc)) if loc[-1] == "heights" else ("law", _SURFACES)
+    tag, tables = "law", _HELD["surface"]
+    if loc[-1] == "heights":
+        tag = "kind"
+        tables = {"values": GivenHeights} if "population" in loc else HEIGHTS_TABLES
     near = nearest(tag, [name for name in given if isinstance(name, str)])
-    known = {name for model in models for name in _keys(model)}
+    known = {name for model in tables.values() for name in _keys(model)}
     if near is not None and near not in known:
         return f"{key}.{near}", f'unknown key; did you mean "{tag}"?'
-    return f"{key}.{tag}", f"missing; wanted {quoted(_tag(model, tag) for model in models)}"
+    return f"{key}.{tag}", f"missing; wanted {quoted(tables)}"

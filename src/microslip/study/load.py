@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from microslip._core.wording import shorten
 from microslip.errors import StudyError
 from microslip.study.explain import explain
-from microslip.study.overrides import Override, apply
+from microslip.study.overrides import MAX_DEPTH, Override, apply, is_too_deep
 from microslip.study.part import Reading
 from microslip.study.schema import Study
 from microslip.study.textfile import read_text
@@ -75,6 +75,8 @@ def parse(
     StudyError
         If the text is not TOML or not a study.
     """
+    if is_too_deep(text):
+        raise StudyError(f"{name}: not a study: a key of more than {MAX_DEPTH} levels")
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

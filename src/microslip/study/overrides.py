@@ -21,6 +21,17 @@ _LISTS = """such as joint.normal_load=["1 kN", "3 kN"]"""
 _CHOICES = ("law", "kind", "rigid", "quantity")
 
 
+MAX_DEPTH = 200
+"""Levels of a key; a study has five, and what reads TOML takes the square of them in time."""
+
+_LEVELS = re.compile(r"""(?:\.[ \t]*(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*)+""")
+
+
+def is_too_deep(text: str) -> bool:
+    """Whether some key of a TOML text has absurdly many levels."""
+    return any(levels[0].count(".") >= MAX_DEPTH for levels in _LEVELS.finditer(text))
+
+
 @dataclass
 class Override:
     """One key and what it is to be."""
@@ -138,6 +149,8 @@ def _wrong(given: str, message: str) -> StudyError:
 def _path(given: str, key: str) -> tuple[str, ...]:
     if "[" in key:
         raise _wrong(given, f"no item of a list can be set; give all of the list, {_LISTS}")
+    if is_too_deep(key):
+        raise _wrong(given, f"a key of more than {MAX_DEPTH} levels")
     try:
         node: Any = {} if "\n" in key or "#" in key else tomllib.loads(f"{key} = 0")
     except (ValueError, RecursionError):

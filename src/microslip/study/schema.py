@@ -27,10 +27,8 @@ from microslip.study.fields import (
     Amplitude,
     Amplitudes,
     ForceAmplitudes,
-    Friction,
     Line,
     Load,
-    Loads,
     LoadShare,
     Mass,
     Phase,
@@ -42,6 +40,7 @@ from microslip.study.fields import (
     one_of,
     whole,
 )
+from microslip.study.joints import AnyJoint
 from microslip.study.metals import with_metals
 from microslip.study.part import KeyedError, Part
 from microslip.study.sense import check
@@ -56,18 +55,6 @@ SCHEMA = 1
 MAX_POINTS = 1_000_000
 MAX_HARMONIC = 10
 FORMATS = ("netcdf", "csv", "svg", "png")
-
-
-class Joint(Part):
-    """What presses and holds the surfaces: friction coefficient [–] and normal loads [N]."""
-
-    friction_coefficient: Friction = Field(
-        description="Coulomb's coefficient of friction, above zero.", examples=["0.55"]
-    )
-    normal_load: Loads = Field(
-        description="One normal load or a list of different ones; one joint for each.",
-        examples=['["500 N", "2 kN"]'],
-    )
 
 
 class Curve(Part):
@@ -293,8 +280,14 @@ class Study(Part):
         "it has one, the keys given win.",
         examples=['{ mine = { young_modulus = "69 GPa", poisson_ratio = 0.33 } }'],
     )
-    surface: AnySurface = Field(description="The two bodies and how they touch.", examples=[""])
-    joint: Joint = Field(description="Friction and load.", examples=[""])
+    surface: AnySurface = Field(  # type: ignore[assignment]
+        default=None,
+        description="The two bodies and how they touch; only for the law interface.",
+        examples=[""],
+    )
+    joint: AnyJoint = Field(
+        description="Friction and load, or a friction law by its own parameters.", examples=[""]
+    )
     excitation: Excitation = Field(
         default_factory=Excitation, description="Amplitudes, curves and histories."
     )

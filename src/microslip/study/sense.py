@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from microslip._core.units import engineering
 from microslip._core.wording import shorten
+from microslip.study.joints import Joint
 from microslip.study.metals import unknown
 from microslip.study.part import KeyedError
-from microslip.study.surfaces import Elastic, GreenwoodWilliamsonSurface, Rigid, TableSurface
+from microslip.study.surfaces import Elastic, Rigid, TableSurface
 
 if TYPE_CHECKING:
     from microslip.study.schema import Study
@@ -39,21 +41,38 @@ def check(study: Study) -> None:
         If bodies are not described or cannot be, forces or loads cannot be carried, or there is too
         much to compute.
     """
-    _bodies(study)
-    _summits(study)
-    _loads(study)
-    _variation(study)
+    if isinstance(study.joint, Joint):
+        if study.surface is None:
+            raise KeyedError("surface", "missing; write a table [surface]")
+        _bodies(study, study.surface)
+        _loads(study, study.joint.normal_load)
+        _variation(study, study.joint.normal_load)
+    else:
+        _alone(study)
     _forces(study)
     _amount(study)
 
 
-def _bodies(study: Study) -> None:
-    names = study.surface.materials
+def _alone(study: Study) -> None:
+    """A friction law by its own parameters has no surface and no normal load."""
+    law, excitation = study.joint.law, study.excitation
+    because = f'the law "{law}" knows no normal load'
+    if study.surface is not None:
+        raise KeyedError("surface", f'wanted none beside joint.law = "{law}", got one; remove it')
+    if excitation.load_variation is not None:
+        raise KeyedError(VARIATION, f"wanted none, got a table; {because}")
+    if excitation.history is not None and excitation.history.loads is not None:
+        raise KeyedError(RECORDED, f"wanted none, got a table; {because}")
+
+
+def _bodies(study: Study, surface: Any) -> None:
+    names = surface.materials
     for index, name in enumerate(names, start=1):
         if name not in study.material:
             raise KeyedError(f"surface.materials, item {index}", unknown(name, study.material))
     if all(isinstance(study.material[name], Rigid) for name in names):
         raise KeyedError("surface.materials", "wanted one body that deforms, got two rigid ones")
+    _summits(surface)
     for name, material in study.material.items():
         if isinstance(material, Elastic) and material.hardness is not None:
             modulus = engineering(material.young_modulus, "Pa", 6, trim=True)
@@ -65,10 +84,10 @@ def _bodies(study: Study) -> None:
                 )
 
 
-def _summits(study: Study) -> None:
+def _summits(surface: Any) -> None:
     """A surface has a summit; less is a slip of a unit."""
-    if isinstance(study.surface, GreenwoodWilliamsonSurface):
-        count = study.surface.density * study.surface.area
+    if {"density", "area"} <= type(surface).model_fields.keys() and surface.law != "scan":
+        count = surface.density * surface.area
         if count < 1.0:
             raise KeyedError(
                 "surface.density",
@@ -76,11 +95,11 @@ def _summits(study: Study) -> None:
             )
 
 
-def _loads(study: Study) -> None:
+def _loads(study: Study, loads: Sequence[float]) -> None:
     """A table carries no more than its first load."""
     if not isinstance(study.surface, TableSurface):
         return
-    loads, most = study.joint.normal_load, study.surface.load[0]
+    most = study.surface.load[0]
     for index, load in enumerate(loads, start=1):
         if load > most:
             item = f", item {index}" if len(loads) > 1 else ""
@@ -90,11 +109,11 @@ def _loads(study: Study) -> None:
             )
 
 
-def _variation(study: Study) -> None:
+def _variation(study: Study, normal_loads: Sequence[float]) -> None:
     """A load that varies does not pull, and stays within a table."""
     variation = study.excitation.load_variation
     if variation is not None:
-        load = min(study.joint.normal_load)
+        load = min(normal_loads)
         if variation.amplitude is not None and variation.amplitude > load:
             raise KeyedError(
                 f"{VARIATION}.amplitude",
@@ -106,7 +125,7 @@ def _variation(study: Study) -> None:
     most = study.surface.load[0]
     table = f"the first load of the table, {_force(most)}"
     if variation is not None:
-        load = max(study.joint.normal_load)
+        load = max(normal_loads)
         share = variation.share_of(load)
         if load * (1.0 + share) > most:
             room = math.floor(1000.0 * (most / load - 1.0)) / 1000.0
@@ -170,20 +189,23 @@ def lifting(study: Study, lightest: float) -> None:
 
 def _forces(study: Study) -> None:
     """No force reaches the limit at the lightest load."""
-    load, excitation = min(study.joint.normal_load), study.excitation
-    limit = study.joint.friction_coefficient * load
+    excitation, joint = study.excitation, study.joint
+    if isinstance(joint, Joint):
+        load = min(joint.normal_load)
+        limit, place = joint.friction_coefficient * load, f" at the load {_force(load)}"
+    else:
+        limit, place = joint.build().force_limit, ""
     for index, force in enumerate(excitation.force_amplitudes or (), start=1):
         if force >= limit:
             raise KeyedError(
                 f"excitation.force_amplitudes, item {index}",
-                f"wanted less than the force limit {_force(limit)} at the load {_force(load)}, "
-                f"got {_force(force)}",
+                f"wanted less than the force limit {_force(limit)}{place}, got {_force(force)}",
             )
     history = excitation.history
     if history is not None and history.quantity == "force":
         force = max(history.values, key=abs)
-        if (loads := history.loads) is not None:
-            limits = study.joint.friction_coefficient * loads
+        if (loads := history.loads) is not None and isinstance(joint, Joint):
+            limits = joint.friction_coefficient * loads
             beyond = np.flatnonzero(np.abs(history.values) >= limits)
             if beyond.size:
                 row = int(beyond[0])
@@ -197,12 +219,12 @@ def _forces(study: Study) -> None:
             raise KeyedError(
                 "excitation.history",
                 f"{shorten(history.file, 100)}: wanted forces within ±{_force(limit)}, the force "
-                f"limit at the load {_force(load)}, got {_force(force)}",
+                f"limit{place}, got {_force(force)}",
             )
 
 
 def _amount(study: Study) -> None:
-    excitation, loads = study.excitation, len(study.joint.normal_load)
+    excitation, loads = study.excitation, max(len(study.joint.loads), 1)
     key = "amplitudes" if excitation.force_amplitudes is None else "force_amplitudes"
     loops = loads * len(excitation.amplitudes or excitation.force_amplitudes or ())
     points = loads * (excitation.curve.points if excitation.curve else 0)

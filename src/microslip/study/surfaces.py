@@ -1,56 +1,48 @@
-"""Floor 8: the materials and surfaces that a study file may describe."""
+"""Floor 10: the materials and surfaces that a study file may describe."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+import dataclasses
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import ConfigDict, Discriminator, Field, Tag, ValidationInfo, model_validator
+import numpy as np
+from pydantic import Discriminator, Field, Tag, model_validator
 
-from microslip._core.units import LENGTH, engineering
-from microslip.study.columns import Column, ColumnName, FileName, UnitName, text
+from microslip._core.parameters import key_of, parameters_of
+from microslip._core.units import engineering
+from microslip.materials import Material, MaterialPair
+from microslip.normal import NORMAL_LAWS, AsperityPopulation, NormalLaw, TabulatedNormalLaw
 from microslip.study.fields import (
-    Area,
-    Density,
     Hardness,
-    Height,
-    Heights,
     Modulus,
     PoissonRatio,
     Radii,
-    Radius,
-    RisingHeights,
-    Roughness,
     Separations,
-    ShapeParameter,
-    TabulatedDensity,
     TabulatedLoads,
     TwoNames,
     one_of,
 )
+from microslip.study.heights import HEIGHTS_TABLES, AnyHeights, GivenHeights, ScipyHeights
+from microslip.study.parametric import Described, table_of
 from microslip.study.part import KeyedError, Part
 from microslip.study.scanned_surface import ScanSurface
 
 __all__ = [
+    "SURFACE_TABLES",
     "AnyMaterial",
     "AnySurface",
     "Elastic",
     "ExponentialHeights",
     "GaussianHeights",
-    "GivenHeights",
-    "GreenwoodWilliamsonSurface",
-    "KeyedError",
-    "Part",
     "PopulationSurface",
     "Rigid",
     "ScanSurface",
     "ScipyHeights",
-    "SphereSurface",
     "TableHeights",
     "TableSurface",
 ]
-
-
-DistributionName = Annotated[str, text('the name of a distribution such as "weibull_min"')]
 
 
 class Elastic(Part):
@@ -65,164 +57,47 @@ class Elastic(Part):
         examples=['"1.2 GPa"'],
     )
 
+    def build(self) -> Material:
+        """The material."""
+        return Material(self.young_modulus, self.poisson_ratio, self.hardness)
+
 
 class Rigid(Part):
     """A body that does not deform."""
 
     rigid: Literal[True] = Field(description="A body that does not deform; it has no other key.")
 
-
-class GaussianHeights(Part):
-    """Normally distributed summit heights [m]."""
-
-    kind: Literal["gaussian"] = Field(description="Normal distribution.")
-    std: Roughness = Field(
-        description="Standard deviation of the summit heights.", examples=['"0.5 um"']
-    )
-    mean: Height = Field(default=0.0, description="Mean height; 0 if absent.")
+    def build(self) -> Material:
+        """The material."""
+        return Material.rigid()
 
 
-class ExponentialHeights(Part):
-    """Exponentially distributed summit heights y ≥ 0 with their mean [m]."""
+class Surface(Part):
+    """Two bodies and how they touch."""
 
-    kind: Literal["exponential"] = Field(description="Exponential distribution of heights >= 0.")
-    scale: Roughness = Field(description="Mean height.", examples=['"0.8 um"'])
-
-
-class GivenHeights(Part):
-    """Summit heights one by one [m], all equally likely; here or in a CSV file."""
-
-    model_config = ConfigDict(
-        json_schema_extra={
-            "required": ["kind"],
-            "oneOf": [{"required": ["values"]}, {"required": ["file", "column"]}],
-        }
-    )
-
-    kind: Literal["values"] = Field(description="Given heights, all equally likely.")
-    values: Heights = Field(
-        description="The heights, unless a file holds them.", examples=['["0.4 um", "0.7 um"]']
-    )
-    file: FileName | None = Field(
-        default=None, description="CSV file that holds them instead.", examples=['"heights.csv"']
-    )
-    column: ColumnName | None = Field(
-        default=None, description="Name of its column.", examples=['"y"']
-    )
-    unit: UnitName | None = Field(
-        default=None,
-        description='Unit of the column; not needed where its header has one, "[um]" or "(um)".',
-        examples=['"um"'],
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_file(cls, given: Any, info: ValidationInfo) -> Any:
-        if not isinstance(given, dict) or not given.keys() & {"file", "column", "unit"}:
-            return given
-        if "values" in given:
-            if "file" not in given:
-                key = "column" if "column" in given else "unit"
-                raise KeyedError(f"surface.heights.{key}", "wanted only beside file, got values")
-            raise KeyedError("surface.heights.file", "wanted values or a file, got both")
-        keys = {key: value for key, value in given.items() if key != "kind"}
-        column = Column.model_validate(keys, context=info.context)
-        return {**given, "values": column.read(LENGTH, "any", info, "surface.heights")}
-
-
-class ScipyHeights(Part):
-    """Summit heights by a continuous distribution of scipy.stats, placed and scaled [m]."""
-
-    kind: Literal["scipy"] = Field(description="A continuous distribution of scipy.stats.")
-    distribution: DistributionName = Field(
-        description='Name in scipy.stats, such as "weibull_min".', examples=['"weibull_min"']
-    )
-    parameters: dict[str, ShapeParameter] = Field(
-        default_factory=dict,
-        description="Shape parameters by the names that SciPy gives them; plain numbers.",
-        examples=["{ c = 2.0 }"],
-    )
-    location: Height = Field(
-        default=0.0, description="SciPy's loc, a shift of all heights; 0 if absent."
-    )
-    scale: Roughness = Field(description="SciPy's scale.", examples=['"1 um"'])
-
-    def frozen(self) -> Any:
-        """The frozen distribution of scipy.stats, heights in metres."""
-        from scipy import stats
-
-        distribution = getattr(stats, self.distribution)
-        return distribution(**self.parameters, loc=self.location, scale=self.scale)
-
-    @model_validator(mode="after")
-    def _is_one(self) -> Self:
-        from microslip.study.distributions import check
-
-        check(self)
-        return self
-
-
-class TableHeights(Part):
-    """Summit heights by a table of their density: straight between its points, zero outside."""
-
-    kind: Literal["table"] = Field(description="A density of heights as a table.")
-    height: RisingHeights = Field(
-        description="Heights, not falling: a list or a column of a CSV file.",
-        examples=['["-1 um", "0 um", "1 um"]'],
-    )
-    density: TabulatedDensity = Field(
-        description="Density at these, of any scale: a list or a column of a CSV file.",
-        examples=['["0 1/um", "1 1/um", "0 1/um"]'],
-    )
-
-    def frozen(self) -> Any:
-        """The distribution."""
-        from microslip.heights import TabulatedHeights
-
-        return TabulatedHeights(self.height, self.density)
-
-    @model_validator(mode="after")
-    def _is_one(self) -> Self:
-        from microslip.errors import InputError
-
-        try:
-            self.frozen()
-        except InputError as error:
-            name, _, message = str(error).partition(" ")
-            raise KeyedError(f"surface.heights.{name}", message) from None
-        return self
-
-
-class GreenwoodWilliamsonSurface(Part):
-    """Many summits of one radius [m], so many per area [1/m²], over an apparent area [m²]."""
-
-    law: Literal["greenwood-williamson"] = Field(
-        description="Summits of one radius and random heights."
-    )
+    law: str
     materials: TwoNames = Field(
         description="Names of the two bodies: materials of this file or metals of the table.",
         examples=['["steel", "steel"]'],
     )
-    heights: Annotated[
-        GaussianHeights | ExponentialHeights | GivenHeights | ScipyHeights | TableHeights,
-        Field(discriminator="kind"),
-    ] = Field(
-        description="Distribution of the summit heights.",
-        examples=['{ kind = "gaussian", std = "0.5 um" }'],
-    )
-    radius: Radius = Field(description="Radius of the summits.", examples=['"1 mm"'])
-    density: Density = Field(description="Summits per apparent area.", examples=['"100 1/mm^2"'])
-    area: Area = Field(description="Apparent area.", examples=['"2 cm^2"'])
 
 
-class PopulationSurface(Part):
+class DescribedSurface(Described, Surface):
+    """A surface whose class says its parameters."""
+
+    def build(self, pair: MaterialPair) -> NormalLaw:
+        """Normal law of the surface."""
+        given = self.values()
+        if "heights" in type(self).model_fields:
+            given["heights"] = self.heights.build()  # type: ignore[attr-defined]
+        law: NormalLaw = self.describes(pair, **given)
+        return law
+
+
+class PopulationSurface(Surface):
     """A finite set of summits; one radius for all or one for each [m]."""
 
     law: Literal["population"] = Field(description="Given summits.")
-    materials: TwoNames = Field(
-        description="Names of the two bodies: materials of this file or metals of the table.",
-        examples=['["steel", "steel"]'],
-    )
     heights: Annotated[GivenHeights, Field(discriminator="kind")] = Field(
         description="Heights of the summits.",
         examples=['{ kind = "values", values = ["0.4 um", "0.7 um"] }'],
@@ -242,26 +117,16 @@ class PopulationSurface(Part):
             )
         return self
 
-
-class SphereSurface(Part):
-    """One sphere of a radius [m] on a flat."""
-
-    law: Literal["sphere"] = Field(description="One sphere on a flat.")
-    materials: TwoNames = Field(
-        description="Names of the two bodies: materials of this file or metals of the table.",
-        examples=['["steel", "steel"]'],
-    )
-    radius: Radius = Field(description="Radius of the sphere.", examples=['"5 mm"'])
+    def build(self, pair: MaterialPair) -> NormalLaw:
+        """Normal law of the summits."""
+        radii = self.radius[0] if len(self.radius) == 1 else np.array(self.radius)
+        return AsperityPopulation(pair, heights=self.heights.build(), radii=radii)
 
 
-class TableSurface(Part):
+class TableSurface(Surface):
     """A measured or computed normal law: separations [m], their loads [N], how it goes on."""
 
     law: Literal["table"] = Field(description="A measured or computed normal law.")
-    materials: TwoNames = Field(
-        description="Names of the two bodies: materials of this file or metals of the table.",
-        examples=['["steel", "steel"]'],
-    )
     separation: Separations = Field(
         description="Separations, rising: a list or a column of a CSV file.",
         examples=['["0 um", "1 um", "2 um"]'],
@@ -315,6 +180,40 @@ class TableSurface(Part):
             raise KeyedError("surface.tail", "wanted no tail, since the last load is zero")
         return self
 
+    def build(self, pair: MaterialPair) -> NormalLaw:
+        """The table as a normal law."""
+        return TabulatedNormalLaw(
+            pair,
+            separation=np.array(self.separation),
+            load=np.array(self.load),
+            tail=self.tail,
+        )
+
+
+_OWN: dict[str, type[Part]] = {"population": PopulationSurface, "table": TableSurface}
+_HEIGHTS = Field(
+    description="Distribution of the summit heights.",
+    examples=['{ kind = "gaussian", std = "0.5 um" }'],
+)
+
+
+def _described(kind: type) -> type[Part]:
+    """Table of a surface that says its parameters, beside materials and maybe heights."""
+    has_heights = "heights" in {item.name for item in dataclasses.fields(kind)}
+    more = {"heights": (AnyHeights, _HEIGHTS)} if has_heights else {}
+    return table_of(kind, "law", "surface", __name__, DescribedSurface, more)
+
+
+SURFACE_TABLES: dict[str, type[Any]] = {
+    **{
+        name: _OWN[name] if name in _OWN else _described(kind)
+        for kind in NORMAL_LAWS
+        if (name := key_of(kind)) in _OWN or parameters_of(kind)
+    },
+    "scan": ScanSurface,
+}
+"""Tables of all exported normal laws by their name, and that of scans."""
+
 
 def _material_tag(given: Any) -> str:
     rigid = isinstance(given, dict) and given.get("rigid", False) is not False
@@ -325,7 +224,13 @@ AnyMaterial = Annotated[
     Annotated[Elastic, Tag("elastic")] | Annotated[Rigid, Tag("rigid")],
     Discriminator(_material_tag),
 ]
-AnySurface = Annotated[
-    GreenwoodWilliamsonSurface | PopulationSurface | SphereSurface | TableSurface | ScanSurface,
-    Field(discriminator="law"),
-]
+# Names that results still ask for.
+GaussianHeights, ExponentialHeights, TableHeights = (
+    HEIGHTS_TABLES[kind] for kind in ("gaussian", "exponential", "table")
+)
+globals().update({table.__name__: table for table in SURFACE_TABLES.values()})
+
+if TYPE_CHECKING:
+    AnySurface = PopulationSurface | TableSurface | ScanSurface | DescribedSurface
+else:
+    AnySurface = Annotated[reduce(or_, SURFACE_TABLES.values()), Field(discriminator="law")]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, exact, number, positive, show
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.tribometer.cycles import Cycles, split
 from microslip.tribometer.estimates import Estimate, mean_of, quantile, trend
 from microslip.tribometer.measure import Measurement
@@ -82,7 +82,9 @@ def condition(
     if delay != 0.0:
         shift = delay * _rate(rate, "delay")
         if abs(shift) > 0.25 * (force.size - 1):
-            raise InputError(f"delay must be less than a quarter of the record, got {delay:g} s")
+            raise InputError(
+                Argument("delay"), f" must be less than a quarter of the record, got {delay:g} s"
+            )
         place = np.arange(force.size)
         force = np.interp(place + shift, place, force)
         # What has no force of its own any more goes.
@@ -104,9 +106,10 @@ def condition(
         low = LEAST_CUTOFF * sampled / split(x, force).period
         if not low <= cutoff < 0.5 * sampled:
             raise InputError(
-                f"cutoff must be from {LEAST_CUTOFF:g} times the frequency of the cycles, "
+                Argument("cutoff"),
+                f" must be from {LEAST_CUTOFF:g} times the frequency of the cycles, "
                 f"{low:.6g} Hz, to below half the sample rate, {0.5 * sampled:.6g} Hz, "
-                f"got {exact(cutoff)} Hz"
+                f"got {exact(cutoff)} Hz",
             )
         x, force = (_low_pass(values, cutoff / sampled) for values in (x, force))
         if isinstance(load, np.ndarray):
@@ -130,7 +133,7 @@ def condition(
 
 def _check(record: Any) -> None:
     if not isinstance(record, Record):
-        raise InputError(f"record must be a Record, got {show(record)}")
+        raise InputError(Argument("record"), f" must be a Record, got {show(record)}")
 
 
 def _rate(rate: float | None, name: str) -> float:
@@ -278,7 +281,9 @@ def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float =
     rows = list(measurements)
     for measured in rows:
         if not isinstance(measured, Measurement):
-            raise InputError(f"measurements must hold Measurements, got {show(measured)}")
+            raise InputError(
+                Argument("measurements"), f" must hold Measurements, got {show(measured)}"
+            )
         if "normal_load" not in measured.mean:
             raise InputError(f"{measured.name}: has no normal load")
         if measured.rig_stiffness is not None:
@@ -341,12 +346,15 @@ def rate_dependence(
     values, rates = [], []
     for measured in rows:
         if not isinstance(measured, Measurement):
-            raise InputError(f"measurements must hold Measurements, got {show(measured)}")
+            raise InputError(
+                Argument("measurements"), f" must hold Measurements, got {show(measured)}"
+            )
         if measured.frequency is None:
             raise InputError(f"{measured.name}: has no frequency; give time or sample_rate")
         if column not in measured.mean:
             raise InputError(
-                f"column must be one of {', '.join(measured.mean)}, got {show(column)}"
+                Argument("column"),
+                f" must be one of {', '.join(measured.mean)}, got {show(column)}",
             )
         values.append(measured.mean[column].value)
         rates.append(math.log10(measured.frequency))

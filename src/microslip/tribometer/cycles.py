@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 Places = NDArray[np.int64]
 
@@ -78,7 +78,9 @@ def split(displacement: Floats, force: Floats) -> Cycles:
     low, high = (float(value) for value in np.percentile(few, (1.0, 99.0)))
     middle, amplitude = 0.5 * (low + high), 0.5 * (high - low)
     if amplitude == 0.0:
-        raise InputError(f"displacement must move, got {displacement[0]:g} m nearly throughout")
+        raise InputError(
+            Argument("displacement"), f" must move, got {displacement[0]:g} m nearly throughout"
+        )
     x = displacement - middle
     crossings, upwards = _crossings(x, BAND * amplitude)
     if crossings.size < 2:

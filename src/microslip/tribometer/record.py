@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.checks import record as checked
 from microslip._core.frozen import Locked, lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 _UNITS = {"time": "s", "displacement": "m", "force": "N", "normal_load": "N", "commanded": "m"}
 
@@ -82,7 +82,9 @@ class Record(Locked):
         arrays = {"displacement": _own("displacement", displacement)}
         size = arrays["displacement"].size
         if size < 2:
-            raise InputError(f"displacement must hold at least two samples, got {size}")
+            raise InputError(
+                Argument("displacement"), f" must hold at least two samples, got {size}"
+            )
         load: Any = None
         if normal_load is not None and np.ndim(normal_load) == 0:
             load = positive("normal_load", normal_load, "N", 100.0)
@@ -99,15 +101,15 @@ class Record(Locked):
                 )
         if "normal_load" in arrays and (mean := float(load.mean())) < 0.0:
             raise InputError(
-                f"normal_load must be positive in compression [N], got {mean:g} N on average; "
-                "turn its sign"
+                Argument("normal_load"),
+                f" must be positive in compression [N], got {mean:g} N on average; turn its sign",
             )
         if time is not None:
             _check_time(arrays["time"], sample_rate)
         if not isinstance(name, str):
-            raise InputError(f"name must be text, got {show(name)}")
+            raise InputError(Argument("name"), f" must be text, got {show(name)}")
         if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
-            raise InputError(f"notes must be a tuple of texts, got {show(notes)}")
+            raise InputError(Argument("notes"), f" must be a tuple of texts, got {show(notes)}")
         for key, value in (
             ("displacement", arrays["displacement"]),
             ("force", arrays["force"]),
@@ -203,7 +205,7 @@ class Record(Locked):
         from microslip.tribometer.reading import Wishes, read
 
         if not isinstance(path, (str, os.PathLike)):
-            raise InputError(f"path must be the name of a file, got {show(path)}")
+            raise InputError(Argument("path"), f" must be the name of a file, got {show(path)}")
         wishes = Wishes(
             columns={
                 "displacement": displacement,
@@ -313,8 +315,9 @@ def _check_time(time: Floats, sample_rate: float | None) -> None:
     i = int(np.flatnonzero(steps <= 0.0)[0]) + 1
     rounded = "; if it is rounded, give sample_rate instead" if steps.min() == 0.0 else ""
     raise InputError(
-        f"time must increase, got {exact(time[i])} s after {exact(time[i - 1])} s at sample {i}"
-        f"{rounded}"
+        Argument("time"),
+        f" must increase, got {exact(time[i])} s after {exact(time[i - 1])} s at sample {i}"
+        f"{rounded}",
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, exact, number, positive, show
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction import BackboneLaw
 from microslip.tribometer.motion import path, shape, turns
 
@@ -157,7 +157,8 @@ class VirtualTribometer:
     def __post_init__(self) -> None:
         if not isinstance(self.joint, BackboneLaw):
             raise InputError(
-                f"joint must be a backbone law, such as an Interface, got {show(self.joint)}"
+                Argument("joint"),
+                f" must be a backbone law, such as an Interface, got {show(self.joint)}",
             )
         keep = object.__setattr__
         if self.rig_stiffness is not None:
@@ -167,7 +168,9 @@ class VirtualTribometer:
         for name in ("load_ripple", "third_harmonic"):
             value = number(name, getattr(self, name), "", 0.02)
             if not 0.0 <= value < 1.0:
-                raise InputError(f"{name} must be a share from 0 to below 1, got {exact(value)}")
+                raise InputError(
+                    Argument(name), f" must be a share from 0 to below 1, got {exact(value)}"
+                )
             keep(self, name, value)
         keep(self, "ripple_phase", number("ripple_phase", self.ripple_phase, "rad"))
         if self.load_ripple > 0.0 and self.joint._coupling is None:
@@ -175,9 +178,13 @@ class VirtualTribometer:
                 f"load_ripple has no meaning for {type(self.joint).__name__}: it has no surface"
             )
         if isinstance(self.seed, bool) or not isinstance(self.seed, (int, np.integer)):
-            raise InputError(f"seed must be an integer of at least 0, got {show(self.seed)}")
+            raise InputError(
+                Argument("seed"), f" must be an integer of at least 0, got {show(self.seed)}"
+            )
         if self.seed < 0:
-            raise InputError(f"seed must be an integer of at least 0, got {self.seed}")
+            raise InputError(
+                Argument("seed"), f" must be an integer of at least 0, got {self.seed}"
+            )
         keep(self, "noise", _checked_noise(self.noise))
         keep(self, "limits", _checked_limits(self.limits))
         if self._load is not None:
@@ -196,9 +203,10 @@ class VirtualTribometer:
         low, high = self.limits[limit]
         if not low <= value <= high:
             raise InputError(
-                f"{name} must be within the limits of the rig, {exact(low)} to {exact(high)} "
+                Argument(name),
+                f" must be within the limits of the rig, {exact(low)} to {exact(high)} "
                 f"{unit}, got {value:.6g} {unit}; limits={{'{limit}': (lowest, highest)}} sets own "
-                "ones"
+                "ones",
             )
 
     @cached_property
@@ -240,15 +248,18 @@ class VirtualTribometer:
         amplitude = positive("amplitude", amplitude, "m", 1e-5)
         frequency = positive("frequency", frequency, "Hz", 10.0)
         if isinstance(cycles, bool) or not isinstance(cycles, (int, np.integer)) or cycles < 1:
-            raise InputError(f"cycles must be an integer of at least 1, got {show(cycles)}")
+            raise InputError(
+                Argument("cycles"), f" must be an integer of at least 1, got {show(cycles)}"
+            )
         self._within("amplitude", amplitude, "m", "amplitude")
         self._within("frequency", frequency, "Hz", "frequency")
         rate = self.sample_rate or SAMPLES_A_CYCLE * frequency
         if rate < FEWEST_SAMPLES * frequency:
             raise InputError(
-                f"sample_rate must give at least {FEWEST_SAMPLES} samples a cycle, "
+                Argument("sample_rate"),
+                f" must give at least {FEWEST_SAMPLES} samples a cycle, "
                 f"{exact(FEWEST_SAMPLES * frequency)} Hz at {exact(frequency)} Hz, "
-                f"got {exact(rate)} Hz"
+                f"got {exact(rate)} Hz",
             )
         length = (cycles + 0.25) * rate / frequency
         steps = max(length, (cycles + 0.25) * STEPS_A_CYCLE if self.load_ripple else 0.0)
@@ -370,7 +381,7 @@ def _checked_noise(noise: float | Mapping[str, float]) -> float | Mapping[str, f
 def _not_negative(name: str, value: float, unit: str) -> float:
     result = number(name, value, unit)
     if result < 0.0:
-        raise InputError(f"{name} must not be negative, got {exact(result)}")
+        raise InputError(Argument(name), f" must not be negative, got {exact(result)}")
     return result
 
 
@@ -379,7 +390,9 @@ def _checked_limits(
 ) -> Mapping[str, tuple[float, float]]:
     example = 'limits={"amplitude": (1e-7, 1e-3)}'
     if not isinstance(limits, Mapping):
-        raise InputError(f"limits must be a mapping, got {show(limits)}; write {example}")
+        raise InputError(
+            Argument("limits"), f" must be a mapping, got {show(limits)}; write {example}"
+        )
     checked = dict(LIMITS)
     for name, pair in limits.items():
         if name not in LIMITS:

@@ -9,7 +9,7 @@ from typing import Any
 
 from microslip._core.checks import show
 from microslip._core.parameters import parameters_of, says_all
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.bouc_wen import BoucWen
 from microslip.friction.interface import Interface
@@ -85,7 +85,9 @@ def model_of(law: Any, **options: Any) -> Model:
     """
     if isinstance(law, Model):
         if options:
-            raise InputError(f"law must be a name to take options, got a model and {set(options)}")
+            raise InputError(
+                Argument("law"), f" must be a name to take options, got a model and {set(options)}"
+            )
         return law
     given = not isinstance(law, (str, type))
     if isinstance(law, str):
@@ -97,7 +99,7 @@ def model_of(law: Any, **options: Any) -> Model:
         known = ", ".join(repr(each.name) for each in MODELS)
         more = "" if isinstance(law, str) else ", the class or an instance of a law that says its "
         more += "parameters" if more else ""
-        raise InputError(f"law must be one of {known}{more}, got {show(law)}")
+        raise InputError(Argument("law"), f" must be one of {known}{more}, got {show(law)}")
     takes = () if given else model.options
     for name in options:
         if name not in takes:

@@ -12,7 +12,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, positive
 from microslip._core.parameters import Parameter, parameters_of
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.friction.surface_guesses import CONVENTIONAL_AREA, Shape, interface_values
@@ -133,8 +133,9 @@ class InterfaceModel(BackboneModel):
         reference = self._reference(load)
         if load is None and reference is None:
             raise InputError(
-                "normal_load must be known: the model scales with it; state it with the record, "
-                "for example Record(..., normal_load=500.0)"
+                Argument("normal_load"),
+                " must be known: the model scales with it; state it with the record, "
+                "for example Record(..., normal_load=500.0)",
             )
         if reference is None or load is None:
             known = load if reference is None else reference
@@ -183,9 +184,10 @@ class InterfaceModel(BackboneModel):
         pair = pair or self.pair
         if pair is None:
             raise InputError(
-                "pair must be given: loops know the length kappa s alone, and kappa = mu E*/4G* "
+                Argument("pair"),
+                " must be given: loops know the length kappa s alone, and kappa = mu E*/4G* "
                 "is the materials'; write pair=ms.MaterialPair(ms.Material(69e9, 0.33), "
-                "ms.Material(69e9, 0.33))"
+                "ms.Material(69e9, 0.33))",
             )
         if radius is None and self.law is not None:
             radius = getattr(self.law.surface, "radius", None)

@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import Parameter
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.iwan import Iwan
 from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
@@ -41,7 +41,8 @@ class IwanModel(Locked, BackboneModel):
         whole = isinstance(self.cells, (int, np.integer)) and not isinstance(self.cells, bool)
         if not whole or not 1 <= self.cells <= MOST_CELLS:
             raise InputError(
-                f"cells must be an integer from 1 to {MOST_CELLS}, got {show(self.cells)}"
+                Argument("cells"),
+                f" must be an integer from 1 to {MOST_CELLS}, got {show(self.cells)}",
             )
         if self.yields is not None:
             object.__setattr__(self, "yields", lock(np.array(self.yields, dtype=float)))
@@ -74,7 +75,8 @@ class IwanModel(Locked, BackboneModel):
     def _grid(self) -> Floats:
         if self.yields is None:
             raise InputError(
-                "yields must be known: the grid is made from data; use prepared(loops, loads)"
+                Argument("yields"),
+                " must be known: the grid is made from data; use prepared(loops, loads)",
             )
         return self.yields
 
@@ -121,7 +123,9 @@ class IwanModel(Locked, BackboneModel):
         k = np.array([values[name] for name in self.names])
         real = k > _LEAST * max(float(k.max()), 0.0)
         if not real.any():
-            raise InputError("stiffnesses must be above zero for one cell at least, got none")
+            raise InputError(
+                Argument("stiffnesses"), " must be above zero for one cell at least, got none"
+            )
         return Iwan(k[real], k[real] * self._grid[real])
 
     def derived(
@@ -146,7 +150,8 @@ class IwanModel(Locked, BackboneModel):
         """
         if law.cell_count > MOST_CELLS:
             raise InputError(
-                f"law must have at most {MOST_CELLS} cells to be fitted, got {law.cell_count}"
+                Argument("law"),
+                f" must have at most {MOST_CELLS} cells to be fitted, got {law.cell_count}",
             )
         return cls(law.cell_count, law._cells.yields, law)
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats, show
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction.surface_guesses import conventional_radius
 from microslip.heights import Exponential, Gaussian, as_heights
 from microslip.kernels import TERMS
@@ -232,7 +232,8 @@ class Template:
             d, n = np.asarray(law.separations), np.asarray(law.loads)
             return TabulatedNormalLaw(pair, d * factor, n * (constant / self.norm), law.tail)
         raise InputError(
-            f"heights must be of a surface that can be scaled, got {type(law).__name__}"
+            Argument("heights"),
+            f" must be of a surface that can be scaled, got {type(law).__name__}",
         )
 
 
@@ -266,8 +267,9 @@ def template_of(heights: Any = None) -> Template:
         unit = norm = 0.0
     if not unit > 0.0:
         raise InputError(
-            "heights must differ from one another, or no length standardises the separation (the "
+            Argument("heights"),
+            " must differ from one another, or no length standardises the separation (the "
             "loops of one sphere, or of equal ones, follow from mu N and the slip limit alone), "
-            f"got {show(law)}"
+            f"got {show(law)}",
         )
     return Template(law, unit, norm)

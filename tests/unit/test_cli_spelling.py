@@ -8,11 +8,14 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pytest
 
 import microslip as ms
+from microslip.cli.options import spelling
 from microslip.cli.spelling import _TABLE, as_options
+from microslip.cli.surface import surface
 from microslip.identification import conclusions as outcomes
 from microslip.identification import models
 from microslip.identification import run as fits
@@ -184,7 +187,7 @@ def two_arrays() -> object:
 def suspect() -> object:
     np.save("suspect.npy", np.where(np.eye(96, dtype=bool), -1e-3, HEIGHTS))
     scan = ms.Scan.read("suspect.npy", unit="m", pixel=1e-6)
-    raise ms.InputError(scan.notes[-1])
+    raise ms.InputError(*scan.notes[-1].parts)  # type: ignore[attr-defined]
 
 
 def no_array() -> object:
@@ -245,7 +248,6 @@ MESSAGES = {
         "gross slip": lambda: measure_notes(SOFT),
     },
     "identify": {**READING, **IDENTIFY},
-    "surface": SURFACE,
 }
 CASES = [(command, name) for command, calls in MESSAGES.items() for name in calls]
 
@@ -270,12 +272,22 @@ def test_no_argument_is_left(
     assert as_options(None, said) == said
 
 
+@pytest.mark.parametrize("name", SURFACE)
+def test_errors_of_scans_are_spelt_by_their_arguments(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ms.InputError) as caught:
+        SURFACE[name]()
+    told = caught.value.said(spelling(click.Context(surface)))
+    assert told != str(caught.value)
+    assert not ARGUMENT.search(told.partition("Python")[0]), told
+
+
 @pytest.mark.parametrize("command", [*MESSAGES])
 def test_every_rule_has_a_message(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if command == "surface":
-        pytest.importorskip("SurfaceTopography")
     monkeypatch.chdir(tmp_path)
     said = [message(call) for call in MESSAGES[command].values()]
     if command == "identify":

@@ -14,9 +14,9 @@ import pytest
 from command import fails, run
 
 import microslip as ms
+from microslip.results.scanned.findings import Request, analyse
+from microslip.results.scanned.surface_block import block
 from microslip.scans import random_surface
-from microslip.study.scanned import Request, analyse
-from microslip.study.scanned_block import block
 
 SHARED = Path(__file__).parents[3] / "shared" / "data" / "scans"
 AS_IS = ("--unit", "um", "--pixel", "1 um")
@@ -45,7 +45,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     outcome = run("surface", "ground.npy", *AS_IS, "--cutoff", "6 um", "-o", "out")
     assert outcome.exit_code == 0, outcome.output
-    assert outcome.stdout.startswith("ground.npy: 96 x 96 points, pixel 1.000 µm, 96.0 µm")
+    assert outcome.stdout.startswith("ground.npy\n96 x 96 points, pixel 1.000 µm, 96.0 µm")
     assert "short-wave cut-off" in outcome.stdout
     assert "6 µm" in outcome.stdout
     assert "6.00 µm *" in outcome.stdout  # in the table over cut-offs
@@ -59,7 +59,7 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     page = (folder / "out/report.html").read_text("utf-8")
     # In the head, in a table, in the captions of all four figures, in the block for a study.
     assert page.count("ut-off 6 µm") >= 5
-    assert "cutoff = &#34;6 um&#34;" in page
+    assert "cutoff = &quot;6 um&quot;" in page
     # The summits, from the highest down.
     found = ms.Scan.read("ground.npy", unit="um", pixel=1e-6).summits(6e-6, level="plane")
     rows = list(csv.DictReader((folder / "out/summits.csv").read_text("utf-8").splitlines()))
@@ -76,11 +76,7 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
 @pytest.fixture(name="undrawn")
 def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures take most of the time, and are drawn by another test."""
-    from matplotlib.figure import Figure
-
-    empty = b'<svg xmlns="http://www.w3.org/2000/svg"></svg>'
-    monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: path.write_bytes(empty))
-    monkeypatch.setattr("microslip.study.drawing.settle", lambda figure: None)
+    monkeypatch.setattr("microslip.report.matplotlib_figure.png", lambda plot: b"")
 
 
 def test_the_block_is_a_surface_of_a_study(folder: Path, undrawn: None) -> None:
@@ -121,7 +117,7 @@ def test_the_block_finds_the_scan_from_where_it_is(
     monkeypatch.chdir(folder / there)
     near, far = os.path.relpath(folder / "ground.npy"), str(folder / "ground.npy")
     for scan, written in ((near, "../ground.npy"), (far, far)):
-        request = Request.of(Path(scan), unit="um", pixel=("1 um",), cutoff="6 um")
+        request = Request.of(Path(scan), cutoff_given=True, unit="um", pixel=1e-6, cutoff=6e-6)
         text = block(analyse(request), Path(os.path.relpath(folder / "out")))
         assert tomllib.loads(text)["surface"]["scan"] == written
         ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
@@ -149,11 +145,10 @@ def test_without_a_cutoff_the_first_things_said_are_that(folder: Path) -> None:
     outcome = run("surface", "ground.npy", *AS_IS)
     assert sorted(folder.iterdir()) == before
     lines = outcome.stdout.splitlines()
-    assert lines[1].startswith("  watch   No short-wave cut-off was given: the pixel decides.")
+    assert lines[2].startswith("  watch   No short-wave cut-off was given: the pixel decides.")
     table = lines[lines.index("Heights and moments") + 3]
     assert table.split("  ")[0] == "short-wave cut-off"
-    assert table.endswith("not given: the pixel decides")
-    assert "summits by (cut-off not given: the pixel decides)" in outcome.stdout
+    assert "not given: the pixel decides" in table
     assert "Every parameter against the cut-off" in outcome.stdout
 
 
@@ -216,8 +211,11 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
         (("--prominence", "-1 nm"), '--prominence: wanted a positive length such as "2 nm", got'),
         (("--valid", "1 mm", "-1 mm"), "--valid: the first must be the lower, got 1 mm and -1 mm"),
         (("--valid", "1", "2 mm"), '--valid: wanted a length such as "1 mm", got "1"'),
-        (("--outliers", "1"), "--outliers must be at least 2 robust standard deviations"),
-        (("--level", "cubic"), "level: wanted plane, quadratic, cylinder, mean, none, got"),
+        (("--outliers", "1"), "--outliers: wanted a number of at least 2 such as 6, got 1"),
+        (
+            ("--level", "cubic"),
+            '--level: wanted "plane", "quadratic", "cylinder", "mean" or "none", got',
+        ),
         (("--pixel", "1 um", "--pixel", "1 um"), "--pixel: wanted once, or twice for x and y, got"),
     ],
 )
@@ -241,9 +239,9 @@ def test_coordinates_and_heights_have_a_unit_each(folder: Path, undrawn: None) -
     assert tomllib.loads(text)["surface"]["unit"] == ["mm", "um"]
     ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
     for given, message in (
-        ('["mm", "um", "nm"]', "surface.unit: wanted at most 2 items, got 3"),
+        ('["mm", "um", "nm"]', "surface.unit: wanted 1 to 2 values, got 3"),
         ('["mm", "kg"]', 'wanted a length such as "1 um", got "1 kg"'),
-        ("5", 'wanted a unit such as "um", got 5'),
+        ("5", 'wanted text such as "um", got 5'),
     ):
         wrong = text.replace('["mm", "um"]', given)
         with pytest.raises(ms.InputError, match=re.escape(message)):

@@ -35,7 +35,6 @@ STILL_CIRCULAR: frozenset[tuple[str, str]] = frozenset(
         ("microslip.study.result", "microslip.study.netcdf"),
         ("microslip.study.result", "microslip.study.output"),
         ("microslip.study.result", "microslip.study.varying"),
-        ("microslip.study.scanned_reasons", "microslip.study.scanned"),
         ("microslip.study.schema", "microslip.study.load"),
         ("microslip.study.schema", "microslip.study.result"),
         ("microslip.study.schema", "microslip.study.run"),

@@ -19,8 +19,8 @@ from microslip.tribometer import (
     rate_dependence,
     rig_stiffness_of,
 )
-from microslip.tribometer.columns import UNITS
 from microslip.tribometer.counted import beyond
+from microslip.tribometer.cycle_columns import UNITS
 from microslip.tribometer.cycles import split
 from microslip.tribometer.regimes import thresholds
 from microslip.tribometer.spikes import spikes_of
@@ -411,16 +411,20 @@ def test_command(folder: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert "run: 8 gross slip cycles" in outcome.stdout
     assert "light: 8 gross slip cycles" in outcome.stdout
-    assert outcome.stdout.endswith("4 files in out\n")
+    assert outcome.stdout.endswith("5 files in out\n")
     names = sorted(path.name for path in (folder / "out").iterdir())
-    assert names == ["cycles.csv", "loops.png", "loops.svg", "summary.json"]
+    assert names == ["cycles.csv", "loops.png", "loops.svg", "report.html", "summary.json"]
+    page = (folder / "out/report.html").read_text("utf-8")
+    assert "mostly gross slip" in page.lower()
+    assert page.count("<img") == 1
+    assert "stiffness after reversal" in page
     rows = list(csv.DictReader((folder / "out/cycles.csv").read_text("utf-8").splitlines()))
     assert len(rows) == 16
     assert rows[0]["record"] == "run"
     assert rows[8]["record"] == "light"
     assert float(rows[0]["dissipated_energy [J]"]) == MEASURED.cycles["dissipated_energy"][0]
     summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
-    assert summary["files"] == ["cycles.csv", "loops.svg", "loops.png", "summary.json"]
+    assert sorted(summary["files"]) == names
     assert "out: exists; replace it" in run("measure", "run.csv", "-o", "out").stderr
     assert run("measure", "run.csv", "-o", "out", "--overwrite").exit_code == 0
 
@@ -459,7 +463,7 @@ def test_command_wants_a_stiffness(folder: Path, text: str) -> None:
 
 def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
     virtual(cycles=1).to_csv("one.csv")
-    assert "\n1 gross slip cycle\n" in run("measure", "one.csv").stdout.replace("one: ", "\n")
+    assert "\none: 1 gross slip cycle, " in run("measure", "one.csv").stdout
     turned = run("measure", "run.csv", "--turn").stdout
     assert "(--turn turns it)" in turned
     for options, message in (

@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from studies import SURFACE, edited
 
 import microslip as ms
+from microslip.report.html import page
+from microslip.report.matplotlib_figure import png
+from microslip.report.pictures import Drawn
+from microslip.report.plot import Area, Line, Panel, Pixels
+from microslip.report.svg import svg
+from microslip.results.scanned.cutoff_picture import cutoff_plot
+from microslip.results.scanned.density_picture import density_plot
+from microslip.results.scanned.document import document
+from microslip.results.scanned.findings import Findings, Request, analyse
+from microslip.results.scanned.height_picture import height_plot
+from microslip.results.scanned.spectrum_picture import spectrum_plot
 from microslip.scans import random_surface
-from microslip.study.report_tables import quantity
-from microslip.study.scanned import Findings, Request, analyse
-from microslip.study.scanned_files import figure, figures_of, write
-from microslip.study.scanned_summary import summarise
-from microslip.study.scanned_tables import cutoffs_explained
 
 
-def found(folder: Path, heights: np.ndarray, **wishes: str) -> Findings:
+def found(folder: Path, heights: np.ndarray, **wishes: Any) -> Findings:
     np.save(folder / "z.npy", heights)
-    request = Request.of(folder / "z.npy", unit="m", pixel=("1 um",), **wishes)  # type: ignore[arg-type]
-    return analyse(request)
+    given = "cutoff" in wishes
+    reading = {"unit": "m", "pixel": "1 um"}
+    return analyse(Request.of(folder / "z.npy", cutoff_given=given, **reading, **wishes))
 
 
 @pytest.fixture(name="ground", scope="module")
@@ -28,85 +36,104 @@ def _ground() -> np.ndarray:
     return random_surface((128, 128), 1e-6, m0=1e-16, m2=1e-6, m4=4e4, seed=2).heights
 
 
-@pytest.fixture(name="undrawn")
-def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Drawing takes most of the time; what is drawn is looked at in other tests."""
-    from matplotlib.figure import Figure
-
-    empty = b'<svg xmlns="http://www.w3.org/2000/svg"></svg>'
-    monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: path.write_bytes(empty))
-    monkeypatch.setattr("microslip.study.drawing.settle", lambda figure: None)
+def lines(panel: Panel) -> list[Line]:
+    return [item for item in panel.items if isinstance(item, Line)]
 
 
 def test_spectra_are_shown_where_they_are(tmp_path: Path, ground: np.ndarray) -> None:
     """From the lowest density in view up, but no farther below what was there before the filter."""
     noisy = ground + 1e-10 * np.random.default_rng(0).standard_normal(ground.shape)
-    drawn = figure(found(tmp_path, noisy, cutoff="10 um"), "spectrum")
-    for axes, before in zip(drawn.axes, (1, 2), strict=True):
-        left, right = axes.get_xlim()
-        low, high = axes.get_ylim()
+    drawn = spectrum_plot(found(tmp_path, noisy, cutoff=10e-6))
+    for panel, before in zip(drawn.panels, (1, 2), strict=True):
+        assert panel.y.low is not None
+        assert panel.y.high is not None
         lows = []
-        for line in axes.lines[: 2 * before]:
-            x, y = (np.asarray(part, dtype=float) for part in line.get_data())
-            lows.append(np.nanmin(y[(x >= left) & (x <= right)]))
-            assert np.nanmax(y) < high
-        assert low == pytest.approx(0.5 * max(min(lows), 1e-3 * min(lows[:before])), rel=1e-6)
+        for line in lines(panel)[: 2 * before]:
+            seen = (line.x >= panel.x.low) & (line.x <= panel.x.high)
+            lows.append(np.nanmin(line.y[seen]))
+            assert np.nanmax(line.y) < panel.y.high
+        wanted = 0.5 * max(min(lows), 1e-3 * min(lows[:before]))
+        assert panel.y.low == pytest.approx(wanted, rel=1e-6)
     # Names of cut-offs and lines are beside the panels and not on the lines.
-    texts = [text.get_text() for text in drawn.legends[0].get_texts()]
-    assert texts == ["levelled", "cut off", "along x", "along y", "cut-off: short-wave 10 µm"]
-    assert not any(axes.texts for axes in drawn.axes)
+    names = ["levelled", "cut off", "along x", "along y", "cut-off: short-wave 10 µm"]
+    assert [entry.label for entry in drawn.legend] == names
 
 
 def test_a_spike_of_a_density_has_a_range_of_its_own(tmp_path: Path, ground: np.ndarray) -> None:
     scratched = ground.copy()
     scratched[60:62] -= 6e-7
     for heights, alone in ((scratched, True), (ground, False)):
-        one = found(tmp_path, heights, cutoff="none")
-        trace, density, tails = figure(one, "density").axes
-        assert trace.get_ylim() == tails.get_ylim()
-        low, high = density.get_ylim()
-        span = trace.get_ylim()[1] - trace.get_ylim()[0]
-        assert (high - low < 0.4 * span) == alone
-        assert (density.get_ylim() == trace.get_ylim()) == (not alone)
-        inside = (one.scan.heights - one.statistics.mean) * 1e9
+        findings = found(tmp_path, heights, cutoff=None)
+        trace, density, tails = density_plot(findings).panels
+        ends = [(panel.y.low, panel.y.high) for panel in (trace, density, tails)]
+        assert ends[0] == pytest.approx(ends[2])
+        low, high = ends[1]
+        assert low is not None
+        assert high is not None
+        assert (high - low < 0.4 * (ends[0][1] - ends[0][0])) == alone  # type: ignore[operator]
+        assert (ends[1] == pytest.approx(ends[0])) == (not alone)
+        inside = (findings.scan.heights - findings.statistics.mean) * 1e9
         assert np.mean((inside >= low) & (inside <= high)) > 0.95
+        # The area of the density is all of the points that are in its range.
+        (area,) = (item for item in density.items if isinstance(item, Area))
+        share = 0.01 * abs(np.trapezoid(area.x, area.y))
+        assert share == pytest.approx(np.mean((inside >= low) & (inside <= high)), abs=1e-4)
 
 
-def test_a_scan_without_a_choice_of_cutoffs_has_no_figure_of_it(
-    tmp_path: Path, undrawn: None
+def test_colours_are_heights(tmp_path: Path, ground: np.ndarray) -> None:
+    heights = ground.copy()
+    heights[5:9, 7:11] = np.nan
+    findings = found(tmp_path, heights, cutoff=None)
+    whole, part, bar = height_plot(findings).panels
+    (pixels,) = (item for item in whole.items if isinstance(item, Pixels))
+    grey = pixels.values[::-1].sum(axis=2)  # cividis gets lighter all the way
+    assert (grey[5:9, 7:11] == 3 * 255).all()
+    there = ~np.isnan(findings.scan.heights)
+    order = np.argsort(findings.scan.heights[there])
+    assert np.corrcoef(np.arange(order.size), grey[there][order])[0, 1] > 0.97
+    assert part.x.low > whole.x.low  # type: ignore[operator]
+    assert bar.x.low < 0.0 < bar.x.high  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("plot", [height_plot, density_plot, spectrum_plot, cutoff_plot])
+def test_every_picture_is_drawn_the_same_twice(
+    tmp_path: Path, ground: np.ndarray, plot: Any
 ) -> None:
-    one = found(tmp_path, 1e-8 * np.random.default_rng(3).standard_normal((10, 11)))
-    assert figures_of(one) == ("heights", "density", "spectrum")
-    (tmp_path / "out").mkdir()
-    files = write(one, tmp_path / "out")["files"]
-    assert not any(name.startswith("cutoffs.") and name != "cutoffs.csv" for name in files)
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(files)
+    findings = found(tmp_path, ground, cutoff=10e-6, long_cutoff=60e-6)
+    content = svg(plot(findings))
+    assert content == svg(plot(findings))
+    assert b"</svg>" in content
+    if plot is height_plot:
+        assert png(plot(findings)).startswith(b"\x89PNG")
+
+
+def test_a_scan_without_a_choice_of_cutoffs_has_no_figure_of_it(tmp_path: Path) -> None:
+    findings = found(tmp_path, 1e-8 * np.random.default_rng(3).standard_normal((10, 11)))
+    names = [picture.name for picture in document(findings).pictures]
+    assert names == ["heights", "density", "spectrum"]
+    assert document(findings, tmp_path).data["files"] == [
+        *("report.html", "cutoffs.csv"),
+        *(f"{name}.{kind}" for name in names for kind in ("svg", "png")),
+        "summary.json",
+    ]
 
 
 @pytest.mark.parametrize("gaps", [True, False])
-def test_gaps_are_told_beside_the_spectrum(
-    tmp_path: Path, ground: np.ndarray, undrawn: None, gaps: bool
-) -> None:
+def test_gaps_are_told_beside_the_spectrum(tmp_path: Path, ground: np.ndarray, gaps: bool) -> None:
     heights = ground.copy()
     if gaps:
         heights[:9] = np.nan
-    (tmp_path / "out").mkdir()
-    write(found(tmp_path, heights, cutoff="10 um"), tmp_path / "out")
-    page = (tmp_path / "out/report.html").read_text("utf-8")
-    assert ("steps at the edges of gaps make waves of every length" in page) == gaps
+    text = page(document(found(tmp_path, heights, cutoff=10e-6)), Drawn())
+    assert ("steps at the edges of gaps make waves of every length" in text) == gaps
 
 
 def test_a_table_with_none_counted_says_so(tmp_path: Path, ground: np.ndarray) -> None:
-    summary = summarise(found(tmp_path, ground, cutoff="10 um"))
-    assert "beside each the counted ones" in cutoffs_explained(summary)
-    for row in summary["over_cutoffs"]:
-        row["counted_radius"] = None
-    assert "none were counted" in cutoffs_explained(summary)
+    def told(heights: np.ndarray) -> str:
+        result = document(found(tmp_path, heights, cutoff=None, level=None))
+        return " ".join(str(block) for block in result.blocks())
 
-
-def test_yes_and_no_are_words() -> None:
-    assert [quantity(value, "") for value in (True, False)] == ["yes", "no"]
-    assert quantity("plane", "") == "plane"
+    assert "beside each the counted ones" in told(ground)
+    assert "none were counted" in told(ground + 1e-3 * np.arange(128.0))
 
 
 def test_the_pixel_is_judged_in_a_study(tmp_path: Path, ground: np.ndarray) -> None:

@@ -322,7 +322,7 @@ def test_an_npy_file_is_what_it_says() -> None:
         message = refused(
             f"ending says .{name[2:]}, its first bytes do not", put(name, b"\0\1" * 99)
         )
-        assert message.endswith("write format=")
+        assert message.endswith("write format=...")
 
 
 def _npy(shape: tuple[int, ...], numbers: int) -> bytes:

@@ -164,7 +164,7 @@ def test_keys_are_those_of_the_reading_and_the_conditioning(home: Path) -> None:
         ("cutoff", "outliers = 1\ncutoff", "surface.outliers: wanted a number of at least 2"),
         ("cutoff", "channel = true\ncutoff", "surface.channel: wanted a channel such as"),
         ("cutoff", 'prominence = "0 nm"\ncutoff', "surface.prominence: wanted a positive length"),
-        ("cutoff", 'valid = ["1 um"]\ncutoff', "surface.valid: wanted the lowest and the highest"),
+        ("cutoff", 'valid = ["1 um"]\ncutoff', "surface.valid: wanted 2 values, got 1"),
         ("cutoff", "fill = 1\ncutoff", "surface.fill: wanted true or false, got 1"),
         ('"1 um"', '["1 um", "1 um", "1 um"]', "surface.pixel: wanted "),
         ("cutoff", 'radius = "1 mm"\ncutoff', "surface.radius: unknown key here; it belongs in"),

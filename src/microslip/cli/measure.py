@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from microslip.cli.frame import echo_json
+from microslip.cli.options import spelling
 from microslip.cli.records import Reading, reads, stiffness, writes
 from microslip.cli.shell import complete_study
 from microslip.cli.spelling import as_options
@@ -54,9 +55,10 @@ def measure(
     with stoppable():
         from contextlib import ExitStack
 
-        from microslip.errors import InputError
+        from microslip.errors import InputError, said
         from microslip.report.folder import staged
-        from microslip.study.measured import KIND, show, summarise, write
+        from microslip.report.terminal import show
+        from microslip.results.measured import KIND, document, write
         from microslip.tribometer import measure as measured
         from microslip.tribometer.record import shown_path
 
@@ -83,15 +85,20 @@ def measure(
                     named = str(error).startswith(shown_path(path))
                     raise InputError(str(error) if named else f"{path}: {error}") from None
                 report((index + 1) / len(records))
-            summary = summarise(found) if stage is None else write(found, stage)
+            context = click.get_current_context()
+            result = document(
+                found,
+                lambda text: as_options("measure", said(text, spelling(context))),
+                files=stage is not None,
+            )
+            if stage is not None:
+                write(result, found, stage)
     if as_json:
-        echo_json(summary)
+        echo_json(result.data)
         return
-    for record in summary["records"]:
-        record["notes"] = [as_options("measure", note) for note in record["notes"]]
-    show(summary, sys.stdout)
+    show(result, sys.stdout)
     if folder is not None:
-        click.echo(f"{len(summary['files'])} files in {folder}")
+        click.echo(f"{len(result.data['files'])} files in {folder}")
 
 
 def _joints(study: Path) -> list[Interface]:

@@ -76,41 +76,6 @@ _TABLE: Mapping[str, Rules] = {
             "take a record of one load, or in Python identify(records, cycles=slice(first, last))",
         ),
     ),
-    "surface": (
-        (r"; write (key|channel)=$", r"; write --\1 NAME"),
-        (r"\bwrite format=$", "write --format NAME"),
-        (r"(?<![-\w])write unit=\(\"(\w+)\", \"(\w+)\"\)", r"write --unit \1 --unit \2"),
-        (r"(?<![-\w])write unit=\"([^\"]*)\"", r"write --unit \1"),
-        (r"(?<![-\w])leave out unit\b", "leave out --unit"),
-        (r"(?<![-\w])unit: wanted one such as", "--unit: wanted one such as"),
-        (r"\(\"mm\", \"um\"\), got", "--unit mm --unit um, got"),
-        (r"(?<![-\w])unit: ", "--unit: "),
-        (r"(?<![-\w])leave out pixel\b", "leave out --pixel"),
-        (r"(?<![-\w])write pixel=\"", 'write --pixel "'),
-        (r"(?<![-\w])format=\"(\w+)\"", r"--format \1"),
-        (r"(?<![-\w])write format=, one of", "write --format with one of"),
-        (r"(?<!--format: )no format \"", '--format: no format "'),
-        (r"(?<![-\w])(key|channel) means nothing", r"--\1 means nothing"),
-        (
-            r"more than limit=(\d+)( points can need)?; give a higher limit if there is memory for "
-            r"it",
-            r"more than \1\2, all that a command reads; with the memory for it, in Python "
-            r"Scan.read(path, limit=...) reads more",
-        ),
-        (
-            r"(?<![-\w])outliers=6, or valid=\(\"-1 mm\", \"1 mm\"\) when reading",
-            '--outliers 6, or --valid "-1 mm" "1 mm"',
-        ),
-        (r"(?<![-\w])valid=\(\"([^\"]+)\", \"([^\"]+)\"\)", r'--valid "\1" "\2"'),
-        (r"(?<![-\w])valid: ", "--valid: "),
-        (r"(?<![-\w])fill the scan first", "fill them first, --fill"),
-        (r"(?<![-\w])level=\"(\w+)\" or \"(\w+)\"", r"--level \1 or \2"),
-        (r"(?<![-\w])level=\"(\w+)\"", r"--level \1"),
-        (r"(?<![-\w])long_cutoff(?= must be| \d)", "--long-cutoff"),
-        (r"(?<![-\w])(cutoff|outliers|prominence)(?= must )", r"--\1"),
-        (r"(?<=must be longer than )cutoff\b", "--cutoff"),
-        (r"(?<![-\w])outliers: only", "--outliers: only"),
-    ),
 }
 
 

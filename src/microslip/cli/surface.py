@@ -1,26 +1,27 @@
-"""Floor 9: what a scan of a surface says, and what joint it makes."""
+"""What a scan of a surface says, and what joint it makes."""
 
 from __future__ import annotations
 
 import sys
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from microslip.cli.frame import OneOf, echo_json
+from microslip.cli.frame import echo_json
+from microslip.cli.options import offers, spelling
 from microslip.cli.records import writes
-from microslip.cli.spelling import as_options
 from microslip.cli.work import progress, stoppable
+from microslip.scans.options import (
+    CONDITIONING,
+    CUTOFF,
+    READING,
+    SCAN_AREA,
+    SUMMITS,
+)
 
-if TYPE_CHECKING:
-    from microslip.study.scanned import Findings, Request
-
-LEVELS = ("plane", "quadratic", "cylinder", "mean", "none")
-METHODS = ("watershed", "neighbours")
-
-_TWICE = {"units": "coordinates and heights", "pixels": "x and y"}
+_TWICE = {"unit": "coordinates and heights", "pixel": "x and y"}
 
 
 class _Once(click.Command):
@@ -44,82 +45,10 @@ class _Once(click.Command):
 
 @click.command(cls=_Once, short_help="Measure the roughness and the summits in a scan.")
 @click.argument("scan", metavar="SCAN", type=click.Path(path_type=Path, readable=False))
-@click.option(
-    "--cutoff",
-    metavar="LENGTH",
-    help='Short-wave cut-off, such as "10 um", or none. It decides the result.',
-)
-@click.option("--long-cutoff", metavar="LENGTH", help='Long-wave cut-off, such as "0.8 mm".')
-@click.option(
-    "--level",
-    type=OneOf(LEVELS),
-    default=LEVELS[0],
-    show_default=True,
-    help="Form that is removed first.",
-)
-@click.option(
-    "--outliers",
-    type=float,
-    metavar="X",
-    help="Leave out points beyond so many robust standard deviations; 6 is usual.",
-)
-@click.option("--fill", is_flag=True, help="Interpolate missing points from around them.")
-@click.option(
-    "--method",
-    type=OneOf(METHODS),
-    default=METHODS[0],
-    show_default=True,
-    help="What counts as a summit.",
-)
-@click.option(
-    "--prominence",
-    metavar="LENGTH",
-    help='Least rise of a summit above its saddle, such as "2 nm"; else from the noise.',
-)
-@click.option("--area", metavar="AREA", help='Apparent area of the joint, such as "2 cm^2".')
-@click.option("--format", "kind", metavar="FORMAT", help="Format of the file, such as plu or npy.")
-@click.option(
-    "--unit",
-    "units",
-    metavar="UNIT",
-    multiple=True,
-    help="Unit of the heights, where the file has none; twice, of coordinates and of heights.",
-)
-@click.option(
-    "--pixel",
-    "pixels",
-    metavar="LENGTH",
-    multiple=True,
-    help='Distance of neighbours, such as "1.66 um"; twice, for x and for y.',
-)
-@click.option(
-    "--valid",
-    nargs=2,
-    metavar="LOW HIGH",
-    help='Possible heights, such as "-1 mm" "1 mm"; points beyond are missing.',
-)
-@click.option("--key", metavar="NAME", help="Array of a file that holds several.")
-@click.option("--channel", metavar="NAME", help="Channel of an instrument's file, or its number.")
+@offers(CUTOFF.but(default=None), *CONDITIONING[1:], *SUMMITS, SCAN_AREA, *READING)
 @writes("report, tables and figures", "one")
 def surface(
-    scan: Path,
-    cutoff: str | None,
-    long_cutoff: str | None,
-    level: str,
-    outliers: float | None,
-    fill: bool,
-    method: str,
-    prominence: str | None,
-    area: str | None,
-    kind: str | None,
-    units: tuple[str, ...],
-    pixels: tuple[str, ...],
-    valid: tuple[str, str] | None,
-    key: str | None,
-    channel: str | None,
-    folder: Path | None,
-    overwrite: bool,
-    as_json: bool,
+    scan: Path, folder: Path | None, overwrite: bool, as_json: bool, **options: Any
 ) -> None:
     """Measure heights, spectrum and summits in SCAN, an instrument's file or an array.
 
@@ -129,59 +58,29 @@ def surface(
     with stoppable():
         from contextlib import ExitStack
 
-        from microslip.study.scanned import Request, analyse
-        from microslip.study.scanned_files import write
-        from microslip.study.scanned_summary import KIND, summarise
-        from microslip.study.scanned_tables import show
+        from microslip.errors import said
+        from microslip.report.folder import staged
+        from microslip.report.terminal import show
+        from microslip.results.scanned.document import document, write
+        from microslip.results.scanned.findings import Request, analyse
+        from microslip.results.scanned.numbers import KIND
 
-        unit: Any = units if len(units) > 1 else units[0] if units else None
-        request: Request = Request.of(
-            scan,
-            cutoff=cutoff,
-            long_cutoff=long_cutoff,
-            level=level,
-            outliers=outliers,
-            fill=fill,
-            method=method,
-            prominence=prominence,
-            area=area,
-            format=kind,
-            unit=unit,
-            pixel=pixels,
-            valid=valid,
-            key=key,
-            channel=channel,
-        )
+        context = click.get_current_context()
+        given = context.get_parameter_source("cutoff") is not click.core.ParameterSource.DEFAULT
+        request = Request.of(scan, cutoff_given=given, **options)
         with ExitStack() as stack:
             stage = None
             if folder is not None:  # first, so that nothing is read in vain
-                from microslip.report.folder import staged
-
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "measured scan"))
             with progress("Measuring") as report:
-                found = _spelt(analyse(request, report))
-            if stage is None:
-                summary = summarise(found)
-            else:
+                found = analyse(request, report)
+            result = document(found, folder, lambda text: said(text, spelling(context)))
+            if stage is not None:
                 with progress("Drawing and writing") as report:
-                    summary = write(found, stage, report, folder)
+                    write(result, found, stage, report)
     if as_json:
-        echo_json(summary)
+        echo_json(result.data)
         return
-    show(summary, sys.stdout)
+    show(result, sys.stdout)
     if folder is not None:
-        click.echo(f"{len(summary['files'])} files in {folder}")
-
-
-def _spelt(found: Findings) -> Findings:
-    """Findings that say what a reader has to know as a command does."""
-    from dataclasses import replace
-
-    from microslip.scans.file_reading import SUSPECT
-
-    told = [note.removeprefix(SUSPECT) for note in found.raw.notes if note.startswith(SUSPECT)]
-    if found.request.outliers is not None:
-        told = []  # what was left out is no more to be suspected
-    return replace(
-        found, reasons=tuple(as_options("surface", text) for text in (*told, *found.reasons))
-    )
+        click.echo(f"{len(result.data['files'])} files in {folder}")

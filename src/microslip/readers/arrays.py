@@ -11,6 +11,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.wording import shorten
+from microslip.errors import UNSAID, Argument, InputError
 from microslip.readers.files import first_line
 from microslip.readers.tables import Column, Stated, Table, refuse_long
 
@@ -93,7 +94,9 @@ def only(found: Mapping[str, Leaf], key: str | None, kind: str) -> str:
             f"wanted a matrix of heights, got this {kind} with {listed or 'no numbers'}"
         )
     if len(able) > 1:
-        raise ValueError(f"this {kind} holds more than one array: {listed}; write key=")
+        raise InputError(
+            f"this {kind} holds more than one array: {listed}; write ", Argument("key", UNSAID)
+        )
     return able[0]
 
 

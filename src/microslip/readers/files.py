@@ -10,6 +10,7 @@ from pathlib import Path
 
 from microslip._core.files import reason
 from microslip._core.wording import did_you_mean, shorten
+from microslip.errors import Argument, InputError
 
 _HEAD = 1024
 
@@ -81,7 +82,9 @@ def refuse_beyond(shape: tuple[int, ...], limit: int) -> None:
     """Refuse more points than were allowed, before they are read."""
     if (count := math.prod(shape)) > limit:
         size = " x ".join(str(n) for n in shape)
-        raise ValueError(
-            f"holds {size} = {count} points, more than limit={limit}; give a higher limit if "
-            f"there is memory for it ({count * 8e-9:.3g} GB and a few times that)"
+        raise InputError(
+            f"holds {size} = {count} points, more than ",
+            Argument("limit", limit),
+            "; give a higher limit if there is memory for it "
+            f"({count * 8e-9:.3g} GB and a few times that)",
         )

@@ -13,6 +13,7 @@ import numpy as np
 
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.wording import did_you_mean, shorten, show
+from microslip.errors import UNSAID, Argument, InputError
 from microslip.readers.files import first_line, refuse_beyond
 from microslip.readers.grid import on_grid
 
@@ -124,9 +125,10 @@ def _check_size(path: Path, limit: int) -> None:
         except (zipfile.BadZipFile, OSError) as error:
             raise ValueError(f"damaged archive: {first_line(error)}") from None
     if size > most:
-        raise ValueError(
-            f"unpacks to {size / 1e6:.0f} MB, more than limit={limit} points can need; "
-            "give a higher limit if there is memory for it"
+        raise InputError(
+            f"unpacks to {size / 1e6:.0f} MB, more than ",
+            Argument("limit", limit),
+            " points can need; give a higher limit if there is memory for it",
         )
 
 
@@ -139,7 +141,10 @@ def _open(path: Path, wanted: Any) -> tuple[Any, str]:
             own = ("npy", "npz", "text", "matrix", "xyz", "profile", "mat")
             names = [*own, *sorted({*known} - {*own})]
             hint = did_you_mean(wanted, names) if isinstance(wanted, str) else ""
-            raise ValueError(f"no format {show(wanted)}{hint}; there are {', '.join(names)}")
+            raise InputError(
+                Argument("format"),
+                f": no format {show(wanted)}{hint}; there are {', '.join(names)}",
+            )
         try:
             return known[wanted](str(path)), wanted
         except MemoryError:
@@ -158,10 +163,12 @@ def _open(path: Path, wanted: Any) -> tuple[Any, str]:
             raise
         except Exception as error:
             failed = failed or _broken(name, error)
-    raise ValueError(
-        failed
-        or "of no format that is known by its first bytes or its ending; write format=, one of "
-        f"text, npy, npz, {', '.join(sorted({*known} - {'text', 'npy', 'npz'}))}"
+    if failed:
+        raise ValueError(failed)
+    raise InputError(
+        "of no format that is known by its first bytes or its ending; write ",
+        Argument("format", UNSAID),
+        f", one of text, npy, npz, {', '.join(sorted({*known} - {'text', 'npy', 'npz'}))}",
     )
 
 
@@ -196,7 +203,9 @@ def _chosen(channels: list[Any], wanted: Any) -> int:
         if not able:
             raise ValueError(f"no channel of heights; there are {listed or 'none'}")
         listed = ", ".join(f'{i}: "{shorten(names[i], 40)}"' for i in able[:20])
-        raise ValueError(f"{len(able)} channels of heights, {listed}; write channel=")
+        raise InputError(
+            f"{len(able)} channels of heights, {listed}; write ", Argument("channel", UNSAID)
+        )
     text = str(wanted)
     if text in names and not isinstance(wanted, int):
         if names.count(text) > 1:

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from microslip._core.verdicts import Verdict, worst
 from microslip.report.plot import Plot
 
-Value = float | int | str | bool | None
+
+class Judged(NamedTuple):
+    """A cell that is a verdict: its word, and what is said of it."""
+
+    word: str
+    text: str
+
+
+Value = float | int | str | bool | Judged | None
 Write = Callable[[Any], str]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from microslip._core import netcdf
 from microslip._core.kernel_choice import kernel_name
 from microslip._version import __version__
+from microslip.report.document import Document
 from microslip.report.folder import staged
 from microslip.report.netcdf import Contents
+from microslip.report.pictures import Drawn
 
 Progress = Callable[[float], None]
 Blocks = Iterator[Mapping[str, NDArray[np.float64]]]
@@ -51,6 +53,63 @@ def header(kind: str, schema: int, title: str) -> dict[str, Any]:
         "generator": {"name": "microslip", "version": __version__, "kernel": kernel_name()},
         "title": title,
     }
+
+
+def standard_files(
+    document: Document, names: Sequence[str], others: Iterable[File] = ()
+) -> tuple[File, ...]:
+    """Files of a document: summary, page and pictures as ``names`` asks for them, and others.
+
+    Parameters
+    ----------
+    document : Document
+        The whole result.
+    names : sequence of str
+        What is to be written: ``summary.json``, ``report.html``, figures as ``NAME.svg`` and
+        ``NAME.png``, and the names of ``others``. Summaries list them under ``files``.
+    others : iterable of File
+        Tables, arrays, texts.
+
+    Returns
+    -------
+    tuple of File
+        One for each name.
+
+    Raises
+    ------
+    KeyError
+        A name that nothing is behind.
+    """
+    drawn = Drawn()
+    own = {file.name: file for file in others}
+    pictures = {picture.name: picture for picture in document.pictures}
+
+    def file(name: str) -> File:
+        stem, _, kind = name.rpartition(".")
+        if name in own:
+            return own[name]
+        if name == "summary.json":
+            return File(name, lambda path, _: write_json(path, document.data))
+        if name == "report.html":
+            cost = FIGURE * (len(pictures) + 1)
+            return File(name, lambda path, progress: _page(document, drawn, path, progress), cost)
+        picture = pictures[stem]
+        cost = FIGURE if kind == "svg" else 20.0 * FIGURE
+        return File(
+            name,
+            lambda path, _: _bytes(
+                path, drawn.svg(picture) if kind == "svg" else drawn.png(picture)
+            ),
+            cost,
+        )
+
+    return tuple(file(name) for name in names)
+
+
+def _page(document: Document, drawn: Drawn, path: Path, progress: Progress) -> None:
+    from microslip.report.html import page
+
+    path.write_text(page(document, drawn, progress), encoding="utf-8", newline="\n")
 
 
 def _bytes(path: Path, content: bytes) -> None:

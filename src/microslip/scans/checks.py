@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import LARGEST, exact, positive, show
 from microslip._core.frozen import lock
 from microslip._core.units import LENGTH, QuantityError, to_si
-from microslip.errors import Argument, InputError
+from microslip.errors import Argument, InputError, Phrase
 
 LIMIT = 100_000_000
 """Points that a file may hold unless more are asked for: 0.8 GB of heights."""
@@ -85,20 +85,22 @@ def enough(name: str, heights: NDArray[np.float64]) -> None:
         )
 
 
-def objection(heights: NDArray[np.float64]) -> str:
+def objection(heights: NDArray[np.float64]) -> Phrase:
     """Why heights cannot be measured: all the same, or with spikes that drown the others."""
     low, high = float(np.fmin.reduce(heights, axis=None)), float(np.fmax.reduce(heights, axis=None))
     if low == high:
-        return (
+        return Phrase(
             f"all heights are {exact(low)} m: nothing to measure; another channel, or more digits?"
         )
     if count := spikes(heights):
-        return (
+        return Phrase(
             f"{count} of {heights.size} points lie more than {SPIKE:g} times farther from the "
             f"median than usual (lowest {low:g} m, highest {high:g} m): not heights; leave "
-            'them out by outliers=6, or valid=("-1 mm", "1 mm") when reading'
+            "them out by ",
+            *(Argument("outliers", 6), ", or ", Argument("valid", ("-1 mm", "1 mm"))),
+            " when reading",
         )
-    return ""
+    return Phrase()
 
 
 def pixel_of(given: Any, axes: int) -> tuple[float, ...]:
@@ -118,7 +120,7 @@ def length_of(name: str, given: Any, example: str) -> float:
         try:
             return to_si(given, LENGTH, example)
         except QuantityError as error:
-            raise InputError(f"{name}: {error}") from None
+            raise InputError(Argument(name), f": {error}") from None
     return positive(name, given, "m", 1e-5)
 
 

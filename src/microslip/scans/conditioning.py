@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from microslip._core.checks import exact, number, positive
 from microslip._core.frozen import lock
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted, show
@@ -18,6 +17,7 @@ from microslip.scans.filters import smooth
 from microslip.scans.height_map import HeightMap
 from microslip.scans.levelling import LEVELS, level
 from microslip.scans.noise import noise_std
+from microslip.scans.options import OUTLIERS
 from microslip.scans.outliers_and_gaps import fill, outliers
 
 Map = TypeVar("Map", bound=HeightMap)
@@ -53,8 +53,8 @@ def condition(scan: Map, steps: Steps) -> Map:
         heights, removed = level(heights, scan.pixel, steps.level)
         if float(np.nanmax(np.abs(heights))) <= _ROUNDING * before:
             raise InputError(
-                f'{scan.name[:60]}: level="{steps.level}" leaves nothing but rounding: no '
-                "roughness to measure"
+                *(f"{scan.name[:60]}: ", Argument("level", steps.level)),
+                " leaves nothing but rounding: no roughness to measure",
             )
         notes.append(f"level: {steps.level} removed, {engineering(removed, 'm')} high.")
     if steps.fill is not None:
@@ -126,14 +126,13 @@ def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, 
     short, long = found
     if long is not None and (before := short or scan.cutoff) is not None and long <= before:
         raise InputError(
-            Argument("long_cutoff"),
-            f" must be longer than cutoff, got {_readable(long)} and {_readable(before)}",
+            *(Argument("long_cutoff"), " must be longer than ", Argument("cutoff")),
+            f", got {_readable(long)} and {_readable(before)}",
         )
     if short is not None and scan.long_cutoff is not None and short >= scan.long_cutoff:
         raise InputError(
-            Argument("cutoff"),
-            f" must be shorter than the long_cutoff {_readable(scan.long_cutoff)} that was "
-            f"applied before, got {_readable(short)}",
+            *(Argument("cutoff"), " must be shorter than the ", Argument("long_cutoff")),
+            f" {_readable(scan.long_cutoff)} that was applied before, got {_readable(short)}",
         )
     return short, long
 
@@ -198,14 +197,8 @@ def _where(length: float, least: float, most: float) -> str:
 def _threshold(given: Any) -> float | None:
     if given is None:
         return None
-    limit = number("outliers", given, "", 6.0)
-    if limit < 2.0:
-        raise InputError(
-            Argument("outliers"),
-            " must be at least 2 robust standard deviations, or good points go too; "
-            f"got {exact(limit)}; 6 is usual",
-        )
-    return positive("outliers", limit)
+    limit: float = OUTLIERS.check(given)
+    return limit
 
 
 def _word(name: str, given: Any, words: tuple[str, ...]) -> None:
@@ -222,7 +215,9 @@ def _without_outliers(scan: HeightMap, limit: float) -> tuple[np.ndarray, str]:
     heights = np.where(found, np.nan, scan.heights) if count else scan.heights
     least = 4 if scan.is_profile else 9
     if (left := int(np.count_nonzero(~np.isnan(heights)))) < least:
-        raise InputError(f"outliers: only {left} of {heights.size} points would be left")
+        raise InputError(
+            Argument("outliers"), f": only {left} of {heights.size} points would be left"
+        )
     return heights, (
         f"outliers: {count} of {heights.size} points farther than {limit:g} robust standard "
         "deviations from the median of their neighbours are missing now."

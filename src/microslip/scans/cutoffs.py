@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import floats
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
-from microslip.errors import Argument, InputError
+from microslip.errors import Argument, InputError, Phrase
 from microslip.scans.checks import length_of
 from microslip.scans.conditioning import Steps, condition, remaining
 from microslip.scans.height_map import HeightMap
@@ -186,14 +186,14 @@ def over_cutoffs(
                 own = found.scan
                 _count(found, columns, row)
             except InputError as error:
-                notes.append(f"{at}: {error}")
+                notes.append(Phrase(f"{at}: ", *error.parts))
         try:
             own = own or condition(levelled, Steps(cutoff=remaining(levelled, short)))
             _measure(own, columns, row)
         except InputError as error:
             if cutoffs is not None and own is None:
                 raise  # a cut-off of the user's that cannot be used
-            notes.append(f"{at}: {error}")
+            notes.append(Phrase(f"{at}: ", *error.parts))
         if progress is not None:
             progress(row + 1, wanted.size)
     if scan.is_profile and counted:

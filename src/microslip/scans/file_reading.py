@@ -12,7 +12,7 @@ import numpy as np
 
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.wording import shorten, show
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError, Phrase
 from microslip.readers.files import usable
 from microslip.scans.checks import own, pixel_of, repeated, spikes
 from microslip.scans.heights_in_files import RawHeights, Wishes, read_heights
@@ -47,6 +47,8 @@ def read(path: Path, wishes: Wishes) -> Understood:
         return _understood(raw, path, wishes)
     except MemoryError:
         raise InputError(f"{called}: too large for the memory of this machine") from None
+    except InputError as error:
+        raise error.within(f"{called}: ") from None
     except ValueError as error:
         raise InputError(f"{called}: {error}") from None
 
@@ -54,10 +56,12 @@ def read(path: Path, wishes: Wishes) -> Understood:
 def _check(wishes: Wishes) -> None:
     limit = wishes.limit
     if not isinstance(limit, numbers.Integral) or isinstance(limit, bool) or limit < 1:
-        raise ValueError(f"limit must be a number of points above zero, got {show(limit)}")
+        raise InputError(
+            Argument("limit"), f" must be a number of points above zero, got {show(limit)}"
+        )
     for name, given in (("format", wishes.format), ("key", wishes.key)):
         if given is not None and not isinstance(given, str):
-            raise ValueError(f"{name} must be text, got {show(given)}")
+            raise InputError(Argument(name), f" must be text, got {show(given)}")
 
 
 def _format(given: str | None) -> str | None:
@@ -90,18 +94,21 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
     if missing:
         notes.append(f"missing: {missing:.3g} of the points.")
     if count := spikes(heights):
-        notes.append(
+        spiky = Phrase(
             f"spikes: {count} points lie more than a million times farther from the median than "
-            f"usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; they must go, by "
-            "outliers or valid."
+            f"usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; they must go, by ",
+            *(Argument("outliers"), " or ", Argument("valid"), "."),
         )
+        notes.append(spiky)
     elif atom := repeated(heights):
         value, count, *limits = atom
         least, most = (engineering(limit, "m", 6, trim=True) for limit in limits)
-        notes.append(
+        told = Phrase(
             f"{SUSPECT}{count} points are all {_length(value)}, far from all others; if that "
-            f'stands for "nothing measured", leave them out by valid=("{least}", "{most}").'
+            'stands for "nothing measured", leave them out by ',
+            *(Argument("valid", (least, most)), "."),
         )
+        notes.append(told)
     return Understood(heights, pixel, name, (first, *raw.notes, *notes))
 
 
@@ -125,36 +132,39 @@ def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[s
     """Metres of one unit of the coordinates and of the heights."""
     if raw.unit is not None:
         if wishes.unit is not None:
-            raise ValueError(
-                f'the file says that heights are in "{shorten(raw.unit, 20)}"; leave out unit'
+            raise InputError(
+                f'the file says that heights are in "{shorten(raw.unit, 20)}"; leave out ',
+                Argument("unit"),
             )
         factor = _factor(raw.unit)
         return (factor, factor), [f"heights: in {shorten(raw.unit, 20)}, as the file says."]
     across, up = raw.columns
     if wishes.unit is None:
         if up is None:
-            wanted = '"um"' if across is None else f'("{across}", "um")'
-            raise ValueError(
-                f"the file does not say the unit of its heights; write unit={wanted}, say"
+            raise InputError(
+                "the file does not say the unit of its heights; write ",
+                Argument("unit", "um" if across is None else (across, "um")),
+                ", say",
             )
         if across is None and raw.steps is not None:
-            raise ValueError(
-                f'the file says that heights are in "{up}", but not the unit of coordinates; write '
-                f'unit=("mm", "{up}"), say'
+            raise InputError(
+                f'the file says that heights are in "{up}", but not the unit of coordinates; ',
+                *("write ", Argument("unit", ("mm", up)), ", say"),
             )
         return _by((across or up, up), raw, "as the file says")
     pair = wishes.unit if isinstance(wishes.unit, (list, tuple)) else (wishes.unit,) * 2
     if len(pair) != 2:
-        raise ValueError(
-            'unit: wanted one such as "um", or one of the coordinates and one of the heights, '
-            f'("mm", "um"), got {show(wishes.unit)}'
+        raise InputError(
+            Argument("unit"),
+            ': wanted one such as "um", or one of the coordinates and one of the heights, ',
+            *(Argument("unit", ("mm", "um")), f", got {show(wishes.unit)}"),
         )
     for what, said, given in zip(("coordinates", "heights"), (across, up), pair, strict=True):
         if said is not None and _factor(said) != _factor(given):
-            both = f'write unit=("{across or pair[0]}", "{up or pair[1]}")'
-            raise ValueError(
-                f'the file says that {what} are in "{said}", not "{shorten(given, 20)}"; '
-                + ("leave out unit" if across and up else both)
+            both = Argument("unit", (across or pair[0], up or pair[1]))
+            raise InputError(
+                f'the file says that {what} are in "{said}", not "{shorten(given, 20)}"; ',
+                *(("leave out ", Argument("unit")) if across and up else ("write ", both)),
             )
     return _by((pair[0], pair[1]), raw, "as stated")
 
@@ -168,11 +178,13 @@ def _by(pair: tuple[Any, Any], raw: RawHeights, told: str) -> tuple[tuple[float,
 
 def _factor(unit: Any) -> float:
     if not isinstance(unit, str) or not unit.strip():
-        raise ValueError(f'unit: wanted a unit of length such as "um", got {show(unit)}')
+        raise InputError(
+            Argument("unit"), f': wanted a unit of length such as "um", got {show(unit)}'
+        )
     try:
         return to_si(f"1 {unit.strip()}", LENGTH, "1 um")
     except QuantityError as error:
-        raise ValueError(f"unit: {error}") from None
+        raise InputError(Argument("unit"), f": {error}") from None
 
 
 def _pixel(raw: RawHeights, wishes: Wishes, factor: float) -> tuple[tuple[float, ...], str]:
@@ -191,8 +203,9 @@ def _pixel(raw: RawHeights, wishes: Wishes, factor: float) -> tuple[tuple[float,
         return raw.pixel, "as the file says"
     if raw.steps is not None:
         return tuple(step * factor for step in raw.steps), "by its coordinates"
-    raise ValueError(
-        'the file does not say the distance of neighbouring points; write pixel="1.66 um", say'
+    raise InputError(
+        "the file does not say the distance of neighbouring points; write ",
+        *(Argument("pixel", "1.66 um"), ", say"),
     )
 
 
@@ -219,11 +232,14 @@ def _valid(heights: np.ndarray, given: Any) -> list[str]:
     if given is None:
         return []
     if not isinstance(given, (list, tuple)) or len(given) != 2:
-        raise ValueError(f'valid must be two heights such as ("-1 mm", "1 mm"), got {show(given)}')
+        raise InputError(
+            Argument("valid"), f' must be two heights such as ("-1 mm", "1 mm"), got {show(given)}'
+        )
     low, high = (_height(limit) for limit in given)
     if not low < high:
-        raise ValueError(
-            f"valid: the first must be the lower, got {_length(low)} and {_length(high)}"
+        raise InputError(
+            Argument("valid"),
+            f": the first must be the lower, got {_length(low)} and {_length(high)}",
         )
     beyond = (heights < low) | (heights > high)
     count = int(np.count_nonzero(beyond))
@@ -242,7 +258,9 @@ def _height(given: Any) -> float:
         try:
             return to_si(given, LENGTH, "1 mm", sign="any")
         except QuantityError as error:
-            raise ValueError(f"valid: {error}") from None
+            raise InputError(Argument("valid"), f": {error}") from None
     if isinstance(given, numbers.Real) and not isinstance(given, bool) and not math.isnan(given):
         return float(given)
-    raise ValueError(f'valid: wanted a height [m] or such as "1 mm", got {show(given)}')
+    raise InputError(
+        Argument("valid"), f': wanted a height [m] or such as "1 mm", got {show(given)}'
+    )

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked
 from microslip._core.units import engineering
-from microslip.errors import Argument, InputError
+from microslip.errors import Argument, InputError, Phrase
 from microslip.scans.checks import enough, objection, own, pixel_of
 from microslip.scans.moments import Moments, moments_of
 from microslip.scans.noise import noise_passed, noise_std
@@ -122,7 +122,7 @@ class HeightMap(Locked):
             usual.
         """
         if self._objection:
-            raise InputError(f"{self.name[:60]}: {self._objection}")
+            raise InputError(f"{self.name[:60]}: ", *self._objection.parts)
         return self
 
     def statistics(self) -> Statistics:
@@ -180,7 +180,7 @@ class HeightMap(Locked):
         return noise_std(self.heights)
 
     @cached_property
-    def _objection(self) -> str:
+    def _objection(self) -> Phrase:
         return objection(self.heights)
 
     @cached_property

@@ -11,6 +11,7 @@ import numpy as np
 
 from microslip._core.units import LENGTH, QuantityError, is_unit, to_si
 from microslip._core.wording import shorten
+from microslip.errors import UNSAID, Argument, InputError
 from microslip.readers import hdf5, matlab, numpy_files
 from microslip.readers.arrays import Arrays, leaves, only, values_of
 from microslip.readers.dialect import is_comment, split
@@ -93,7 +94,7 @@ def read_heights(path: Path, wishes: Wishes) -> RawHeights:
         takes = "channel"
     for name in ("key", "channel"):
         if getattr(wishes, name) is not None and name != takes:
-            raise ValueError(f"{name} means nothing for this kind of file; leave it out")
+            raise InputError(Argument(name), " means nothing for this kind of file; leave it out")
     if form in ARRAY_FILES:
         return _of_arrays(ARRAY_FILES[form](path), wishes)
     if form in TEXTS:
@@ -112,9 +113,9 @@ def _form(head: bytes, suffix: str) -> str | None:
     if form == "text" and suffix in _ENDINGS_OF_TEXT:
         return form  # some instruments write text of their own, which their endings tell
     if suffix in (".npy", ".npz"):
-        raise ValueError(
-            f"its ending says {suffix}, its first bytes do not; if it is of another kind, "
-            "write format="
+        raise InputError(
+            f"its ending says {suffix}, its first bytes do not; if it is of another kind, write ",
+            Argument("format", UNSAID),
         )
     return None
 
@@ -160,7 +161,7 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
         return _matrix(file.matrix(), above, notes)
     least, most, wanted = (3, count, "3") if form == "xyz" else (1, 2, "1 or 2")
     if not least <= count <= most:
-        raise ValueError(f'format="{form}": wanted {wanted} columns, got {count}')
+        raise InputError(Argument("format", form), f": wanted {wanted} columns, got {count}")
     columns: tuple[str | None, str | None] = (None, None)
     if any(units):
         columns, notes = _units(units[:3]), ()
@@ -168,9 +169,10 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
     if count == 1:
         return RawHeights(kind, file.matrix()[:, 0], columns=columns, notes=notes)
     if wishes.pixel is not None:
-        raise ValueError(
-            "its coordinates say the distance of neighbours: leave out pixel, or, if it is a "
-            'matrix of heights, write format="matrix"'
+        raise InputError(
+            *("its coordinates say the distance of neighbours: leave out ", Argument("pixel")),
+            ", or, if it is a matrix of heights, write ",
+            Argument("format", "matrix"),
         )
     *places, values = file.load(range(min(count, 3)))
     try:
@@ -178,9 +180,10 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
     except ValueError as error:
         if count <= 3:
             raise
-        raise ValueError(
+        raise InputError(
             f"of {count} columns the first three were taken for x, y and z: {error}; "
-            'if it is a matrix of heights, write format="matrix"'
+            "if it is a matrix of heights, write ",
+            Argument("format", "matrix"),
         ) from None
     if count > 3:
         other = "1 column" if count == 4 else f"{count - 3} columns"

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import positive
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.scans.nayak import NayakSummits
 from microslip.scans.summit_statistics import SummitStatistics
 
@@ -327,7 +327,8 @@ class _Mean:
         if self.count == 0:
             raise InputError(
                 f"no three neighbouring points along {axis} are present: there is nothing to "
-                "take slopes and curvatures from; fill the scan first"
+                "take slopes and curvatures from; fill the scan first, ",
+                Argument("fill", "interpolate"),
             )
         return self.total / self.count / step**power
 

@@ -143,5 +143,5 @@ def area_of(given: Any) -> float:
         try:
             return to_si(given, AREA, "2 cm^2")
         except QuantityError as error:
-            raise InputError(f"area: {error}") from None
+            raise InputError(Argument("area"), f": {error}") from None
     return positive("area", given, "m^2", 1e-4)

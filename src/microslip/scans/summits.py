@@ -118,7 +118,8 @@ def find_summits(
     if not whole.places.size:
         raise InputError(
             f"{scan.name[:60]}: no point is above its eight neighbours: no summit; is it levelled? "
-            'level="plane"'
+            "",
+            Argument("level", "plane"),
         )
     pixel_area = math.prod(scan.pixel)
     flat = heights.reshape(-1)
@@ -156,7 +157,7 @@ def find_summits(
         raise InputError(
             f"{scan.name[:60]}: none of {whole.places.size} peaks rises "
             f"{engineering(threshold, 'm')} above the saddle to a higher one and is round; try a "
-            "smaller prominence or another cutoff"
+            "smaller prominence or another cut-off"
         )
     rows, columns = np.divmod(places, heights.shape[1])
     positions = (np.stack([columns, rows], axis=1) + shifts) * np.array(scan.pixel)

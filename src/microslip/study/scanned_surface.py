@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -10,12 +9,32 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
-from microslip._core.units import LENGTH, engineering, to_si
+from microslip._core.units import engineering
 from microslip._core.wording import quoted, shorten, show
-from microslip.errors import InputError
-from microslip.study.columns import UnitName, text
-from microslip.study.fields import Area, Height, TwoNames, YesOrNo, array, number, one_of, quantity
-from microslip.study.part import Check, JsonSchema, KeyedError, Part, Reading
+from microslip.errors import InputError, said
+from microslip.scans.options import (
+    CHANNEL,
+    CUTOFF,
+    ESTIMATE,
+    ESTIMATES,
+    FILL,
+    FORMAT,
+    KEY,
+    LEVEL,
+    LONG_CUTOFF,
+    METHOD,
+    OF_PROFILES,
+    OUTLIERS,
+    PIXEL,
+    PROMINENCE,
+    SCAN_AREA,
+    UNIT,
+    VALID,
+)
+from microslip.study.columns import text
+from microslip.study.fields import TwoNames
+from microslip.study.part import Check, KeyedError, Part, Reading, as_key
+from microslip.study.part import key as key_of
 
 if TYPE_CHECKING:
     from microslip.friction import Verdict
@@ -25,31 +44,8 @@ if TYPE_CHECKING:
     from microslip.scans.summit_statistics import SummitStatistics
     from microslip.scans.summits import Summits
 
-LEVELS = ("plane", "quadratic", "cylinder", "mean", "none")
-METHODS = ("watershed", "neighbours")
-ESTIMATES = ("counted", "neighbours", "mccool", "nayak", "population")
-OF_PROFILES = ("mccool", "nayak")
-
 NO_CUTOFF = "none: the pixel decides"
 """What stands wherever a cut-off would, if there is none."""
-
-
-def _cutoff() -> Check:
-    """A length, or the word that says that there is none."""
-
-    def check(given: object) -> float | None:
-        if given == "none":
-            return None
-        try:
-            return to_si(given, LENGTH, "10 um")
-        except ValueError as error:
-            raise ValueError(str(error).replace('"10 um"', '"10 um", or "none"', 1)) from None
-
-    def describe(_: JsonSchema) -> JsonSchema:
-        length = quantity(LENGTH, "10 um").describe({})
-        return {"anyOf": [length, {"const": "none"}], "examples": ["10 um", "none"]}
-
-    return Check(check, describe)
 
 
 def _channel(given: object) -> object:
@@ -58,52 +54,16 @@ def _channel(given: object) -> object:
     return given
 
 
-def _pair(given: object) -> object:
-    if isinstance(given, (list, tuple)) and len(given) > 2:
-        raise ValueError(f"wanted one pixel, or one along x and one along y, got {len(given)}")
-    return given
-
-
-def _two(given: object) -> object:
-    if isinstance(given, (list, tuple)) and len(given) != 2:
-        raise ValueError(f"wanted the lowest and the highest possible height, got {len(given)}")
-    return given
-
-
 ScanName = Annotated[str, text('the name of a scan such as "ground.plu"')]
-FormatName = Annotated[str, text('the name of a format such as "plu"')]
-KeyName = Annotated[str, text('the name of an array such as "z"')]
 Channel = Annotated[
     str | int,
     Check(_channel, lambda _: {"anyOf": [{"type": "string"}, {"type": "integer"}]}),
 ]
-Cutoff = Annotated[float | None, _cutoff()]
-LongCutoff = Annotated[float, quantity(LENGTH, "0.8 mm")]
-Pixels = Annotated[
-    tuple[Annotated[float, quantity(LENGTH, "1.66 um")], ...],
-    Check(_pair, lambda inner: inner),
-    array('["1 um", "2 um"]', 2, single=True),
-]
-Units = Annotated[tuple[UnitName, ...], array('["mm", "um"]', 2, single=True)]
-Valid = Annotated[
-    tuple[Height, ...], Check(_two, lambda inner: inner), array('["-1 mm", "1 mm"]', 2)
-]
-Prominence = Annotated[float, quantity(LENGTH, "2 nm")]
-Outliers = Annotated[
-    float,
-    number("a number of at least 2 such as 6", lambda value: 2.0 <= value <= 1e6, {"minimum": 2}),
-]
 
 
-def _one_or_both(given: tuple[Any, ...] | None) -> Any:
+def _alone(values: Any) -> Any:
     """What was said once, by itself."""
-    return given[0] if given and len(given) == 1 else given
-
-
-def _as_keys(message: str) -> str:
-    """A message with the keys of a study in place of arguments."""
-    message = re.sub(r'\b(\w+)=\(("[^"]*"), ("[^"]*")\)', r"\1 = [\2, \3]", message)
-    return re.sub(r'\b(unit|pixel|format)="', r'\1 = "', message)
+    return values[0] if values and len(values) == 1 else values
 
 
 class ScanSurface(Part):
@@ -118,71 +78,23 @@ class ScanSurface(Part):
         description="File of the scan, relative to the folder of the study.",
         examples=['"ground.plu"'],
     )
-    cutoff: Cutoff = Field(
-        description="Short-wave cut-off, by which the result stands or falls; none must be said.",
-        examples=['"10 um"'],
-    )
-    long_cutoff: LongCutoff | None = Field(
-        default=None, description="Long-wave cut-off.", examples=['"0.8 mm"']
-    )
-    level: Annotated[str, one_of(*LEVELS)] = Field(
-        default="plane", description="Form that is removed first."
-    )
-    outliers: Outliers | None = Field(
-        default=None,
-        description="Robust standard deviations beyond which points are left out.",
-        examples=["6"],
-    )
-    fill: YesOrNo = Field(
-        default=False, description="Whether missing points are interpolated from around them."
-    )
-    method: Annotated[str, one_of(*METHODS)] = Field(
-        default="watershed", description="What counts as a summit."
-    )
-    prominence: Prominence | None = Field(
-        default=None,
-        description="Least rise of a summit above the saddle to a higher one; from the noise if "
-        "absent.",
-        examples=['"2 nm"'],
-    )
-    estimate: Annotated[str, one_of(*ESTIMATES)] = Field(
-        default="counted",
-        description="How the summits become a surface: one radius and Gaussian heights, counted "
-        "(counted, neighbours) or from spectral moments (mccool, nayak), or all of them, one by "
-        "one (population).",
-    )
-    area: Area | None = Field(
-        default=None,
-        description="Apparent area of the joint; that of the scan if absent.",
-        examples=['"2 cm^2"'],
-    )
-    format: FormatName | None = Field(
-        default=None, description="Format of the file; found if absent.", examples=['"plu"']
-    )
-    unit: Units | None = Field(
-        default=None,
-        description="Unit of the heights, or one of coordinates and one of heights, where the file "
-        "does not say it.",
-        examples=['"um"'],
-    )
-    pixel: Pixels | None = Field(
-        default=None,
-        description="Distance of neighbours, one or one along x and one along y, where the file "
-        "does not say it.",
-        examples=['"1.66 um"'],
-    )
-    key: KeyName | None = Field(
-        default=None, description="Array of a file that holds several.", examples=['"z"']
-    )
+    cutoff: float | None = key_of(CUTOFF)
+    long_cutoff: float | None = key_of(LONG_CUTOFF)
+    level: str | None = key_of(LEVEL)
+    outliers: float | None = key_of(OUTLIERS)
+    fill: bool = key_of(FILL)
+    method: str = key_of(METHOD)
+    prominence: float | None = key_of(PROMINENCE)
+    estimate: str = key_of(ESTIMATE)
+    area: float | None = key_of(SCAN_AREA)
+    format: str | None = key_of(FORMAT)
+    unit: tuple[str, ...] | None = key_of(UNIT)
+    pixel: tuple[float, ...] | None = key_of(PIXEL)
+    key: str | None = key_of(KEY)
     channel: Channel | None = Field(
-        default=None, description="Channel of an instrument's file.", examples=["0"]
+        default=None, description=CHANNEL.help, examples=[CHANNEL.example]
     )
-
-    valid: Valid | None = Field(
-        default=None,
-        description="Lowest and highest possible height of the file; what is beyond is missing.",
-        examples=['["-1 mm", "1 mm"]'],
-    )
+    valid: tuple[float, ...] | None = key_of(VALID, examples=['["-1 mm", "1 mm"]'])
 
     _scan: Any = PrivateAttr(default=None)
     _summits: Any = PrivateAttr(default=None)
@@ -199,19 +111,20 @@ class ScanSurface(Part):
             self._scan = Scan.read(
                 here,
                 self.format,
-                unit=_one_or_both(self.unit),
-                pixel=_one_or_both(self.pixel),
+                unit=_alone(self.unit),
+                pixel=_alone(self.pixel),
                 key=self.key,
                 channel=self.channel,
                 valid=None if self.valid is None else (self.valid[0], self.valid[1]),
             )
         except InputError as error:
-            message = " ".join(str(error).split()).replace(str(here), name)
-            message = _as_keys(message if message.startswith(name) else f"{name}: {message}")
+            message = " ".join(error.said(as_key).split()).replace(str(here), name)
+            message = message if message.startswith(name) else f"{name}: {message}"
             if not here.exists() and reading.folder and not path.is_absolute():
                 message = message.replace("no such file", "no such file in the folder of the study")
             raise KeyedError("surface.scan", message) from None
-        reading.notes.append(f"surface.scan: {_as_keys(' '.join(self._scan.notes))}")
+        notes = " ".join(said(note, as_key) for note in self._scan.notes)
+        reading.notes.append(f"surface.scan: {notes}")
         if self._scan.is_profile:
             self._check_profile()
         return self
@@ -242,7 +155,7 @@ class ScanSurface(Part):
         """The scan without outliers, form and long waves; short waves are the summits' affair."""
         return self.read_scan.condition(
             outliers=self.outliers,
-            level=None if self.level == "none" else self.level,  # type: ignore[arg-type]
+            level=self.level,  # type: ignore[arg-type]
             fill="interpolate" if self.fill else None,
             long_cutoff=self.long_cutoff,
         )

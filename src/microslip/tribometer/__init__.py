@@ -1,26 +1,6 @@
-"""Floor 6: records of rigs and the loops in them."""
+"""Records of rigs and the loops in them."""
 
-from microslip.tribometer.condition import (
-    condition,
-    delay_of,
-    rate_dependence,
-    rig_stiffness_of,
-)
-from microslip.tribometer.estimates import Estimate
-from microslip.tribometer.measure import Measurement, measure
-from microslip.tribometer.record import Record
-from microslip.tribometer.regimes import Thresholds
-from microslip.tribometer.virtual import VirtualTribometer
+import lazy_loader as _lazy
 
-__all__ = [
-    "Estimate",
-    "Measurement",
-    "Record",
-    "Thresholds",
-    "VirtualTribometer",
-    "condition",
-    "delay_of",
-    "measure",
-    "rate_dependence",
-    "rig_stiffness_of",
-]
+# Commands read their options from here without waiting for what they work on.
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

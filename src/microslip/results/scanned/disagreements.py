@@ -1,29 +1,17 @@
-"""Floor 8: why two estimates of the summits of a scan differ, in sentences."""
+"""Why two estimates of the summits of a scan differ, in sentences."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from microslip._core.units import engineering, significant
+from microslip.errors import Argument, Phrase
+from microslip.results.scanned.findings import Findings
+from microslip.scans.verdicts import LOST_TO_PIXEL
 
-if TYPE_CHECKING:
-    from microslip.study.scanned import Findings
 
-
-def differences(found: Findings) -> list[str]:
-    """Why two estimates of the summits differ, in sentences.
-
-    Parameters
-    ----------
-    found : Findings
-        What was found.
-
-    Returns
-    -------
-    list of str
-        Empty where counting and moments agree within a half. Each cause has its own line.
-    """
+def disagreements(found: Findings) -> list[str]:
+    """Nothing where counting and moments agree within a half; each cause has its own line."""
     mccool, counted = found.estimates.get("mccool"), found.estimates.get("counted")
     if mccool is None or counted is None or found.summits is None:
         return []
@@ -48,7 +36,9 @@ def differences(found: Findings) -> list[str]:
             v
             for v in found.verdicts
             # What the pixel takes in part it takes from counting and from moments alike.
-            if v.word != "ok" and v.name in _CAUSES and (v.name != _LOST or v.word == "outside")
+            if v.word != "ok"
+            and v.name in _CAUSES
+            and (v.name != LOST_TO_PIXEL or v.word == "outside")
         ),
         key=lambda verdict: (verdict.word != "outside", [*_CAUSES].index(verdict.name)),
     )
@@ -63,9 +53,9 @@ def differences(found: Findings) -> list[str]:
         )
     causes = causes[:_MOST_CAUSES] or ["heights are not Gaussian, which moments take for granted"]
     gappy = any(verdict.name == "missing" for verdict in judged)
-    noisy = any(v.name == _LOST for v in judged)
+    noisy = any(v.name == LOST_TO_PIXEL for v in judged)
     advice = (
-        "Fill the gaps first (--fill)."
+        Phrase("Fill the gaps first (", Argument("fill", "interpolate"), ").")
         if gappy
         else "Choose a short-wave cut-off first, then build on the counted ones."
         if noisy and found.request.cutoff is None
@@ -73,8 +63,11 @@ def differences(found: Findings) -> list[str]:
     )
     why = "".join(f"\n({number}) {cause}." for number, cause in enumerate(causes, start=1))
     return [
-        f"Two estimates differ: the summits counted have {_listed(told)} of McCool's moments. "
-        f"Why:{why}\n{advice}"
+        Phrase(
+            f"Two estimates differ: the summits counted have {_listed(told)} of McCool's moments. "
+            f"Why:{why}\n",
+            advice,
+        )
     ]
 
 
@@ -86,7 +79,6 @@ _SAID = {"density": "density", "radius": "radius", "std": "spread in height"}
 
 
 _MOST_CAUSES = 3
-_LOST = "share of m4 lost to the pixel"
 
 
 def _carried(what: str) -> Callable[[float, Findings], str]:
@@ -105,7 +97,7 @@ _CAUSES: dict[str, Callable[[float, Findings], str]] = {
         f"{100.0 * value:.2g} % of the points are missing, and a summit counts only where it and "
         "its eight neighbours are there"
     ),
-    _LOST: lambda value, found: (
+    LOST_TO_PIXEL: lambda value, found: (
         "curvatures are of waves of a few pixels, so that noise and the pixel make them"
     ),
     "anisotropy": lambda value, found: (

@@ -1,17 +1,15 @@
-"""Floor 8: the surface of a scan as a block of a study file."""
+"""The surface of a scan as a block of a study file."""
 
 from __future__ import annotations
 
 import json
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from microslip._core.files import seen_from
 from microslip._core.units import engineering
-
-if TYPE_CHECKING:
-    from microslip.study.scanned import Findings
+from microslip.results.scanned.findings import Findings
 
 _HEAD = """\
 # The surface of a study, from a scan: put it in place of [surface] in one that
@@ -19,30 +17,12 @@ _HEAD = """\
 """
 
 
-def makes_surface(found: Findings) -> bool:
-    """Whether a study can build on the scan: on its summits, or on a profile's moments."""
-    if found.scan.is_profile:
-        return found.estimates.get("mccool") is not None
-    return found.summits is not None
-
-
 def block(found: Findings, folder: Path) -> str:
-    """The surface as a study file has it.
-
-    Parameters
-    ----------
-    found : Findings
-        What was found; :func:`makes_surface` says whether it makes one.
-    folder : pathlib.Path
-        Where the study will be.
-
-    Returns
-    -------
-    str
-        TOML: the scan with its cut-off, and as a comment the same in numbers.
-    """
+    """The surface as a study in this folder has it: TOML, with the same in numbers as comments."""
     request = found.request
-    said = "decides what a summit is" if request.given else "none was given: the pixel decides"
+    said = (
+        "decides what a summit is" if request.cutoff_given else "none was given: the pixel decides"
+    )
     lines = [
         "[surface]",
         'law = "scan"',
@@ -53,7 +33,7 @@ def block(found: Findings, folder: Path) -> str:
     if request.long_cutoff is not None:
         lines.append(f"long_cutoff = {_length(request.long_cutoff)}")
     if request.level != "plane":
-        lines.append(f"level = {_text(request.level)}")
+        lines.append(f"level = {_text(request.level or 'none')}")
     if request.outliers is not None:
         lines.append(f"outliers = {request.outliers:g}")
     if request.fill:
@@ -76,9 +56,8 @@ def block(found: Findings, folder: Path) -> str:
         if area is None
         else f"area = {_text(f'{_number(area * 1e4)} cm^2')}"
     )
-    lines += [f"{key} = {_value(value)}" for key, value in request.reading.items() if value]
-    if request.reading.get("channel") == 0:
-        lines.append("channel = 0")
+    given = {key: value for key, value in request.reading.items() if value not in (None, ())}
+    lines += [f"{key} = {_value(value)}" for key, value in given.items()]
     lines += _numbers(found)
     return _HEAD + "\n".join(lines) + "\n"
 
@@ -125,5 +104,13 @@ def _length(value: float | None) -> str:
 
 def _value(value: Any) -> str:
     if isinstance(value, tuple):
+        if len(value) == 1:
+            return _value(value[0])
         return f"[{', '.join(map(_value, value))}]"
-    return _length(value) if isinstance(value, float) else _text(value) if value else str(value)
+    return (
+        _length(value)
+        if isinstance(value, float)
+        else _text(value)
+        if isinstance(value, str)
+        else str(value)
+    )

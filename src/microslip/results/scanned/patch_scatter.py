@@ -1,66 +1,54 @@
-"""Floor 8: error bars of what a scan says, from nine patches of it; and what its parameters are."""
+"""Standard errors of what a scan says, from nine patches of it; and what its parameters are."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
 from microslip.errors import InputError
 from microslip.scans.height_map import HeightMap
+from microslip.scans.patches import cut
+from microslip.scans.summit_statistics import SummitStatistics
+from microslip.scans.summits import Summits
 
-if TYPE_CHECKING:
-    from microslip.scans.summit_statistics import SummitStatistics
-    from microslip.scans.summits import Summits
+
+class Quantity(NamedTuple):
+    """What a parameter is called, and its SI unit; "-" for none."""
+
+    label: str
+    unit: str
+
 
 HEIGHTS = {
-    "rms": ("rms height Sq", "m"),
-    "mean_deviation": ("mean deviation Sa", "m"),
-    "skewness": ("skewness Ssk", "-"),
-    "kurtosis": ("kurtosis Sku", "-"),
-    "flatness": ("flatness Sz, lowest to highest", "m"),
+    "rms": Quantity("rms height Sq", "m"),
+    "mean_deviation": Quantity("mean deviation Sa", "m"),
+    "skewness": Quantity("skewness Ssk", "-"),
+    "kurtosis": Quantity("kurtosis Sku", "-"),
+    "flatness": Quantity("flatness Sz, lowest to highest", "m"),
 }
-"""Parameters of the heights: what they are called, and their unit."""
-
 MOMENTS = {
-    "m0": ("m0, variance of heights", "m^2"),
-    "m2": ("m2, mean square slope", "-"),
-    "m4": ("m4, mean square curvature", "1/m^2"),
-    "nayak": ("Nayak's α = m0 m4/m2²", "-"),
-    "anisotropy": ("anisotropy of slopes", "-"),
+    "m0": Quantity("m0, variance of heights", "m^2"),
+    "m2": Quantity("m2, mean square slope", "-"),
+    "m4": Quantity("m4, mean square curvature", "1/m^2"),
+    "nayak": Quantity("Nayak's α = m0 m4/m2²", "-"),
+    "anisotropy": Quantity("anisotropy of slopes", "-"),
 }
-"""Parameters of the spectrum."""
-
 SUMMITS = {
-    "density": ("density", "1/m^2"),
-    "radius": ("radius", "m"),
-    "std": ("std of heights", "m"),
-    "mean_height": ("mean height", "m"),
+    "density": Quantity("density", "1/m^2"),
+    "radius": Quantity("radius", "m"),
+    "std": Quantity("std of heights", "m"),
+    "mean_height": Quantity("mean height", "m"),
 }
-"""Parameters of the summits."""
-
-UNITS = {name: unit for group in (HEIGHTS, MOMENTS, SUMMITS) for name, (_, unit) in group.items()}
 
 
-def errors_of(scan: HeightMap, summits: Summits | None) -> dict[str, float]:
+def standard_errors(scan: HeightMap, summits: Summits | None) -> dict[str, float]:
     """Standard errors of the means over nine patches; of a profile as well.
 
-    Parameters
-    ----------
-    scan : Scan
-        The scan as its parameters are taken from it.
-    summits : Summits or None
-        Those found in it.
-
-    Returns
-    -------
-    dict
-        By names such as "rms" and "mccool.density"; what has none is left out.
+    By names such as "rms" and "mccool.density"; what has none is left out.
     """
-    from microslip.scans.patches import cut
-
     try:
         patches = cut(scan)
     except InputError:  # too small for patches
@@ -72,7 +60,7 @@ def errors_of(scan: HeightMap, summits: Summits | None) -> dict[str, float]:
     for row in rows:
         for name, value in row.items():
             values.setdefault(name, []).append(value)
-    return {name: _standard_error(found) for name, found in values.items() if len(found) > 1}
+    return {name: _standard_error(of_all) for name, of_all in values.items() if len(of_all) > 1}
 
 
 def _standard_error(values: list[float]) -> float:
@@ -96,10 +84,10 @@ def _of_patch(patch: HeightMap) -> dict[str, float]:
     }
     for estimate, make in makers.items():
         try:
-            found = make()
+            part = make()
         except InputError:
             continue
-        row |= {f"{estimate}.{name}": getattr(found, name) for name in SUMMITS}
+        row |= {f"{estimate}.{name}": getattr(part, name) for name in SUMMITS}
     return row
 
 

@@ -36,6 +36,25 @@ UNITS: Mapping[str, str] = MappingProxyType(
 )
 """Columns of the cycles, with their SI units."""
 
+LABELS: Mapping[str, str] = MappingProxyType(
+    {
+        "amplitude": "amplitude δ_m",
+        "force_amplitude": "force amplitude T_m",
+        "normal_load": "normal load N",
+        "dissipated_energy": "energy/cycle E_d",
+        "energy_ratio": "energy ratio A",
+        "loss_factor": "loss factor η",
+        "damping_ratio": "damping ratio ζ",
+        "sliding_ratio": "sliding ratio D",
+        "fouvry_ratio": "B = E_d/4T_mδ_g",
+        "friction_peak": "friction T_m/N",
+        "friction_energy": "friction E_d/4Nδ_g",
+        "reversal_stiffness": "stiffness after reversal",
+        "closure_error": "closure error",
+    }
+)
+"""What tables call those of them that people ask for."""
+
 SHARE = 0.25
 """Of the range of the force after a reversal, from which its stiffness is read."""
 

@@ -1,0 +1,261 @@
+"""A document as one page of HTML5 that needs nothing but a browser, mails and prints well."""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Callable, Iterator
+from functools import singledispatch
+from html import escape
+from pathlib import Path
+
+from microslip._version import __version__
+from microslip.report.cells import signed
+from microslip.report.document import (
+    Block,
+    Document,
+    Facts,
+    Items,
+    Listing,
+    Markup,
+    Note,
+    Picture,
+    Section,
+    Table,
+    Verdicts,
+)
+from microslip.report.judgements import HEADLINES, judgements
+from microslip.report.pictures import Drawn
+from microslip.report.tables import as_text, is_text
+from microslip.report.terminal import file_groups
+
+_SIGNS = {"ok": "✓", "watch": "!", "outside": "✗", "not judged": "?", "none": "?"}
+_FILES = {
+    "tables": "Numbers",
+    "summary": "Summary",
+    "figures": "Figures",
+    "study": "Study",
+}
+
+
+def page(document: Document, drawn: Drawn, progress: Callable[[float], None] | None = None) -> str:
+    """Make the page of a document.
+
+    Parameters
+    ----------
+    document : Document
+        What to tell.
+    drawn : Drawn
+        Pictures that files share with the page.
+    progress : callable, optional
+        Called after each figure with the share that is done, 0 … 1.
+
+    Returns
+    -------
+    str
+        Without scripts and without anything to fetch; every word that is not ours is escaped.
+    """
+    style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
+    title = escape(document.title)
+    sections = [*document.sections, *_provenance(document)]
+    return "".join(
+        (
+            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            f'<meta name="generator" content="microslip {__version__}">\n'
+            f"<title>{title} – microslip</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
+            f"<header>\n<h1>{title}</h1>\n<p>{escape(document.answer)}</p>\n",
+            *_banner(document),
+            '<nav aria-label="Sections">',
+            *(f'<a href="#{anchor(s.title)}">{escape(s.title)}</a>' for s in sections),
+            "</nav>\n</header>\n<main>\n",
+            *_sections(sections, drawn, progress, len(document.pictures)),
+            "</main>\n</body>\n</html>\n",
+        )
+    )
+
+
+def anchor(title: str) -> str:
+    """Name of a section in links: its first words."""
+    return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")
+
+
+def _banner(document: Document) -> Iterator[str]:
+    """How far to trust the answer, first of all."""
+    if not document.verdicts and not document.remarks:
+        return
+    judged = [judgement for block in document.verdicts for judgement in judgements(block)]
+    # Where no rules are known there is nothing to be proud of either.
+    word = document.word if judged else "none"
+    none = " ".join(dict.fromkeys(block.none for block in document.verdicts if not block.verdicts))
+    head = HEADLINES[word] if judged else f"{none} What the model assumes is for you to judge."
+    yield f'<div class="verdict {anchor(word)}">\n'
+    if document.verdicts:
+        yield f"<p><strong>{_SIGNS[word]} {escape(head)}</strong></p>\n"
+    doubts = [judgement.sentence for judgement in judged if judgement.word != "ok"]
+    if doubts:
+        yield _listed(doubts)
+    for remark in document.remarks:
+        yield f'<p class="small">{escape(remark)}</p>\n'
+    yield "</div>\n"
+
+
+def _sections(
+    sections: list[Section],
+    drawn: Drawn,
+    progress: Callable[[float], None] | None,
+    pictures: int,
+) -> Iterator[str]:
+    number = 0
+    for section in sections:
+        yield f'<section id="{anchor(section.title)}">\n<h2>{escape(section.title)}</h2>\n'
+        for block in section.blocks:
+            if isinstance(block, Picture):
+                number += 1
+                yield _figure(block, number, drawn.svg(block))
+                if progress is not None:
+                    progress(number / pictures)
+            else:
+                yield _html(block, section)
+        yield "</section>\n"
+
+
+def _figure(picture: Picture, number: int, svg: bytes) -> str:
+    # Apart from the page, so that its names and styles stay its own.
+    source = "data:image/svg+xml;base64," + base64.b64encode(svg).decode("ascii")
+    return (
+        f'<figure>\n<img src="{source}" alt="{escape(picture.alternative or picture.caption)}">\n'
+        f"<figcaption><strong>Figure {number}.</strong> {escape(picture.caption)}</figcaption>\n"
+        "</figure>\n"
+    )
+
+
+def _provenance(document: Document) -> Iterator[Section]:
+    """Who made it, and what lies beside the page."""
+    made = document.data.get("generator")
+    names = [name for name in document.data.get("files", ()) if name != "report.html"]
+    blocks: list[Block] = []
+    if made is not None:
+        kernel = f" ({made['kernel']} kernel)" if "kernel" in made else ""
+        blocks.append(Note(f"Made by {made['name']} {made['version']}{kernel}."))
+    if names:
+        blocks.append(Note("Beside this page, numbers in SI units:"))
+        groups = file_groups(names)
+        texts = [f"{_FILES[k]}: {', '.join(groups[k])}" for k in _FILES if k in groups]
+        blocks.append(Items(tuple(texts)))
+    if blocks:
+        yield Section("Provenance and files", tuple(blocks))
+
+
+# -- blocks --------------------------------------------------------------------------------------
+
+
+@singledispatch
+def _html(block: Block, section: Section) -> str:
+    raise TypeError(f"no page shows a {type(block).__name__}")
+
+
+@_html.register
+def _(block: Table, section: Section) -> str:
+    table = as_text(block)
+    words = [is_text(block, column) for column in table.columns]
+    keys = min(block.keys, len(table.columns) - 1)
+    parts = []
+    if block.title and block.title != section.title:
+        parts.append(f"<h3>{escape(block.title)}</h3>\n")
+    parts.append('<div class="wide">\n<table class="numbers">\n<thead><tr>')
+    for place, column in enumerate(table.columns):
+        kind = "" if place < keys or words[place] else ' class="number"'
+        parts.append(f'<th scope="col"{kind}>{escape(column.label)}</th>')
+    parts.append("</tr></thead>\n<tbody>\n")
+    before: str | None = None
+    for row, judged in zip(table.rows, table.words, strict=True):
+        new = keys > 1 and before not in (None, row[0])
+        before = row[0]
+        parts.append('<tr class="first">' if new else "<tr>")
+        for place, (text, word) in enumerate(zip(row, judged, strict=True)):
+            kind = "" if place < keys or words[place] else ' class="number"'
+            inside = escape(signed(text))
+            if word:
+                inside = f'<span class="word {anchor(word)}">{inside}</span>'
+            parts.append(f"<td{kind}>{inside}</td>")
+        parts.append("</tr>\n")
+    parts.append("</tbody>\n</table>\n</div>\n")
+    if table.left_out:
+        rows = "row" if table.left_out == 1 else "rows"
+        parts.append(
+            f'<p class="small">{table.left_out} more {rows}: all are in summary.json.</p>\n'
+        )
+    if block.caption:
+        parts.append(f'<p class="small">{escape(block.caption)}</p>\n')
+    return "".join(parts)
+
+
+@_html.register
+def _(block: Facts, section: Section) -> str:
+    rows = "".join(
+        f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>\n'
+        for name, value in block.rows
+    )
+    head = f'<tr><th colspan="2" scope="rowgroup">{escape(block.title)}</th></tr>\n'
+    return (
+        f'<table class="study">\n<tbody>\n{head if block.title else ""}{rows}</tbody>\n</table>\n'
+    )
+
+
+@_html.register
+def _(block: Verdicts, section: Section) -> str:
+    judged = judgements(block)
+    if not judged:
+        return f"<p>{escape(block.none)}</p>\n"
+    remedies = any(judgement.remedy and judgement.word != "ok" for judgement in judged)
+    head = ["Verdict", "What is judged", "Value", "ok", "Assumed", *(["Remedy"] * remedies)]
+    rows = []
+    for judgement in judged:
+        word = anchor(judgement.word)
+        sign = f'<span class="word {word}">{_SIGNS[judgement.word]} {judgement.word}</span>'
+        where = f" {escape(judgement.where)}" if judgement.where else ""
+        meaning = escape(judgement.meaning)
+        if judgement.reason:
+            meaning += f'<br><span class="small">{escape(judgement.reason)}</span>'
+        remedy = f"<td>{escape(judgement.remedy) if judgement.word != 'ok' else ''}</td>"
+        rows.append(
+            f"<tr><td>{sign}{where}</td><td>{escape(judgement.name)}</td>"
+            f'<td class="whole">{escape(signed(judgement.value))}</td>'
+            f'<td class="whole">{escape(judgement.bound)}</td><td>{meaning}</td>'
+            f"{remedy if remedies else ''}</tr>\n"
+        )
+    heads = "".join(f'<th scope="col">{name}</th>' for name in head)
+    caption = f'<p class="small">{escape(block.caption)}</p>\n' if block.caption else ""
+    return (
+        f'<div class="wide">\n<table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n'
+        f"{''.join(rows)}</tbody>\n</table>\n</div>\n{caption}"
+    )
+
+
+@_html.register
+def _(block: Note, section: Section) -> str:
+    kind = ' class="small"' if block.small else ""
+    return f"<p{kind}>{escape(block.text)}</p>\n"
+
+
+@_html.register
+def _(block: Items, section: Section) -> str:
+    return _listed(block.texts)
+
+
+@_html.register
+def _(block: Listing, section: Section) -> str:
+    cut = len(block.text) > block.most
+    shown = escape(block.text[: block.most]) + ("…" if cut else "")
+    more = '<p class="small">The rest is in the file beside this page.</p>\n' if cut else ""
+    return f"<pre>{shown}</pre>\n{more}"
+
+
+@_html.register
+def _(block: Markup, section: Section) -> str:
+    return block.html
+
+
+def _listed(texts: list[str] | tuple[str, ...]) -> str:
+    return "<ul>\n" + "".join(f"<li>{escape(text)}</li>\n" for text in texts) + "</ul>\n"

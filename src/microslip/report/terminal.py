@@ -1,0 +1,139 @@
+"""A document on a terminal, so that it can be read at a glance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import singledispatch
+from pathlib import Path
+from typing import TextIO
+
+from microslip._core.wording import shorten
+from microslip.report.document import (
+    Block,
+    Document,
+    Facts,
+    Items,
+    Note,
+    Table,
+    Verdicts,
+)
+from microslip.report.judgements import judgements
+from microslip.report.printer import Printer
+from microslip.report.tables import as_text, is_text
+
+MOST_ROWS = 40
+
+
+def show(document: Document, stream: TextIO | None) -> None:
+    """Print what is brief in a document.
+
+    Raises
+    ------
+    OSError
+        If the stream cannot be written.
+    """
+    out = Printer(stream)
+    out.line(document.title, style="bold")
+    if document.answer:
+        out.line(document.answer)
+    for remark in document.remarks:
+        out.verdict("watch", remark)
+    out.line()
+    for section in document.sections:
+        if section.brief:
+            for block in section.blocks:
+                _print(block, out, section.title)
+
+
+def show_files(names: Sequence[str], folder: Path, stream: TextIO | None) -> None:
+    """Print what was written: files by what they are for; a figure once, whatever its formats.
+
+    Raises
+    ------
+    OSError
+        If the stream cannot be written.
+    """
+    out = Printer(stream)
+    out.line()
+    out.path(f"Written to {shorten(str(folder), 1000)}:")
+    for head, group in file_groups(names).items():
+        out.words(f"  {head}", group, 11)
+
+
+def file_groups(names: Sequence[str]) -> dict[str, list[str]]:
+    """Files by what they are for, in the order of interest; figures without their endings."""
+    split = [name.rpartition(".") for name in names if name.endswith((".svg", ".png"))]
+    figures = list(dict.fromkeys(stem for stem, _, _ in split))
+    kinds = ", ".join(dict.fromkeys(f".{kind}" for _, _, kind in split))
+    groups = {
+        "report": [name for name in names if name.endswith(".html")],
+        "figures": [*figures, f"({kinds})"] if figures else [],
+        "tables": [name for name in names if name.endswith((".nc", ".csv"))],
+        "summary": [name for name in names if name.endswith(".json")],
+        "study": [name for name in names if name.endswith(".toml")],
+    }
+    return {head: group for head, group in groups.items() if group}
+
+
+@singledispatch
+def _print(block: Block, out: Printer, title: str) -> None:
+    """Pictures, listings and markup are for the page."""
+
+
+@_print.register
+def _(block: Table, out: Printer, title: str) -> None:
+    if not block.brief or not block.rows:
+        return
+    table = as_text(block, MOST_ROWS, brief=True)
+    count = len(block.rows)
+    shown = count - table.left_out
+    more = f" ({shown} of {count} {block.noun}; all are in summary.json)" if table.left_out else ""
+    out.table(
+        (block.title or title) + more,
+        [column.short or column.label for column in table.columns],
+        table.rows,
+        keys=min(block.keys, len(table.columns) - 1),
+        text=[i for i, column in enumerate(table.columns) if is_text(block, column)],
+    )
+
+
+@_print.register
+def _(block: Facts, out: Printer, title: str) -> None:
+    out.table(block.title, ["", ""], block.rows, text=(0, 1))
+
+
+@_print.register
+def _(block: Note, out: Printer, title: str) -> None:
+    out.line(block.text)
+    out.line()
+
+
+@_print.register
+def _(block: Items, out: Printer, title: str) -> None:
+    for text in block.texts:
+        out.line(text)
+    if block.texts:
+        out.line()
+
+
+@_print.register
+def _(block: Verdicts, out: Printer, title: str) -> None:
+    out.line(title, style="bold")
+    judged = judgements(block)
+    fine = [judgement.name for judgement in judged if judgement.word == "ok"]
+    for judgement in judged:
+        where = f" {judgement.where}" if judgement.where else ""
+        if judgement.word == "not judged":
+            missing = f": {judgement.reason}" if judgement.reason else ""
+            out.verdict(judgement.word, f"{judgement.name}{where}{missing}")
+        elif judgement.word != "ok":
+            value = f"{judgement.value} (ok {judgement.bound})"
+            out.verdict(
+                judgement.word,
+                f"{judgement.name}{where}: {value} – assumed: {judgement.meaning}",
+            )
+    if fine:
+        out.verdict("ok", ", ".join(fine))
+    if not judged:
+        out.line(f"  {block.none}")
+    out.line()

@@ -1,0 +1,248 @@
+"""Measured records: what is said of the loops in them, as a document and as files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from microslip._core.units import engineering, prefix, significant
+from microslip._core.wording import shorten
+from microslip.report.document import (
+    Block,
+    Column,
+    Document,
+    Items,
+    Note,
+    Picture,
+    Section,
+    Table,
+)
+from microslip.report.files import header, standard_files, text_file, write_all
+from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
+from microslip.report.scales import evenly, length_prefix
+from microslip.tribometer import Measurement
+from microslip.tribometer.cycle_columns import LABELS, UNITS
+
+KIND = "microslip-measurement"
+"""What summary.json says of a folder of measured records."""
+
+FILES = ("report.html", "cycles.csv", "loops.svg", "loops.png", "summary.json")
+MOST_LOOPS = 6
+
+Say = Callable[[str], str]
+
+
+def document(measurements: Sequence[Measurement], say: Say = str, files: bool = False) -> Document:
+    """What measured records say.
+
+    Parameters
+    ----------
+    measurements : sequence of Measurement
+        At least one.
+    say : callable, optional
+        Spells a text that names arguments for those who read it.
+    files : bool, optional
+        Whether it goes into a folder, whose files the summary then lists.
+    """
+    names = [shorten(measured.name, 200) for measured in measurements]
+    title = names[0] if len(names) == 1 else f"{len(names)} measured records"
+    data = {
+        **header(KIND, 1, title),
+        "version": header(KIND, 1, title)["generator"]["version"],
+        "records": [measured.summary() for measured in measurements],
+        "files": list(FILES) if files else [],
+    }
+    sections = [_section(measured, say) for measured in measurements]
+    if len(measurements) > 1:
+        sections.insert(0, Section("Records", (_compared(measurements),)))
+    caption = (
+        "Mean cycles of the records, offsets taken off, in the manner of Fig. 19.7 of the "
+        "chapter, and what each cycle dissipates."
+    )
+    picture = Picture(
+        "loops", caption, lambda: loops(measurements), "Mean loops, and energies over the cycles"
+    )
+    sections.append(Section("Loops", (picture,), brief=False))
+    return Document(KIND, title, _answer(measurements), tuple(sections), data)
+
+
+def write(document: Document, measurements: Sequence[Measurement], folder: Path) -> None:
+    """Write every file of a document into an existing folder."""
+    cycles = text_file("cycles.csv", lambda: _cycles(measurements))
+    write_all(standard_files(document, FILES, [cycles]), folder)
+
+
+def _answer(measurements: Sequence[Measurement]) -> str:
+    """The regime and the energy per cycle in a sentence."""
+    regimes = list(dict.fromkeys(measured.regime for measured in measurements))
+    energies = [measured.mean["dissipated_energy"] for measured in measurements]
+    if len(measurements) == 1:
+        measured, energy = measurements[0], energies[0]
+        cycles = f"{len(measured)} cycle{'s' * (len(measured) > 1)}"
+        spread = ""
+        if energy.number > 1:
+            ends = " … ".join(engineering(end, "J") for end in (energy.low, energy.high))
+            spread = f" ({ends} with {100.0 * measured.confidence:g} % confidence)"
+        return (
+            f"{cycles}, mostly {regimes[0]}: each dissipates {engineering(energy.value, 'J', 4)}"
+            f"{spread}."
+        )
+    values = [energy.value for energy in energies]
+    ends = " to ".join(engineering(end, "J", 4) for end in (min(values), max(values)))
+    return f"Mostly {' and '.join(regimes)}: a cycle dissipates {ends}."
+
+
+def _compared(measurements: Sequence[Measurement]) -> Table:
+    """A row for each record, with what is mostly asked."""
+    shown = ("amplitude", "normal_load", "dissipated_energy", "loss_factor", "friction_energy")
+    columns = (
+        Column("record", "record"),
+        Column("cycles", "cycles"),
+        Column("regime", "regime"),
+        *(Column(name, LABELS[name], _unit(name)) for name in shown),
+    )
+    rows = tuple(
+        (
+            shorten(measured.name, 40),
+            len(measured),
+            measured.regime,
+            *(
+                _known(measured.mean[name].value) if name in measured.mean else None
+                for name in shown
+            ),
+        )
+        for measured in measurements
+    )
+    return Table("Records", columns, rows, noun="records")
+
+
+def _section(measured: Measurement, say: Say) -> Section:
+    """One record: its regimes, means and notes."""
+    summary = measured.summary()
+    counts = [f"{n} {name}" for name, n in summary["regimes"].items() if n]
+    facts = [f"{', '.join(counts)} cycle{'s' * (len(measured) > 1)}"]
+    if measured.frequency is not None:
+        facts.append(f"frequency {engineering(measured.frequency, 'Hz', 4, trim=True)}")
+    facts.append(f"third harmonic {significant(100.0 * measured.third_harmonic)} %")
+    if measured.load_ripple is not None:
+        facts.append(f"load ripple {significant(100.0 * measured.load_ripple)} %")
+    if measured.rig_stiffness is not None:
+        facts.append(f"rig of {engineering(measured.rig_stiffness, 'N/m')} taken off")
+    ends = measured.thresholds
+    regimes = (
+        f"Regimes: stick up to A = {ends.stick:.3g}, gross slip from B = {ends.gross:.3g} "
+        f"({ends.source})."
+    )
+    blocks: tuple[Block, ...] = (
+        Note(f"{shorten(measured.name, 200)}: {', '.join(facts)}."),
+        _means(measured),
+        Note(regimes),
+        Items(tuple(say(note) for note in measured.notes)),
+    )
+    return Section(shorten(measured.name, 100), blocks)
+
+
+def _means(measured: Measurement) -> Table:
+    """Means with their intervals; each quantity has a unit of its own."""
+    level = f"{100.0 * measured.confidence:g} % interval of the mean"
+    rows = [
+        (LABELS[name], _written(mean.value, name), _interval(mean.low, mean.high, name))
+        for name in LABELS
+        if (mean := measured.mean.get(name)) is not None
+    ]
+    columns = (Column("quantity", "quantity"), Column("mean", "mean"), Column("interval", level))
+    return Table("Means over the cycles", columns, tuple(rows))
+
+
+def _unit(name: str) -> str:
+    return "" if UNITS[name] == "-" else UNITS[name]
+
+
+def _known(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _written(value: float, name: str) -> str:
+    if not np.isfinite(value):
+        return "–"
+    return engineering(value, _unit(name), 4) if _unit(name) else significant(value, 4)
+
+
+def _interval(low: float, high: float, name: str) -> str:
+    return " … ".join(_written(end, name) for end in (low, high)) if np.isfinite(low) else "–"
+
+
+def _cycles(measurements: Sequence[Measurement]) -> str:
+    """A row for each cycle; empty where a record does not have the column or the value."""
+    columns = [name for name in UNITS if any(name in m.cycles for m in measurements)]
+    heads = [f"{name} [{UNITS[name]}]" for name in columns]
+
+    def lines() -> Iterator[str]:
+        yield ",".join(["record", "cycle", *heads, "regime"])
+        for measured in measurements:
+            name = measured.name.replace('"', '""')
+            values = [measured.cycles.get(column) for column in columns]
+            for i, regime in enumerate(measured.regimes):
+                numbers = [None if column is None else float(column[i]) for column in values]
+                cells = ["" if v is None or v != v else repr(v) for v in numbers]
+                yield ",".join([f'"{name}"', str(i + 1), *cells, regime])
+
+    return "\n".join(lines()) + "\n"
+
+
+def loops(measurements: Sequence[Measurement]) -> Plot:
+    """Mean loop of each record and, beside it, what its cycles dissipate.
+
+    Forces are over the mean normal load where every record has one.
+    """
+    shown = [measurements[i] for i in evenly(len(measurements), MOST_LOOPS)]
+    normalised = all("normal_load" in measured.mean for measured in shown)
+    x_unit, x_letter = length_prefix(max(m.mean["amplitude"].value for m in shown))
+    y_unit, y_letter = prefix(max(m.mean["force_amplitude"].value for m in shown))
+    energies = np.concatenate([m.cycles["dissipated_energy"] for m in shown])
+    e_unit, e_letter = prefix(float(np.abs(energies).max()))
+    force_label = "Force / normal load, T/N [–]" if normalised else f"Force [{y_letter}N]"
+    left = Panel(
+        Axis(f"Displacement [{x_letter}m]"),
+        Axis(force_label),
+        note="Mean cycles, offsets taken off",
+        cell=(0, 0, 0, 0),
+    )
+    right = Panel(
+        Axis("Cycle", integer=True),
+        Axis(
+            f"Dissipated energy [{e_letter}J]",
+            low=min(0.0, 1.1 * float(energies.min()) / e_unit),
+        ),
+        note="Each cycle",
+        cell=(0, 0, 1, 1),
+    )
+    left.cross()
+    legend = []
+    for i, measured in enumerate(shown):
+        color, dash = COLORS[i % len(COLORS)], DASHES[i % len(DASHES)]
+        x, force = measured.loop
+        x = x - measured.mean["displacement_offset"].value
+        force = force - measured.mean["force_offset"].value
+        scale = measured.mean["normal_load"].value if normalised else y_unit
+        left.line(x / x_unit, force / scale, color, dash=dash)
+        energy = measured.cycles["dissipated_energy"] / e_unit
+        places = np.arange(1, energy.size + 1)
+        if energy.size == 1:
+            right.marks(places, energy, color)
+        right.line(places, energy, color, dash=dash)
+        load = measured.mean.get("normal_load")
+        label = shorten(measured.name, 40)
+        if load is not None:
+            label += f", {engineering(load.value, 'N')}"
+        legend.append(Entry(label, color, dash))
+    more = len(measurements) - len(shown)
+    return Plot(
+        [left, right],
+        3.9,
+        widths=(1.5, 1.0),
+        legend=tuple(legend),
+        legend_title=f"{more} more records are in the tables" if more else "",
+    )

@@ -1,0 +1,1 @@
+"""A measured scan: what was asked and found, its document, pictures and files."""

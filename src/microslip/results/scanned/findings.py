@@ -1,0 +1,254 @@
+"""A scan looked at: what was asked of it, and all that was found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from microslip._core.units import engineering
+from microslip._core.verdicts import Verdict
+from microslip._core.wording import shorten
+from microslip.errors import InputError, Phrase
+from microslip.results.scanned.patch_scatter import standard_errors
+from microslip.scans import Scan
+from microslip.scans.conditioning import Steps, condition
+from microslip.scans.cutoffs import CutoffTable, default_cutoffs, over_cutoffs
+from microslip.scans.height_distribution import HeightFit, height_distribution
+from microslip.scans.height_map import HeightMap
+from microslip.scans.moments import Moments
+from microslip.scans.options import READING
+from microslip.scans.spectrum import Spectrum, spectrum
+from microslip.scans.statistics import Statistics
+from microslip.scans.summit_statistics import SummitStatistics
+from microslip.scans.summits import Summits, find_summits
+from microslip.scans.verdicts import judged, radius_in_pixels, verdicts
+
+Progress = Callable[[float], None]
+
+ESTIMATES = {
+    "mccool": "McCool's moments",
+    "nayak": "Nayak's moments",
+    "counted": "counting",
+    "neighbours": "eight neighbours",
+}
+"""Estimates of summits in words."""
+
+
+def alone(values: Any) -> Any:
+    """What was said once, by itself."""
+    return values[0] if isinstance(values, tuple) and len(values) == 1 else values
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is wanted of a scan, in SI units: the options of scans by their names.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    cutoff_given : bool
+        Whether the cut-off was said, be it that there is none.
+    reading : mapping
+        How the file is read: keywords of :meth:`~microslip.Scan.read`.
+    """
+
+    path: Path
+    cutoff: float | None = None
+    cutoff_given: bool = False
+    long_cutoff: float | None = None
+    level: Any = "plane"
+    outliers: float | None = None
+    fill: bool = False
+    method: Any = "watershed"
+    prominence: float | None = None
+    area: float | None = None
+    reading: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, path: Path, *, cutoff_given: bool, **options: Any) -> Request:
+        """What options of the command, in SI units, ask for."""
+        reading = {option.name: options.pop(option.name, None) for option in READING}
+        channel = reading["channel"]
+        if isinstance(channel, str) and channel.isdecimal() and channel.isascii():
+            reading["channel"] = int(channel)
+        for name in ("unit", "pixel"):
+            reading[name] = alone(reading[name])
+        return cls(path, cutoff_given=cutoff_given, reading=reading, **options)
+
+    @property
+    def is_filtered(self) -> bool:
+        """Whether there is a cut-off of either kind."""
+        return self.cutoff is not None or self.long_cutoff is not None
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All that was found in a scan."""
+
+    request: Request
+    raw: Scan
+    """As it is in the file."""
+    levelled: Scan
+    """Without outliers, form and long waves."""
+    scan: HeightMap
+    """The same without short waves: what all parameters are of."""
+    statistics: Statistics
+    moments: Moments
+    estimates: dict[str, SummitStatistics | None]
+    """Summit statistics by the name of the estimate; None where there are none."""
+    missing: tuple[str, ...]
+    """Why there are none."""
+    summits: Summits | None
+    whole_spectrum: Spectrum
+    """Of the scan without outliers and form, before any cut-off."""
+    spectrum: Spectrum
+    fit: HeightFit
+    table: CutoffTable
+    errors: dict[str, float]
+    """Standard errors from patches, by names such as "rms" and "mccool.density"."""
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def makes_surface(self) -> bool:
+        """Whether a study can build on the scan: on its summits, or on a profile's moments."""
+        if self.scan.is_profile:
+            return self.estimates.get("mccool") is not None
+        return self.summits is not None
+
+    @property
+    def has_cutoffs(self) -> bool:
+        """Whether there are cut-offs to choose from."""
+        return self.table.cutoff.size > 1
+
+    def cutoff_text(self) -> str:
+        """The cut-offs in words; there is always something to say."""
+        if self.request.cutoff is not None:
+            text = f"cut-off {engineering(self.request.cutoff, 'm', 4, trim=True)}"
+        elif self.request.cutoff_given:
+            text = "no cut-off: the pixel decides"
+        else:
+            text = "no cut-off given: the pixel decides"
+        if self.request.long_cutoff is None:
+            return text
+        return f"{text}, long-wave {engineering(self.request.long_cutoff, 'm', 4, trim=True)}"
+
+    def title(self, what: str) -> str:
+        """Title of a figure, which names the scan and the cut-off."""
+        return f"{what} of {shorten(self.raw.name, 50)}, {self.cutoff_text()}"
+
+
+def analyse(request: Request, progress: Progress | None = None) -> Findings:
+    """Measure a scan: parameters, spectra, summits and their dependence on the cut-off.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read, or heights that cannot be measured.
+    """
+    report = progress or (lambda share: None)
+    raw = Scan.read(request.path, **request.reading)
+    report(0.1)
+    fill = "interpolate" if request.fill else None
+    whole = condition(raw, Steps(request.level, request.outliers, fill))
+    levelled = condition(whole, Steps(long_cutoff=request.long_cutoff))
+    report(0.2)
+    summits, missing = _summits(request, levelled)
+    scan = condition(levelled, Steps(cutoff=request.cutoff)) if summits is None else summits.scan
+    statistics, moments = scan.statistics(), scan.moments()
+    report(0.3)
+    estimates: dict[str, SummitStatistics | None] = {}
+    makers: dict[str, Callable[[], SummitStatistics]] = {
+        "mccool": moments.mccool,
+        "nayak": lambda: moments.nayak_summits().statistics(),
+    }
+    if summits is not None:
+        makers["counted"] = lambda: summits.statistics("counted")
+        makers["neighbours"] = lambda: summits.statistics("neighbours")
+    for name, make in makers.items():
+        try:
+            estimates[name] = make()
+        except InputError as error:
+            estimates[name] = None
+            missing.append(Phrase(f"No summits by {ESTIMATES[name]}: ", *error.parts, "."))
+    report(0.4)
+    whole_spectrum = spectrum(whole.measurable())
+    kept = spectrum(scan.measurable()) if request.is_filtered else whole_spectrum
+    fit = height_distribution(scan.measurable())
+    report(0.5)
+    table = _over_cutoffs(levelled, request, summits, lambda share: report(0.5 + 0.4 * share))
+    result = Findings(
+        request=request,
+        raw=raw,
+        levelled=levelled,
+        scan=scan,
+        statistics=statistics,
+        moments=moments,
+        estimates=estimates,
+        missing=tuple(missing),
+        summits=summits,
+        whole_spectrum=whole_spectrum,
+        spectrum=kept,
+        fit=fit,
+        table=table,
+        errors=standard_errors(scan, summits),
+        verdicts=_verdicts(scan, summits, estimates["mccool"]),
+    )
+    report(1.0)
+    return result
+
+
+def _summits(request: Request, levelled: Scan) -> tuple[Summits | None, list[str]]:
+    if levelled.is_profile:
+        return None, [
+            "A profile has peaks but no summits: only moments tell of them, as if it were of an "
+            "isotropic Gaussian surface."
+        ]
+    try:
+        summits = find_summits(
+            levelled.measurable(),
+            request.cutoff,
+            method=request.method,
+            prominence=request.prominence,
+        )
+    except InputError as error:
+        return None, [Phrase("No summits were counted: ", *error.parts, ".")]
+    return summits, []
+
+
+def _over_cutoffs(
+    levelled: Scan, request: Request, summits: Summits | None, report: Progress
+) -> CutoffTable:
+    """Parameters against the usual cut-offs and the one that was asked for."""
+    cutoffs = default_cutoffs(levelled)
+    if request.cutoff is not None:
+        apart = np.abs(cutoffs - request.cutoff) > 0.1 * request.cutoff
+        cutoffs = np.append(cutoffs[apart], request.cutoff)
+    return over_cutoffs(
+        levelled,
+        cutoffs,
+        method=request.method,
+        prominence=request.prominence,
+        progress=lambda done, count: report(done / count),
+        known=summits,
+    )
+
+
+def _verdicts(
+    scan: HeightMap, summits: Summits | None, mccool: SummitStatistics | None
+) -> tuple[Verdict, ...]:
+    on_scan = verdicts(scan)
+    if scan.is_profile and mccool is not None:
+        on_scan += judged(radius_in_pixels(mccool.radius, scan.pixel))
+    if summits is None:
+        return on_scan
+    # Of moments of no Gaussian surface the verdicts of the scan tell, as of the kurtosis.
+    with suppress(InputError):
+        names = {verdict.name for verdict in on_scan} | {"kurtosis of the heights"}
+        on_scan += tuple(v for v in summits.validity() if v.name not in names)
+    return on_scan

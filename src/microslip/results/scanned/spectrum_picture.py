@@ -1,0 +1,110 @@
+"""The power spectrum of a scan, and the band of waves that counts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.units import engineering
+from microslip.report.plot import COLORS, DASHED, Axis, Band, Entry, Line, Panel, Plot, Rule
+from microslip.report.scales import length_prefix
+from microslip.results.scanned.findings import Findings
+
+_MICRO = 1e-6
+_REMOVED = "#e4e4e4"
+_EDGE = "#444444"
+_UNDER = "#8a8a8a"
+_BELOW = 1e-3
+"""How far below the lowest density before the cut-off the axis goes."""
+_LOOKS: tuple[tuple[str, tuple[float, ...]], ...] = ((COLORS[1], ()), (COLORS[2], DASHED))
+
+
+def spectrum_plot(found: Findings) -> Plot:
+    """The spectrum of the levelled scan and what the cut-offs leave of it.
+
+    Radial and along the axes; of a profile, along it.
+    """
+    whole, kept = found.whole_spectrum, found.spectrum
+    profile, cut = found.scan.is_profile, found.request.is_filtered
+    unit, letter = length_prefix(max(found.scan.size), min(found.scan.pixel))
+    under = (_UNDER, 2.4) if cut else (COLORS[0], 1.4)
+    panels: list[Panel] = []
+    legend: list[Entry] = []
+    if not profile:
+        before = [_line(whole.wavelength / unit, whole.density / _MICRO**4, *under)]
+        legend.append(Entry("levelled", under[0]))
+        after = []
+        if cut:
+            after = [_line(kept.wavelength / unit, kept.density / _MICRO**4, COLORS[0])]
+            legend.append(Entry("cut off", COLORS[0]))
+        panel = Panel(_wavelength(letter), Axis("Density C [µm⁴]", log=True))
+        panel.note = "Mean of all directions"
+        _fill(panel, found, unit, before, after)
+        panels.append(panel)
+    before = [_line(p.wavelength / unit, p.density / _MICRO**3, *under) for p in whole.axes]
+    after = []
+    names = ("along the profile",) if profile else ("along x", "along y")
+    for name, part, (color, dash) in zip(names, kept.axes, _LOOKS, strict=False):
+        after.append(_line(part.wavelength / unit, part.density / _MICRO**3, color, 1.4, dash))
+        legend.append(Entry(name, color, dash))
+    panel = Panel(_wavelength(letter), Axis("Density of profiles [µm³]", log=True))
+    panel.note = "Along the profile" if profile else "Along the axes"
+    panel.note += ", in grey before the cut-off" if cut else ""
+    _fill(panel, found, unit, before if cut else [], after, before)
+    panels.append(panel)
+    for place, panel in enumerate(panels):
+        panel.cell = (0, 0, place, place)
+    request = found.request
+    ends = [("short", request.cutoff), ("long", request.long_cutoff)]
+    bounds = [
+        f"{name}-wave {engineering(length, 'm', 4, trim=True)}" for name, length in ends if length
+    ]
+    if bounds:
+        legend.append(Entry(f"cut-off{'s' * (len(bounds) > 1)}: {', '.join(bounds)}", _EDGE))
+    title = found.title("Power spectrum")
+    return Plot(panels, 4.1, title, widths=(1.0,) * len(panels), legend=tuple(legend))
+
+
+def _wavelength(letter: str) -> Axis:
+    return Axis(f"Wavelength [{letter}m]", log=True)
+
+
+def _line(
+    x: Floats, y: Floats, color: str, width: float = 1.4, dash: tuple[float, ...] = ()
+) -> Line:
+    return Line(x, np.where(y > 0.0, y, np.nan), color, width, dash)
+
+
+def _fill(
+    panel: Panel,
+    found: Findings,
+    unit: float,
+    before: list[Line],
+    after: list[Line],
+    unfiltered: list[Line] | None = None,
+) -> None:
+    """Lines in a panel, and the waves that are removed on grey ground."""
+    left, right = 2.0 * min(found.scan.pixel) / unit, 1.05 * max(found.scan.size) / unit
+    low, high = _ends([*before, *after], left, right)
+    # What the filter leaves far below all that there was is nothing to look at.
+    lowest = _BELOW * _ends(unfiltered or before, left, right)[0]
+    panel.y.low, panel.y.high = max(low, lowest) / 2.0, 4.0 * high
+    panel.x.low, panel.x.high = left, right
+    request = found.request
+    for cutoff, ends in (
+        (request.cutoff, (left, (request.cutoff or left) / unit)),
+        (request.long_cutoff, ((request.long_cutoff or right) / unit, right)),
+    ):
+        if cutoff is not None:
+            panel.items[:0] = [Band(*ends, "x", _REMOVED)]
+            panel.add(Rule(cutoff / unit, "x", _EDGE, 0.9, ()))
+    panel.add(*before, *after)
+
+
+def _ends(lines: Iterable[Line], left: float, right: float) -> tuple[float, float]:
+    """Lowest and highest value that is seen."""
+    seen = [line.y[(line.x >= left) & (line.x <= right) & np.isfinite(line.y)] for line in lines]
+    values = np.concatenate(seen)
+    return (float(values.min()), float(values.max())) if values.size else (1.0, 1.0)

@@ -1,0 +1,111 @@
+"""Options of scans, said once: the command, a study, its schema and Python take them from here."""
+
+from __future__ import annotations
+
+from microslip._core.options import REQUIRED, Option
+from microslip._core.units import AREA, LENGTH
+
+LEVELS = ("plane", "quadratic", "cylinder", "mean")
+METHODS = ("watershed", "neighbours")
+ESTIMATES = ("counted", "neighbours", "mccool", "nayak", "population")
+OF_PROFILES = ("mccool", "nayak")
+
+CUTOFF = Option(
+    "cutoff",
+    "Short-wave cut-off, by which the result stands or falls; none must be said.",
+    LENGTH,
+    "Short-wave cut-off",
+    default=REQUIRED,
+    example="10 um",
+    none="none",
+    metavar="LENGTH",
+)
+LONG_CUTOFF = Option(
+    "long_cutoff",
+    "Long-wave cut-off.",
+    LENGTH,
+    "Long-wave cut-off",
+    example="0.8 mm",
+    metavar="LENGTH",
+)
+LEVEL = Option(
+    "level",
+    "Form that is removed first.",
+    default="plane",
+    choices=LEVELS,
+    none="none",
+    metavar="[plane|quadratic|cylinder|mean|none]",
+)
+OUTLIERS = Option(
+    "outliers",
+    "Robust standard deviations beyond which points are left out.",
+    float,
+    example="6",
+    low=2.0,
+    metavar="X",
+)
+FILL = Option(
+    "fill", "Whether missing points are interpolated from around them.", bool, default=False
+)
+METHOD = Option(
+    "method", "What counts as a summit.", default="watershed", choices=METHODS, example="watershed"
+)
+PROMINENCE = Option(
+    "prominence",
+    "Least rise of a summit above the saddle to a higher one; from the noise if absent.",
+    LENGTH,
+    "Prominence",
+    example="2 nm",
+    metavar="LENGTH",
+)
+ESTIMATE = Option(
+    "estimate",
+    "How the summits become a surface: one radius and Gaussian heights, counted (counted, "
+    "neighbours) or from spectral moments (mccool, nayak), or all of them, one by one "
+    "(population).",
+    default="counted",
+    choices=ESTIMATES,
+)
+SCAN_AREA = Option(
+    "area",
+    "Apparent area of the joint; that of the scan if absent.",
+    AREA,
+    example="2 cm^2",
+    metavar="AREA",
+)
+
+FORMAT = Option("format", "Format of the file; found if absent.", example="plu", metavar="FORMAT")
+UNIT = Option(
+    "unit",
+    "Unit of the heights, or one of coordinates and one of heights, where the file does not say "
+    "it.",
+    example="um",
+    most=2,
+    metavar="UNIT",
+)
+PIXEL = Option(
+    "pixel",
+    "Distance of neighbours, one or one along x and one along y, where the file does not say it.",
+    LENGTH,
+    example="1.66 um",
+    most=2,
+    metavar="LENGTH",
+)
+VALID = Option(
+    "valid",
+    "Lowest and highest possible height of the file; what is beyond is missing.",
+    LENGTH,
+    example="1 mm",
+    sign="any",
+    most=2,
+    least=2,
+    metavar="LOW HIGH",
+)
+KEY = Option("key", "Array of a file that holds several.", example="z", metavar="NAME")
+CHANNEL = Option(
+    "channel", "Channel of an instrument's file, by name or number.", example="0", metavar="NAME"
+)
+
+READING = (FORMAT, UNIT, PIXEL, VALID, KEY, CHANNEL)
+CONDITIONING = (CUTOFF, LONG_CUTOFF, LEVEL, OUTLIERS, FILL)
+SUMMITS = (METHOD, PROMINENCE)

@@ -10,6 +10,7 @@ from .friction import FieldCycle as FieldCycle
 from .friction import FirstLoading as FirstLoading
 from .friction import Interface as Interface
 from .friction import Iwan as Iwan
+from .friction import IwanFit as IwanFit
 from .friction import Jenkins as Jenkins
 from .friction import JointField as JointField
 from .friction import Parallel as Parallel

@@ -133,6 +133,7 @@ def test_parameters_of_classes(item: type) -> None:
         ms.ModalCurve,
         ms.Preload,
         ms.FieldState,
+        ms.IwanFit,
         ms.Summits,
         ms.Identification,
         ms.Comparison,

@@ -9,6 +9,7 @@ from .fields import AsperityFields as AsperityFields
 from .fields import Zone as Zone
 from .interface import Interface as Interface
 from .iwan import Iwan as Iwan
+from .iwan import IwanFit as IwanFit
 from .jenkins import Jenkins as Jenkins
 from .laws import LAWS as LAWS
 from .parallel import Parallel as Parallel

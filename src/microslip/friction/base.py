@@ -439,13 +439,25 @@ class BackboneLaw(Parametric, ABC):
 
     # -- other models of the same law -----------------------------------------------------------
 
-    def to_iwan(self, cells: int) -> Iwan:
+    def to_iwan(
+        self,
+        cells: int,
+        *,
+        smallest_amplitude: float | None = None,
+        largest_amplitude: float | None = None,
+    ) -> Iwan:
         """The law as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199) of some cells.
 
         Parameters
         ----------
         cells : int
             Number of cells [-], 1 to 10 million; fewer come back where the law has fewer sliders.
+        smallest_amplitude, largest_amplitude : float, optional
+            Range of amplitudes [m] that the cells are for. With it (one of them will do; the other
+            is then 0.01 or 10 times the displacement at which the first tangent meets the force
+            limit) small cycles are met as well as large ones: 50 cells over three decades err by
+            up to 1.5 % of the energy, and by the inverse square of their number. The ``fit`` of
+            what comes back tells the errors over the range.
 
         Returns
         -------
@@ -453,14 +465,15 @@ class BackboneLaw(Parametric, ABC):
             Cells that hold the stiffness at rest and the force limit exactly. Their backbone is
             the polygon of tangents at ``cells`` places: nowhere below the law, above it by an
             error that falls with the square of the number of cells. Cycles too small for the
-            first cell to yield cost them nothing.
+            first cell to yield cost them nothing; without a range the places make the errors of
+            the force even, and the first cell yields late.
 
         Raises
         ------
         InputError
-            Not an integer of at least 1; a law that is rigid at rest.
+            Not an integer of at least 1; a range that is none; a law that is rigid at rest.
         """
-        from microslip.friction.cells import discretise
+        from microslip.friction.cells import discretise, discretise_over
 
         whole = isinstance(cells, (int, np.integer)) and not isinstance(cells, bool)
         if not whole or not 1 <= cells <= MOST_CELLS:
@@ -468,7 +481,24 @@ class BackboneLaw(Parametric, ABC):
                 Argument("cells"), f" must be an integer from 1 to {MOST_CELLS}, got {show(cells)}"
             )
         self._check_not_rigid("Iwan's cells")
-        return discretise(self, int(cells))
+        if smallest_amplitude is None and largest_amplitude is None:
+            return discretise(self, int(cells))
+        low, high = self._range(smallest_amplitude, largest_amplitude)
+        return discretise_over(self, int(cells), low, high)
+
+    def _range(self, smallest: float | None, largest: float | None) -> tuple[float, float]:
+        """A range of amplitudes [m], 0.01 to 10 reaches where it was not given."""
+        reach = self.force_limit / self.tangential_stiffness
+        low = 0.01 * reach if smallest is None else smallest
+        high = 10.0 * reach if largest is None else largest
+        low = positive("smallest_amplitude", low, "m", 1e-8)
+        high = positive("largest_amplitude", high, "m", 1e-5)
+        if high <= low:
+            raise InputError(
+                Argument("largest_amplitude"),
+                f" must be above the smallest, {exact(low)} m, got {exact(high)} m",
+            )
+        return low, high
 
     def to_segalman(
         self, smallest_amplitude: float | None = None, largest_amplitude: float | None = None
@@ -499,16 +529,7 @@ class BackboneLaw(Parametric, ABC):
         from microslip.friction.segalman import fit_segalman
 
         self._check_not_rigid("the four parameters")
-        reach = self.force_limit / self.tangential_stiffness
-        low = 0.01 * reach if smallest_amplitude is None else smallest_amplitude
-        high = 10.0 * reach if largest_amplitude is None else largest_amplitude
-        low = positive("smallest_amplitude", low, "m", 1e-8)
-        high = positive("largest_amplitude", high, "m", 1e-5)
-        if high <= low:
-            raise InputError(
-                Argument("largest_amplitude"),
-                f" must be above the smallest, {exact(low)} m, got {exact(high)} m",
-            )
+        low, high = self._range(smallest_amplitude, largest_amplitude)
         return fit_segalman(self, np.geomspace(low, high, 61))
 
     def _check_not_rigid(self, model: str) -> None:

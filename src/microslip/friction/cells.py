@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.friction.iwan import Iwan
+from microslip.friction.iwan import Iwan, IwanFit
 
 if TYPE_CHECKING:
     from microslip.friction.base import BackboneLaw
 
 _FINER = 16  # panels a cell on which the law is looked at
 _ASIDE = 1e-12  # on either side of a discrete slider, of its yield displacement
+_ABOVE = 0.6  # of the largest amplitude: where tangents end
+_SAMPLES = 24  # amplitudes a cell at which errors are looked for
 _LEAST = 8.0 * float(np.finfo(float).eps)  # shares of stiffness and force below it are rounding
 
 
@@ -39,6 +42,53 @@ def discretise(law: BackboneLaw, count: int) -> Iwan:
     real = stiffnesses > _LEAST * law.tangential_stiffness
     real &= limits > _LEAST * law.force_limit
     return Iwan(stiffnesses[real], limits[real])
+
+
+def discretise_over(law: BackboneLaw, count: int, smallest: float, largest: float) -> Iwan:
+    """The same with tangents at geometric places, for amplitudes of a range; its errors are told.
+
+    Every cycle of the range then has as many cells that yield in it, in relation to its size. The
+    first tangents lie below the smallest amplitude, since what yields there has to be told, too.
+    """
+    sliders = law.sliders()
+    places = sliders.yield_displacements
+    if sliders._density is None and places.size <= count:
+        law_ = Iwan(sliders.stiffnesses, sliders.stiffnesses * places)
+    else:
+        alone = np.zeros(0)
+        inside = places[(places > 0.0) & np.isfinite(places)]
+        if 2 * inside.size < count:
+            alone = np.concatenate((inside * (1.0 - _ASIDE), inside * (1.0 + _ASIDE)))
+        rungs = max(count - 1 - alone.size, 1)
+        # What the first cell lumps together, up to c times the smallest amplitude, costs that c^3/2
+        # of its energy; the ladder itself, of steps h in the logarithm, costs about h^2/6.
+        height = math.log(largest / smallest) / rungs
+        below = min(0.5, (height * height / 3.0) ** (1.0 / 3.0))
+        ladder = np.geomspace(below * smallest, _ABOVE * largest, rungs)
+        knots = np.union1d(np.append(0.0, ladder), alone)
+        slopes = np.append(law._slope(knots), 0.0)
+        forces = np.append(0.25 * law._energy_slope(knots), law.force_limit)
+        stiffnesses, limits = -np.diff(slopes), np.diff(forces)
+        # Differences that are no more than the rounding of what they are differences of.
+        real = (stiffnesses > _LEAST * slopes[:-1]) & (limits > _LEAST * forces[1:])
+        law_ = Iwan(stiffnesses[real], limits[real])
+    a = np.geomspace(smallest, largest, min(_SAMPLES * count, 20_000))
+    object.__setattr__(law_, "fit", _errors(law, law_, a))
+    return law_
+
+
+def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
+    force, energy = law._backbone(a), law._energy(a)
+    lost = energy > 0.0
+    off = np.abs(cells._energy(a)[lost] / energy[lost] - 1.0)
+    free = float(np.max(cells._energy(a)[~lost], initial=0.0))  # where the law loses nothing
+    return IwanFit(
+        backbone_error=float(np.max(np.abs(cells._backbone(a) / force - 1.0))),
+        energy_error=math.inf if free > 0.0 else float(np.max(off, initial=0.0)),
+        error_at_smallest=float(off[0]) if lost[0] else 0.0,
+        smallest_amplitude=float(a[0]),
+        largest_amplitude=float(a[-1]),
+    )
 
 
 def _knots(law: BackboneLaw, count: int) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +27,21 @@ class _Cells(NamedTuple):
     slipped: Floats  # force of the cells before each; after the last one the limit
     forces: Floats  # backbone at each yield displacement
     energies: Floats  # of a cycle of that amplitude
+
+
+class IwanFit(NamedTuple):
+    """How well cells (Iwan 1966, DOI 10.1115/1.3625199) stand for a law over a range."""
+
+    backbone_error: float
+    """Largest relative error of the backbone, which lies nowhere below the law [-]."""
+    energy_error: float
+    """Largest relative error of the dissipated energy [-]."""
+    error_at_smallest: float
+    """That at the smallest amplitude, where the first cells have just begun to yield [-]."""
+    smallest_amplitude: float
+    """Smallest amplitude looked at [m]."""
+    largest_amplitude: float
+    """Largest one [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +73,9 @@ class Iwan(Locked, BackboneLaw):
     force_limits: ArrayLike = field(
         metadata=parameter("f_i", "N", "force at which each slider slips", above=0.0, many=True)
     )
+
+    fit: ClassVar[IwanFit | None] = None
+    """How well the cells stand for the law that they were made of for a range of amplitudes."""
 
     def __post_init__(self) -> None:
         self._check_parameters()

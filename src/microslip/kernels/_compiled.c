@@ -10,6 +10,7 @@
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define TERMS 12          /* coefficients a panel; fixed so that the polynomial unrolls */
 #define PROFILE_TERMS 14  /* coefficients a panel of a load curve */
@@ -37,6 +38,7 @@ static PyObject *none(void)
 #include "_diagrams.h"
 #include "_moments.h"
 #include "_field.h"
+#include "_vector.h"
 
 static PyMethodDef methods[] = {
     {"evaluate", py_evaluate, METH_VARARGS, NULL},
@@ -54,6 +56,8 @@ static PyMethodDef methods[] = {
     {"field_try", py_field_try, METH_VARARGS, NULL},
     {"field_commit", py_field_commit, METH_VARARGS, NULL},
     {"field_losses", py_field_losses, METH_VARARGS, NULL},
+    {"vector_try", py_vector_try, METH_VARARGS, NULL},
+    {"vector_cycle", py_vector_cycle, METH_VARARGS, NULL},
     {"field_slopes", py_field_slopes, METH_VARARGS, NULL},
     {"separations", py_separations, METH_VARARGS, NULL},
     {"coupled", py_coupled, METH_VARARGS, NULL},

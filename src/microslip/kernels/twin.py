@@ -24,6 +24,7 @@ from microslip.kernels.twin_memory import accumulate, branches, locate, respond
 from microslip.kernels.twin_moments import gaussian_moment, gaussian_moment_at
 from microslip.kernels.twin_profile import drops, excesses, loads, separations
 from microslip.kernels.twin_table import evaluate, evaluate_one
+from microslip.kernels.twin_vector import vector_cycle, vector_try
 
 __all__ = [
     "MOMENT_TERMS",
@@ -52,4 +53,6 @@ __all__ = [
     "respond",
     "separations",
     "step_front",
+    "vector_cycle",
+    "vector_try",
 ]

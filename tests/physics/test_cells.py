@@ -1,0 +1,75 @@
+"""Laws as Iwan's cells for a range of amplitudes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from cases import is_elastic, law_params, reach_of
+
+import microslip as ms
+
+JOINT = ms.Interface.examples()[0]
+REACH = reach_of(JOINT)
+
+
+@pytest.mark.parametrize("law", law_params(which=is_elastic))
+def test_stiffness_and_limit_are_exact_and_the_polygon_is_above(law: Any) -> None:
+    reach = reach_of(law)
+    cells = law.to_iwan(40, smallest_amplitude=1e-2 * reach, largest_amplitude=10.0 * reach)
+    assert cells.force_limit == pytest.approx(law.force_limit, rel=1e-12)
+    assert cells.tangential_stiffness == pytest.approx(law.tangential_stiffness, rel=1e-9)
+    a = reach * np.geomspace(1e-3, 20.0, 200)
+    assert (cells.backbone(a) >= law.backbone(a) * (1.0 - 1e-9)).all()
+    assert cells.cell_count <= 40
+    assert isinstance(cells, ms.Iwan)
+
+
+def test_what_the_fit_tells_is_true() -> None:
+    cells = JOINT.to_iwan(50, smallest_amplitude=3e-9, largest_amplitude=1e-5)
+    fit = cells.fit
+    assert fit is not None
+    assert (fit.smallest_amplitude, fit.largest_amplitude) == pytest.approx((3e-9, 1e-5))
+    a = np.geomspace(3e-9, 1e-5, 3000)
+    energies = cells.dissipated_energy(a) / JOINT.dissipated_energy(a) - 1.0
+    forces = cells.backbone(a) / JOINT.backbone(a) - 1.0
+    assert np.abs(energies).max() == pytest.approx(fit.energy_error, rel=0.02)
+    assert np.abs(forces).max() == pytest.approx(fit.backbone_error, rel=0.02)
+    assert energies[0] == pytest.approx(fit.error_at_smallest, rel=1e-9, abs=1e-12)
+    assert abs(fit.error_at_smallest) < 0.03
+    assert JOINT.to_iwan(50).fit is None
+
+
+def test_errors_fall_with_the_square_of_the_number() -> None:
+    fits = [JOINT.to_iwan(n, smallest_amplitude=3e-9).fit for n in (50, 100, 200, 400)]
+    for name in ("energy_error", "backbone_error"):
+        errors = np.array([getattr(fit, name) for fit in fits])
+        orders = np.log2(errors[:-1] / errors[1:])
+        assert (orders > 1.6).all(), (name, errors)
+
+
+def test_small_cycles_are_met_where_even_cells_miss_them() -> None:
+    a = 0.01 * REACH
+    wanted = JOINT.dissipated_energy(a)
+    cells = JOINT.to_iwan(50, smallest_amplitude=a)
+    assert abs(cells.dissipated_energy(a) / wanted - 1.0) < 0.03
+    shares = (np.arange(50) + 0.5) / 50  # of equal force
+    even = ms.Iwan(
+        JOINT.force_limit / 50 / JOINT.backbone_displacement(shares * JOINT.force_limit),
+        np.full(50, JOINT.force_limit / 50),
+    )
+    assert even.dissipated_energy(a) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"smallest_amplitude": 1e-5, "largest_amplitude": 1e-6}, "must be above the smallest"),
+        ({"smallest_amplitude": 0.0}, "smallest_amplitude must be above zero"),
+        ({"largest_amplitude": float("nan")}, "largest_amplitude must be a finite number"),
+    ],
+)
+def test_bad_ranges(given: dict[str, float], message: str) -> None:
+    with pytest.raises(ms.InputError, match=message):
+        JOINT.to_iwan(20, **given)

@@ -11,18 +11,22 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pytest
-from matplotlib import style
-from matplotlib.text import Text
 
 import microslip as ms
-from microslip.study import identified_tables as tables
-from microslip.study.drawing import STYLE
-from microslip.study.identified import Identified, identified, show, summarise, units_of, write
-from microslip.study.identified_figure import drawings, intervals, loops, panels, shown
-from microslip.study.identified_study import joint_text
+from microslip.report.plot import Words
+from microslip.report.terminal import show
+from microslip.results.identified import numbers
+from microslip.results.identified.document import (
+    Identified,
+    document,
+    identified,
+    units_of,
+    write,
+)
+from microslip.results.identified.figures import cycles_by_load, intervals, loops, pictures
+from microslip.results.identified.joint_study import joint_text
 
 JOINT = ms.Interface.examples()[0]
 STUDY = """
@@ -73,13 +77,13 @@ def poor() -> Identified:
 
 
 def test_numbers_as_text() -> None:
-    assert tables.quantity(5e8, "N/m") == "500.0 MN/m"
-    assert tables.quantity(0.55, "") == "0.5500"
-    assert tables.quantity(2.5e-6, "m^2") == "2.500e-06 m²"
-    assert tables.quantity(None, "m") == "–"
-    assert tables.quantity(float("inf"), "N/m") == "infinite"
-    assert tables.label("slip_scale") == "slip scale κσ"
-    assert tables.label("stiffness at 500 N") == "stiffness at 500 N"
+    assert numbers.quantity(5e8, "N/m") == "500.0 MN/m"
+    assert numbers.quantity(0.55, "") == "0.5500"
+    assert numbers.quantity(2.5e-6, "m^2") == "2.500e-06 m²"
+    assert numbers.quantity(None, "m") == "–"
+    assert numbers.quantity(float("inf"), "N/m") == "infinite"
+    assert numbers.label("slip_scale") == "slip scale κσ"
+    assert numbers.label("stiffness at 500 N") == "stiffness at 500 N"
 
 
 def number(verdict: str, low: float | None = 1.0, high: float | None = 2.0) -> dict[str, Any]:
@@ -102,15 +106,15 @@ def number(verdict: str, low: float | None = 1.0, high: float | None = 2.0) -> d
     ],
 )
 def test_no_value_where_none_is_known(verdict: str, value: str, interval: str) -> None:
-    (row,) = tables.rows_of({"slip_scale": number(verdict)})
-    assert (row.value, row.interval, row.verdict) == (value, interval, verdict)
-    (rows,) = [tables.open_of({"parameters": {"slip_scale": number(verdict)}})]
-    assert bool(rows) == (verdict not in ("identified", "fixed"))
+    fitted = number(verdict)
+    assert (numbers.value_text(fitted), numbers.interval_text(fitted)) == (value, interval)
+    left_open = numbers.open_of({"parameters": {"slip_scale": fitted}})
+    assert bool(left_open) == (verdict not in ("identified", "fixed"))
 
 
 def test_digits_follow_the_interval() -> None:
-    (row,) = tables.rows_of({"friction_coefficient": {**number("identified", 1.4999, 1.5001)}})
-    assert row.interval == "1.4999 … 1.5001"
+    fitted = number("identified", 1.4999, 1.5001)
+    assert numbers.interval_text(fitted) == "1.4999 … 1.5001"
 
 
 def test_units_of_parameters() -> None:
@@ -135,10 +139,10 @@ def test_value_and_interval_are_beside_each_other(
     monkeypatch.setenv("COLUMNS", str(width))
     monkeypatch.setenv("NO_COLOR", "1")
     stream = Terminal()
-    show(summarise(rich()), stream)
+    show(document(rich()), stream)
     lines = stream.getvalue().splitlines()
     one = rich().first.parameters["slip_scale"]
-    low, high = (tables.quantity(end, "m", 3) for end in (one.low, one.high))
+    low, high = (numbers.quantity(end, "m", 3) for end in (one.low, one.high))
     (line,) = [line for line in lines if line.startswith("slip scale κσ")][:1]
     assert f"{low} … {high}" in line
     assert len(re.findall(r"\d nm", line)) == 3
@@ -155,7 +159,11 @@ def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
     assert not any(one.verdict == "identified" for one in found.first.parameters.values())
     assert not any(one.verdict == "identified" for one in found.first.derived.values())
     assert found.first.parameters["friction_coefficient"].verdict == "in doubt"
-    write(found, tmp_path, spell=lambda text: text.replace("rigs=", "--rig "))
+
+    def say(text: str) -> str:
+        return text.replace("rigs=", "--rig ")
+
+    write(document(found, say, files=True), found, tmp_path, say=say)
     text = (tmp_path / "joint.toml").read_text("utf-8")
     assert "# RECORDS DIFFER: RIGS" in text
     assert "# IN DOUBT for that: friction coefficient μ" in text
@@ -172,10 +180,11 @@ def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
 def _written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("written")
     shares: list[float] = []
-    summary = write(rich(), folder, shares.append)
+    told = document(rich(), files=True)
+    write(told, rich(), folder, shares.append)
     assert shares == sorted(shares)
-    assert shares[-1] == 1.0
-    assert summary == json.loads((folder / "summary.json").read_text("utf-8"))
+    assert shares[-1] == pytest.approx(1.0)
+    assert told.data == json.loads((folder / "summary.json").read_text("utf-8"))
     return folder
 
 
@@ -202,11 +211,11 @@ def test_the_page(written: Path) -> None:
 
 
 def test_the_page_says_what_is_not_known(tmp_path: Path) -> None:
-    write(poor(), tmp_path)
+    write(document(poor(), files=True), poor(), tmp_path)
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "What the records do not tell</h2>" in page
     assert "To settle it:" in page
-    assert "separation h = d/σ at 2 kN</strong>, not identified" in page
+    assert "separation h = d/σ at 2 kN, not identified" in page
     assert 'class="verdict watch"' in page
     text = (tmp_path / "joint.toml").read_text("utf-8")
     assert "# NOT identified, one of many values" in text
@@ -245,38 +254,40 @@ def test_no_study_without_materials_or_of_another_law() -> None:
 
 
 def test_loops_by_load() -> None:
-    groups = panels(shown(rich().first))
+    groups = cycles_by_load(rich().first)
     assert [(name, len(group)) for name, group in groups] == [
         ("N = 500 N", 2),
         ("N = 2.00 kN", 2),
     ]
-    figure = loops(rich().first)
-    assert len(figure.axes) == 4
-    assert figure.axes[0].get_ylabel() == "Force [kN]"
+    plot = loops(rich().first)
+    assert len(plot.panels) == 4
+    assert plot.panels[0].y.label == "Force [kN]"
 
 
 @pytest.mark.parametrize("which", [rich, poor], ids=["rich", "poor"])
-def test_nothing_is_clipped(which: Any) -> None:
-    before = dict(matplotlib.rcParams)
-    with style.context(["default", STYLE]):
-        for name, figure in drawings(which().first):
-            figure.draw_without_rendering()
-            box, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
-            assert box.x0 > -0.01, name
-            assert box.y0 > -0.01, name
-            assert box.x1 < width + 0.01, name
-            assert box.y1 < height + 0.01, name
-    assert dict(matplotlib.rcParams) == before
+def test_every_figure_is_of_finite_numbers(which: Any) -> None:
+    names = [picture.name for picture in pictures(which().first)]
+    assert names == ["loops", "intervals", "profiles"]
+    for picture in pictures(which().first):
+        for panel in picture.plot().panels:
+            for item in panel.items:
+                for values in (getattr(item, "x", 0.0), getattr(item, "y", 0.0)):
+                    assert np.isfinite(values).all(), picture.name
 
 
 def test_intervals_say_the_verdict() -> None:
-    texts = [text.get_text() for text in intervals(poor().first).findobj(Text)]
-    assert "separation h = d/σ at 2 kN: not identified" in texts
-    assert "h at 2 kN" in texts
-    assert "friction coefficient μ" in texts
+    plot = intervals(poor().first)
+    notes = [panel.note for panel in plot.panels]
+    assert "separation h = d/σ at 2 kN: not identified" in notes
+    assert "friction coefficient μ" in notes
+    ticks = [
+        text for _, text in (*(plot.panels[-1].x.ticks or ()), *(plot.panels[-1].y.ticks or ()))
+    ]
+    assert "h at 2 kN" in ticks
+    assert any(isinstance(item, Words) for item in plot.panels[-1].items)
 
 
 def test_the_same_files_each_time(written: Path, tmp_path: Path) -> None:
-    write(rich(), tmp_path)
+    write(document(rich(), files=True), rich(), tmp_path)
     for path in sorted(written.iterdir()):
         assert path.read_bytes() == (tmp_path / path.name).read_bytes(), path.name

@@ -620,10 +620,10 @@ def test_profiles_end_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond the limit the intervals are those of the curvature, and a note says so."""
     from microslip.identification import intervals
 
+    whole = joint()
     monkeypatch.setattr(intervals, "_MOST_WORK", 0.0)
     found = ms.identify(three_loads())
     assert any("those of the curvature" in note for note in found.notes)
-    whole = joint()
     assert not any("curvature" in note for note in whole.notes)
 
 
@@ -745,26 +745,24 @@ def _number(**more: Any) -> dict[str, Any]:
 )
 def test_a_delay_stands_beside_its_record(number: Any, text: str) -> None:
     """With half of its interval; a table without any has no such column."""
-    from microslip.study.identified_tables import record_table
+    from microslip.results.identified.document import _records
+    from microslip.results.identified.numbers import delay_text
 
     plain = cell().summary()["records"]
-    for one in plain:
-        one["rms_residual"] = 0.1
-    assert record_table(plain).head[-1] == "energy residual"
+    for record in plain:
+        record["rms_residual"] = 0.1
+    assert {row[-1] for row in _records(plain).rows} == {None}
     plain[0]["delay"], plain[1]["delay"] = number, _number()
-    table = record_table(plain)
-    assert table.head[-1] == "delay"
-    assert table.rows[0][-1] == text
-    assert all(len(row) == len(table.head) for row in table.rows)
+    assert _records(plain).rows[0][-1] == delay_text(number) == text
 
 
 def test_a_cell_that_is_none_is_not_listed_as_open() -> None:
     """There is nothing to settle about it; about what is only bounded there is."""
-    from microslip.study.identified_tables import open_of
+    from microslip.results.identified.numbers import open_of
 
     empty = _number(verdict="bounded above", at_bound=True, low=0.0, value=0.0)
     wanted = _number(verdict="bounded above", remedy="measure", reason="up to force_limit")
     found = {"parameters": {"stiffness_1": empty, "force_limit": wanted}}
-    (one,) = open_of(found)
-    assert one.name == "force limit μN"
-    assert one.reason == "up to force limit μN"
+    (left,) = open_of(found)
+    assert left.name == "force limit μN"
+    assert left.reason == "up to force limit μN"

@@ -32,6 +32,20 @@ _FOLLOWING = {
     "load_scale": "N",
 }
 """Units of what follows from the parameters, as far as it may be known from elsewhere."""
+
+
+class FittedLaw(OneOf):
+    """A law that can be fitted: the usual ones, or any other that is exported."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The name of the law, or an error that lists them."""
+        if value not in self.choices:
+            from microslip.identification.models import MODELS
+
+            self.choices = tuple(model.name for model in MODELS)
+        return super().convert(value, param, ctx)
+
+
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 
 
@@ -41,7 +55,7 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     "--law",
     "laws",
     multiple=True,
-    type=OneOf(LAWS),
+    type=FittedLaw(LAWS),
     metavar="LAW",
     help=f"{', '.join(LAWS)}; by default the first. Repeated, the laws are compared.",
 )
@@ -147,7 +161,8 @@ def identify(
         from contextlib import ExitStack
 
         from microslip.report.folder import staged
-        from microslip.study.identified import KIND, identified, show, summarise, write
+        from microslip.report.terminal import show
+        from microslip.results.identified.document import KIND, document, identified, write
 
         spell = partial(as_options, "identify")
         options: dict[str, Any] = {
@@ -176,17 +191,16 @@ def identify(
                     f"{failed.law}: {failed.status}: {failed.message} (--accept-unconverged shows "
                     "it all the same)"
                 )
-            if stage is None:
-                summary = summarise(found, spell=spell)
-            else:
+            told = document(found, spell, files=stage is not None)
+            if stage is not None:
                 with progress("Drawing and writing") as report:
-                    summary = write(found, stage, report, spell)
+                    write(told, found, stage, report, spell)
     if as_json:
-        echo_json(summary)
+        echo_json(told.data)
         return
-    show(summary, sys.stdout)
+    show(told, sys.stdout)
     if folder is not None:
-        click.echo(f"{len(summary['files'])} files in {folder}")
+        click.echo(f"{len(told.data['files'])} files in {folder}")
 
 
 def _study(path: Path) -> Study:
@@ -278,7 +292,7 @@ def _known(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float
 
 def _units_of(laws: Sequence[str]) -> dict[str, str]:
     """Units of the parameters of some laws."""
-    from microslip.study.identified import units_of
+    from microslip.results.identified.document import units_of
 
     return units_of(laws)
 

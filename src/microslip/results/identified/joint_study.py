@@ -1,38 +1,33 @@
-"""Floor 8: an identified joint as a study file."""
+"""An identified joint as a study file."""
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from microslip._version import __version__
 from microslip.errors import InputError
-from microslip.study.identified_tables import knows_radius, label, open_of, quantity
+from microslip.identification import Identification
+from microslip.results.identified.numbers import knows_radius, label, open_of, quantity
 from microslip.study.overrides import dump
-
-if TYPE_CHECKING:
-    from microslip.identification import Identification
-    from microslip.study.identified import Identified
+from microslip.study.schema import Study
 
 
-def joint_text(found: Identified, spell: Callable[[str], str] = str) -> tuple[str | None, str]:
-    """The identified joint as TOML that `microslip predict` takes as it is.
+class _Found(Protocol):
+    """What is said of a fit here: its result, and the study that materials are from."""
 
-    Parameters
-    ----------
-    found : Identified
-        What was identified.
-    spell : callable, optional
-        Puts a message into the words of who asked, such as the options of a command.
+    @property
+    def first(self) -> Identification: ...
+    @property
+    def study(self) -> Study | None: ...
 
-    Returns
-    -------
-    text : str or None
-        TOML, with remarks on what is no result; None where there can be no study.
-    why : str
-        Why there is none; else empty.
+
+def joint_text(found: _Found, say: Callable[[str], str] = str) -> tuple[str | None, str]:
+    """The identified joint as TOML that `microslip predict` takes, or None and why there is none.
+
+    Remarks say what in it is no result, as ``say`` puts it.
     """
     result = found.first
     if result.law != "interface":
@@ -42,7 +37,7 @@ def joint_text(found: Identified, spell: Callable[[str], str] = str) -> tuple[st
     try:
         given: dict[str, Any] = result.study()
     except InputError as error:
-        return None, f"no joint.toml: {spell(str(error))}"
+        return None, f"no joint.toml: {say(str(error))}"
     source = tomllib.loads(found.study.text)
     # The materials by the names that the study has for them.
     given["surface"]["materials"] = source["surface"]["materials"]
@@ -55,14 +50,14 @@ def joint_text(found: Identified, spell: Callable[[str], str] = str) -> tuple[st
         given["surface"][key] = f"{getattr(_surface(result), key):.6g} {unit}"
     order = ("schema", "title", "material", "surface", "joint", "excitation")
     given = {key: given[key] for key in (*order, *given) if key in given}
-    return f"{_remarks(found, spell)}\n{dump(given)}", ""
+    return f"{_remarks(found, say)}\n{dump(given)}", ""
 
 
 def _surface(result: Identification) -> Any:
     return result.joint().surface
 
 
-def _remarks(found: Identified, spell: Callable[[str], str]) -> str:
+def _remarks(found: _Found, say: Callable[[str], str]) -> str:
     """What is measured in the file and what is not, as comments."""
     assert found.study is not None
     summary = found.first.summary()
@@ -74,7 +69,7 @@ def _remarks(found: Identified, spell: Callable[[str], str]) -> str:
     ]
     doubtful = [item.name for item in open_of(summary) if item.verdict == "in doubt"]
     if summary["status"] != "converged" or doubtful:
-        lines += wrap(f"{summary['status'].upper()}: {spell(summary['message'])}.", 96)
+        lines += wrap(f"{summary['status'].upper()}: {say(summary['message'])}.", 96)
     if doubtful:
         lines += wrap(f"IN DOUBT for that: {', '.join(doubtful)}.", 96)
     if open_ones := [item.name for item in open_of(summary) if item.name not in doubtful]:

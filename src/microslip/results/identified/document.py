@@ -1,0 +1,437 @@
+"""Identified joints: what a fit says, as a document and as files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from microslip._core.units import significant
+from microslip._version import __version__
+from microslip.errors import InputError
+from microslip.identification import Comparison, Identification, identify
+from microslip.identification.models import CycleModel, model_of
+from microslip.report.document import (
+    Block,
+    Column,
+    Document,
+    Items,
+    Judged,
+    Listing,
+    Note,
+    Section,
+    Table,
+    Verdicts,
+)
+from microslip.report.files import header, standard_files, text_file, write_all
+from microslip.results.identified import figures, numbers
+from microslip.results.identified.joint_study import joint_text
+from microslip.results.identified.numbers import Summary, label
+from microslip.study.build import build_joints
+from microslip.study.schema import Study
+from microslip.tribometer import Record
+
+KIND = "microslip-identification"
+"""What summary.json says of a folder of an identified joint."""
+
+Say = Callable[[str], str]
+"""Puts messages into the words of who asked, such as the options of a command."""
+
+_METHOD = (
+    "The settled cycles of each record are folded on one; their scatter gives the noise of force "
+    "and displacement. All records are fitted at once by weighted least squares with exact "
+    "derivatives. The rig is a spring in series; force offsets and errors of the displacement are "
+    "nuisances, which are taken out of the residuals. An interval is where the profile of the "
+    "likelihood, all other parameters fitted again, stays above its limit at {level}; where it "
+    "does not close, there is no interval, and the parameter is not identified."
+)
+_GIVEN = (
+    "Found less given, in standard deviations of what was given; and by how many of them it "
+    "contradicts the records and all else: the root of what χ² falls by without it. Beyond 3 they "
+    "disagree, and what depends on it is in doubt."
+)
+_RESIDUALS = (
+    "χ² is the sum of the squared residuals over their noise, which is read from the scatter of "
+    "the cycles; reduced, it is 1 where model and noise explain all there is. The residual is the "
+    "root mean square of measured minus modelled force over the mean cycle, the noise that of one "
+    "sample; of the mean cycle it is smaller by the root of the number of samples in it. The "
+    "energy is that of a cycle, measured minus modelled over measured, with its standard error."
+)
+_LAWS = (
+    "Smaller is better: the criteria of Akaike and of Schwarz charge for parameters, and held-back "
+    "cycles were predicted, not fitted; their error is over the noise, 1 being as good as can be."
+)
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What one command has found."""
+
+    results: tuple[Identification, ...]
+    """One for each law; the first is what the pictures and the study are of."""
+    comparison: Comparison | None
+    study: Study | None
+    """The study that materials and start are from."""
+
+    @property
+    def first(self) -> Identification:
+        """The law that was asked for first."""
+        return self.results[0]
+
+    @property
+    def failed(self) -> Identification | None:
+        """The first law, if its fit has not converged: then there are no numbers to give."""
+        return None if self.first.converged else self.first
+
+
+def units_of(laws: Sequence[str]) -> dict[str, str]:
+    """SI units of the parameters that some laws have, and of the rig's stiffness."""
+    units = {said.name: said.unit for law in laws for said in model_of(law).parameters}
+    return {**units, "rig_stiffness": "N/m"}
+
+
+def identified(
+    records: Sequence[Record],
+    laws: Sequence[str],
+    study: Study | None,
+    options: Mapping[str, Any],
+    progress: Callable[[float], None],
+) -> Identified:
+    """Identify laws from records: the first is reported, the others are compared with it.
+
+    Materials, kind of heights and start of an interface are those of the study; ``options`` are
+    as :func:`microslip.identify` takes them.
+
+    Raises
+    ------
+    InputError
+        What :func:`microslip.identify` refuses of the first law.
+    """
+    fits: dict[str, Identification] = {}
+    failed: dict[str, str] = {}
+    for index, law in enumerate(laws):
+        own, names = dict(options), units_of([law])
+        for key in ("fixed", "bounds"):
+            own[key] = {name: value for name, value in options[key].items() if name in names}
+        if law != "interface":
+            own["contact_area"] = own["known"] = None
+        if isinstance(model_of(law), CycleModel) and len(laws) > 1:
+            own["rig_stiffness"] = None  # its elastic part stands for the rig
+        if index > 0:
+            own["intervals"] = "curvature"  # of what is compared there are no profiles
+        model = law if law != "interface" or study is None else build_joints(study)[0]
+
+        def report(share: float, index: int = index) -> None:
+            progress((index + share) / len(laws))
+
+        try:
+            fits[law] = identify(records, model, progress=report, **own)
+        except InputError as error:
+            if index == 0:
+                raise
+            failed[law] = str(error)
+    comparison = None
+    if len(laws) > 1:
+        ordered = sorted(fits.items(), key=lambda item: (not item[1].converged, item[1].aic))
+        comparison = Comparison(MappingProxyType(dict(ordered)), MappingProxyType(failed))
+    return Identified(tuple(fits.values()), comparison, study)
+
+
+# -- plain values ---------------------------------------------------------------------------------
+
+
+def summarise(found: Identified, say: Say = str, files: Sequence[str] = ()) -> dict[str, Any]:
+    """What summary.json holds: plain values in SI units, messages as ``say`` puts them."""
+    first, *others = (_said(result.summary(), say) for result in found.results)
+    for record, values in zip(found.first.records, first["records"], strict=True):
+        values["rms_residual"] = math.sqrt(float((record.residual**2).mean()))
+    return {
+        **header(KIND, 1, _title(found)),
+        "version": __version__,
+        "study": None if found.study is None else found.study.name,
+        "identification": first,
+        "others": others,
+        "comparison": None if found.comparison is None else _compared(found.comparison),
+        "files": list(files),
+    }
+
+
+def _title(found: Identified) -> str:
+    title = "" if found.study is None else found.study.title
+    return f"{title}: identified" if title else "Identified joint"
+
+
+def _said(summary: dict[str, Any], say: Say) -> dict[str, Any]:
+    """A summary with its messages as who asked puts them."""
+    summary["message"] = say(summary["message"])
+    summary["notes"] = [say(note) for note in summary["notes"]]
+    for number in (*summary["parameters"].values(), *summary["derived"].values()):
+        number["reason"], number["remedy"] = say(number["reason"]), say(number["remedy"])
+    return summary
+
+
+def _plain(value: Any) -> Any:
+    """No infinities, which JSON has not."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _compared(comparison: Comparison) -> dict[str, Any]:
+    """Laws side by side, the best first."""
+    ends = ("value", "low", "high", "unit", "low_open", "high_open")
+    return {
+        "best": comparison.best,
+        "laws": [{k: _plain(v) for k, v in row.items()} for row in comparison.rows()],
+        "rigs": {
+            name: {
+                law: {end: _plain(getattr(fitted, end)) for end in ends}
+                for law, fitted in laws.items()
+            }
+            for name, laws in comparison.rigs().items()
+        },
+        "failed": dict(comparison.failed),
+    }
+
+
+# -- the document ---------------------------------------------------------------------------------
+
+
+def document(found: Identified, say: Say = str, files: bool = False) -> Document:
+    """What was identified, and what was not.
+
+    With ``files`` it goes into a folder, whose files the summary then lists.
+    """
+    toml, why = joint_text(found, say)
+    pictures = figures.pictures(found.first)
+    names: list[str] = []
+    if files:
+        names = ["residuals.csv", *(["joint.toml"] if toml is not None else [])]
+        names += [f"{picture.name}.{kind}" for picture in pictures for kind in ("svg", "png")]
+        names += ["report.html", "summary.json"]
+    summary = summarise(found, say, names)
+    fit, comparison = summary["identification"], summary["comparison"]
+    if why and files:
+        fit["notes"].append(why)
+    level = f"{100.0 * fit['confidence']:g} %"
+    sections = [
+        Section("Parameters", tuple(_parameters(fit, summary["study"], level))),
+        *_open(fit),
+        Section(
+            "How far to trust it",
+            (Verdicts(numbers.verdicts_of(fit)),),
+        ),
+        Section("Figures", pictures, brief=False),
+        Section("Residuals", (_records(fit["records"]), Items(tuple(numbers.quality_of(fit))))),
+    ]
+    correlations = _correlations(fit)
+    if correlations is not None:
+        sections.append(Section("Correlations", (correlations,)))
+    if comparison is not None:
+        sections.append(Section("Laws compared", tuple(_laws(comparison))))
+    if toml is not None:
+        words = Note("In joint.toml, for: microslip predict joint.toml")
+        sections.append(Section("The joint as a study", (words, Listing(toml)), brief=False))
+    method = Note(_METHOD.format(level=level))
+    sections.append(Section("How this was found", (method,), brief=False))
+    if fit["notes"]:
+        sections.append(Section("Notes", (Items(tuple(fit["notes"])),)))
+    return Document(
+        KIND,
+        summary["title"],
+        numbers.headline(fit),
+        tuple(sections),
+        summary,
+        (numbers.message_of(fit),),
+    )
+
+
+def _parameters(fit: Summary, study: str | None, level: str) -> list[Block]:
+    blocks: list[Block] = [Note(numbers.sentence(fit))]
+    for title, key, noun in (
+        ("Parameters", "parameters", "parameter"),
+        ("What follows from them", "derived", "quantity"),
+    ):
+        columns = (
+            Column(noun, noun.capitalize(), short=noun),
+            Column("value", f"Value ({level} interval)", short=f"value ({level} interval)"),
+            Column("verdict", "Verdict", short="verdict"),
+        )
+        rows = tuple(
+            (
+                label(name, number.get("normal_load")),
+                _value_and_interval(number),
+                Judged(numbers.word_of(number), number["verdict"]),
+            )
+            for name, number in fit[key].items()
+        )
+        if rows:
+            blocks.append(Table(title, columns, rows))
+    blocks.append(Items(tuple(numbers.law_bound_texts(fit))))
+    blocks += [Note(hint, small=True) for hint in numbers.hints_of(fit, study)]
+    if fit["given"]:
+        blocks.append(_given(fit))
+    return blocks
+
+
+def _value_and_interval(number: Summary) -> str:
+    """Both in one cell, so that no terminal is too narrow for them to stand beside each other."""
+    value, interval = numbers.value_text(number), numbers.interval_text(number)
+    if value == "–":
+        return interval
+    return value if interval in ("", "–") else f"{value} ({interval})"
+
+
+def _open(fit: Summary) -> list[Section]:
+    """What the records leave open; no section where they leave nothing."""
+    texts, ways = numbers.open_texts(fit), numbers.directions_of(fit)
+    blocks: list[Block] = [Items(tuple(texts))]
+    if ways:
+        blocks.append(
+            Note("Ways through the parameters that change the loops by less than their noise:")
+        )
+        blocks.append(Items(tuple(ways)))
+    return [Section("What the records do not tell", tuple(blocks))] if texts or ways else []
+
+
+def _given(fit: Summary) -> Table:
+    """What was given with an uncertainty beside what was found."""
+    heads = ("What was given", "Value", "Found", "Deviations off", "From the rest", "Verdict")
+    rows = tuple(
+        (
+            label(datum["name"]),
+            " ± ".join(
+                numbers.quantity(datum[key], datum["unit"]) for key in ("value", "uncertainty")
+            ),
+            numbers.quantity(datum["found"], datum["unit"]),
+            "–" if datum["residual"] is None else f"{datum['residual']:+.2f}".replace("-", "−"),
+            significant(abs(datum["disagreement"]), 2),
+            Judged("ok", "agrees") if datum["agrees"] else Judged("outside", "disagrees"),
+        )
+        for datum in fit["given"]
+    )
+    return _texts("What was given", heads, rows, _GIVEN)
+
+
+def _texts(title: str, heads: Sequence[str], rows: tuple[Any, ...], caption: str = "") -> Table:
+    columns = tuple(Column(head.lower().replace(" ", "_"), head, short=head) for head in heads)
+    return Table(title, columns, rows, caption=caption)
+
+
+def _records(records: Sequence[Summary]) -> Table:
+    """What is left of each record, and how late its force is where that was free."""
+    columns = (
+        Column("record", "Record"),
+        Column("normal_load", "N", "N"),
+        Column("amplitude", "Amplitude", "m"),
+        Column("cycles", "Cycles"),
+        Column("rms_residual", "Residual", "N", 3),
+        Column("force_noise", "Noise of a sample", "N", 3),
+        Column("energy_residual", "Energy residual"),
+        Column("delay", "Delay"),
+    )
+    late = any(record.get("delay") for record in records)
+    rows = tuple(
+        (
+            record["name"],
+            record["normal_load"],
+            record["amplitude"],
+            record["cycles"],
+            record["rms_residual"],
+            record["force_noise"],
+            numbers.energy_text(record),
+            numbers.delay_text(record["delay"]) if late else None,
+        )
+        for record in records
+    )
+    return Table("Residuals", columns, rows, caption=_RESIDUALS, noun="records")
+
+
+def _correlations(fit: Summary) -> Table | None:
+    """The correlations of the errors, each pair once; None for a single parameter."""
+    names, matrix = fit["correlation"]["names"], fit["correlation"]["matrix"]
+    if len(names) < 2:
+        return None
+    labels = [label(name, fit["parameters"][name].get("normal_load")) for name in names]
+    rows = tuple(
+        (
+            labels[i],
+            *(
+                numbers.correlation_text(matrix[i][j]) if j < i else ""
+                for j in range(len(names) - 1)
+            ),
+        )
+        for i in range(1, len(names))
+    )
+    return _texts(
+        "Correlations",
+        ["", *labels[:-1]],
+        rows,
+        "Of the errors of the fitted parameters: near 1 or −1 two of them can only be told "
+        "together.",
+    )
+
+
+def _laws(comparison: Summary) -> list[Block]:
+    heads = ("Law", "Status", "Parameters", "Reduced χ²", "AIC", "BIC", "Held back/noise")
+    rows = tuple(
+        (
+            law["law"],
+            law["status"],
+            law["parameters"],
+            significant(law["reduced_chi_squared"]),
+            *("–" if law[key] is None else f"{law[key]:.1f}" for key in ("aic", "bic")),
+            significant(law["held_back"]),
+        )
+        for law in comparison["laws"]
+    )
+    failed = (f"{law}: {why}" for law, why in comparison["failed"].items())
+    return [
+        _texts("Laws compared", heads, rows, _LAWS),
+        Items((*numbers.rig_texts(comparison), *failed)),
+    ]
+
+
+# -- files ----------------------------------------------------------------------------------------
+
+
+def write(
+    document: Document,
+    found: Identified,
+    folder: Path,
+    progress: Callable[[float], None] | None = None,
+    say: Say = str,
+) -> None:
+    """Write residuals.csv, the figures, joint.toml, the page and summary.json into a folder.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    own = [text_file("residuals.csv", lambda: _residuals(found.first))]
+    toml, _ = joint_text(found, say)
+    if toml is not None:
+        text = toml
+        own.append(text_file("joint.toml", lambda: text))
+    write_all(standard_files(document, document.data["files"], own), folder, progress)
+
+
+def _residuals(result: Identification) -> str:
+    """Measured and modelled force of every record over a cycle."""
+    heads = "phase [rad],displacement [m],measured force [N],model force [N],residual [N]"
+    lines = [f"record,normal load [N],{heads}"]
+    for record in result.records:
+        name = record.name.replace('"', '""')
+        load = "" if record.normal_load is None else repr(float(record.normal_load))
+        columns = (
+            record.phase,
+            record.displacement,
+            record.measured,
+            record.model,
+            record.residual,
+        )
+        for row in zip(*(column.tolist() for column in columns), strict=True):
+            lines.append(",".join([f'"{name}"', load, *map(repr, row)]))
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,341 @@
+"""Figures of an identification: loops over each other, intervals, profiles of the likelihood."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip._core.units import engineering, prefix
+from microslip.identification import Fitted, Identification
+from microslip.report.document import Picture
+from microslip.report.plot import COLORS, Axis, Band, Entry, Panel, Pixels, Plot, Rule, Words
+from microslip.report.scales import evenly, length_prefix
+from microslip.results.identified.numbers import label, short_symbols
+
+Floats = NDArray[np.float64]
+
+MOST_PANELS = 6
+MOST_PARAMETERS = 12
+MOST_MARKS = 90  # of a loop
+MOST_DOTS = 1500  # of a panel
+INK, BLUE, RED = COLORS[0], COLORS[1], COLORS[2]
+
+_CAPTIONS = {
+    "loops": (
+        "The mean cycle of each record (circles) and the identified law with the rig in series "
+        "(line), one pair of panels for each normal load; below, what is left, towards larger "
+        "(circles) and smaller displacements (triangles). Within the grey band it is noise.",
+        "Measured and modelled loops over each other, and the residual",
+    ),
+    "intervals": (
+        "Best values and intervals; an arrow is an end that the records leave open. Beside them "
+        "the correlations of the errors.",
+        "Interval of each parameter, and correlations",
+    ),
+    "profiles": (
+        "By how much χ² rises where a parameter is held at another value and all others are fitted "
+        "again, over the factor by which intervals were widened. Values below the dashed level "
+        "answer the loops; where the curve stays below it, the interval is open.",
+        "Likelihood profile of each parameter",
+    ),
+}
+
+
+def pictures(result: Identification) -> tuple[Picture, ...]:
+    """The figures of an identification."""
+    plots = {"loops": lambda: loops(result)}
+    if 1 <= len(result.names) <= MOST_PARAMETERS:
+        plots["intervals"] = lambda: intervals(result)
+        if profiled(result):
+            plots["profiles"] = lambda: profiles(result)
+    return tuple(
+        Picture(name, _CAPTIONS[name][0], plot, _CAPTIONS[name][1]) for name, plot in plots.items()
+    )
+
+
+# -- loops ----------------------------------------------------------------------------------------
+
+
+class Cycle(NamedTuple):
+    """What is drawn of one record."""
+
+    load: float | None
+    x: Floats
+    """Displacement of a cycle [m]."""
+    force: Floats
+    """Measured force [N]."""
+    model: Floats
+    """Force of the model [N]."""
+    residual: Floats
+    """Measured minus model [N]."""
+    error: float
+    """Standard error of a measured force [N]."""
+
+
+def cycles_by_load(result: Identification) -> list[tuple[str, list[Cycle]]]:
+    """Cycles by their load, lightest first: what a panel is called, and its cycles."""
+    cycles = [
+        Cycle(
+            record.normal_load,
+            record.displacement,
+            record.measured,
+            record.model,
+            record.residual,
+            float(np.median(record.error)),
+        )
+        for record in result.records
+    ]
+    by_load: dict[str, list[Cycle]] = {}
+    for cycle in sorted(cycles, key=lambda c: math.inf if c.load is None else c.load):
+        name = "Load unknown" if cycle.load is None else f"N = {engineering(cycle.load, 'N')}"
+        by_load.setdefault(name, []).append(cycle)
+    return list(by_load.items())
+
+
+def loops(result: Identification) -> Plot:
+    """Measured and modelled loops over each other, and what is left below (as in Fig. 19.22)."""
+    groups = cycles_by_load(result)
+    cycles = [cycle for _, group in groups for cycle in group]
+    drawn = [groups[i] for i in evenly(len(groups), MOST_PANELS)]
+    columns = min(len(drawn), 3)
+    rows = math.ceil(len(drawn) / columns)
+    x_unit, x_letter = length_prefix(max(float(np.abs(c.x - c.x.mean()).max()) for c in cycles))
+    f_unit, f_letter = prefix(max(float(np.abs(c.force).max()) for c in cycles))
+    largest = max(float(np.abs(c.residual).max()) for c in cycles)
+    r_unit, r_letter = prefix(max(largest, *(3.0 * c.error for c in cycles)))
+    panels = []
+    for index, (name, group) in enumerate(drawn):
+        row, column = 2 * (index // columns), index % columns
+        named = len(drawn) > 1 or group[0].load is not None
+        above = Panel(
+            Axis(bare=True),
+            Axis(f"Force [{f_letter}N]" if column == 0 else "", margin=0.06),
+            note=name if named else "",
+            cell=(row, row, column, column),
+        )
+        below = Panel(
+            Axis(f"Displacement [{x_letter}m]"),
+            Axis(f"Residual [{r_letter}N]" if column == 0 else ""),
+            cell=(row + 1, row + 1, column, column),
+        )
+        _draw_pair(above, below, group, x_unit, f_unit, r_unit)
+        panels += [above, below]
+    rig = ", rig in series" if any(n.startswith("rig_stiffness") for n in result.parameters) else ""
+    left_out = len(groups) - len(drawn)
+    return Plot(
+        panels,
+        0.7 + (4.6 if columns == 1 else 3.3) * rows,
+        heights=(2.2, 1.0) * rows,
+        widths=(1.0,) * columns,
+        legend=(
+            Entry("measured, mean cycle", BLUE, marker="o", line=False),
+            Entry(f"identified: {result.law}{rig}", INK),
+            Entry("residual, displacement rising", BLUE, marker="o", line=False),
+            Entry("residual, displacement falling", RED, marker="^", line=False),
+            Entry("grey: noise, ±2 σ", "#cccccc"),
+        ),
+        legend_title=f"{left_out} more loads are in the tables" if left_out else "",
+    )
+
+
+def _draw_pair(
+    above: Panel, below: Panel, group: Sequence[Cycle], x_unit: float, f_unit: float, r_unit: float
+) -> None:
+    """The loops of one load, and what is left of them."""
+    band = 2.0 * max(cycle.error for cycle in group) / r_unit
+    below.add(Band(-band, band, "y"))
+    most = max(MOST_DOTS // len(group), 40)
+    for cycle in group:
+        x = (cycle.x - 0.5 * (cycle.x.max() + cycle.x.min())) / x_unit
+        marks = _along(x, cycle.force, MOST_MARKS)
+        above.marks(x[marks], cycle.force[marks] / f_unit, BLUE, size=3.0)
+        closed = np.append(np.arange(x.size), 0)
+        above.line(x[closed], cycle.model[closed] / f_unit, INK, width=1.1)
+        dots = np.array(evenly(x.size, most))
+        residual = cycle.residual[dots] / r_unit
+        falling = np.gradient(cycle.x)[dots] < 0.0
+        below.marks(x[dots][~falling], residual[~falling], BLUE, size=2.4)
+        below.marks(x[dots][falling], residual[falling], RED, marker="^", size=2.4)
+    above.cross()
+    below.add(Rule(0.0, "y", "#888888", 0.6, ()))
+
+
+def _along(x: Floats, y: Floats, count: int) -> NDArray[np.int64]:
+    """Places that are evenly spaced along a curve, whatever the times between its samples."""
+    steps = np.hypot(np.diff(x) / max(float(np.ptp(x)), 1e-300), np.diff(y) / float(np.ptp(y)))
+    length = np.concatenate(([0.0], np.cumsum(steps)))
+    return np.unique(np.searchsorted(length, np.linspace(0.0, length[-1], count)))
+
+
+# -- intervals ------------------------------------------------------------------------------------
+
+
+def intervals(result: Identification) -> Plot:
+    """The interval of each free parameter on a scale of its own, and the correlations."""
+    names = result.names
+    panels = [_strip(name, result.parameters[name], row) for row, name in enumerate(names)]
+    several = len(names) > 1
+    if several:
+        symbols = short_symbols(names, [result.parameters[name].load for name in names])
+        panels.append(_heat_map(symbols, result.correlation, len(names)))
+    return Plot(
+        panels,
+        1.3 + 0.62 * len(names),
+        f"Best values and {100.0 * result.confidence:g} % intervals (arrow: no end)"
+        + (", correlations of the errors" if several else ""),
+        heights=(1.0,) * len(names),
+        widths=(1.25, 1.0) if several else (1.0,),
+    )
+
+
+def _strip(name: str, fitted: Fitted, row: int) -> Panel:
+    """One interval on its own axis, which reaches a little beyond it."""
+    open_low, open_high = fitted.low_open, fitted.high_open
+    known = fitted.high if open_low and not open_high else fitted.low if open_high else fitted.value
+    unit, letter = (1.0, "") if fitted.unit in ("", "-") else prefix(known)
+    value, low, high = (v / unit for v in (fitted.value, fitted.low, fitted.high))
+    left, right = _ends(value, low, high, open_low, open_high)
+    if 0.0 < left < 0.1 * right:
+        reach = (right / left) ** 0.25
+        axis = Axis("", left / reach, right * reach, log=True)
+    else:
+        width = (right - left) or max(abs(value), 1.0)
+        axis = Axis("", left - 0.25 * width, right + 0.25 * width)
+    in_unit = f" [{letter}{fitted.unit}]" if fitted.unit not in ("", "-") else ""
+    verdict = "" if fitted.verdict == "identified" else f": {fitted.verdict}"
+    panel = Panel(
+        axis,
+        Axis("", -1.0, 1.0, ticks=()),
+        note=f"{label(name, fitted.load)}{in_unit}{verdict}",
+        grid=False,
+        cell=(row, row, 0, 0),
+    )
+    color = BLUE if fitted.verdict == "identified" else RED
+    panel.line([left, right], [0.0, 0.0], color, width=2.0)
+    for end, is_open, sign in ((left, open_low, "◂"), (right, open_high, "▸")):
+        if is_open:
+            panel.add(Words(end, 0.0, sign, "center", "middle", color, 12.0, data=True))
+        else:
+            panel.line([end, end], [-0.4, 0.4], color, width=1.5)
+    if left <= value <= right and not (open_low and open_high):
+        panel.marks([value], [0.0], color, filled=True, size=5.0)
+    return panel
+
+
+def _ends(
+    value: float, low: float, high: float, open_low: bool, open_high: bool
+) -> tuple[float, float]:
+    """Where the line of an interval begins and ends; without an end it goes on for a while."""
+    if open_low and open_high:
+        return (0.5 * value, 2.0 * value) if value > 0.0 else (value - 1.5, value + 1.5)
+    if open_low:
+        return (0.5 * high if high > 0.0 else high - 1.5), high
+    if open_high:
+        return low, (2.0 * low if low > 0.0 else low + 1.5)
+    return low, high
+
+
+def _heat_map(symbols: Sequence[str], matrix: Floats, rows: int) -> Panel:
+    """Correlations as colours and numbers; the lower half, since both are the same."""
+    count = len(symbols) - 1
+    panel = Panel(
+        Axis("", 0.0, count, ticks=[(i + 0.5, text) for i, text in enumerate(symbols[:-1])]),
+        Axis(
+            "",
+            0.0,
+            count,
+            ticks=[(count - i - 0.5, text) for i, text in enumerate(symbols[1:])],
+        ),
+        grid=False,
+        cell=(0, rows - 1, 1, 1),
+    )
+    shades = np.full((count, count, 3), 255, dtype=np.uint8)
+    for i in range(count):
+        for j in range(i + 1):
+            shades[i, j] = _shade(float(matrix[i + 1, j]))
+    panel.add(Pixels(shades, 0.0, float(count), 0.0, float(count)))
+    for i in range(count):
+        for j in range(i + 1):
+            value = float(matrix[i + 1, j])
+            if math.isfinite(value):
+                text = f"{value:+.2f}".replace("-", "−")
+                place = j + 0.5, count - i - 0.5
+                panel.add(Words(*place, text, "center", "middle", INK, 8.0, data=True))
+    return panel
+
+
+def _shade(value: float) -> ArrayLike:
+    """Orange for −1, white for 0, violet for 1; also for the colour-blind."""
+    if not math.isfinite(value):
+        return (255, 255, 255)
+    end = np.array((45, 0, 75) if value > 0.0 else (127, 59, 8), dtype=float)
+    return np.round(255.0 + (end - 255.0) * min(abs(value), 1.0)).astype(np.uint8)
+
+
+# -- profiles -------------------------------------------------------------------------------------
+
+
+def profiled(result: Identification) -> list[str]:
+    """Names of the parameters whose profile has more than the best value and an end."""
+    return [name for name in result.names if len(result.parameters[name].profile) > 2]
+
+
+def profiles(result: Identification) -> Plot:
+    """The likelihood profile of each free parameter: the rise of chi-squared over its value."""
+    from scipy.special import chdtri
+
+    level = float(chdtri(1, 1.0 - result.confidence))
+    names = profiled(result)
+    columns = min(len(names), 4 if len(names) == 4 else 3)
+    rows = math.ceil(len(names) / columns)
+    panels = []
+    for index, name in enumerate(names):
+        row, column = divmod(index, columns)
+        panels.append(_curve(name, result.parameters[name], level, row, column))
+    return Plot(
+        panels,
+        0.6 + 1.75 * rows,
+        heights=(1.0,) * rows,
+        widths=(1.0,) * columns,
+        legend=(
+            Entry("profile, and where it was computed", BLUE, marker="o", filled=True),
+            Entry(f"level of {100.0 * result.confidence:g} %: {level:.2f}", RED, (4.0, 2.0)),
+        ),
+    )
+
+
+def _curve(name: str, fitted: Fitted, level: float, row: int, column: int) -> Panel:
+    """One profile, as far as a little above its level."""
+    x, rise = np.array(fitted.profile).T
+    unit, letter = (1.0, "") if fitted.unit in ("", "-") else prefix(fitted.value)
+    # The root of the rise is nearly straight on either side: between points it is taken so.
+    root = np.copysign(np.sqrt(rise), x - fitted.value)
+    near = rise <= 2.0 * level
+    if fitted.value > 0.0 and fitted.low >= 0.0:  # an open end may be decades away
+        known = [end for end in (fitted.low, fitted.value, fitted.high) if 0.0 < end < math.inf]
+        near &= (x >= min(known) / 4.0) & (x <= 4.0 * max(known))
+    first, last = float(x[near].min()), float(x[near].max())
+    if last - first < 1e-6 * abs(last):  # the best value lies at a bound and nothing beside it
+        first, last = 0.5 * fitted.value, 2.0 * fitted.value
+    logarithmic = 0.0 < first < 0.05 * last
+    if logarithmic:
+        within = np.geomspace(first, last, 200)
+        between = np.interp(np.log(within), np.log(x[x > 0.0]), root[x > 0.0])
+    else:
+        within = np.linspace(first, last, 200)
+        between = np.interp(within, x, root)
+    in_unit = f" [{letter}{fitted.unit}]" if fitted.unit not in ("", "-") else ""
+    (symbol,) = short_symbols([name], [fitted.load])
+    panel = Panel(
+        Axis(f"{symbol}{in_unit}", log=logarithmic),
+        Axis("Rise of χ²" if column == 0 else "", 0.0, 1.8 * level, bare=column > 0),
+        cell=(row, row, column, column),
+    )
+    panel.marks(x[near] / unit, rise[near], BLUE, filled=True, size=3.0)
+    panel.line(within / unit, between**2, BLUE, width=1.0)
+    panel.add(Rule(level, "y", RED, 0.9))
+    return panel

@@ -1,0 +1,314 @@
+"""Numbers of an identification as people read them, from the plain values of its summary."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from microslip._core.units import engineering, prefix, significant
+from microslip._core.verdicts import Rule, Verdict, Word
+from microslip.identification.verdicts import AT_A_LOAD, shown, shown_interval
+
+Summary = Mapping[str, Any]
+
+_LABELS = {
+    "friction_coefficient": "friction coefficient μ",
+    "slip_scale": "slip scale κσ",
+    "standardised_separation": "separation h = d/σ",
+    "rig_stiffness": "stiffness of the rig",
+    "delay": "delay of the force",
+    "force_limit": "force limit μN",
+    "tangential_stiffness": "stiffness at rest kₜ",
+    "load_scale": "load scale of the surface",
+    "std": "spread of the heights σ",
+    "density_root_radius": "density × √radius",
+    "density_radius": "density × radius",
+    "density": "density of the summits",
+    "radius": "radius of the summits",
+    "contact_area": "real contact area",
+    "yield_displacement": "yield displacement",
+}
+_WORDS: Mapping[str, Word] = {
+    "identified": "ok",
+    "fixed": "ok",
+    "in doubt": "watch",
+    "bounded above": "watch",
+    "bounded below": "watch",
+    "not identified": "outside",
+}
+
+MISFIT = Rule(
+    name="reduced χ²",
+    watch=2.0,
+    outside=25.0,
+    meaning="the law leaves no more than noise",
+    reason="squared residuals over the noise that the scatter of the cycles shows",
+    remedy="compare other laws, or see what the rig did: it is the best fit of this law, not its "
+    "proof",
+)
+KNOWN = Rule(
+    name="share of parameters identified",
+    watch=1.0,
+    outside=1e-9,
+    meaning="the records tell every parameter that was free",
+    reason="profiles of the likelihood that close on both sides",
+    remedy="see below what would settle the others",
+)
+
+
+class Open(NamedTuple):
+    """Something that the records do not tell."""
+
+    name: str
+    verdict: str
+    reason: str
+    remedy: str
+
+
+def label(name: str, load: float | None = None) -> str:
+    """A name as people read it: "slip_scale at 500 N" is "slip scale κσ at 500 N".
+
+    ``load`` [N] is that of the number: named with one that belongs to a load without saying so.
+    """
+    key, _, place = name.partition(" ")
+    text = _LABELS.get(key, key.replace("_", " "))
+    if load is not None and not place and key in AT_A_LOAD:
+        place = f"at {engineering(load, 'N', 4, trim=True)}"
+    return f"{text} {place}" if place else text
+
+
+def quantity(value: float | None, unit: str, digits: int = 4) -> str:
+    """A value with its unit."""
+    return "–" if value is None else shown(value, unit, digits)
+
+
+def word_of(number: Summary) -> Word:
+    """How good the verdict on a number is."""
+    return _WORDS.get(number["verdict"], "watch")
+
+
+def value_text(number: Summary) -> str:
+    """The value of a number; none where none is known."""
+    if number["verdict"] not in ("identified", "in doubt", "fixed"):
+        return "–"
+    return quantity(number["value"], number["unit"], _digits(number))
+
+
+def interval_text(number: Summary) -> str:
+    """The interval of a number, without an end that is open."""
+    if number["verdict"] == "fixed":
+        return "–"
+    digits = _digits(number)
+    low, high = (quantity(number[end], number["unit"], digits) for end in ("low", "high"))
+    return shown_interval((low, high), number["low_open"], number["high_open"])
+
+
+def _digits(number: Summary) -> int:
+    """So many digits that both ends of the interval differ in the last two."""
+    low, high, value = number["low"], number["high"], number["value"]
+    if None in (low, high, value) or not high > low or value == 0.0:
+        return 4
+    return min(max(1 + math.ceil(math.log10(abs(value) / (high - low))), 3), 8)
+
+
+def verdicts_of(fit: Summary) -> tuple[Verdict, ...]:
+    """How far a fit can be trusted; of one that did not converge nothing is known."""
+    free = [number for number in fit["parameters"].values() if number["verdict"] != "fixed"]
+    known = sum(number["verdict"] == "identified" or is_none(number) for number in free)
+    share = known / len(free) if free else 1.0
+    return (
+        MISFIT.judge(fit["reduced_chi_squared"]),
+        KNOWN.judge(share if fit["converged"] else 0.0),
+    )
+
+
+def headline(fit: Summary) -> str:
+    """What came out, in a line."""
+    free = [number for number in fit["parameters"].values() if number["verdict"] != "fixed"]
+    known = sum(number["verdict"] == "identified" for number in free)
+    return f"{fit['law']}: {known} of {len(free)} parameters identified ({fit['status']})"
+
+
+def sentence(fit: Summary) -> str:
+    """What was fitted to what."""
+    records = fit["records"]
+    count = "one record" if len(records) == 1 else f"{len(records)} records"
+    text = f"The law {fit['law']}, fitted to the settled cycles of {count}"
+    for key, unit, noun in (("normal_load", "N", "normal load"), ("amplitude", "m", "amplitude")):
+        values = [record[key] for record in records if record[key] is not None]
+        if values:
+            first, last = (engineering(v, unit, 3, trim=True) for v in (min(values), max(values)))
+            text += f", {noun}s {first} to {last}" if first != last else f", {noun} {first}"
+    return f"{text}."
+
+
+def hints_of(fit: Summary, study: str | None) -> list[str]:
+    """How more could come out of the same records."""
+    if fit["law"] != "interface":
+        return []
+    if "std" not in fit["derived"]:
+        return [
+            "The spread of the heights is not reported: the loops know κσ, and κ needs the "
+            "materials. Name a study that has them: --study STUDY.toml"
+        ]
+    if study is not None and not knows_radius(fit):
+        return [
+            "Loops know density and radius of the summits only as density × √radius. A measured "
+            'real contact area tells them apart, --contact-area "AREA, UNCERTAINTY, LOAD", or what '
+            'a scan says of either: --known radius="1±0.1 mm"'
+        ]
+    return []
+
+
+def knows_radius(fit: Summary) -> bool:
+    """Whether radius and density of the summits are told apart."""
+    return "radius" in fit["derived"] or "radius" in fit["parameters"]
+
+
+def quality_of(fit: Summary) -> list[str]:
+    """How well the law answers."""
+    texts = [
+        f"Reduced χ² {significant(fit['reduced_chi_squared'])} "
+        f"over {fit['degrees_of_freedom']} degrees of freedom."
+    ]
+    if fit["held_back"] is not None:
+        texts.append(
+            "Cycles that were held back are predicted to "
+            f"{significant(fit['held_back'])} times their noise."
+        )
+    widest = max(fit["widened"].values(), default=1.0)
+    if widest > 1.005:
+        texts.append(
+            f"Intervals are wider by up to a factor {significant(widest)} than white noise alone "
+            "would make them, for what the law or the scatter of whole cycles adds to it."
+        )
+    return texts
+
+
+def open_of(fit: Summary) -> list[Open]:
+    """What the records do not tell, with reason and remedy; not a cell of a law that is none."""
+    return [
+        Open(
+            label(name, number.get("normal_load")),
+            number["verdict"],
+            labelled(number["reason"], fit),
+            number["remedy"],
+        )
+        for name, number in fit["parameters"].items()
+        if number["verdict"] not in ("identified", "fixed") and not is_none(number)
+    ]
+
+
+def open_texts(fit: Summary) -> list[str]:
+    """The same as sentences."""
+    return [
+        f"{item.name}, {item.verdict}: {item.reason}."
+        + (f" To settle it: {item.remedy}." if item.remedy else "")
+        for item in open_of(fit)
+    ]
+
+
+def is_none(number: Summary) -> bool:
+    """Whether a number lies at a bound that joints have, so that there is nothing to settle."""
+    at_bound = number.get("at_bound", False)
+    return bool(at_bound and number["verdict"] == "bounded above" and not number["remedy"])
+
+
+def law_bound_texts(fit: Summary) -> list[str]:
+    """What is to be said of numbers that are identified, but only under the law."""
+    return [
+        f"{_capital(label(name, number.get('normal_load')))}: {number['reason']}. "
+        f"To settle it: {number['remedy']}."
+        for name, number in fit["parameters"].items()
+        if number["verdict"] == "identified" and number["reason"]
+    ]
+
+
+def directions_of(fit: Summary) -> list[str]:
+    """Ways through parameter space that the loops do not feel, in words."""
+    return [f"{_capital(labelled(way['text'], fit))}." for way in fit["directions"]]
+
+
+def message_of(fit: Summary) -> str:
+    """What the status means, the names as people read them."""
+    return f"{_capital(labelled(fit['message'], fit))}."
+
+
+def labelled(text: str, fit: Summary) -> str:
+    """A text with labels instead of names; longer names first, which hold the shorter ones."""
+    loads = {name: number.get("normal_load") for name, number in fit["parameters"].items()}
+    names = sorted(loads, key=len, reverse=True)
+    if not names:
+        return text
+    pattern = "|".join(map(re.escape, names))
+    return re.sub(pattern, lambda match: label(match[0], loads[match[0]]), text)
+
+
+def _capital(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}"
+
+
+def correlation_text(value: float | None) -> str:
+    """A correlation with its sign."""
+    return "–" if value is None else f"{value:+.3f}".replace("-", "−")
+
+
+def delay_text(number: Summary | None) -> str:
+    """A delay and half the width of its interval, both in the unit that suits them."""
+    if number is None or number["verdict"] == "not identified":
+        return "–"
+    value, half = number["value"], 0.5 * (number["high"] - number["low"])
+    factor, letter = prefix(max(abs(value), half))
+    width = float(f"{half / factor:.1e}")  # two digits are enough
+    places = min(max(1 - math.floor(math.log10(width)), 0), 6) if width > 0.0 else 3
+    middle = round(value / factor, places) + 0.0  # no minus before nothing
+    return f"{middle:.{places}f} ± {width:.{places}f} {letter}{number['unit']}"
+
+
+def rig_texts(comparison: Summary) -> list[str]:
+    """The stiffness of each rig as several laws find it; none where it is known."""
+    texts = []
+    for name, laws in comparison["rigs"].items():
+        each = ", ".join(f"{_between(number)} by {law}" for law, number in laws.items())
+        texts.append(
+            f"The {label(name)} over the laws: {each}. Where all of them leave more than noise, it "
+            "takes up what each law lacks, and this spread says more of it than one interval."
+        )
+    return texts
+
+
+def _between(number: Summary) -> str:
+    low, high = (quantity(number[end], number["unit"], 3) for end in ("low", "high"))
+    return shown_interval((low, high), number["low_open"], number["high_open"])
+
+
+def energy_text(record: Summary) -> str:
+    """Energy of a cycle that the law leaves, in percent with its error."""
+    energy, error = record["energy_residual"], record["energy_error"]
+    if energy is None:
+        return "–"
+    return f"{100.0 * energy:+.3f} ± {100.0 * (error or 0.0):.3f} %".replace("-", "−", 1)
+
+
+def short_symbols(names: Sequence[str], loads: Sequence[float | None]) -> list[str]:
+    """Symbols of parameters, or their words, with the load [N] each belongs to."""
+    texts = []
+    for name, load in zip(names, loads, strict=True):
+        key, _, place = name.partition(" ")
+        if load is not None and not place and key in AT_A_LOAD:
+            place = f"at {engineering(load, 'N', 4, trim=True)}"
+        symbol = _SYMBOLS.get(key)
+        texts.append(label(name, load) if symbol is None else f"{symbol} {place}".rstrip())
+    return texts
+
+
+_SYMBOLS = {
+    "friction_coefficient": "μ",
+    "slip_scale": "κσ",
+    "standardised_separation": "h",
+    "rig_stiffness": "rig",
+    "force_limit": "μN",
+    "contact_area": "area",
+}

@@ -20,15 +20,7 @@ SOURCES = ROOT / "src" / "microslip"
 STILL_UPWARDS: frozenset[tuple[str, str]] = frozenset()
 STILL_CIRCULAR: frozenset[tuple[str, str]] = frozenset(
     {
-        ("microslip.friction.base", "microslip.friction.cells"),
-        ("microslip.friction.base", "microslip.friction.iwan"),
-        ("microslip.friction.base", "microslip.friction.segalman"),
-        ("microslip.friction.coupled", "microslip.friction.interface"),
         ("microslip.friction.field_cycles", "microslip.friction.field"),
-        ("microslip.friction.fields", "microslip.friction.asperity"),
-        ("microslip.normal.kinked", "microslip.normal.base"),
-        ("microslip.structures.ring_down", "microslip.structures.oscillator"),
-        ("microslip.structures.slow_flow", "microslip.structures.oscillator"),
         ("microslip.study.result", "microslip.study.netcdf"),
         ("microslip.study.result", "microslip.study.output"),
         ("microslip.study.result", "microslip.study.varying"),

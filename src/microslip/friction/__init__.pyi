@@ -1,5 +1,6 @@
 from .asperity import Asperity as Asperity
 from .base import BackboneLaw as BackboneLaw
+from .base import SegalmanFit as SegalmanFit
 from .bouc_wen import BoucWen as BoucWen
 from .coulomb import Coulomb as Coulomb
 from .coupled import CoupledResponse as CoupledResponse
@@ -15,7 +16,6 @@ from .laws import LAWS as LAWS
 from .parallel import Parallel as Parallel
 from .responses import PeriodicResponse as PeriodicResponse
 from .responses import Sliders as Sliders
-from .segalman import SegalmanFit as SegalmanFit
 from .segalman import SegalmanIwan as SegalmanIwan
 from .straight_step import FirstLoading as FirstLoading
 from .straight_step import first_loading as first_loading

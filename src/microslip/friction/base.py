@@ -5,31 +5,26 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip import kernels
-from microslip._core.checks import Floats, exact, floats, plain, positive, record, show
+from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import lock
 from microslip._core.parameters import Parametric
 from microslip.errors import Argument, InputError
 from microslip.friction.guesses import guessed_law
 from microslip.friction.responses import PeriodicResponse, Sliders
+from microslip.friction.unit_cycles import checked_cycle, halves_of
 from microslip.kernels.table import Table
-from microslip.loops import Loop, unit_cycle
+from microslip.loops import Loop
 from microslip.memory import Load, Memory, State
 from microslip.numerics.inversion import adaptive, invert
 
-if TYPE_CHECKING:
-    from microslip.friction.iwan import Iwan
-    from microslip.friction.segalman import SegalmanFit
-
 Self = TypeVar("Self", bound="BackboneLaw")
-
-MOST_CELLS = 10_000_000
 
 
 class BackboneLaw(Parametric, ABC):
@@ -39,6 +34,9 @@ class BackboneLaw(Parametric, ABC):
     default, which a subclass replaces where it knows better. ``T`` is the force needed to hold a
     positive displacement.
     """
+
+    # Other models of the same law by their names; `friction.conversions` makes them.
+    _conversions: ClassVar[dict[str, Callable[..., Any]]] = {}
 
     # -- what a law gives ---------------------------------------------------------------------
 
@@ -390,7 +388,7 @@ class BackboneLaw(Parametric, ABC):
         """
         a, shape, turn = checked_cycle(amplitude, samples)
         peak = self._backbone_at(a)[0]
-        rise = 2.0 * self._backbone(a * _halves(int(samples)))
+        rise = 2.0 * self._backbone(a * halves_of(int(samples)))
         force = np.concatenate((peak - rise[: turn + 1], rise[turn + 1 :] - peak))
         force[-1] = peak
         return Loop(a * shape, force)
@@ -445,7 +443,7 @@ class BackboneLaw(Parametric, ABC):
         *,
         smallest_amplitude: float | None = None,
         largest_amplitude: float | None = None,
-    ) -> Iwan:
+    ) -> CellModel:
         """The law as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199) of some cells.
 
         Parameters
@@ -473,32 +471,10 @@ class BackboneLaw(Parametric, ABC):
         InputError
             Not an integer of at least 1; a range that is none; a law that is rigid at rest.
         """
-        from microslip.friction.cells import discretise, discretise_over
-
-        whole = isinstance(cells, (int, np.integer)) and not isinstance(cells, bool)
-        if not whole or not 1 <= cells <= MOST_CELLS:
-            raise InputError(
-                Argument("cells"), f" must be an integer from 1 to {MOST_CELLS}, got {show(cells)}"
-            )
-        self._check_not_rigid("Iwan's cells")
-        if smallest_amplitude is None and largest_amplitude is None:
-            return discretise(self, int(cells))
-        low, high = self._range(smallest_amplitude, largest_amplitude)
-        return discretise_over(self, int(cells), low, high)
-
-    def _range(self, smallest: float | None, largest: float | None) -> tuple[float, float]:
-        """A range of amplitudes [m], 0.01 to 10 reaches where it was not given."""
-        reach = self.force_limit / self.tangential_stiffness
-        low = 0.01 * reach if smallest is None else smallest
-        high = 10.0 * reach if largest is None else largest
-        low = positive("smallest_amplitude", low, "m", 1e-8)
-        high = positive("largest_amplitude", high, "m", 1e-5)
-        if high <= low:
-            raise InputError(
-                Argument("largest_amplitude"),
-                f" must be above the smallest, {exact(low)} m, got {exact(high)} m",
-            )
-        return low, high
+        made: CellModel = self._conversions["iwan"](
+            self, cells, smallest_amplitude, largest_amplitude
+        )
+        return made
 
     def to_segalman(
         self, smallest_amplitude: float | None = None, largest_amplitude: float | None = None
@@ -526,11 +502,10 @@ class BackboneLaw(Parametric, ABC):
             A range that is none, or in which the law dissipates nothing; a law that is rigid at
             rest.
         """
-        from microslip.friction.segalman import fit_segalman
-
-        self._check_not_rigid("the four parameters")
-        low, high = self._range(smallest_amplitude, largest_amplitude)
-        return fit_segalman(self, np.geomspace(low, high, 61))
+        found: SegalmanFit = self._conversions["segalman"](
+            self, smallest_amplitude, largest_amplitude
+        )
+        return found
 
     def _check_not_rigid(self, model: str) -> None:
         if math.isinf(self.tangential_stiffness):
@@ -572,28 +547,59 @@ class BackboneLaw(Parametric, ABC):
         return ()
 
 
-def checked_cycle(amplitude: float, samples: int) -> tuple[float, Floats, int]:
-    """An amplitude, the samples of a cycle of amplitude one, and the index of -1 among them."""
-    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 5:
-        raise InputError(
-            Argument("samples"), f" must be an integer of at least 5, got {show(samples)}"
-        )
-    a = floats("amplitude", amplitude)
-    if a.ndim > 0 or a <= 0.0:
-        raise InputError(
-            Argument("amplitude"), f" must be one number above zero [m], got {show(amplitude)}"
-        )
-    return (float(a), *_cycle(int(samples)))
+class CellModel(BackboneLaw):
+    """A law of springs with sliders side by side, which :class:`Iwan` is."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def stiffnesses(self) -> ArrayLike:
+            """Stiffness of the spring of each cell [N/m]."""
+
+        @property
+        def force_limits(self) -> ArrayLike:
+            """Force at which each of them slips [N]."""
+
+        @property
+        def cell_count(self) -> int:
+            """How many there are."""
+
+        @property
+        def fit(self) -> Any:
+            """How close the cells are over a range of amplitudes; None where none was asked for."""
 
 
-@lru_cache(maxsize=32)
-def _cycle(samples: int) -> tuple[Floats, int]:
-    shape, turn = unit_cycle(samples)
-    return lock(shape), turn
+class PowerModel(BackboneLaw):
+    """A law whose sliders are dense as a power, which :class:`SegalmanIwan` is."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def stiffness(self) -> float:
+            """Stiffness at rest [N/m]."""
+
+        @property
+        def chi(self) -> float:
+            """Exponent of the density."""
+
+        @property
+        def beta(self) -> float:
+            """Stiffness of the last slider over that of all others."""
 
 
-@lru_cache(maxsize=32)
-def _halves(samples: int) -> Floats:
-    """Half the distance of each sample of the unit cycle from the turning point before it."""
-    shape, turn = _cycle(samples)
-    return lock(0.5 * np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :])))
+class SegalmanFit(NamedTuple):
+    """The four-parameter model (DOI 10.1115/1.1989354) closest to a law, and how close that is."""
+
+    law: PowerModel
+    """The model, a :class:`SegalmanIwan`: force limit and stiffness at rest are those of the law
+    fitted."""
+    misfit: float
+    """Root mean square of ln(E_d of the model / E_d of the law) over the amplitudes [-]."""
+    largest_misfit: float
+    """Largest size of that logarithm [-]."""
+    force_misfit: float
+    """Largest difference of the backbones over the amplitudes, of the force limit [-]."""
+    smallest_amplitude: float
+    """Smallest amplitude at which the energies were compared [m]."""
+    largest_amplitude: float
+    """Largest one [m]."""

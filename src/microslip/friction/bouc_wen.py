@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, exact, positive, record
 from microslip._core.parameters import Parametric, parameter
 from microslip.errors import Argument, InputError
-from microslip.friction.base import checked_cycle
 from microslip.friction.guesses import all_features
+from microslip.friction.unit_cycles import checked_cycle
 from microslip.loops import Loop
 from microslip.numerics.inversion import invert
 from microslip.numerics.quadrature import gauss_legendre

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,10 +17,10 @@ from microslip.friction.curves import curve_of
 from microslip.friction.losses import Losses
 from microslip.kernels.profile import Profile
 from microslip.memory import Diagram, along, loads_along
+from microslip.normal import NormalLaw
 from microslip.normal.grids import pairs_of
 
 if TYPE_CHECKING:
-    from microslip.friction.interface import Interface
     from microslip.kernels.twin_hold import Curve
 
 Bools = NDArray[np.bool_]
@@ -29,10 +29,38 @@ _REACHES = 1.1 ** np.arange(-60.0, 150.0)  # decay lengths
 _FAINT = 1e-30  # of the largest load: what is lighter counts as none
 
 
+class _Coupled(Protocol):
+    """A joint whose normal load may vary, as :class:`microslip.Interface` is one."""
+
+    @property
+    def surface(self) -> NormalLaw: ...
+
+    @property
+    def friction_coefficient(self) -> float: ...
+
+    @property
+    def normal_load(self) -> float: ...
+
+    @property
+    def separation(self) -> float: ...
+
+    @property
+    def normal_stiffness(self) -> float: ...
+
+    @property
+    def slip_per_indentation(self) -> float: ...
+
+    @property
+    def _friction(self) -> float: ...
+
+    @property
+    def _coupling(self) -> Coupling: ...
+
+
 class Coupling:
     """What the memory of a varying load asks of an interface; separations count from its own."""
 
-    def __init__(self, joint: Interface) -> None:
+    def __init__(self, joint: _Coupled) -> None:
         self._joint = joint
         self._law = joint.surface
         self._origin = joint.separation
@@ -326,14 +354,14 @@ class CoupledResponse(Locked):
         return count, (size - 1) % count
 
 
-def forces(joint: Interface, displacement: ArrayLike, normal_load: Any, separation: Any) -> Floats:
+def forces(joint: _Coupled, displacement: ArrayLike, normal_load: Any, separation: Any) -> Floats:
     """See :meth:`microslip.Interface.coupled_force`."""
     x = record("displacement", displacement).reshape(-1)
     return _forces(joint._coupling, x, _steps(joint, x.size, normal_load, separation))
 
 
 def respond(
-    joint: Interface, displacement: ArrayLike, normal_load: Any, separation: Any
+    joint: _Coupled, displacement: ArrayLike, normal_load: Any, separation: Any
 ) -> CoupledResponse:
     """See :meth:`microslip.Interface.coupled_response`."""
     x = record("displacement", displacement).reshape(-1)
@@ -342,7 +370,7 @@ def respond(
 
 
 def respond_to_force(
-    joint: Interface, force: ArrayLike, normal_load: Any, separation: Any
+    joint: _Coupled, force: ArrayLike, normal_load: Any, separation: Any
 ) -> CoupledResponse:
     """The same under force control."""
     f = record("force", force).reshape(-1)
@@ -371,7 +399,7 @@ def _forces(coupling: Coupling, x: Floats, steps: Floats) -> Floats:
     return values
 
 
-def _response(joint: Interface, x: Floats, force: Floats, steps: Floats) -> CoupledResponse:
+def _response(joint: _Coupled, x: Floats, force: Floats, steps: Floats) -> CoupledResponse:
     coupling = joint._coupling
     return CoupledResponse(
         lock(x.copy()),
@@ -383,7 +411,7 @@ def _response(joint: Interface, x: Floats, force: Floats, steps: Floats) -> Coup
     )
 
 
-def _steps(joint: Interface, size: int, normal_load: Any, separation: Any) -> Floats:
+def _steps(joint: _Coupled, size: int, normal_load: Any, separation: Any) -> Floats:
     """Separations from the joint's own along the history."""
     if (normal_load is None) == (separation is None):
         came = "neither" if normal_load is None else "both"

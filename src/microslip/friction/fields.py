@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,10 +15,7 @@ from microslip._core.checks import Floats, floats, plain, show
 from microslip._core.frozen import Locked
 from microslip.errors import Argument, InputError
 from microslip.friction.half_space import potentials
-
-if TYPE_CHECKING:
-    from microslip.friction.asperity import Asperity
-    from microslip.materials import Material, MaterialPair
+from microslip.materials import Material, MaterialPair
 
 Body = Literal["first", "second"]
 
@@ -37,6 +34,25 @@ class Zone(NamedTuple):
     """Way of its last slip, 1 or -1; 0 if it has not slipped."""
 
 
+class _Pressed(Protocol):
+    """A sphere pressed on a flat, as :class:`microslip.Asperity` is one."""
+
+    @property
+    def pair(self) -> MaterialPair: ...
+
+    @property
+    def friction_coefficient(self) -> float: ...
+
+    @property
+    def contact_radius(self) -> float: ...
+
+    @property
+    def slip_limit(self) -> float: ...
+
+    @property
+    def _grade(self) -> float: ...
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class AsperityFields(Locked):
     """State of one asperity at the end of a record, made by :meth:`Asperity.fields`.
@@ -49,7 +65,7 @@ class AsperityFields(Locked):
     Mech. 20, 327, 1953): so the force (19.13)-(19.24) and all fields are short sums for any record.
     """
 
-    asperity: Asperity
+    asperity: _Pressed
     """The asperity."""
     displacement: float
     """Tangential displacement at the end of the record [m]."""

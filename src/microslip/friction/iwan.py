@@ -13,7 +13,7 @@ from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
-from microslip.friction.base import BackboneLaw
+from microslip.friction.base import CellModel
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.responses import Sliders
 
@@ -45,7 +45,7 @@ class IwanFit(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Iwan(Locked, BackboneLaw):
+class Iwan(Locked, CellModel):
     """Cells in parallel, each a spring with a Coulomb slider: Iwan's model (1966).
 
     Parameters

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,14 +12,14 @@ from microslip._core.checks import Floats, plain
 from microslip._core.frozen import lock
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
-from microslip.friction.base import BackboneLaw
+from microslip.friction.base import BackboneLaw, PowerModel, SegalmanFit
 from microslip.friction.guesses import all_features, draw, points_of
 from microslip.friction.responses import Sliders
 from microslip.numerics.inversion import invert
 
 
 @dataclass(frozen=True)
-class SegalmanIwan(BackboneLaw):
+class SegalmanIwan(PowerModel):
     """An Iwan model whose slider density is a power with one more slider at its end.
 
     Parameters
@@ -216,23 +216,6 @@ class SegalmanIwan(BackboneLaw):
             cls(force_limit=2e-3, stiffness=1e3, chi=-0.9, beta=5.0),
             cls(force_limit=50.0, stiffness=1e7, chi=1.5, beta=0.02),
         )
-
-
-class SegalmanFit(NamedTuple):
-    """The four-parameter model (DOI 10.1115/1.1989354) closest to a law, and how close that is."""
-
-    law: SegalmanIwan
-    """The model: force limit and stiffness at rest are those of the law fitted."""
-    misfit: float
-    """Root mean square of ln(E_d of the model / E_d of the law) over the amplitudes [-]."""
-    largest_misfit: float
-    """Largest size of that logarithm [-]."""
-    force_misfit: float
-    """Largest difference of the backbones over the amplitudes, of the force limit [-]."""
-    smallest_amplitude: float
-    """Smallest amplitude at which the energies were compared [m]."""
-    largest_amplitude: float
-    """Largest one [m]."""
 
 
 def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:

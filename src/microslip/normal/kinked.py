@@ -7,15 +7,12 @@ digits; only shorter steps, which meet few kinks, are integrated piece by piece.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.numerics import quadrature
-
-if TYPE_CHECKING:
-    from microslip.normal.base import NormalLaw
 
 # Steps in decay lengths from which on the difference serves. What it loses there is rounding over
 # the step for the drop, and rounding over its square for the other two.
@@ -24,18 +21,35 @@ _EXCESS = 0.1
 _EXCESS_SLOPE = 0.03
 
 
+class _Kinked(Protocol):
+    """A normal law that tells where its second derivative jumps within a few decay lengths."""
+
+    @property
+    def _edge(self) -> float: ...
+
+    @property
+    def _breaks(self) -> Floats: ...
+
+    @property
+    def _small_kinks(self) -> Floats: ...
+
+    def _derivative(self, separation: Floats, order: int) -> Floats: ...
+
+    def _derivative_at(self, separation: float, order: int) -> float: ...
+
+
 class _Pieces:
     """A law whose kinks are told, as the quadrature asks for them."""
 
     _edge = -np.inf
 
-    def __init__(self, law: NormalLaw) -> None:
+    def __init__(self, law: _Kinked) -> None:
         self._breaks = law._small_kinks
         self._derivative = law._derivative
         self._derivative_at = law._derivative_at
 
 
-def drop(law: NormalLaw, d: Floats | float, u: Floats) -> Floats:
+def drop(law: _Kinked, d: Floats | float, u: Floats) -> Floats:
     """N(d) - N(d + u)."""
     here, length = quadrature._decay(law, d)
     result: Floats = here - law._derivative(d + u, 0)
@@ -45,7 +59,7 @@ def drop(law: NormalLaw, d: Floats | float, u: Floats) -> Floats:
     return result
 
 
-def excess(law: NormalLaw, d: Floats | float, u: Floats) -> Floats:
+def excess(law: _Kinked, d: Floats | float, u: Floats) -> Floats:
     """Half the integral of v (u - v) N''(d + v) over [0, u]."""
     here, length = quadrature._decay(law, d)
     end = d + u
@@ -57,7 +71,7 @@ def excess(law: NormalLaw, d: Floats | float, u: Floats) -> Floats:
     return result
 
 
-def excess_slope(law: NormalLaw, d: Floats | float, u: Floats) -> Floats:
+def excess_slope(law: _Kinked, d: Floats | float, u: Floats) -> Floats:
     """Half the integral of v N''(d + v) over [0, u]."""
     here, length = quadrature._decay(law, d)
     end = d + u

@@ -6,7 +6,6 @@ import math
 from array import array
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +15,7 @@ from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
 from microslip.friction.energies import energies_along
 from microslip.memory import State
-
-if TYPE_CHECKING:
-    from microslip.structures.oscillator import Oscillator
+from microslip.structures.swinging import Swinging
 
 MOST_SAMPLES = 20_000_000
 _PATIENCE = 20.0  # longest half cycle, over the longest that swings
@@ -170,7 +167,7 @@ def _propagator(step: float, square: float, twice: float, mass: float) -> tuple[
 class _Motion:
     """Mass, spring, dashpot and the state of the joint, on their way."""
 
-    def __init__(self, oscillator: Oscillator, amplitude: float) -> None:
+    def __init__(self, oscillator: Swinging, amplitude: float) -> None:
         joint = oscillator.joint
         stiffness = joint.tangential_stiffness
         self.mass, self.spring = oscillator.mass, oscillator.stiffness
@@ -284,7 +281,7 @@ class _Motion:
 
 
 def ring_down(
-    oscillator: Oscillator,
+    oscillator: Swinging,
     amplitude: float,
     cycles: int | None,
     duration: float | None,

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from microslip._core.checks import Floats, exact
 from microslip.errors import Argument, InputError
-
-if TYPE_CHECKING:
-    from microslip.structures.oscillator import Oscillator
+from microslip.structures.swinging import Swinging
 
 MOST_CYCLES = 10_000_000
 STEEPEST = 0.5
@@ -20,7 +17,7 @@ _FAINTEST = 1e-90  # of the first amplitude: what is smaller is nothing
 
 
 def slow_flow(
-    oscillator: Oscillator, amplitude: float, cycles: int | None, duration: float | None
+    oscillator: Swinging, amplitude: float, cycles: int | None, duration: float | None
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Times, amplitudes, frequencies and damping ratios after 0, 1, 2 ... cycles."""
     from scipy.integrate import solve_ivp

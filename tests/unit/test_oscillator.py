@@ -178,8 +178,8 @@ def test_minus_zero_is_zero() -> None:
         ({"stiffness": np.nan}, "stiffness must be a finite number in N/m, got nan"),
         (
             {"joint": 3.0},
-            "joint must be a backbone law (Interface, Asperity, Coulomb, Jenkins, Iwan, "
-            "SegalmanIwan), got 3.0",
+            "joint must be a backbone law "
+            f"({', '.join(law.__name__ for law in ms.friction.LAWS)}), got 3.0",
         ),
         (
             {"viscous_damping_ratio": 1.0},

@@ -19,8 +19,8 @@ from microslip.tribometer import (
     rate_dependence,
     rig_stiffness_of,
 )
-from microslip.tribometer.counted import beyond
 from microslip.tribometer.cycle_columns import UNITS
+from microslip.tribometer.cycle_selection import beyond
 from microslip.tribometer.cycles import split
 from microslip.tribometer.regimes import thresholds
 from microslip.tribometer.spikes import spikes_of

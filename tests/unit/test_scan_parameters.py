@@ -31,7 +31,7 @@ from microslip.scans import (
     random_surface,
     verdicts,
 )
-from microslip.scans.height_distribution import height_distribution_of
+from microslip.scans.height_fit import height_distribution_of
 from microslip.scans.moments import moments_of
 from microslip.scans.spectrum import spectrum
 from microslip.scans.statistics import statistics_of

@@ -15,29 +15,7 @@ _BESIDE = 0.02  # neighbours along an axis, for each point: a grid that is turne
 def on_grid(
     coordinates: list[Floats], heights: Floats, limit: int
 ) -> tuple[Floats, tuple[float, ...]]:
-    """Heights as an array, NaN where the grid has no point.
-
-    Parameters
-    ----------
-    coordinates : list of ndarray
-        x of each point, and y unless it is a profile.
-    heights : ndarray
-        Height of each point.
-    limit : int
-        Points that the grid may have.
-
-    Returns
-    -------
-    ndarray
-        Heights: rows along y, columns along x.
-    tuple of float
-        Distance of neighbours along x, and y, in the unit of the coordinates.
-
-    Raises
-    ------
-    ValueError
-        Coordinates that are on no regular grid along x and y, two points in one place.
-    """
+    """Heights as an array, NaN where the grid has no point."""
     places, counts, steps = [], [], []
     for name, values in zip("xy", coordinates, strict=False):
         place, count, step = _axis(name, values)

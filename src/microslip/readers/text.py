@@ -131,20 +131,7 @@ class TextFile(NamedTuple):
 
 
 def open_text(path: Path, most: int | None = None) -> TextFile:
-    """Understand how a file of text is laid out.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    most : int, optional
-        Largest size [bytes].
-
-    Raises
-    ------
-    ValueError
-        If it is too large or holds no rows of numbers.
-    """
+    """Understand how a file of text is laid out."""
     most = MAX_BYTES if most is None else most
     size = path.stat().st_size
     if size > most:

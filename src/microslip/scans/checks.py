@@ -70,13 +70,7 @@ def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | 
 
 
 def enough(name: str, heights: NDArray[np.float64]) -> None:
-    """Refuse an area too narrow for curvatures, which need three points along each axis.
-
-    Raises
-    ------
-    InputError
-        Two rows, or two columns.
-    """
+    """Refuse an area too narrow for curvatures, which need three points along each axis."""
     if heights.ndim == 2 and min(heights.shape) < 3:
         size = " x ".join(str(count) for count in heights.shape[::-1])
         raise InputError(

@@ -90,25 +90,7 @@ def condition(scan: Map, steps: Steps) -> Map:
 
 
 def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float | None]:
-    """Both cut-offs [m], if this scan can be filtered so.
-
-    Parameters
-    ----------
-    scan : Scan
-        The scan.
-    cutoff, long_cutoff : float, str or None
-        Short-wave and long-wave cut-off, [m] or such as "10 um".
-
-    Returns
-    -------
-    tuple of float or None
-        Both in metres.
-
-    Raises
-    ------
-    InputError
-        Two pixels or less, the size of the scan or more, or the short one not the shorter.
-    """
+    """Both cut-offs [m], if this scan can be filtered so."""
     least, most = 2.0 * max(scan.pixel), min(scan.size)
     found: list[float | None] = []
     for name, given in (("cutoff", cutoff), ("long_cutoff", long_cutoff)):
@@ -138,26 +120,7 @@ def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, 
 
 
 def remaining(scan: HeightMap, cutoff: float | None) -> float | None:
-    """Cut-off of the filter that takes a scan to a cut-off, whatever was filtered before.
-
-    Parameters
-    ----------
-    scan : Scan
-        The scan.
-    cutoff : float or None
-        Short-wave cut-off [m] that it is to have in the end; None for the one that it has.
-
-    Returns
-    -------
-    float or None
-        Cut-off [m] of what is left to filter, for the exponents of two Gaussians add; None where
-        the scan is there already.
-
-    Raises
-    ------
-    InputError
-        A cut-off shorter than the one that was applied before, or longer by next to nothing.
-    """
+    """Cut-off of the filter that takes a scan to a cut-off, whatever was filtered before."""
     before = scan.cutoff
     if cutoff is None or before is None:
         return cutoff

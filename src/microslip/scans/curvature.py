@@ -33,22 +33,6 @@ def fitted(
     z = z0 + gx x + gy y + (hxx x^2 + 2 hxy x y + hyy y^2)/2 over window x window points. Exact for
     a paraboloid. Already with three points a side white noise reaches the second derivatives with a
     third of the variance that it has in the differences of three points along an axis.
-
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m], two-dimensional.
-    places : ndarray
-        Flat indices of the summits, none nearer to the edge than half a window.
-    pixel : tuple of float
-        Distance of neighbours [m] along x and along y.
-    window : int
-        Points along a side, odd, at least three.
-
-    Returns
-    -------
-    Tops
-        Curvatures, and where the top is.
     """
     reach = window // 2
     side = np.arange(-reach, reach + 1)

@@ -23,18 +23,6 @@ def transmission(wavelength: Floats | float, cutoff: float) -> Floats:
 
     2^-(cutoff/wavelength)^2, that is half of it at the cut-off (ISO 16610-21:2011, section 4.3;
     ISO 16610-61:2015). The long-wave filter transmits the rest to one.
-
-    Parameters
-    ----------
-    wavelength : array_like
-        Wavelength [m], above zero.
-    cutoff : float
-        Cut-off wavelength [m].
-
-    Returns
-    -------
-    ndarray
-        Transmission [-].
     """
     return np.asarray(np.exp2(-((cutoff / np.asarray(wavelength, dtype=float)) ** 2)))
 
@@ -43,18 +31,6 @@ def transmission(wavelength: Floats | float, cutoff: float) -> Floats:
 def weights(cutoff: float) -> Floats:
     """Weights of the Gaussian filter on a grid: symmetric, positive, of sum one.
 
-    Parameters
-    ----------
-    cutoff : float
-        Cut-off wavelength in pixels, above two.
-
-    Returns
-    -------
-    ndarray
-        An odd number of weights.
-
-    Notes
-    -----
     The sampled Gaussian exp(-pi (x/(alpha cutoff))^2), alpha^2 = ln 2/pi, transmits more than it
     should where the cut-off is of few pixels: 56 % in place of 50 % at three. Its width is
     therefore the one that transmits exactly half at the cut-off. Of other waves, those of two
@@ -81,22 +57,7 @@ def weights(cutoff: float) -> Floats:
 
 
 def smooth(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:
-    """Waves longer than the cut-off: the weighted mean of the points there are around each.
-
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m], NaN where they are missing; one or two dimensions.
-    pixel : tuple of float
-        Distance of neighbours [m], along x first.
-    cutoff : float
-        Cut-off wavelength [m], above two pixels.
-
-    Returns
-    -------
-    ndarray
-        Smoothed heights [m], missing where they were.
-    """
+    """Waves longer than the cut-off: the weighted mean of the points there are around each."""
     kernels = [weights(cutoff / step) for step in pixel[::-1]]
     gaps = np.isnan(heights)
     if not gaps.any():

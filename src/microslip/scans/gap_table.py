@@ -169,13 +169,7 @@ def _value(arrays: dict[str, Floats], given: str | float, file: Path) -> float:
 
 
 def _arrays(file: Path, names: list[str]) -> dict[str, Floats]:
-    """The arrays of these names.
-
-    Raises
-    ------
-    ValueError
-        If the file is damaged or too large, or has not all of them.
-    """
+    """The arrays of these names."""
     if (size := file.stat().st_size) > MOST_BYTES:
         raise ValueError(f"must be of at most {MOST_BYTES} bytes, got {size}")
     suffix = file.suffix.lower()

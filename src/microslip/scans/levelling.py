@@ -22,30 +22,6 @@ _COUNT = {"mean": 1, "plane": 3, "quadratic": 6, "cylinder": 6}
 def level(heights: Floats, pixel: tuple[float, ...], form: str) -> tuple[Floats, float]:
     """Heights above the form that fits them best.
 
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m], NaN where they are missing; one or two dimensions.
-    pixel : tuple of float
-        Distance of neighbours [m], along x first.
-    form : {"plane", "quadratic", "cylinder", "mean"}
-        A polynomial of first, second, second (with no curvature along one direction, the one that
-        leaves least) or zeroth degree.
-
-    Returns
-    -------
-    ndarray
-        Heights above it [m], of mean zero, as a new array.
-    float
-        Range of the form removed [m], from its lowest point to its highest.
-
-    Raises
-    ------
-    InputError
-        The points that are there do not determine the form.
-
-    Notes
-    -----
     Legendre polynomials of coordinates from -1 to 1 keep the normal equations well conditioned;
     a second pass over the residual takes away what rounding has left.
     """

@@ -172,25 +172,7 @@ class Moments:
 
 
 def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
-    """Spectral moments of heights, as they are: level them and choose their band first.
-
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m], NaN where missing; rows along y, or one-dimensional.
-    pixel : tuple of float
-        Distance of neighbours [m] along x and y, or along the profile.
-
-    Returns
-    -------
-    Moments
-        Moments from finite differences.
-
-    Raises
-    ------
-    InputError
-        Heights that are all the same or along a straight line; no three points in a row present.
-    """
+    """Spectral moments of heights, as they are: level them and choose their band first."""
     profile = heights.ndim == 1
     grid = heights[None, :] if profile else heights
     m0 = variance(heights)
@@ -231,22 +213,7 @@ def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
 
 
 def lost_to_pixel(heights: Floats, pixel: tuple[float, ...]) -> float:
-    """About what share of m4 finite differences miss, because waves are of few pixels.
-
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m], NaN where missing; rows along y, or one-dimensional.
-    pixel : tuple of float
-        Distance of neighbours [m] along x and y, or along the profile.
-
-    Returns
-    -------
-    float
-        Share [-]: K^4 is q^4 (1 - (q h)^2/6) to the first order, so h^2 m6/(6 m4), with m6 from
-        third differences. 0.56 of white noise, of which no more can be said; zero where no four
-        points in a row are present.
-    """
+    """About what share of m4 finite differences miss, because waves are of few pixels."""
     profile = heights.ndim == 1
     grid = heights[None, :] if profile else heights
     thirds, fourths = [_Mean(), _Mean()], [_Mean(), _Mean()]
@@ -266,18 +233,7 @@ def lost_to_pixel(heights: Floats, pixel: tuple[float, ...]) -> float:
 
 
 def variance(heights: Floats) -> float:
-    """Variance of the heights that are present [m^2].
-
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m], NaN where missing.
-
-    Returns
-    -------
-    float
-        Variance [m^2], about their mean.
-    """
+    """Variance of the heights that are present [m^2]."""
     flat = heights.reshape(-1)
     count, total, square = 0, 0.0, 0.0
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]

@@ -19,17 +19,6 @@ def noise_std(heights: Floats) -> float:
     Second differences along x of second differences along y leave nothing of a form whose height
     is a sum of a cubic in x, one in y and xy; white noise they make six times as high. Their
     median size is taken, which single spikes and scratches do not move.
-
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m], two-dimensional; NaN where missing.
-
-    Returns
-    -------
-    float
-        Standard deviation [m]; zero where there are too few points. Roughness with waves of a few
-        pixels counts as noise, since nothing tells it from noise: an upper bound.
     """
     if min(heights.shape) < 3:
         return 0.0

@@ -12,22 +12,7 @@ _ENOUGH = 1e-5  # residual, beside that of the first guess
 
 
 def outliers(heights: Floats, threshold: float) -> np.ndarray:
-    """Where points stand out of their neighbours.
-
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m], NaN where they are missing; one or two dimensions.
-    threshold : float
-        Distance from the median of the 5 x 5 points around (of a profile, 5), in robust standard
-        deviations: 1.4826 times the median of these distances over the scan or, where that is zero
-        because heights have few digits, the median of the steps between neighbours.
-
-    Returns
-    -------
-    ndarray of bool
-        True for an outlier. A group of more than 12 (of a profile, 2) is not seen as one.
-    """
+    """Where points stand out of their neighbours."""
     from scipy.ndimage import median_filter
 
     gaps = np.isnan(heights)
@@ -58,18 +43,6 @@ def _untilted(heights: Floats) -> Floats:
 def fill(heights: Floats) -> Floats:
     """Heights with the gaps filled smoothly from around them.
 
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m], NaN where they are missing; one or two dimensions, not all missing.
-
-    Returns
-    -------
-    ndarray
-        A new array without NaN.
-
-    Notes
-    -----
     In the gaps the discrete Laplace equation is solved, nothing flowing over the edges of the
     scan: each point is the mean of its neighbours, so no filled point is higher or lower than all
     points around its gap, but for what is left of a plane of the whole scan, which is taken out

@@ -70,19 +70,6 @@ class Peaks(NamedTuple):
 def find_peaks(heights: Floats) -> Peaks:
     """Peaks of a map and their prominences.
 
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m], two-dimensional; missing points are NaN and belong to no hill.
-
-    Returns
-    -------
-    Peaks
-        Every point above its eight neighbours; a plateau once. Those at the edge of the map or of
-        missing points are among them.
-
-    Notes
-    -----
     Only the climbs from saddles are followed, not those from every point: they alone decide which
     hills meet where.
     """

@@ -16,7 +16,7 @@ from microslip.scans.checks import LIMIT
 from microslip.scans.conditioning import Steps, condition
 from microslip.scans.cutoffs import CutoffTable, over_cutoffs
 from microslip.scans.file_reading import read
-from microslip.scans.height_distribution import HeightFit, height_distribution
+from microslip.scans.height_fit import HeightFit, height_distribution
 from microslip.scans.height_map import HeightMap
 from microslip.scans.heights_in_files import Wishes
 from microslip.scans.levelling import Level

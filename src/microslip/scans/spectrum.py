@@ -145,27 +145,7 @@ class Spectrum(Locked):
 
 
 def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
-    """Power spectrum of a scan, as it is: level it first.
-
-    Parameters
-    ----------
-    scan : Scan
-        A scan, or a profile. Missing points count as points on the mean, with no weight; the steps
-        at the edges of gaps add power at short waves, whatever was filtered before.
-    window : {"hann", None}
-        Taper. Without one the step from edge to edge adds power at short waves, like q^-2 along
-        the axes; None is for surfaces that are periodic.
-
-    Returns
-    -------
-    Spectrum
-        Radial spectrum in rings as wide as one wave on the shorter side, and axial spectra.
-
-    Raises
-    ------
-    InputError
-        Another window; heights that are all the same.
-    """
+    """Power spectrum of a scan, as it is: level it first."""
     if window not in ("hann", None):
         raise InputError(
             Argument("window"), f" must be {quoted(['hann'])} or None, got {show(window)}"

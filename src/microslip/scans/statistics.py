@@ -54,23 +54,7 @@ class Statistics:
 
 
 def statistics_of(heights: Floats) -> Statistics:
-    """Height parameters, as they are: level the heights first.
-
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m], NaN where missing.
-
-    Returns
-    -------
-    Statistics
-        Parameters of the points present.
-
-    Raises
-    ------
-    InputError
-        No heights, or heights that are all the same.
-    """
+    """Height parameters, as they are: level the heights first."""
     flat = heights.reshape(-1)
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
     count, total, low, high = 0, 0.0, math.inf, -math.inf

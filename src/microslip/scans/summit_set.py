@@ -21,8 +21,8 @@ from microslip.materials import MaterialPair
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson
 from microslip.scans.height_map import HeightMap
 from microslip.scans.moments import lost_to_pixel
+from microslip.scans.scan_rules import LOST_TO_PIXEL, judged, radius_in_pixels
 from microslip.scans.summit_statistics import SummitStatistics, area_of
-from microslip.scans.verdicts import LOST_TO_PIXEL, judged, radius_in_pixels
 
 Method = Literal["watershed", "neighbours"]
 Estimate = Literal["counted", "neighbours", "mccool", "nayak"]
@@ -318,22 +318,7 @@ class Summits(Locked):
 
 
 def resample(heights: NDArray[np.float64], count: int) -> NDArray[np.intp]:
-    """Indices of ``count`` summits that have the heights of the given ones.
-
-    Parameters
-    ----------
-    heights : ndarray
-        Heights of the summits there are.
-    count : int
-        How many are wanted.
-
-    Returns
-    -------
-    ndarray
-        Each summit as often as it goes, and the rest at even steps of rank. No randomness: the
-        same scan makes the same joint. The share of summits up to any height is kept to
-        1/``count`` or better.
-    """
+    """Indices of ``count`` summits that have the heights of the given ones."""
     ranked = np.argsort(heights, kind="stable")
     whole, rest = divmod(count, heights.size)
     steps = ((np.arange(rest) + 0.5) / max(rest, 1) * heights.size).astype(np.intp)

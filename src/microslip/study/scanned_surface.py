@@ -212,7 +212,7 @@ class ScanSurface(Part):
     def verdicts(self) -> tuple[Verdict, ...]:
         """How far the summits bear a joint, apart from what its load decides."""
         if self.read_scan.is_profile:
-            from microslip.scans.verdicts import judged, radius_in_pixels, verdicts
+            from microslip.scans.scan_rules import judged, radius_in_pixels, verdicts
 
             radius = radius_in_pixels(self._of_profile().radius, self.profile.pixel)
             return *judged(radius), *verdicts(self.profile)

@@ -1,10 +1,10 @@
-from .condition import condition as condition
-from .condition import delay_of as delay_of
-from .condition import rate_dependence as rate_dependence
-from .condition import rig_stiffness_of as rig_stiffness_of
+from .conditioning import condition as condition
+from .conditioning import delay_of as delay_of
+from .conditioning import rate_dependence as rate_dependence
+from .conditioning import rig_stiffness_of as rig_stiffness_of
 from .estimates import Estimate as Estimate
-from .measure import Measurement as Measurement
-from .measure import measure as measure
+from .measurement import Measurement as Measurement
+from .measurement import measure as measure
 from .record import Record as Record
 from .regimes import Thresholds as Thresholds
 from .virtual import VirtualTribometer as VirtualTribometer

@@ -62,22 +62,7 @@ SHARE = 0.25
 def columns_of(
     x: Floats, force: Floats, load: NDArray[np.float64] | float | None, cycles: Cycles
 ) -> dict[str, Floats]:
-    """Columns with a value for each cycle, by the names of :data:`UNITS`.
-
-    Parameters
-    ----------
-    x, force : ndarray
-        Displacement [m] and force [N], turned around where the cycles are.
-    load : ndarray or float or None
-        Normal load [N].
-    cycles : Cycles
-        Where they are.
-
-    Returns
-    -------
-    dict of str to ndarray
-        In SI units, one-dimensional.
-    """
+    """Columns with a value for each cycle, by the names of :data:`UNITS`."""
     cuts, first, last = cycles.cuts, cycles.cuts[:-1], cycles.cuts[1:]
     begin, end = int(cuts[0]), int(cuts[-1])
     count = (last - first).astype(float)

@@ -58,21 +58,6 @@ def split(displacement: Floats, force: Floats) -> Cycles:
     A half cycle counts when it has crossed a band around the middle of the displacement, so that
     noise and plateaus make none. Turning points lie in the middle between two crossings, where the
     displacement is highest there within its noise; else where it is highest.
-
-    Parameters
-    ----------
-    displacement, force : ndarray
-        A record [m, N], one-dimensional.
-
-    Returns
-    -------
-    Cycles
-        At least one.
-
-    Raises
-    ------
-    InputError
-        A displacement that does not move, or without a full cycle, or with too few samples in one.
     """
     few = displacement[:: max(1, displacement.size >> 17)]
     low, high = (float(value) for value in np.percentile(few, (1.0, 99.0)))

@@ -14,20 +14,7 @@ _NEAR = 1e-9
 
 
 def shape(angle: Floats, share: float) -> Floats:
-    """Displacement over its amplitude: a sine and its third harmonic; at rest up to angle 0.
-
-    Parameters
-    ----------
-    angle : ndarray
-        Angles [rad].
-    share : float
-        The third harmonic over the fundamental [-], from 0 to below 1.
-
-    Returns
-    -------
-    ndarray
-        From -1 to 1, shape of ``angle``.
-    """
+    """Displacement over its amplitude: a sine and its third harmonic; at rest up to angle 0."""
     top = 1.0 - share
     if share > 1.0 / 9.0:  # the peak is then beside the middle of the half cycle
         sine = math.sqrt((1.0 + 3.0 * share) / (12.0 * share))
@@ -40,18 +27,6 @@ def turns(first: float, last: float, share: float) -> Floats:
     """Angles at which that motion turns.
 
     The velocity is cos t + 3 s cos 3t = cos t (1 - 9 s + 12 s cos^2 t).
-
-    Parameters
-    ----------
-    first, last : float
-        Between these angles [rad]; up to 0 it is at rest.
-    share : float
-        The third harmonic s over the fundamental [-], from 0 to below 1.
-
-    Returns
-    -------
-    ndarray
-        Angles [rad], rising, one-dimensional.
     """
     first, quarter = max(first, 0.0), 0.5 * math.pi
     if last <= first:
@@ -66,27 +41,7 @@ def turns(first: float, last: float, share: float) -> Floats:
 
 
 def path(size: int, step: float, parts: int, between: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """Angles of a history, more than are sampled, and which of them are.
-
-    Parameters
-    ----------
-    size : int
-        Number of samples, the first at angle 0.
-    step : float
-        From one to the next [rad].
-    parts : int
-        Into how many each step is divided, at least 1.
-    between : ndarray
-        Further angles [rad], rising. Put in where they lie between the first sample and the last,
-        1e-9 rad or more from any other.
-
-    Returns
-    -------
-    angle : ndarray
-        Angles [rad], rising. Those of the samples do not depend on the others.
-    sampled : ndarray of bool
-        Which of them are samples.
-    """
+    """Angles of a history, more than are sampled, and which of them are."""
     angle: Floats = np.arange(float(size))
     angle *= step
     sampled = np.ones(size, dtype=bool)

@@ -50,27 +50,7 @@ class Wishes:
 
 
 def read(path: Path, wishes: Wishes) -> dict[str, Any]:
-    """The parts of a record, by their names.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    wishes : Wishes
-        What is stated.
-
-    Returns
-    -------
-    dict
-        Arguments of :class:`~microslip.Record`.
-
-    Raises
-    ------
-    ValueError
-        If the file cannot be used so; the message names line or column, and not the file.
-    MemoryError
-        If it is too large.
-    """
+    """The parts of a record, by their names."""
     table = _open(path, wishes.format)
     columns = understood(table.columns)
     loads = wishes.columns["normal_load"]

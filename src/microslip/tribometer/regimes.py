@@ -43,23 +43,7 @@ def _of_sphere() -> Thresholds:
 
 
 def thresholds(model: BackboneLaw | None = None) -> Thresholds:
-    """Where the regimes of a law end.
-
-    Parameters
-    ----------
-    model : BackboneLaw, optional
-        The law; without it one sphere.
-
-    Returns
-    -------
-    Thresholds
-        A up to which it sticks, B from which it slides as a whole.
-
-    Raises
-    ------
-    InputError
-        Not a law, or one that is rigid at rest.
-    """
+    """Where the regimes of a law end."""
     if model is None:
         return _of_sphere()
     if not isinstance(model, BackboneLaw):

@@ -30,29 +30,7 @@ class Scale(NamedTuple):
 
 
 def scale_of(column: Named, role: str, unit: object, calibration: object) -> Scale:
-    """SI value of one in a column.
-
-    Parameters
-    ----------
-    column : Named
-        The column.
-    role : str
-        What it is.
-    unit : object
-        Unit that the user states, or None.
-    calibration : object
-        Factor that the user states, "12.5 N/V" or a number in SI units, or None.
-
-    Returns
-    -------
-    Scale
-        The factor and where it is from.
-
-    Raises
-    ------
-    ValueError
-        If there is no unit, an unknown one, one of another dimension, or no such factor.
-    """
+    """SI value of one in a column."""
     kind = KINDS[role]
     name = f'{role}: column "{shorten(column.heading, 40)}": '
     if unit is not None and (not isinstance(unit, str) or not unit.strip()):
@@ -123,13 +101,7 @@ def _own_factor(unit: str) -> Decimal:
 
 
 def zero_of(given: object, role: str, values: Floats) -> tuple[float, str]:
-    """The value that is zero, in SI units, and what the notes say of it.
-
-    Raises
-    ------
-    ValueError
-        If it is no number, no quantity and none of `ZEROS`.
-    """
+    """The value that is zero, in SI units, and what the notes say of it."""
     kind = KINDS[role]
     if given is None:
         return 0.0, ""
@@ -154,26 +126,14 @@ def zero_of(given: object, role: str, values: Floats) -> tuple[float, str]:
 
 
 def sign_of(given: object, role: str) -> int:
-    """1 or -1.
-
-    Raises
-    ------
-    ValueError
-        If it is neither.
-    """
+    """1 or -1."""
     if given in (1, -1) and not isinstance(given, bool):
         return int(given)
     raise ValueError(f"{role}: wanted a sign 1 or -1, got {show(given)}")
 
 
 def by_role(name: str, given: object, example: str) -> Mapping[str, Any]:
-    """A mapping whose keys are parts of a record.
-
-    Raises
-    ------
-    ValueError
-        If it is no mapping or has other keys.
-    """
+    """A mapping whose keys are parts of a record."""
     if given is None:
         return {}
     if not isinstance(given, Mapping):

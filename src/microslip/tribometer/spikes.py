@@ -51,18 +51,6 @@ class Spike(NamedTuple):
 def spikes_of(record: Record) -> tuple[Spike, ...]:
     """Where a record has spikes.
 
-    Parameters
-    ----------
-    record : Record
-        The record.
-
-    Returns
-    -------
-    tuple of Spike
-        By channel and place; empty for nearly all records.
-
-    Notes
-    -----
     A spike is up to three samples in a row which are farther from the median of the eight samples
     before and the eight behind than five times half the range, both of those samples (their lowest
     and highest left out) and of the record (its 5th to 95th percentile). So neither amplitudes that
@@ -78,20 +66,7 @@ def spikes_of(record: Record) -> tuple[Spike, ...]:
 
 
 def without(record: Record, spikes: Sequence[Spike]) -> Record:
-    """A record with straight lines where the spikes are.
-
-    Parameters
-    ----------
-    record : Record
-        The record.
-    spikes : sequence of Spike
-        Those of :func:`spikes_of`.
-
-    Returns
-    -------
-    Record
-        Another one; the same if there are no spikes.
-    """
+    """A record with straight lines where the spikes are."""
     if not spikes:
         return record
     changed: dict[str, Any] = {}

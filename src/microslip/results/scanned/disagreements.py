@@ -7,7 +7,7 @@ from collections.abc import Callable
 from microslip._core.units import engineering, significant
 from microslip.errors import Argument, Phrase
 from microslip.results.scanned.findings import Findings
-from microslip.scans.verdicts import LOST_TO_PIXEL
+from microslip.scans.scan_rules import LOST_TO_PIXEL
 
 
 def disagreements(found: Findings) -> list[str]:

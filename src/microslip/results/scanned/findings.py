@@ -18,15 +18,15 @@ from microslip.results.scanned.patch_scatter import standard_errors
 from microslip.scans import Scan
 from microslip.scans.conditioning import Steps, condition
 from microslip.scans.cutoffs import CutoffTable, default_cutoffs, over_cutoffs
-from microslip.scans.height_distribution import HeightFit, height_distribution
+from microslip.scans.height_fit import HeightFit, height_distribution
 from microslip.scans.height_map import HeightMap
 from microslip.scans.moments import Moments
 from microslip.scans.options import READING
+from microslip.scans.scan_rules import judged, radius_in_pixels, verdicts
 from microslip.scans.spectrum import Spectrum, spectrum
 from microslip.scans.statistics import Statistics
 from microslip.scans.summit_statistics import SummitStatistics
 from microslip.scans.summits import Summits, find_summits
-from microslip.scans.verdicts import judged, radius_in_pixels, verdicts
 
 Progress = Callable[[float], None]
 

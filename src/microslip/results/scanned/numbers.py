@@ -10,7 +10,7 @@ from microslip.report.files import header
 from microslip.results.scanned.findings import Findings
 from microslip.results.scanned.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
 from microslip.scans.cutoffs import CutoffTable
-from microslip.scans.height_distribution import HeightFit
+from microslip.scans.height_fit import HeightFit
 
 KIND = "microslip-surface"
 """What summary.json says of a folder of a measured scan."""

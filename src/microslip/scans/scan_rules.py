@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from microslip._core.verdicts import Rule, Verdict
-from microslip.scans.extreme_shares import GAUSSIAN_SHARE, extreme_shares
+from microslip.scans.extreme_values import GAUSSIAN_SHARE, extreme_shares
 from microslip.scans.height_map import HeightMap
 from microslip.scans.moments import SUMMIT_SHARE, lost_to_pixel
 

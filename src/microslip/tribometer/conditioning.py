@@ -12,7 +12,7 @@ from microslip._core.checks import Floats, exact, number, positive, show
 from microslip.errors import Argument, InputError
 from microslip.tribometer.cycles import Cycles, split
 from microslip.tribometer.estimates import Estimate, mean_of, quantile, trend
-from microslip.tribometer.measure import Measurement
+from microslip.tribometer.measurement import Measurement
 from microslip.tribometer.record import Record
 
 LEAST_CUTOFF = 10.0

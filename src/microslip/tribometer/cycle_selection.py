@@ -19,27 +19,7 @@ _MOST_LOSS = 1.05 * 4.0 / math.pi  # of a rectangle; noise may make its corners 
 def counted(
     closure: NDArray[np.float64], cycles: Cycles, spikes: tuple[Spike, ...]
 ) -> tuple[NDArray[np.bool_], list[str]]:
-    """The cycles that the means are of, and what to say of the others.
-
-    Parameters
-    ----------
-    closure : ndarray
-        Closure errors of the cycles [-].
-    cycles : Cycles
-        Where they are.
-    spikes : tuple of Spike
-        Those of the record.
-
-    Returns
-    -------
-    tuple of ndarray and list of str
-        Whether each cycle counts, and notes.
-
-    Raises
-    ------
-    InputError
-        Spikes in every cycle.
-    """
+    """The cycles that the means are of, and what to say of the others."""
     notes = []
     sound = np.ones(closure.size, dtype=bool)
     for spike in spikes:
@@ -69,18 +49,7 @@ def counted(
 
 
 def beyond(loss_factor: NDArray[np.float64]) -> list[str]:
-    """What to say of loops that are larger than the rectangle around them.
-
-    Parameters
-    ----------
-    loss_factor : ndarray
-        Of each cycle [-].
-
-    Returns
-    -------
-    list of str
-        No note, or one.
-    """
+    """What to say of loops that are larger than the rectangle around them."""
     large = loss_factor > _MOST_LOSS
     if not large.any():
         return []

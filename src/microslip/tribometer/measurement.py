@@ -15,8 +15,8 @@ from microslip._core.checks import Floats, exact, number, positive, show
 from microslip._core.frozen import lock
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw
-from microslip.tribometer.counted import beyond, counted, many
 from microslip.tribometer.cycle_columns import UNITS, columns_of
+from microslip.tribometer.cycle_selection import beyond, counted, many
 from microslip.tribometer.cycles import Cycles, split
 from microslip.tribometer.estimates import Estimate, mean_of, trend
 from microslip.tribometer.record import Record

@@ -17,8 +17,8 @@ from microslip._core.verdicts import Verdict
 from microslip.errors import Argument, InputError
 from microslip.scans.distribution_fits import RANGE, TAIL, Fit, fits_of
 from microslip.scans.height_map import HeightMap
+from microslip.scans.scan_rules import judged
 from microslip.scans.statistics import Statistics, statistics_of
-from microslip.scans.verdicts import judged
 
 Floats = NDArray[np.float64]
 
@@ -133,25 +133,7 @@ def height_distribution(scan: HeightMap, *, bins: int = 200) -> HeightFit:
 
 
 def height_distribution_of(heights: Floats, *, bins: int = 200) -> HeightFit:
-    """The same, of an array of heights, those of summits for example.
-
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m] of any shape, NaN where missing.
-    bins : int
-        Bins of the density.
-
-    Returns
-    -------
-    HeightFit
-        Density and fits.
-
-    Raises
-    ------
-    InputError
-        Heights that are all the same; fewer than 20.
-    """
+    """The same, of an array of heights, those of summits for example."""
     numbers = statistics_of(heights)
     if numbers.count < 20:
         raise InputError(f"a height distribution needs 20 heights or more, got {numbers.count}")

@@ -270,7 +270,8 @@ def test_without_a_load() -> None:
     [
         (lambda: ms.measure(3), "record must be a Record, got 3; "  # type: ignore[arg-type]
          "write Record(displacement, force) or Record.read(path)"),
-        (lambda: ms.measure(RECORD, confidence=1.0), "confidence must be between 0 and 1, got 1"),
+        (lambda: ms.measure(RECORD, confidence=1.0),
+         "confidence must be a number above 0 and below 1 such as 0.95, got 1"),
         (lambda: ms.measure(RECORD, rig_stiffness=-1.0),
          "rig_stiffness must be above zero [N/m], got -1"),
         (lambda: thresholds(3), "model must be a backbone law, "  # type: ignore[arg-type]
@@ -465,18 +466,21 @@ def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
     virtual(cycles=1).to_csv("one.csv")
     assert "\none: 1 gross slip cycle, " in run("measure", "one.csv").stdout
     turned = run("measure", "run.csv", "--turn").stdout
-    assert "(--turn turns it)" in turned
+    assert "(reading with --turn turns it)" in turned
     for options, message in (
         (("--unit", "force=m"), 'run.csv: force: column "force [N]": wanted a unit'),
-        (("--sample-rate", "-1"), "run.csv: --sample-rate must be above zero [Hz], got -1"),
-        (("--confidence", "2"), "run.csv: --confidence must be between 0 and 1, got 2"),
+        (("--sample-rate", "-1"), "--sample-rate: wanted a number above 0 such as 200, got -1"),
+        (
+            ("--confidence", "2"),
+            "--confidence: wanted a number above 0 and below 1 such as 0.95, got 2",
+        ),
         (("--zero", "time=mean"), "run.csv: --zero: no column is read as time; write --time COL"),
-        (("--normal-load", "-5 N"), "run.csv: --normal-load: wanted a positive force"),
+        (("--normal-load", "-5 N"), "run.csv: normal_load: wanted a positive force"),
     ):
         outcome = run("measure", "run.csv", *options)
         assert outcome.exit_code == 2
         assert outcome.stderr.startswith(f"error: {message}")
-        assert outcome.stderr.count("run.csv") == 1
+        assert outcome.stderr.count("run.csv") == message.count("run.csv")
 
 
 def test_command_errors(folder: Path) -> None:

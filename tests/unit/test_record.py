@@ -534,7 +534,7 @@ WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "units of nothing": (
         PLAIN,
         {"units": {"normal_load": "N"}},
-        "units: no column is read as normal_load; write normal_load=",
+        "units: no column is read as normal_load; write normal_load=...",
     ),
     "units of what": (
         PLAIN,
@@ -647,7 +647,7 @@ WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         "Time [s];x [mm];F [N]\n12:00:01;1;2\n12:00:02;1;2\n",
         {},
         'line 2, column "Time [s]": wanted a number, got "12:00:01"; '
-        "for times of day write time=False and sample_rate=",
+        "for times of day write time=False and sample_rate=...",
     ),
     "short row": (
         "x [mm];F [N];t [s]\n1;2;1\n1\n1;3;4\n1;2;5\n",
@@ -672,13 +672,13 @@ WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "time backwards": (
         "t [s],x [mm],F [N]\n1,2,1\n\n0.5,2,3\n3,4,5\n",
         {},
-        "line 4: time goes backwards; if it is no time, write time=False and sample_rate=, "
+        "line 4: time goes backwards; if it is no time, write time=False and sample_rate=..., "
         "got 0.5 s after 1 s",
     ),
     "time stands": (
         "t [s],x [mm],F [N]\n0.1,2,1\n0.1,2,3\n0.2,4,5\n",
         {},
-        "line 3: time repeats; if it is rounded, write time=False and sample_rate=, "
+        "line 3: time repeats; if it is rounded, write time=False and sample_rate=..., "
         "got 0.1 s after 0.1 s",
     ),
 }

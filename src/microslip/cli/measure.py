@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from microslip.cli.frame import echo_json
-from microslip.cli.options import spelling
-from microslip.cli.records import Reading, reads, stiffness, writes
+from microslip.cli.options import offers, spelling
+from microslip.cli.records import Reading, reads, writes
 from microslip.cli.shell import complete_study
-from microslip.cli.spelling import as_options
 from microslip.cli.work import progress, stoppable
+from microslip.tribometer.options import CONFIDENCE, RIG_STIFFNESS
 
 if TYPE_CHECKING:
     from microslip.friction import Interface
@@ -24,11 +24,7 @@ if TYPE_CHECKING:
 @click.argument("records", metavar="RECORD...", nargs=-1, required=True, type=click.Path())
 @writes("tables and figure", "measurement")
 @reads()
-@click.option(
-    "--rig-stiffness",
-    metavar="VALUE",
-    help='Rig in series, to be taken off, such as "200 N/um"; a plain number is in N/m.',
-)
+@offers(RIG_STIFFNESS)
 @click.option(
     "--model",
     type=click.Path(path_type=Path, readable=False),
@@ -36,14 +32,14 @@ if TYPE_CHECKING:
     shell_complete=complete_study,
     help="Study whose joint tells the regimes apart; without it one sphere does.",
 )
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Of the intervals.")
+@offers(CONFIDENCE)
 def measure(
     records: tuple[str, ...],
     folder: Path | None,
     overwrite: bool,
     as_json: bool,
     reading: Reading,
-    rig_stiffness: str | None,
+    rig_stiffness: float | None,
     model: Path | None,
     confidence: float,
 ) -> None:
@@ -66,7 +62,6 @@ def measure(
             stage = None
             if folder is not None:  # first, so that nothing is read in vain
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "measurement"))
-            rig = None if rig_stiffness is None else stiffness(rig_stiffness)
             joints = [] if model is None else _joints(model)
             report = stack.enter_context(progress("Measuring"))
             found = []
@@ -77,18 +72,19 @@ def measure(
                         measured(
                             record,
                             model=_at_the_load_of(record, joints),
-                            rig_stiffness=rig,
+                            rig_stiffness=rig_stiffness,
                             confidence=confidence,
                         )
                     )
                 except InputError as error:
-                    named = str(error).startswith(shown_path(path))
-                    raise InputError(str(error) if named else f"{path}: {error}") from None
+                    if str(error).startswith(shown_path(path)):
+                        raise
+                    raise error.within(f"{path}: ") from None
                 report((index + 1) / len(records))
             context = click.get_current_context()
             result = document(
                 found,
-                lambda text: as_options("measure", said(text, spelling(context))),
+                lambda text: said(text, spelling(context)),
                 files=stage is not None,
             )
             if stage is not None:
@@ -111,15 +107,15 @@ def _joints(study: Path) -> list[Interface]:
 
 def _at_the_load_of(record: Record, joints: list[Interface]) -> Interface | None:
     """A study's joint under the load of a record; its own load where the record has none."""
-    from microslip.errors import InputError
+    from microslip.errors import Argument, InputError
 
     if not joints:
         return None
     if record.normal_load is None:
         if len(joints) > 1:
             raise InputError(
-                "the study has several normal loads and the record has none; give --normal-load "
-                '"500 N"'
+                "the study has several normal loads and the record has none; give ",
+                Argument("normal_load", "500 N"),
             )
         return joints[0]
     import numpy as np

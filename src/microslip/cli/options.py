@@ -133,6 +133,8 @@ def _words(value: Any, param: click.Option, name: str) -> str:
     """What follows the name of an option."""
     if value is UNSAID:
         return param.metavar or "VALUE"
+    if value is False:
+        return "none"
     if value is None and isinstance(param, CommandOption) and param.option.none:
         return param.option.none
     if isinstance(value, Mapping):

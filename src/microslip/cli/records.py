@@ -9,12 +9,27 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from microslip.cli.options import offers
+from microslip.tribometer.options import (
+    DISPLACEMENT,
+    FORCE,
+    NORMAL_LOAD,
+    RIG_STIFFNESS,
+    SAMPLE_RATE,
+    SCALING,
+    TIME,
+    TURN,
+)
+
 if TYPE_CHECKING:
     from microslip.tribometer import Record
 
 Command = Callable[..., Any]
 
-_KEYS = "displacement, force, normal_load, time or commanded"
+
+def _or_none(column: str | None) -> Any:
+    """A column, or False where there shall be none."""
+    return False if column == "none" else column
 
 
 class Reading(NamedTuple):
@@ -28,8 +43,8 @@ class Reading(NamedTuple):
     sample_rate: float | None
     turn: bool
     units: tuple[str, ...]
-    factors: tuple[str, ...]
-    zeros: tuple[str, ...]
+    calibration: tuple[str, ...]
+    zero: tuple[str, ...]
 
     def read(self, path: str, index: int = 0) -> Record:
         """Read one file, the so many-th."""
@@ -40,31 +55,18 @@ class Reading(NamedTuple):
             path,
             displacement=self.displacement,
             force=self.force,
-            normal_load=loads[index if len(loads) > 1 else 0] if loads else None,
-            time=self.time,
+            normal_load=_or_none(loads[index if len(loads) > 1 else 0] if loads else None),
+            time=_or_none(self.time),
             sample_rate=self.sample_rate,
             sign=-1 if self.turn else None,
             units=pairs("unit", self.units) or None,
-            calibration=pairs("calibration", self.factors) or None,
-            zero=pairs("zero", self.zeros) or None,
+            calibration=pairs("calibration", self.calibration) or None,
+            zero=pairs("zero", self.zero) or None,
         )
 
 
 def writes(files: str, earlier: str) -> Callable[[Command], Command]:
-    """Give a command the options of what it writes: `folder`, `overwrite` and `as_json`.
-
-    Parameters
-    ----------
-    files : str
-        What the folder is for.
-    earlier : str
-        What in it may be replaced.
-
-    Returns
-    -------
-    callable
-        A decorator.
-    """
+    """Give a command the options of what it writes: `folder`, `overwrite` and `as_json`."""
     options = (
         click.option(
             "-o",
@@ -91,55 +93,9 @@ def writes(files: str, earlier: str) -> Callable[[Command], Command]:
 
 
 def reads(many_loads: bool = False) -> Callable[[Command], Command]:
-    """Give a command the options of reading, as one argument, `reading`.
-
-    Parameters
-    ----------
-    many_loads : bool
-        Whether there may be a normal load for each record.
-
-    Returns
-    -------
-    callable
-        A decorator.
-    """
+    """Give a command the options of reading, as one argument, `reading`."""
     several = "; one for all records, or one for each" if many_loads else ""
-    options = (
-        click.option("--displacement", metavar="COLUMN", help="Column of the displacement."),
-        click.option("--force", metavar="COLUMN", help="Column of the tangential force."),
-        click.option(
-            "--normal-load",
-            metavar="COLUMN",
-            multiple=many_loads,
-            help=f'Column of the normal load, or "500 N"{several}.',
-        ),
-        click.option("--time", metavar="COLUMN", help="Column of the time."),
-        click.option(
-            "--sample-rate", type=float, metavar="HZ", help="Samples a second, without a time."
-        ),
-        click.option("--turn", is_flag=True, help="Turn the sign of the force."),
-        click.option(
-            "--unit",
-            "units",
-            multiple=True,
-            metavar="WHAT=UNIT",
-            help=f"Unit of {_KEYS}; may be repeated.",
-        ),
-        click.option(
-            "--calibration",
-            "factors",
-            multiple=True,
-            metavar="WHAT=FACTOR",
-            help='Factor of a sensor, such as force="12.5 N/V"; may be repeated.',
-        ),
-        click.option(
-            "--zero",
-            "zeros",
-            multiple=True,
-            metavar="WHAT=ZERO",
-            help='What counts as zero, such as force="0.3 N" or force=middle; may be repeated.',
-        ),
-    )
+    load = NORMAL_LOAD.but(help=f"{NORMAL_LOAD.help[:-1]}{several}.")
 
     def decorate(command: Command) -> Command:
         @wraps(command)
@@ -150,10 +106,10 @@ def reads(many_loads: bool = False) -> Callable[[Command], Command]:
                 how["normal_load"] = () if load is None else (load,)
             return command(reading=Reading(**how), **given)
 
-        wrapped: Command = read
-        for option in reversed(options):
-            wrapped = option(wrapped)
-        return wrapped
+        given = offers(*SCALING, multiple=True)(read)
+        given = offers(TIME, SAMPLE_RATE, TURN)(given)
+        given = offers(load, **({"multiple": True} if many_loads else {}))(given)
+        return offers(DISPLACEMENT, FORCE)(given)
 
     return decorate
 
@@ -170,32 +126,9 @@ def pairs(option: str, given: tuple[str, ...]) -> dict[str, str]:
 
 
 def stiffness(text: str) -> float:
-    """A stiffness with its unit; a plain number is in N/m.
-
-    Parameters
-    ----------
-    text : str
-        Such as "200 N/um".
-
-    Returns
-    -------
-    float
-        The stiffness [N/m].
-
-    Raises
-    ------
-    click.UsageError
-        Not a stiffness, or none above zero.
-    """
-    from microslip._core.units import STIFFNESS, QuantityError, to_si
-
+    """A stiffness [N/m] with its unit; a plain number is in N/m."""
     try:
-        float(text)
-    except ValueError:
-        pass
-    else:
-        text = f"{text.strip()} N/m"
-    try:
-        return to_si(text, STIFFNESS, "200 N/um")
-    except QuantityError as error:
+        value: float = RIG_STIFFNESS.read(text)
+    except ValueError as error:
         raise click.UsageError(f"--rig-stiffness: {error}") from None
+    return value

@@ -8,44 +8,9 @@ from collections.abc import Mapping, Sequence
 Rules = Sequence[tuple[str, str]]
 """Patterns of what the package writes, and the options that stand for it."""
 
-_TEXT = r"""["']([^"']+)["']"""
-
-_READING: Rules = (
-    (r"write time=False and sample_rate=", "write --sample-rate HZ"),
-    (r", or time=False", ", or --sample-rate HZ in its place"),
-    (rf"(?<![-\w])units=\{{{_TEXT}: {_TEXT}\}}", r'--unit \1="\2"'),
-    (rf"(?<![-\w])calibration=\{{{_TEXT}: {_TEXT}\}}", r'--calibration \1="\2"'),
-    (r"(?<![-\w])write (displacement|force|time)=\"", r'write --\1 "'),
-    (r"(?<![-\w])write normal_load=\"", 'write --normal-load "'),
-    (r"(?<![-\w])write commanded=\"[^\"]*\", or commanded=False", "rename one"),
-    (r", or normal_load=False", ', or --normal-load "500 N"'),
-    (r"(?<![-\w])units: (no column is read as)", r"--unit: \1"),
-    (r"(?<![-\w])(calibration|zero): (no column is read as)", r"--\1: \2"),
-    (r"; write (displacement|force|time)=$", r"; write --\1 COLUMN"),
-    (r"; write normal_load=$", "; write --normal-load COLUMN"),
-    (r"; write commanded=$", "; a command finds one by its name only"),
-    (
-        r"the longest stretch of numbers is rows=slice\((\d+), (\d+)\)",
-        r"keep the longest stretch of numbers, from row \1 to before row \2, the first being 0, or "
-        r"in Python write Record.read(path, rows=slice(\1, \2))",
-    ),
-    (r"(?<![-\w])time and sample_rate say the same", "--time and --sample-rate say the same"),
-    (r"(?<![-\w])give sample_rate instead", "give --sample-rate instead"),
-    (r"(?<![-\w])sample_rate must\b", "--sample-rate must"),
-    (r"(?<![-\w])normal_load: (wanted|no column)", r"--normal-load: \1"),
-    (r"(?<![-\w])sign=-1 when reading turns it", "--turn turns it"),
-    (r"(?<![-\w])confidence must\b", "--confidence must"),
-    (r"(?<![-\w])rig_stiffness must\b", "--rig-stiffness must"),
-)
-
 _TABLE: Mapping[str, Rules] = {
-    "measure": (
-        *_READING,
-        (r"(?<![-\w])give rig_stiffness\b", "give --rig-stiffness"),
-        (r"(?<![-\w])model must (have|be)\b", r"--model must \1"),
-    ),
     "identify": (
-        *_READING,
+        (r"(?<![-\w])rig_stiffness must\b", "--rig-stiffness must"),
         (
             r"write Record\(\.\.\., normal_load=500\.0\), or take law='(\w+)'",
             r'write --normal-load "500 N", or take --law \1',

@@ -273,7 +273,8 @@ def _right_way(folded: Folded) -> Folded:
     if energy < -_CERTAIN * noise and alike < _ALIKE:
         raise InputError(
             f"{folded.name}: the loops run the wrong way round (energy {engineering(energy, 'J')} "
-            "a cycle): the force has the opposite sign; sign=-1 when reading turns it"
+            "a cycle): the force has the opposite sign; reading with ",
+            *(Argument("sign", -1), " turns it"),
         )
     return folded
 

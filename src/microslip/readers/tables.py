@@ -10,6 +10,7 @@ from typing import NamedTuple
 from microslip._core.checks import Floats
 from microslip._core.units import Kind, QuantityError, factor_of
 from microslip._core.wording import did_you_mean, quoted, shorten, show
+from microslip.errors import Argument, InputError
 from microslip.readers.headings import NO_UNITS, name_and_unit, spelt
 
 MAX_SAMPLES = 500_000_000
@@ -115,10 +116,10 @@ def fits(unit: str | None, kind: Kind) -> bool:
 
 def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
     """The column that somebody named, with or without unit, by the end of a path, or as "#2"."""
-    before, argument = (f"{role}: ", f"{role}=") if role else ("", "")
+    before = (Argument(role), ": ") if role else ()
     if not isinstance(text, str) or not text.strip():
-        raise ValueError(
-            f'{before}wanted the name of a column, or "#2" for the second, got {show(text)}'
+        raise InputError(
+            *before, f'wanted the name of a column, or "#2" for the second, got {show(text)}'
         )
     wanted = text.strip()
     small = wanted.casefold()
@@ -133,12 +134,16 @@ def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
         if len(alike) == 1:
             return alike[0]
         if alike:
-            raise ValueError(
-                f'{before}{len(alike)} columns are called "{shorten(wanted, 40)}", '
-                f"{headings(alike)}; write {argument}{unmistakable(alike[0], columns)}"
+            text = unmistakable(alike[0], columns)
+            raise InputError(
+                *before,
+                f'{len(alike)} columns are called "{shorten(wanted, 40)}", {headings(alike)}; ',
+                "write ",
+                Argument(role, text) if role else f'"{text}"',
             )
     hint = did_you_mean(wanted, dict.fromkeys(n for c in columns for n in (c.name, c.heading)))
-    raise ValueError(f'{before}no column "{shorten(wanted, 40)}"{hint or f"; {listed(columns)}"}')
+    others = hint or f"; {listed(columns)}"
+    raise InputError(*before, f'no column "{shorten(wanted, 40)}"{others}')
 
 
 def listed(columns: Sequence[Named]) -> str:
@@ -157,8 +162,7 @@ def headings(columns: Sequence[Named]) -> str:
 def unmistakable(column: Named, columns: Sequence[Named]) -> str:
     """What to write for a column so that no other is meant."""
     alike = [c for c in columns if c.heading == column.heading]
-    text = f"#{column.place + 1}" if len(alike) > 1 else shorten(column.heading, 40)
-    return f'"{text}"'
+    return f"#{column.place + 1}" if len(alike) > 1 else shorten(column.heading, 40)
 
 
 def scale(values: Floats, factor: Decimal) -> None:

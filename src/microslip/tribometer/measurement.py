@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats, exact, number, positive, show
+from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.frozen import lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError, Phrase
 from microslip.friction import BackboneLaw
 from microslip.tribometer.cycle_columns import UNITS, columns_of
 from microslip.tribometer.cycle_selection import beyond, counted, many
 from microslip.tribometer.cycles import Cycles, split
 from microslip.tribometer.estimates import Estimate, mean_of, trend
+from microslip.tribometer.options import CONFIDENCE
 from microslip.tribometer.record import Record
 from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresholds
 from microslip.tribometer.spikes import spikes_of, without
@@ -205,9 +206,7 @@ def measure(
             f"record must be a Record, got {show(record)}; "
             "write Record(displacement, force) or Record.read(path)"
         )
-    level = number("confidence", confidence, "", 0.95)
-    if not 0.0 < level < 1.0:
-        raise InputError(f"confidence must be between 0 and 1, got {exact(level)}")
+    level: float = CONFIDENCE.check(confidence)
     limits = thresholds(model)
     spikes = spikes_of(record)
     record = without(record, spikes)
@@ -227,9 +226,12 @@ def measure(
     for name in ("displacement_offset", "force_offset"):
         columns[name] = sign * columns[name]
     if float(np.median(columns["dissipated_energy"])) < 0.0:
+        turned = Argument("sign", -1)
         notes.append(
-            "the dissipated energy is negative: the force has the opposite sign (sign=-1 when "
-            "reading turns it), or the two columns are swapped"
+            Phrase(
+                "the dissipated energy is negative: the force has the opposite sign (reading with ",
+                *(turned, " turns it), or the two columns are swapped"),
+            )
         )
     regimes = regimes_of(columns, limits)
     if any(np.isnan(columns["reversal_stiffness"])):
@@ -245,9 +247,11 @@ def measure(
     sliding = float(np.median(slid)) if slid.size else math.nan
     if rig_stiffness is None and regimes.count("gross slip") > len(regimes) / 2 and sliding < 0.9:
         notes.append(
-            f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest is "
-            "elastic, mostly of the rig where amplitudes exceed a few micrometres; give "
-            "rig_stiffness to take it off"
+            Phrase(
+                f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest "
+                "is elastic, mostly of the rig where amplitudes exceed a few micrometres; give ",
+                *(Argument("rig_stiffness"), " to take it off"),
+            )
         )
     with_mean = [name for name in columns if name != "start"]
     return Measurement(

@@ -15,6 +15,7 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.units import FORCE, QuantityError, engineering, to_si
 from microslip._core.wording import quoted, shorten, show
+from microslip.errors import UNSAID, Argument, InputError
 from microslip.readers import arrays, hdf5, matlab, numpy_files, tdms, text
 from microslip.readers.files import head_of, kind_of, stranger, usable
 from microslip.readers.tables import Named, Table, find, listed, scale, understood
@@ -57,15 +58,18 @@ def read(path: Path, wishes: Wishes) -> dict[str, Any]:
     load = _one_load(columns, loads)
     taken, how = _chosen(columns, wishes, skip_load=load is not None)
     stated = {
-        "units": by_role("units", wishes.units, '{"force": "mN"}'),
-        "calibration": by_role("calibration", wishes.calibration, '{"force": "12.5 N/V"}'),
-        "zero": by_role("zero", wishes.zero, '{"force": "mean"}'),
-        "sign": by_role("sign", _signs(wishes.sign), '{"force": -1}'),
+        "units": by_role("units", wishes.units, {"force": "mN"}),
+        "calibration": by_role("calibration", wishes.calibration, {"force": "12.5 N/V"}),
+        "zero": by_role("zero", wishes.zero, {"force": "mean"}),
+        "sign": by_role("sign", _signs(wishes.sign), {"force": -1}),
     }
     for name, mapping in stated.items():
         for role in mapping:
             if role not in taken:
-                raise ValueError(f"{name}: no column is read as {role}; write {role}=")
+                raise InputError(
+                    *(Argument(name), f": no column is read as {role}; write "),
+                    Argument(role, UNSAID),
+                )
     scales = {
         role: scale_of(column, role, stated["units"].get(role), stated["calibration"].get(role))
         for role, column in taken.items()
@@ -121,7 +125,7 @@ def _one_load(columns: list[Named], given: Any) -> float | None:
         try:
             return to_si(given, FORCE, "500 N")
         except QuantityError as error:
-            raise ValueError(f"normal_load: {error}") from None
+            raise InputError(Argument("normal_load"), f": {error}") from None
     return None
 
 
@@ -145,8 +149,9 @@ def _chosen(
             column = find(columns, given, role)
             other = next((r for r, c in taken.items() if c == column), None)
             if other:
-                raise ValueError(
-                    f'{role}: column "{shorten(column.heading, 40)}" is the {other} already'
+                raise InputError(
+                    Argument(role),
+                    f': column "{shorten(column.heading, 40)}" is the {other} already',
                 )
             taken[role], how[role] = column, "as stated"
     for role in KINDS:
@@ -156,9 +161,9 @@ def _chosen(
             taken[role], how[role] = guess(columns, role, taken)
         except LookupError:
             if role in NEEDED:
-                raise ValueError(
-                    f'{role}: no column tells; {listed(columns)}; write {role}="NAME", '
-                    'or "#2" for the second'
+                raise InputError(
+                    *(Argument(role), f": no column tells; {listed(columns)}; write "),
+                    *(Argument(role, "NAME"), ', or "#2" for the second'),
                 ) from None
     return {role: taken[role] for role in KINDS if role in taken}, how
 
@@ -176,7 +181,8 @@ def _arrays(
     first, notes = 0, []
     if rows is not None:
         if not isinstance(rows, slice) or rows.step not in (None, 1):
-            raise ValueError(f"wanted rows=slice(first, end), got {show(rows)}")
+            wanted = Argument("rows", _Rows("first", "end"))
+            raise InputError("wanted ", wanted, f", got {show(rows)}")
         first, end, _ = rows.indices(sizes["displacement"])
         arrays = {role: values[first:end].copy() for role, values in arrays.items()}
         notes.append(f"rows {first} to {max(end, first)} (without) of {sizes['displacement']}.")
@@ -201,6 +207,17 @@ def _arrays(
     return arrays, first, notes
 
 
+@dataclass(frozen=True, repr=False)
+class _Rows:
+    """Rows to take, as a message writes them."""
+
+    first: object
+    end: object
+
+    def __repr__(self) -> str:
+        return f"slice({self.first}, {self.end})"
+
+
 def _rows(count: int) -> str:
     return f"{count} row{'s' if count > 1 else ''}"
 
@@ -214,10 +231,11 @@ def _complain(
     edges = np.flatnonzero(np.diff(np.concatenate([[1], bad.astype(np.int8), [1]])))
     runs = edges.reshape(-1, 2)
     start, end = runs[int(np.argmax(runs[:, 1] - runs[:, 0]))] + first
-    raise ValueError(
+    raise InputError(
         f"{table.where(row + first)}, column {names[role]}: wanted a number, got "
         f"{arrays[role][row]} ({_rows(int(bad.sum()))} like this before the end); "
-        f"the longest stretch of numbers is rows=slice({start}, {end})"
+        "the longest stretch of numbers is ",
+        Argument("rows", _Rows(start, end)),
     )
 
 
@@ -247,9 +265,11 @@ def _check_time(table: Table, time: Floats, first: int) -> None:
         return
     row = int(np.flatnonzero(steps <= 0.0)[0])
     why = "repeats; if it is rounded" if steps[row] == 0.0 else "goes backwards; if it is no time"
-    raise ValueError(
-        f"{table.where(row + 1 + first)}: time {why}, write time=False and sample_rate=, got "
-        f"{time[row + 1]:.9g} s after {time[row]:.9g} s"
+    rate = Argument("sample_rate", UNSAID)
+    raise InputError(
+        f"{table.where(row + 1 + first)}: time {why}, write ",
+        *(Argument("time", False), " and ", rate),
+        f", got {time[row + 1]:.9g} s after {time[row]:.9g} s",
     )
 
 
@@ -263,7 +283,8 @@ def _state(
     """What the file states for the whole record, where the user and the columns do not."""
     if found["sample_rate"] is not None:
         if "time" in taken:
-            raise ValueError("time and sample_rate say the same; write one of them")
+            both = (Argument("time"), " and ", Argument("sample_rate"))
+            raise InputError(*both, " say the same; write one of them")
         notes.append(f"sample_rate: {found['sample_rate']:g} Hz, as stated.")
     elif "time" not in taken:
         rates = dict.fromkeys(table.columns[taken[role].place].rate for role in NEEDED)

@@ -17,6 +17,7 @@ from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.checks import record as checked
 from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
+from microslip.tribometer.reading import Wishes, read
 
 _UNITS = {"time": "s", "displacement": "m", "force": "N", "normal_load": "N", "commanded": "m"}
 
@@ -202,8 +203,6 @@ class Record(Locked):
             If the file cannot be used as stated; the message names file, line or column, and what
             to write.
         """
-        from microslip.tribometer.reading import Wishes, read
-
         if not isinstance(path, (str, os.PathLike)):
             raise InputError(Argument("path"), f" must be the name of a file, got {show(path)}")
         wishes = Wishes(
@@ -229,6 +228,8 @@ class Record(Locked):
             raise InputError(
                 f"{shown_path(path)}: too large for the memory; cut the record"
             ) from None
+        except InputError as error:
+            raise error.within(f"{shown_path(path)}: ") from None
         except ValueError as error:
             raise InputError(f"{shown_path(path)}: {error}") from None
 
@@ -308,16 +309,19 @@ def _frequency(key: str, given: Any) -> float | None:
 
 def _check_time(time: Floats, sample_rate: float | None) -> None:
     if sample_rate is not None:
-        raise InputError("time and sample_rate say the same; give one of them, got both")
+        both = (Argument("time"), " and ", Argument("sample_rate"))
+        raise InputError(*both, " say the same; give one of them, got both")
     steps = np.diff(time)
     if steps.min() > 0.0:
         return
     i = int(np.flatnonzero(steps <= 0.0)[0]) + 1
-    rounded = "; if it is rounded, give sample_rate instead" if steps.min() == 0.0 else ""
+    rounded: tuple[object, ...] = ()
+    if steps.min() == 0.0:
+        rounded = ("; if it is rounded, give ", Argument("sample_rate"), " instead")
     raise InputError(
         Argument("time"),
-        f" must increase, got {exact(time[i])} s after {exact(time[i - 1])} s at sample {i}"
-        f"{rounded}",
+        f" must increase, got {exact(time[i])} s after {exact(time[i - 1])} s at sample {i}",
+        *rounded,
     )
 
 

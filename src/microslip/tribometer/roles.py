@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from microslip._core.units import FORCE, LENGTH, Kind, is_unit
+from microslip.errors import Argument, InputError
 from microslip.readers.tables import Named, fits, headings, unmistakable
 
 TIME = Kind("time", "s", ("us", "ms", "s", "min", "h"))
@@ -82,10 +83,12 @@ def guess(columns: Sequence[Named], role: str, taken: Mapping[str, Named]) -> tu
     if not by_name:
         raise LookupError(role)
     if len(by_name) > 1:
-        none = "" if role in NEEDED else f", or {role}=False"
-        raise ValueError(
-            f"{role}: {len(by_name)} columns could be it, {headings(by_name[:20])}; "
-            f"write {role}={unmistakable(by_name[0], columns)}{none}"
+        none = () if role in NEEDED else (", or ", Argument(role, False))
+        raise InputError(
+            Argument(role),
+            f": {len(by_name)} columns could be it, {headings(by_name[:20])}; write ",
+            Argument(role, unmistakable(by_name[0], columns)),
+            *none,
         )
     return by_name[0], how
 

@@ -12,6 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.units import Kind, QuantityError, engineering, factor_of, to_si
 from microslip._core.wording import quoted, shorten, show
+from microslip.errors import Argument, InputError
 from microslip.readers.tables import Named, fits
 from microslip.tribometer.roles import KINDS, is_raw
 
@@ -40,15 +41,17 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
         return _calibrated(column, role, shown, calibration)
     if shown is None:
         usual = "s" if role == "time" else kind.usual[1]
-        no_time = ", or time=False" if role == "time" else ""
-        raise ValueError(f'{name}no unit; write units={{"{role}": "{usual}"}}{no_time}')
+        no_time = (", or ", Argument("time", False)) if role == "time" else ()
+        wanted = Argument("units", {role: usual})
+        raise InputError(f"{name}no unit; write ", wanted, *no_time)
     try:
         factor = factor_of(
             shown, kind, f'{name}wanted a unit such as "{kind.usual[1]}", got "{shown}"'
         )
     except QuantityError as error:
-        volts = f'; of a sensor write calibration={{"{role}": "10 {kind.usual[1]}/V"}}'
-        raise ValueError(f"{error}{volts if is_raw(shown) else ''}") from None
+        factor_wanted = Argument("calibration", {role: f"10 {kind.usual[1]}/V"})
+        volts = ("; of a sensor write ", factor_wanted) if is_raw(shown) else ()
+        raise InputError(str(error), *volts) from None
     words = f"{shown} {where}"
     if unit and column.unit and column.unit != shown:
         words += f' (against "{shorten(column.unit, 24)}" {column.where})'
@@ -132,13 +135,13 @@ def sign_of(given: object, role: str) -> int:
     raise ValueError(f"{role}: wanted a sign 1 or -1, got {show(given)}")
 
 
-def by_role(name: str, given: object, example: str) -> Mapping[str, Any]:
+def by_role(name: str, given: object, example: dict[str, Any]) -> Mapping[str, Any]:
     """A mapping whose keys are parts of a record."""
     if given is None:
         return {}
     if not isinstance(given, Mapping):
-        raise ValueError(f"wanted {name}={example}, got {show(given)}")
+        raise InputError("wanted ", Argument(name, example), f", got {show(given)}")
     for key in given:
         if key not in KINDS:
-            raise ValueError(f"{name}: wanted one of {quoted(KINDS)}, got {show(key)}")
+            raise InputError(Argument(name), f": wanted one of {quoted(KINDS)}, got {show(key)}")
     return given

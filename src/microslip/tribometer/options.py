@@ -1,0 +1,48 @@
+"""Options of records, said once: how they are read, and how they are measured."""
+
+from __future__ import annotations
+
+from microslip._core.options import Option
+from microslip._core.units import STIFFNESS
+
+_ROLES = "displacement, force, normal_load, time or commanded"
+
+DISPLACEMENT = Option("displacement", "Column of the displacement.", metavar="COLUMN")
+FORCE = Option("force", "Column of the tangential force.", metavar="COLUMN")
+NORMAL_LOAD = Option(
+    "normal_load", 'Column of the normal load, or "500 N", or none.', metavar="COLUMN"
+)
+TIME = Option("time", "Column of the time, or none.", metavar="COLUMN")
+SAMPLE_RATE = Option(
+    "sample_rate",
+    "Samples a second, without a time.",
+    float,
+    example="200",
+    above=0.0,
+    metavar="HZ",
+)
+TURN = Option("turn", "Turn the sign of the force.", bool, default=False, answers_for=("sign",))
+UNITS = Option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", metavar="WHAT=UNIT")
+CALIBRATION = Option(
+    "calibration",
+    'Factor of a sensor, such as force="12.5 N/V"; may be repeated.',
+    metavar="WHAT=FACTOR",
+)
+ZERO = Option(
+    "zero",
+    'What counts as zero, such as force="0.3 N" or force=middle; may be repeated.',
+    metavar="WHAT=ZERO",
+)
+COLUMNS = (DISPLACEMENT, FORCE, NORMAL_LOAD, TIME)
+SCALING = (UNITS, CALIBRATION, ZERO)
+
+RIG_STIFFNESS = Option(
+    "rig_stiffness",
+    'Rig in series, to be taken off, such as "200 N/um"; a plain number is in N/m.',
+    STIFFNESS,
+    example="200 N/um",
+    bare=True,
+)
+CONFIDENCE = Option(
+    "confidence", "Of the intervals.", float, default=0.95, example="0.95", above=0.0, below=1.0
+)

@@ -43,6 +43,7 @@ from click.testing import CliRunner
 import microslip as ms
 from microslip import identification, scans
 from microslip.cli import main
+from microslip.report.pictures import Drawn
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -168,10 +169,8 @@ def quick_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures take most of the time, and are drawn and looked at by other tests."""
     from matplotlib.figure import Figure
 
-    from microslip.study import figures
-
     empty = b'<svg xmlns="http://www.w3.org/2000/svg"></svg>'
-    monkeypatch.setattr(figures, "picture", lambda result, name, kind: empty)
+    monkeypatch.setattr(Drawn, "png", lambda drawn, picture: empty)
     monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: Path(path).write_bytes(empty))
 
 

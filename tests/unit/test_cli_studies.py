@@ -173,7 +173,7 @@ def test_check_ends_with_a_verdict() -> None:
 
 def test_every_quantity_has_its_unit() -> None:
     """The units that check shows are those that the study's models read."""
-    from microslip.study import preview
+    from microslip.results.predicted import preview
     from microslip.study.json_schema import json_schema
 
     def quantities(node: Any, key: str = "") -> set[str]:

@@ -1,30 +1,29 @@
-"""Figures: what they draw, that nothing is cut or covered, and that their files are the same."""
+"""Figures: what they say, that nothing is cut or covered, and that both renderers show it."""
 
 from __future__ import annotations
 
-import io
+import itertools
 import re
 import struct
-import warnings
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.study import drawing, figures
-from microslip.study.energy_figure import force_exponent
-from microslip.study.history_figure import MOST_SAMPLES, envelope, path
-from microslip.study.slider_figure import slipping_share
-from microslip.study.summary import files
+from microslip.report.layout import SMALL, TEXT, TITLE, Frame, lay_out, text_width
+from microslip.report.matplotlib_figure import figure, png
+from microslip.report.plot import DASHED, Line, LineName, Marks, Panel, Pixels, Plot, Rule, Stems
+from microslip.report.svg import svg
+from microslip.report.ticks import linear, log_label, logarithmic
+from microslip.results.predicted.curves import MOST_LOADS
+from microslip.results.predicted.energy_figure import force_exponent
+from microslip.results.predicted.figures import FIGURES, names, slipping_share
+from microslip.results.predicted.history_figure import MOST_SAMPLES, envelope, path
+from microslip.results.predicted.numbers import files
 
 PICTURES = ('["csv"]', '["svg", "png"]')
 OSCILLATOR = '[oscillator]\nmass = "2 kg"\nstiffness = "100 MN/m"\nviscous_damping_ratio = 0.001\n'
@@ -56,36 +55,23 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> ms.Result:
     return study(text, record=np.sin(time), folder=folder).run()
 
 
-@contextmanager
-def styled() -> Iterator[None]:
-    with matplotlib.style.context(["default", drawing.STYLE]), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
-        yield
+def draw(result: ms.Result, name: str) -> Plot:
+    return FIGURES[name](result)
 
 
-def draw(result: ms.Result, name: str) -> Figure:
-    with styled():
-        return figures.DRAW[name](result)
+def lines(panel: Panel, dash: tuple[float, ...] = ()) -> list[Line]:
+    return [item for item in panel.items if isinstance(item, Line) and item.dash == dash]
 
 
-def lines(axes: Axes, label: str = "-") -> list[Line2D]:
-    """Curves of a panel: no markers, no dashes, nothing across the whole panel."""
-    return [
-        line
-        for line in axes.lines
-        if line.get_linestyle() == label and len(line.get_xdata()) > 2 and line.get_lw() > 1.0
-    ]
-
-
-def by_label(figure: Figure, word: str) -> Axes:
-    return next(axes for axes in figure.axes if word in axes.get_ylabel())
+def by_label(plot: Plot, word: str) -> Panel:
+    return next(panel for panel in plot.panels if word in panel.y.label)
 
 
 # -- which figures there are --------------------------------------------------------------------
 
 
 def test_the_names_of_the_figures() -> None:
-    assert tuple(figures.DRAW) == (
+    assert tuple(FIGURES) == (
         *("loops", "backbone", "energy_damping", "force_damping"),
         *("contact_state", "slider_density", "history", "oscillator"),
     )
@@ -96,42 +82,36 @@ def test_what_there_is_to_draw_is_what_the_summary_lists(surface: str, result: m
     plain = study((SURFACE, SURFACES[surface]), (LOADS, '"50 N"')).run()
     for drawn in (result, plain):
         listed = [name[:-4] for name in files(drawn.study) if name.endswith(".png")]
-        assert listed == list(figures.names(drawn))
-    assert ("contact_state" in figures.names(plain)) == (surface == "sphere")
+        assert listed == list(names(drawn))
+    assert ("contact_state" in names(plain)) == (surface == "sphere")
 
 
 # -- what they draw -----------------------------------------------------------------------------
 
 
 def test_the_backbone_and_its_stiffnesses_are_drawn(result: ms.Result) -> None:
-    figure = draw(result, "backbone")
-    force, stiffness = by_label(figure, "Force"), by_label(figure, "Stiffness")
-    assert "[kN]" in force.get_ylabel()
-    assert "[GN/m]" in stiffness.get_ylabel()
-    assert "[µm]" in stiffness.get_xlabel()
-    for joint, line, tangent in zip(result.joints, lines(force), lines(stiffness), strict=True):
-        x = np.asarray(line.get_xdata()) * 1e-6
-        np.testing.assert_allclose(line.get_ydata(), joint.backbone(x) / 1e3, rtol=1e-12)
-        np.testing.assert_allclose(
-            tangent.get_ydata(), joint.backbone_stiffness(x) / 1e9, rtol=1e-12
-        )
-    secants = lines_of_width(stiffness, 0.9)
-    for joint, line in zip(result.joints, secants, strict=True):
-        x = np.asarray(line.get_xdata()) * 1e-6
-        np.testing.assert_allclose(line.get_ydata(), joint.secant_stiffness(x) / 1e9, rtol=1e-12)
-
-
-def lines_of_width(axes: Axes, width: float) -> list[Line2D]:
-    return [line for line in axes.lines if line.get_lw() == width]
+    plot = draw(result, "backbone")
+    force, stiffness = by_label(plot, "Force"), by_label(plot, "Stiffness")
+    assert "[kN]" in force.y.label
+    assert "[GN/m]" in stiffness.y.label
+    assert "[µm]" in stiffness.x.label
+    secants = lines(stiffness, DASHED)
+    for joint, line, tangent, secant in zip(
+        result.joints, lines(force), lines(stiffness), secants, strict=True
+    ):
+        x = line.x * 1e-6
+        np.testing.assert_allclose(line.y, joint.backbone(x) / 1e3, rtol=1e-12)
+        np.testing.assert_allclose(tangent.y, joint.backbone_stiffness(x) / 1e9, rtol=1e-12)
+        np.testing.assert_allclose(secant.y, joint.secant_stiffness(x) / 1e9, rtol=1e-12)
 
 
 def test_energy_damping_and_exponent_are_drawn_over_both_amplitudes(result: ms.Result) -> None:
     for name, column in (("energy_damping", "amplitude"), ("force_damping", "force_amplitude")):
-        figure = draw(result, name)
-        energy, damping = by_label(figure, "energy"), by_label(figure, "Loss factor")
-        exponent = by_label(figure, "exponent")
+        plot = draw(result, name)
+        energy, damping = by_label(plot, "energy"), by_label(plot, "Loss factor")
+        exponent = by_label(plot, "exponent")
         for curve, *drawn in zip(
-            result.curves, *(lines(axes) for axes in (energy, damping, exponent)), strict=True
+            result.curves, *(lines(panel) for panel in (energy, damping, exponent)), strict=True
         ):
             by_force = column == "force_amplitude"
             wanted = (
@@ -141,25 +121,30 @@ def test_energy_damping_and_exponent_are_drawn_over_both_amplitudes(result: ms.R
             )
             for line, values in zip(drawn, wanted, strict=True):
                 x = getattr(curve, column) / (1e3 if by_force else 1e-6)
-                np.testing.assert_allclose(line.get_xdata(), x, rtol=1e-12)
-                finite = np.isfinite(line.get_ydata())
+                np.testing.assert_allclose(line.x, x, rtol=1e-12)
+                finite = np.isfinite(line.y)
                 assert finite.sum() > 10
-                np.testing.assert_array_equal(np.asarray(line.get_ydata())[finite], values[finite])
-        texts = " ".join(text.get_text() for text in energy.texts)
-        assert "cubic limit" in texts
-        assert ("linear limit" in texts) == (name == "energy_damping")
+                np.testing.assert_array_equal(line.y[finite], values[finite])
+        texts = [item.text for item in energy.items if isinstance(item, LineName)]
+        assert any("cubic limit" in text for text in texts)
+        assert any("linear limit" in text for text in texts) == (name == "energy_damping")
+        # At the coefficient with which they are drawn the energy is indeed near them.
+        for item in energy.items:
+            if isinstance(item, LineName) and "linear" in item.text:
+                top = max(curve.dissipated_energy[-1] for curve in result.curves)
+                assert item.y[-1] == pytest.approx(top, rel=0.05)
 
 
 def test_the_force_limits_are_marked_over_the_force_amplitude(result: ms.Result) -> None:
-    for axes in draw(result, "force_damping").axes[:3]:
-        marked = [line.get_xdata()[0] for line in axes.lines if list(line.get_ydata()) == [0, 1]]
+    for panel in draw(result, "force_damping").panels:
+        marked = [i.value for i in panel.items if isinstance(i, Rule) and i.axis == "x"]
         limits = [joint.force_limit / 1e3 for joint in result.joints]
-        np.testing.assert_allclose(marked, limits, rtol=1e-12)
+        np.testing.assert_allclose(sorted(marked), sorted(limits), rtol=1e-12)
 
 
 @pytest.mark.parametrize("joint", ms.Interface.examples()[::4], ids=repr)
 def test_the_exponent_in_the_force_is_its_logarithmic_slope(joint: ms.Interface) -> None:
-    from microslip.study.result import AmplitudeCurve
+    from microslip.results import AmplitudeCurve
 
     scale = joint.force_limit / joint.tangential_stiffness
     curve = AmplitudeCurve.of(joint, 0.05 * scale * np.array([1.0 - 1e-4, 1.0, 1.0 + 1e-4]))
@@ -183,16 +168,16 @@ def test_the_share_of_sliders_is_their_sum() -> None:
 
 def test_discrete_sliders_are_stems() -> None:
     result = study((SURFACE, STRAIGHT), (LOADS, '["1 kN", "1.5 kN"]')).run()
-    figure = draw(result, "slider_density")
-    assert [axes.get_ylabel() for axes in figure.axes] == [
+    plot = draw(result, "slider_density")
+    assert [panel.y.label for panel in plot.panels] == [
         "Slider stiffness [MN/m]",
         "Share of the force limit",
     ]
-    stems = [segment[1] for stem in figure.axes[0].collections for segment in stem.get_segments()]
-    for joint, tip in zip(result.joints, stems, strict=True):
+    stems = [item for item in plot.panels[0].items if isinstance(item, Stems)]
+    for joint, stem in zip(result.joints, stems, strict=True):
         sliders = joint.sliders()
-        assert tip[0] == pytest.approx(sliders.yield_displacements[0] / 1e-6)
-        assert tip[1] == pytest.approx(sliders.stiffnesses[0] / 1e6)
+        np.testing.assert_allclose(stem.x, sliders.yield_displacements / 1e-6)
+        np.testing.assert_allclose(stem.y, sliders.stiffnesses / 1e6)
 
 
 def test_given_summits_have_densities_that_are_drawn_where_they_are_finite() -> None:
@@ -205,72 +190,70 @@ def test_given_summits_have_densities_that_are_drawn_where_they_are_finite() -> 
     density[3] = np.inf
     object.__setattr__(curve, "slider_density", density)
     assert singular > 0.0
-    axes = draw(result, "slider_density").axes[0]
-    assert np.isfinite(axes.get_ylim()).all()
-    assert axes.get_ylim()[1] < 1e3 * density[np.isfinite(density)].max()
-    assert np.isnan(lines(axes)[0].get_ydata()[3])
+    panel = draw(result, "slider_density").panels[0]
+    assert panel.y.low is not None
+    assert panel.y.high is not None
+    assert 0.0 < panel.y.low < panel.y.high < 1e3 * density[np.isfinite(density)].max()
+    assert np.isnan(lines(panel)[0].y[3])
 
 
 def test_contacts_are_drawn_over_the_load(result: ms.Result) -> None:
-    figure = draw(result, "contact_state")
-    count, area, stick = (by_label(figure, word) for word in ("Contacts", "Real", "Sticking"))
+    plot = draw(result, "contact_state")
+    count, area, stick = (by_label(plot, word) for word in ("Contacts", "Real", "Sticking"))
     surface = result.joints[0].surface
-    loads = np.asarray(count.lines[0].get_xdata()) * 1e3
+    (line,) = lines(count)
+    loads = line.x * 1e3
     assert loads.min() < 500.0 < 2000.0 < loads.max()
     separation = surface.separation(loads)
-    np.testing.assert_allclose(count.lines[0].get_ydata(), surface.contact_count(separation))
-    np.testing.assert_allclose(
-        area.lines[0].get_ydata(), 100.0 * surface.contact_area(separation) / 2e-4
-    )
-    for joint, mark in zip(result.joints, count.lines[1:], strict=True):
-        assert list(mark.get_xdata()) == [joint.normal_load / 1e3]
-        assert list(mark.get_ydata()) == [joint.contact_count]
-    for curve, line in zip(result.curves, lines(stick), strict=True):
-        np.testing.assert_array_equal(line.get_ydata(), curve.stick_share)
+    np.testing.assert_allclose(line.y, surface.contact_count(separation))
+    np.testing.assert_allclose(lines(area)[0].y, 100.0 * surface.contact_area(separation) / 2e-4)
+    marks = [item for item in count.items if isinstance(item, Marks)]
+    for joint, mark in zip(result.joints, marks, strict=True):
+        assert (*mark.x, *mark.y) == (joint.normal_load / 1e3, joint.contact_count)
+    for curve, share in zip(result.curves, lines(stick), strict=True):
+        np.testing.assert_array_equal(share.y, curve.stick_share)
 
 
 def test_a_sphere_has_no_panel_of_its_one_contact() -> None:
     result = study((SURFACE, SURFACES["sphere"]), (LOADS, '"50 N"')).run()
-    labels = [axes.get_ylabel() for axes in draw(result, "contact_state").axes]
+    labels = [panel.y.label for panel in draw(result, "contact_state").panels]
     assert labels == ["Contact area [mm²]", "Sticking share of the contact area"]
 
 
 def test_the_history_is_drawn(result: ms.Result) -> None:
-    figure = draw(result, "history")
-    given, force, energy = (by_label(figure, word) for word in ("Disp", "Force", "Diss"))
-    along = next(axes for axes in figure.axes if "Displacement" in axes.get_xlabel())
-    assert len(given.lines) == 1, "what was given is the same for all loads"
-    for number, response in enumerate(result.histories):
-        np.testing.assert_array_equal(force.lines[number].get_ydata(), response.force / 1e3)
-        np.testing.assert_allclose(
-            energy.lines[number].get_ydata(), response.dissipated_energy / 1e-3
-        )
-        np.testing.assert_array_equal(along.lines[number].get_ydata(), response.force / 1e3)
-        np.testing.assert_array_equal(along.lines[number].get_xdata(), response.displacement / 1e-6)
+    plot = draw(result, "history")
+    given, force, energy, along = plot.panels
+    assert len(lines(given)) == 1, "what was given is the same for all loads"
+    by_load = [
+        [item for item in panel.items if isinstance(item, Line)] for panel in (force, energy, along)
+    ]
+    order = np.argsort([-np.abs(r.force).max() for r in result.histories])  # small ones in front
+    for index, *drawn in zip(order.tolist(), *by_load, strict=True):
+        response = result.histories[index]
+        np.testing.assert_array_equal(drawn[0].y, response.force / 1e3)
+        np.testing.assert_allclose(drawn[1].y, response.dissipated_energy / 1e-3)
+        np.testing.assert_array_equal(drawn[2].y, response.force / 1e3)
+        np.testing.assert_array_equal(drawn[2].x, response.displacement / 1e-6)
 
 
 def test_the_mode_is_drawn_beside_the_interface(result: ms.Result) -> None:
-    figure = draw(result, "oscillator")
-    ratio = by_label(figure, "Damping ratio")
-    for curve, mode, own in zip(
-        result.oscillators, lines(ratio), lines_of_width(ratio, 0.9), strict=True
+    plot = draw(result, "oscillator")
+    ratio, shift = by_label(plot, "Damping ratio"), by_label(plot, "shift")
+    for curve, mode, own, moved in zip(
+        result.oscillators, lines(ratio), lines(ratio, DASHED), lines(shift), strict=True
     ):
-        np.testing.assert_array_equal(mode.get_ydata(), curve.damping_ratio)
-        np.testing.assert_array_equal(own.get_ydata(), curve.interface_damping_ratio)
-    shift = by_label(figure, "shift")
-    for curve, line in zip(result.oscillators, lines(shift), strict=True):
-        wanted = 100.0 * (curve.frequency / curve.frequency[0] - 1.0)
-        np.testing.assert_allclose(line.get_ydata(), wanted)
-    assert "[kHz]" in by_label(figure, "Frequency [").get_ylabel()
+        np.testing.assert_array_equal(mode.y, curve.damping_ratio)
+        np.testing.assert_array_equal(own.y, curve.interface_damping_ratio)
+        np.testing.assert_allclose(moved.y, 100.0 * (curve.frequency / curve.frequency[0] - 1.0))
+    assert "[kHz]" in by_label(plot, "Frequency [").y.label
 
 
 def test_force_amplitudes_are_the_titles_of_their_loops() -> None:
     forces = (f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N", "270 N"]')
-    figure = draw(study(forces, (LOADS, '["500 N", "200 kN"]')).run(), "loops")
-    titles = [axes.get_title() for axes in figure.axes]
-    assert titles == ["Force amplitude 50 N", "Force amplitude 270 N"]
-    assert all("amplitude" in axes.get_xlabel() for axes in figure.axes), "too far apart"
-    assert all(axes.get_ylabel() == "Force [N]" for axes in figure.axes)
+    panels = draw(study(forces, (LOADS, '["500 N", "200 kN"]')).run(), "loops").panels
+    assert [panel.title for panel in panels] == ["Force amplitude 50 N", "Force amplitude 270 N"]
+    assert all("amplitude" in panel.x.label for panel in panels), "too far apart"
+    assert all(panel.y.label == "Force [N]" for panel in panels)
 
 
 # -- that it can be read ------------------------------------------------------------------------
@@ -317,37 +300,89 @@ def test_nothing_is_cut_off_or_covered(case: str, result: ms.Result, tmp_path: P
             edits = (*edits, ("[output]", f"{OSCILLATOR}\n[output]"))
         record = 0.1 * np.sin(np.linspace(0.0, 20.0, 100)) if case == "far" else None
         result = study(*edits, record=record, folder=tmp_path).run()
-    for name in figures.names(result):
-        figure = draw(result, name)
-        with styled():
-            drawing.settle(figure)
-            figure.draw_without_rendering()
-            check(figure, name)
+    for name in names(result):
+        check(draw(result, name), name)
 
 
-def check(figure: Figure, name: str) -> None:
-    page = figure.bbox
-    panels = [axes for axes in figure.axes if axes.get_visible()]
-    for text in [*figure.texts, *(figure.legends[0].get_texts())]:
-        inside(text.get_window_extent(), page, f"{name}: {text.get_text()}")
-    for axes in panels:
-        box = axes.get_tightbbox()
-        assert box is not None
-        inside(box, page, f"{name}: {axes.get_ylabel()}")
-        assert axes.get_window_extent().height > 40.0, "a panel squeezed flat"
-        for label in (axes.get_xlabel(), axes.get_ylabel()):
-            assert not label or has_unit(label), f"{name}: {label} has no unit"
-        for other in panels:
-            if other is not axes:
-                apart = axes.get_window_extent().overlaps(other.get_window_extent())
-                assert not apart, f"{name}: panels over each other"
-    legend = figure.legends[0].get_window_extent()
-    assert not any(legend.overlaps(axes.get_tightbbox()) for axes in panels), "legend over a panel"
-    if figure.get_suptitle():
-        title = figure._suptitle.get_window_extent()
-        assert not any(title.overlaps(axes.get_tightbbox()) for axes in panels), (
-            "title over a panel"
-        )
+Box = tuple[float, float, float, float]
+
+
+def check(plot: Plot, name: str) -> None:
+    """All text and all panels by their boxes: left, top, right, bottom [pt]."""
+    page = lay_out(plot)
+    boxes: dict[str, Box] = {}
+    for number, line in enumerate(page.title):
+        half, top = 0.5 * text_width(line, TITLE), 6.0 + 1.25 * TITLE * number
+        boxes[f"title {number}"] = (
+            0.5 * page.width - half, top, 0.5 * page.width + half, top + TITLE
+        )  # fmt: skip
+    for number, (entry, left, middle) in enumerate(page.legend):
+        right = left + 25.0 + text_width(entry.label, SMALL)
+        boxes[f"legend {number}"] = (left, middle - 0.5 * SMALL, right, middle + 0.5 * SMALL)
+    for number, frame in enumerate(page.frames):
+        boxes[f"panel {number}"] = around(frame)
+        assert frame.height > 40.0, f"{name}: a panel squeezed flat"
+        assert frame.width > 60.0, f"{name}: a panel squeezed thin"
+        for axis, scale in ((frame.panel.x, frame.x), (frame.panel.y, frame.y)):
+            assert not axis.label or has_unit(axis.label), f"{name}: {axis.label} has no unit"
+            labels = [text for _, text in (*scale.ticks.major, *scale.ticks.minor) if text]
+            assert len(labels) >= 2 or axis.ticks is not None, f"{name}: {axis.label} has no scale"
+            assert len(set(labels)) == len(labels), f"{name}: {labels}"
+        places = [frame.left + s * frame.width for s in frame.x.share(major(frame)).tolist()]
+        widths = [text_width(text, SMALL) for _, text in frame.x.ticks.major]
+        for (a, wide), (b, other) in itertools.pairwise(zip(places, widths, strict=True)):
+            assert b - a > 0.5 * (wide + other), f"{name}: labels of {frame.panel.x.label} touch"
+    for what, (left, top, right, bottom) in boxes.items():
+        assert left >= -1.0, f"{name}: {what}"
+        assert top >= -1.0, f"{name}: {what}"
+        assert right <= page.width + 1.0, f"{name}: {what}"
+        assert bottom <= page.height + 1.0, f"{name}: {what}"
+    for (what, one), (that, other) in itertools.combinations(boxes.items(), 2):
+        apart = one[2] <= other[0] + 0.5 or other[2] <= one[0] + 0.5
+        apart |= one[3] <= other[1] + 0.5 or other[3] <= one[1] + 0.5
+        assert apart, f"{name}: {what} over {that}"
+
+
+def major(frame: Frame) -> np.ndarray:
+    return np.array([value for value, _ in frame.x.ticks.major])
+
+
+def around(frame: Frame) -> Box:
+    """A panel with its ticks and labels."""
+    half = 0.6 * TEXT
+    left, top = frame.left, frame.top
+    right, bottom = left + frame.width, top + frame.height
+    if not frame.panel.y.bare and frame.panel.y.label:
+        left, right = min(left, frame.label_left - half), max(right, frame.label_left + half)
+    if frame.second is not None:
+        right = max(right, frame.second_left + half)
+    top -= 12.0 if frame.panel.note or frame.panel.title else 0.0
+    bottom += 0.0 if frame.panel.x.bare else 7.0 + 1.25 * SMALL + TEXT
+    return left, top, right, bottom
+
+
+@pytest.mark.parametrize("name", ["loops", "energy_damping", "history"])
+def test_matplotlib_draws_the_same_in_the_same_places(name: str, result: ms.Result) -> None:
+    plot = draw(result, name)
+    made, page = figure(plot), lay_out(plot)
+    made.draw_without_rendering()
+    for axes, frame in zip(made.axes, page.frames, strict=True):
+        box = axes.get_position()
+        assert box.x0 * page.width == pytest.approx(frame.left)
+        assert (1.0 - box.y1) * page.height == pytest.approx(frame.top)
+        assert axes.get_ylabel().replace(r"\$", "$") == frame.panel.y.label
+        assert axes.get_xlim() == (frame.x.low, frame.x.high)
+        drawn = [line for line in axes.lines if line.get_marker() == "None"]
+        curves = [item for item in frame.panel.items if isinstance(item, (Line, Rule))]
+        assert len(drawn) == len(curves)
+        for line, item in zip(drawn, curves, strict=True):
+            if isinstance(item, Line):
+                np.testing.assert_array_equal(line.get_ydata(), item.y)
+        # Text is where the layout left room for it.
+        tight = axes.get_tightbbox()
+        assert tight is not None
+        assert tight.x0 >= -1.0
+        assert tight.x1 <= made.bbox.x1 + 1.0
 
 
 @pytest.mark.parametrize("number", ["coupled-phase", "coupled-ripple"])
@@ -361,12 +396,6 @@ def test_panels_under_a_varying_load_say_what_they_show(number: str) -> None:
         assert "of its" not in axes.get_xlabel()
 
 
-def inside(box: object, page: object, what: str) -> None:
-    x0, y0, x1, y1 = box.extents  # type: ignore[attr-defined]
-    assert x0 >= page.x0 - 1.0 and x1 <= page.x1 + 1.0, what  # type: ignore[attr-defined]  # noqa: PT018
-    assert y0 >= page.y0 - 1.0 and y1 <= page.y1 + 1.0, what  # type: ignore[attr-defined]  # noqa: PT018
-
-
 def has_unit(label: str) -> bool:
     plain = ("share", "Share", "factor", "ratio", "exponent", "Contacts", "Sample", " / ")
     return bool(re.search(r"\[(%|[^]]*(m|N|J|Hz)[^]]*)\]", label)) or any(
@@ -376,25 +405,22 @@ def has_unit(label: str) -> bool:
 
 def test_loads_differ_in_more_than_colour() -> None:
     result = study((LOADS, MANY)).run()
-    with styled():
-        for by in ("marker", "linestyle"):
-            looks = [str(look[by]) for _, look in drawing.drawn_loads(result, by)]
-            colours = [look["color"] for _, look in drawing.drawn_loads(result, by)]
-            assert len(set(looks)) == len(set(colours)) == drawing.MOST_LOADS
-    legend = draw(result, "backbone").legends[0]
-    assert legend.get_title().get_text() == "Normal load (23 more in the tables)"
-    assert [text.get_text() for text in legend.get_texts()][::5] == ["100 N", "2.9 kN"]
+    for name, look in (("backbone", "marker"), ("loops", "dash")):
+        plot = draw(result, name)
+        looks = {getattr(entry, look) for entry in plot.legend}
+        assert len(looks) == len({entry.color for entry in plot.legend}) == MOST_LOADS
+    assert plot.legend_title == "Normal load (23 more in the tables)"
+    assert [entry.label for entry in plot.legend][::5] == ["100 N", "2.9 kN"]
 
 
 def test_lines_that_would_hide_each_other_show_side_by_side() -> None:
     """With exponential heights damping does not depend on the load."""
     result = study((SURFACE, SURFACES["exponential"]), (LOADS, '["50 N", "60 N", "70 N"]')).run()
-    figure = draw(result, "energy_damping")
-    widths = [line.get_lw() for line in lines(by_label(figure, "Loss factor"))]
+    plot = draw(result, "energy_damping")
+    widths = [line.width for line in lines(by_label(plot, "Loss factor"))]
     assert widths == sorted(set(widths), reverse=True)
     assert len(widths) == 3
-    energies = [line.get_lw() for line in lines(by_label(figure, "energy"))]
-    assert len(set(energies)) == 1
+    assert len({line.width for line in lines(by_label(plot, "energy"))}) == 1
 
 
 def test_the_panels_of_loops_have_one_kind_of_axis() -> None:
@@ -403,28 +429,48 @@ def test_the_panels_of_loops_have_one_kind_of_axis() -> None:
     result = study((LOADS, '["500 N", "5 kN"]'), by_force).run()
     soft, stiff = (row.amplitude for row in result.rows)
     assert list(soft / stiff > 20.0) == [False, True]
-    panels = draw(result, "loops").axes
-    assert [axes.get_xlabel() for axes in panels] == [
-        r"Displacement / amplitude, $\delta/\delta_m$"
-    ] * 2
+    panels = draw(result, "loops").panels
+    assert [panel.x.label for panel in panels] == ["Displacement / amplitude, δ/δₘ"] * 2
 
 
 def test_forces_far_apart_are_in_newtons() -> None:
-    figure = draw(study((LOADS, '["1 mN", "100 kN"]')).run(), "backbone")
-    assert by_label(figure, "Force").get_ylabel() == "Force of first loading [N]"
-    assert by_label(figure, "Stiffness").get_yscale() == "log"
+    plot = draw(study((LOADS, '["1 mN", "100 kN"]')).run(), "backbone")
+    assert by_label(plot, "Force").y.label == "Force of first loading [N]"
+    assert by_label(plot, "Stiffness").y.log
+
+
+# -- ticks ---------------------------------------------------------------------------------------
 
 
 def test_log_axes_have_plain_labels_where_these_are_short() -> None:
-    axes = Figure().subplots()
     for low, high, value, label in (
         *((1e-3, 1e3, 1e-3, "0.001"), (1e-3, 1e3, 1e2, "100"), (1e-3, 1e3, 20.0, "")),
         *((1e-9, 1e3, 1.0, "10⁰"), (1e-9, 1e3, 1e-9, "10⁻⁹"), (1e12, 3e12, 2e12, "2·10¹²")),
         *((1.0, 9.0, 5.0, "5"), (1.0, 9.0, 4.0, ""), (1.0, 1.3, 1.1, "1.1")),
     ):
-        drawing.log_scale(axes, "y")
-        axes.set_ylim(low, high)
-        assert axes.yaxis.get_major_formatter()(value) == label
+        assert log_label(value, low, high) == label
+
+
+def test_ticks_are_round_numbers_that_say_where_they_stand() -> None:
+    """Each label read back, with the power that all leave out, is its place."""
+    rng = np.random.default_rng(0)
+    powers = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+    for _ in range(500):
+        low = float(rng.normal()) * 10.0 ** int(rng.integers(-9, 9))
+        high = low + abs(low) * 10.0 ** float(rng.uniform(-2.0, 2.0))
+        most = int(rng.integers(2, 10))
+        ticks = linear(low, high, most)
+        scale = float("1e" + ticks.offset[3:].translate(powers)) if ticks.offset else 1.0
+        assert 1 <= len(ticks.major) <= most + 1
+        for value, text in ticks.major:
+            assert low - 1e-9 * abs(low) <= value <= high + 1e-9 * abs(high)
+            read = float(text.replace("−", "-")) * scale
+            assert read == pytest.approx(value, rel=1e-9, abs=1e-9 * (high - low))
+    for decades in np.linspace(0.05, 20.0, 100).tolist():
+        least = 10.0 ** float(rng.uniform(-12.0, 6.0))
+        ticks = logarithmic(least, least * 10.0**decades, 7)
+        labelled = [value for value, text in (*ticks.major, *ticks.minor) if text]
+        assert 2 <= len(labelled) <= 14
 
 
 # -- long records -------------------------------------------------------------------------------
@@ -471,64 +517,79 @@ def test_each_stroke_of_a_long_path_is_drawn_once() -> None:
     assert strokes == wanted
 
 
-def test_a_long_record_is_a_picture_in_a_small_file(tmp_path: Path) -> None:
+def test_a_long_record_is_a_small_file(tmp_path: Path) -> None:
     record = np.cumsum(np.random.default_rng(0).normal(size=30_000)) / 100.0
     result = study(record=record, folder=tmp_path).run()
-    svg = figures.picture(result, "history", "svg")
-    assert b"<image" in svg
-    assert len(svg) < 400_000
-    assert b"<image" not in figures.picture(result, "loops", "svg")
+    assert len(svg(draw(result, "history"))) < 1_500_000
 
 
 # -- files --------------------------------------------------------------------------------------
 
 
-def test_each_figure_is_drawn_once_for_all_its_files(
-    result: ms.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    calls: list[str] = []
-
-    def counted(drawn: ms.Result) -> Figure:
-        calls.append("backbone")
-        return backbone(drawn)
-
-    backbone = figures.DRAW["backbone"]
-    monkeypatch.setitem(figures.DRAW, "backbone", counted)
-    figures._PICTURES.clear()
-    for kind in ("svg", "png"):
-        figures.write(result, tmp_path / f"backbone.{kind}")
-    again = figures.picture(result, "backbone", "svg")
-    assert calls == ["backbone"]
-    assert (tmp_path / "backbone.svg").read_bytes() == again
-    png = (tmp_path / "backbone.png").read_bytes()
-    assert png[:8] == b"\x89PNG\r\n\x1a\n"
-    assert struct.unpack(">II", png[16:24])[0] == 1420
-    other = study().run()
-    figures.picture(other, "loops", "svg")
-    assert result not in figures._PICTURES, "only the last result is kept"
-
-
-def test_files_do_not_depend_on_what_else_is_drawn(result: ms.Result) -> None:
-    first = figures.picture(result, "energy_damping", "svg")
-    edits = (PICTURES[1], '["svg"]\nreport = false'), ("[output]", f"{OSCILLATOR}\n[output]")
-    alone = study(*edits).run()
+def test_pixels_do_not_depend_on_the_settings_and_leave_them_alone(result: ms.Result) -> None:
+    plot = draw(result, "backbone")
+    first = png(plot)
+    assert first[:8] == b"\x89PNG\r\n\x1a\n"
+    assert struct.unpack(">II", first[16:24])[0] == 1420
     with matplotlib.rc_context({"lines.linewidth": 7.0, "xtick.labelcolor": "red"}):
-        assert figures.picture(alone, "energy_damping", "svg") == first
+        assert png(plot) == first
         assert matplotlib.rcParams["lines.linewidth"] == 7.0
         assert matplotlib.rcParams["xtick.labelcolor"] == "red"
 
 
 def test_svg_files_are_small_and_well_formed(result: ms.Result) -> None:
-    for name in figures.names(result):
-        svg = figures.picture(result, name, "svg")
-        assert len(svg) < 150_000, name
-        assert b"<dc:date>" not in svg
-        root = ET.parse(io.BytesIO(svg)).getroot()
+    for name in names(result):
+        plot = draw(result, name)
+        data = svg(plot)
+        assert data == svg(draw(result, name)), "the same figure gives the same file"
+        assert len(data) < 150_000, name
+        root = ET.fromstring(data)
         assert root.tag == "{http://www.w3.org/2000/svg}svg"
-        digits = re.findall(rb' d="[^"]*\.\d{3}', svg)
-        assert not digits, "finer than a hundredth of a point"
+        texts = {node.text for node in root.iter("{http://www.w3.org/2000/svg}text")}
+        for panel in plot.panels:
+            assert {panel.note, panel.title} - {""} <= texts
+        assert {entry.label for entry in plot.legend} <= texts
+        assert b"nan" not in data
+        assert not re.findall(rb' d="[^"]*\.\d{3}', data), "finer than a hundredth of a point"
 
 
-def test_a_file_that_cannot_be_written_is_an_oserror(result: ms.Result, tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError):
-        figures.write(result, tmp_path / "nowhere" / "loops.svg")
+def test_curves_are_where_the_ticks_say(result: ms.Result) -> None:
+    """A point of a curve, read from the file against two ticks, is the value it stands for."""
+    plot = Plot([Panel()])
+    panel = plot.panels[0]
+    panel.x.log, panel.x.low, panel.x.high = True, 0.1, 1000.0
+    panel.y.low, panel.y.high = -2.0, 3.0
+    panel.line([1.0, 100.0], [0.0, 2.0])
+    frame = lay_out(plot).frames[0]
+    text = svg(plot).decode()
+    found = re.search(r'<path d="M([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+)" fill="none"', text)
+    assert found
+    x0, y0, x1, y1 = map(float, found.groups())
+    assert x0 == pytest.approx(frame.left + 0.25 * frame.width, abs=0.01)
+    assert x1 == pytest.approx(frame.left + 0.75 * frame.width, abs=0.01)
+    assert y0 == pytest.approx(frame.top + 0.6 * frame.height, abs=0.01)
+    assert y1 == pytest.approx(frame.top + 0.2 * frame.height, abs=0.01)
+
+
+def test_what_others_wrote_is_text_in_a_figure() -> None:
+    attack = '</text><script>alert("1")</script>&\x00\ud800$x_1$'
+    plot = Plot([Panel()], title=attack)
+    root = ET.fromstring(svg(plot))
+    assert not list(root.iter("{http://www.w3.org/2000/svg}script"))
+    assert "".join(root.itertext()).startswith('</text><script>alert("1")</script>&')
+
+
+def test_pixels_are_whole_pictures() -> None:
+    """A map in a figure is a PNG that reads back as it was."""
+    import base64
+    import io
+
+    from PIL import Image
+
+    values = np.random.default_rng(0).integers(0, 256, (5, 7, 3)).astype(np.uint8)
+    plot = Plot([Panel()])
+    plot.panels[0].add(Pixels(values, 0.0, 7.0, 0.0, 5.0))
+    found = re.search(r"data:image/png;base64,([^\"]+)", svg(plot).decode())
+    assert found
+    picture = Image.open(io.BytesIO(base64.b64decode(found[1])))
+    np.testing.assert_array_equal(np.asarray(picture), values)

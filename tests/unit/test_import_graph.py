@@ -17,16 +17,19 @@ ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "microslip"
 
 # What is still to go: an import that is removed has to leave this list as well.
-STILL_UPWARDS: frozenset[tuple[str, str]] = frozenset()
+STILL_UPWARDS: frozenset[tuple[str, str]] = frozenset(
+    {
+        ("microslip.study.schema", "microslip.results.predicted.columns"),
+        ("microslip.study.schema", "microslip.results.predicted.result"),
+        ("microslip.study.schema", "microslip.results.predicted.run"),
+    }
+)
 STILL_CIRCULAR: frozenset[tuple[str, str]] = frozenset(
     {
         ("microslip.friction.field_cycles", "microslip.friction.field"),
-        ("microslip.study.result", "microslip.study.netcdf"),
-        ("microslip.study.result", "microslip.study.output"),
-        ("microslip.study.result", "microslip.study.varying"),
         ("microslip.study.schema", "microslip.study.load"),
-        ("microslip.study.schema", "microslip.study.result"),
-        ("microslip.study.schema", "microslip.study.run"),
+        ("microslip.study.schema", "microslip.results.predicted.result"),
+        ("microslip.study.schema", "microslip.results.predicted.run"),
         ("microslip.study.sense", "microslip.study.schema"),
     }
 )

@@ -203,34 +203,3 @@ def test_abstract_classes_cannot_be_made(base: type) -> None:
     assert base.examples() == ()  # type: ignore[attr-defined]
     with pytest.raises(TypeError, match="abstract"):
         base()
-
-
-def test_nothing_imports_upwards() -> None:
-    """Data flows one way, floor by floor."""
-    floors = {
-        "errors": 0, "_version": 0, "_core": 0, "kernels": 0, "numerics": 0,
-        "materials": 1, "heights": 1, "readers": 1,
-        "normal": 2, "memory": 3, "loops": 4, "friction": 5, "structures": 7, "study": 8,
-        "tribometer": 6, "scans": 6, "identification": 6, "sweeps": 8, "chapter": 8,
-        "report": 1, "results": 9, "cli": 10,
-    }  # fmt: skip
-    for file in PACKAGE.rglob("*.py"):
-        part = file.relative_to(PACKAGE).with_suffix("").parts
-        if part == ("__init__",):
-            continue
-        assert part[0] in floors, f"{file} is on no floor"
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            names: list[str] = []
-            if isinstance(node, ast.ImportFrom) and node.module:
-                names = [node.module]
-                assert node.level == 0, f"{file}: relative import"
-                if node.module == "microslip":
-                    names = [f"microslip.{alias.name}" for alias in node.names]
-            elif isinstance(node, ast.Import):
-                names = [alias.name for alias in node.names]
-            for name in names:
-                pieces = name.split(".")
-                if pieces[0] != "microslip" or len(pieces) == 1 or pieces[1] not in floors:
-                    continue
-                if pieces[1] != part[0]:
-                    assert floors[pieces[1]] <= floors[part[0]], f"{file} imports {name}"

@@ -21,8 +21,9 @@ from studies import AMPLITUDES, CURVE, LOADS, STUDY, SURFACE, SURFACES, edited
 
 import microslip as ms
 from microslip._core.quantities import QUANTITIES, UNITS
-from microslip.study.netcdf import WORDS, contents
-from microslip.study.output import write
+from microslip.report.files import write_all
+from microslip.results.predicted.arrays import WORDS, contents
+from microslip.results.predicted.files import files
 
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv"]\nreport = false')
 HISTORY = 'history = { file = "record.csv", column = "x" }'
@@ -417,7 +418,7 @@ def test_all_columns_and_keys_have_a_unit(result: ms.Result) -> None:
 
 def test_progress_rises_to_one_while_files_are_written(result: ms.Result, tmp_path: Path) -> None:
     shares: list[float] = []
-    write(result, tmp_path, shares.append)
+    write_all(files(result, tmp_path), tmp_path, shares.append)
     assert shares == sorted(shares)
     assert shares[0] < 0.5
     assert shares[-1] == 1.0

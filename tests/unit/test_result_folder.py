@@ -162,7 +162,7 @@ def test_a_failure_while_writing_leaves_things_as_they_were(
     def fail(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr("microslip.study.output.write_table", fail)
+    monkeypatch.setattr("microslip.report.files.write_csv", fail)
     wanted = ms.StudyError if isinstance(error, OSError) else KeyboardInterrupt
     with pytest.raises(wanted) as caught:
         result.save(folder, overwrite=old)
@@ -347,11 +347,12 @@ def test_a_result_that_another_run_put_there_meanwhile_is_replaced_if_that_may_b
 def test_files_that_vanish_while_others_are_written_are_missed(
     result: ms.Result, tmp_path: Path
 ) -> None:
-    from microslip.study.output import write
+    from microslip.report.files import write_all
+    from microslip.results.predicted.files import files
 
     def compute() -> None:
         with folder_module.staged(tmp_path / "result") as stage:
-            write(result, stage)
+            write_all(files(result, stage), stage)
             (stage / "curves.csv").unlink()
 
     with pytest.raises(ms.StudyError, match=r"cannot be written: curves\.csv has vanished"):

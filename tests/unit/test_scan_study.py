@@ -12,9 +12,9 @@ from jsonschema import Draft7Validator
 from studies import GAUSSIAN, SURFACE, edited
 
 import microslip as ms
+from microslip.results.predicted.preview import preview
 from microslip.scans import random_surface
 from microslip.study.json_schema import json_schema
-from microslip.study.preview import preview
 
 SCAN = """law = "scan"
 scan = "ground.npy"
@@ -111,7 +111,7 @@ def test_the_cutoff_is_in_every_file(home: Path, monkeypatch: pytest.MonkeyPatch
 def test_no_cutoff_has_to_be_said_and_is_shown(home: Path) -> None:
     study = ms.Study.from_toml(scan_study(('"6 um"', '"none"')), folder=home)
     found = preview(study)
-    assert any("no cut-off: the pixel decides" in note for note in found["notes"])
+    assert any("no cut-off: the pixel decides" in note for note in found.data["notes"])
     surface = study.run().joints[0].surface
     assert surface.radius == summits(home, None).statistics().radius  # type: ignore[attr-defined]
     page_rows = dict(_rows(study))
@@ -119,9 +119,9 @@ def test_no_cutoff_has_to_be_said_and_is_shown(home: Path) -> None:
 
 
 def _rows(study: ms.Study) -> list[tuple[str, str]]:
-    from microslip.study.report_tables import study_groups
+    from microslip.results.predicted.study_facts import study_facts
 
-    return next(group.rows for group in study_groups(study) if group.name == "Surface")
+    return list(next(facts.rows for facts in study_facts(study) if facts.title == "Surface"))
 
 
 def test_keys_are_those_of_the_reading_and_the_conditioning(home: Path) -> None:

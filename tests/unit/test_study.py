@@ -12,7 +12,7 @@ import pytest
 from studies import AMPLITUDES, CURVE, LOADS, STUDY, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.study.result import AmplitudeCurve, blocks
+from microslip.results.predicted.columns import AmplitudeCurve, blocks
 
 NO_REPORT = "report = false\n"
 OSCILLATOR = """
@@ -256,11 +256,11 @@ def test_a_result_is_frozen_and_survives_copies(record: Path) -> None:
 @pytest.mark.parametrize("name", ["exponential", "sphere", "table"])
 def test_the_files_are_known_before_anything_is_computed(name: str, record: Path) -> None:
     """Without matplotlib, which takes half a second to load: so the names stand twice."""
-    from microslip.study import figures
-    from microslip.study.summary import files
+    from microslip.results.predicted.figures import names
+    from microslip.results.predicted.numbers import files
 
     for text in (with_history("x", "displacement"), STUDY):
         text = text.replace(SURFACE, SURFACES[name]).replace(LOADS, '"50 N"')
         study = ms.Study.from_toml(text.replace('["csv"]', '["png"]'), folder=record)
         drawn = [file.removesuffix(".png") for file in files(study) if file.endswith(".png")]
-        assert drawn == list(figures.names(study.run()))
+        assert drawn == list(names(study.run()))

@@ -102,36 +102,33 @@ def _predict(read: Callable[[], Study], folder: Path, overwrite: bool, as_json: 
     unprinted: OSError | None = None
     with stoppable():
         study = read()
-        with staged(folder, overwrite) as stage:
-            from microslip.study.output import write
+        from microslip.results.predicted.numbers import KIND
+
+        with staged(folder, overwrite, KIND, "result") as stage:
+            from microslip.report.files import write_all
+            from microslip.report.terminal import show, show_files
+            from microslip.results.predicted.document import document
+            from microslip.results.predicted.files import files
 
             with progress("Computing") as report:
                 result = study.run(report)
             if not as_json:
-                # The numbers now, since drawing takes longer; the files all the same, should
+                # The numbers now, since writing may take longer; the files all the same, should
                 # nobody be able to read them.
                 try:
-                    _show(result.summary)
+                    show(document(result), sys.stdout)
+                    if sys.stdout is not None:
+                        sys.stdout.flush()
                 except OSError as error:
                     unprinted = error
             with progress("Drawing and writing") as report:
-                write(result, stage, report, folder)
+                write_all(files(result, folder), stage, report)
     if unprinted is not None:
         raise unprinted
     if as_json:
         echo_json(result.summary)
     else:
-        from microslip.study.tables import show_files
-
-        show_files(result.summary, folder, sys.stdout)
-
-
-def _show(summary: dict[str, Any]) -> None:
-    from microslip.study.tables import show
-
-    show(summary, sys.stdout)
-    if sys.stdout is not None:
-        sys.stdout.flush()
+        show_files(result.summary["files"], folder, sys.stdout)
 
 
 @click.command(short_help="Look a study over, without running it.")
@@ -144,18 +141,20 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     Exit code 0 says that predict will run; doubtful assumptions are shown and are no error.
     """
     with stoppable(), progress("Checking"):
+        from microslip.results.predicted.preview import next_step, preview
         from microslip.study.load import read
-        from microslip.study.preview import preview
 
         found = preview(read(study, overrides))
     if as_json:
-        echo_json(found)
+        echo_json(found.data)
     else:
+        from microslip.report.terminal import show, show_command
         from microslip.study.new import command_line
-        from microslip.study.tables import show_preview
 
         words = [word for override in overrides for word in ("--set", override)]
-        show_preview(found, command_line("microslip", "predict", study, *words), sys.stdout)
+        show(found, sys.stdout)
+        command = command_line("microslip", "predict", study, *words)
+        show_command(next_step(found), command, sys.stdout)
 
 
 @click.command(short_help="Write a study to begin with.")

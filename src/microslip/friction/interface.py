@@ -161,6 +161,29 @@ class Interface(BackboneLaw):
         return value
 
     @property
+    def slip_scale(self) -> float:
+        """Displacement over which the joint goes from sticking to sliding [m].
+
+        The slip per indentation times the spread of the heights, where the surface has one, else
+        the force limit over the stiffness at rest.
+        """
+        return self._slip_scale[0]
+
+    @cached_property
+    def _slip_scale(self) -> tuple[float, str]:
+        """The slip scale [m], and how it is defined."""
+        measure = self.surface._slip_measure()
+        if measure is None:
+            scale = self.force_limit / self.tangential_stiffness
+            return scale, "force_limit / tangential_stiffness"
+        return self.slip_per_indentation * measure[0], f"slip_per_indentation * {measure[1]}"
+
+    @property
+    def standardised_separation(self) -> float | None:
+        """Separation over the spread of the heights [-]; None where there is no such number."""
+        return self.surface._standardised(self.separation)
+
+    @property
     def validity(self) -> tuple[Verdict, ...]:
         """How far the assumptions of the model hold here: name, value, limit, word, meaning."""
         return validity(self)

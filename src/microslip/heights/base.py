@@ -7,7 +7,7 @@ import numbers
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -61,6 +61,13 @@ class HeightDistribution(Parametric, ABC):
     @abstractmethod
     def spread(self) -> float:
         """Standard deviation of the heights [m], or what stands for it where that is infinite."""
+
+    _spread_name: ClassVar[str] = "spread of the heights"
+    """What the spread is called where it scales something else; empty where it never does."""
+
+    def _standardised(self, height: float) -> float | None:
+        """A height over the spread, from where that counts; None where nobody counts so."""
+        return None
 
     @property
     @abstractmethod

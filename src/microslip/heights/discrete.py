@@ -41,6 +41,9 @@ class Discrete(Locked, HeightDistribution):
         low, high = self.span
         return f"Discrete({np.size(self.values)} heights from {low:g} to {high:g})"
 
+    # Each summit slips at its own place, whatever the others do.
+    _spread_name = ""
+
     @property
     def spread(self) -> float:
         """Standard deviation of the heights [m]."""

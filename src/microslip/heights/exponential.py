@@ -38,6 +38,10 @@ class Exponential(HeightDistribution):
     )
 
     edge = 0.0
+    _spread_name = "heights.scale"
+
+    def _standardised(self, height: float) -> float | None:
+        return height / self.scale
 
     @property
     def spread(self) -> float:

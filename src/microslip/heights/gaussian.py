@@ -38,6 +38,11 @@ class Gaussian(HeightDistribution):
     std: float = field(metadata=parameter("sigma", "m", "standard deviation", above=0.0))
     mean: float = field(default=0.0, metadata=parameter("m", "m", "mean height"))
 
+    _spread_name = "heights.std"
+
+    def _standardised(self, height: float) -> float | None:
+        return (height - self.mean) / self.std
+
     @property
     def spread(self) -> float:
         """Standard deviation of the heights [m]."""

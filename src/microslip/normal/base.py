@@ -68,6 +68,17 @@ class NormalLaw(Parametric, ABC):
         """
         return {}
 
+    def _slip_measure(self) -> tuple[float, str] | None:
+        """Indentation [m] over which contacts begin to slip one after the other, and its name.
+
+        None where nothing but the stiffness says so.
+        """
+        return None
+
+    def _standardised(self, separation: float) -> float | None:
+        """A separation over the spread of the heights [-]; None where there is no such number."""
+        return None
+
     def _derivative_at(self, separation: float, order: int) -> float:
         """The same at one separation."""
         return float(self._derivative(np.array([separation]), order)[0])

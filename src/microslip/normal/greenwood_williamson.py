@@ -101,6 +101,14 @@ class GreenwoodWilliamson(NormalLaw):
             **plasticity_index(self.pair, spread, self.radius),
         }
 
+    def _slip_measure(self) -> tuple[float, str] | None:
+        name = self.heights._spread_name
+        return (self.heights.spread, name) if name else None
+
+    def _standardised(self, separation: float) -> float | None:
+        found: float | None = self.heights._standardised(separation)
+        return found
+
     @property
     def _span(self) -> tuple[float, float]:
         span: tuple[float, float] = self.heights.span

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -67,7 +68,11 @@ def signed(text: str) -> str:
 
 def area(value: float | None) -> str:
     """Write an area [m²] in the unit that suits it."""
-    return UNKNOWN if value is None else quantity(float(f"{value:.2e}"), "m²")
+    if value is None:
+        return UNKNOWN
+    if value >= 1e-9:
+        return f"{significant(1e6 * value)} mm²"
+    return quantity(float(f"{value:.2e}"), "m²")
 
 
 def quantity(value: Any, unit: str) -> str:
@@ -92,3 +97,12 @@ def quantity(value: Any, unit: str) -> str:
         )
         return f"{value / factor:.6g} {unit}"
     return engineering(value, unit, 6, trim=True) if unit else f"{value:.6g}"
+
+
+def si(value: float) -> str:
+    """Write a number with all its digits and a short exponent, such as "6.9e10" or "0.0002"."""
+    text = f"{value:.10g}"
+    if abs(value) >= 1e6 and "e" not in text:
+        mantissa, _, exponent = f"{value:.9e}".partition("e")
+        text = f"{mantissa.rstrip('0').rstrip('.')}e{exponent}"
+    return re.sub(r"e([+-])0*", lambda found: f"e{found[1].strip('+')}", text)

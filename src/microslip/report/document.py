@@ -127,8 +127,8 @@ class Verdicts:
         In the order of reading; several of one name are told as one.
     places : tuple of str, optional
         Where each of them is so, such as "5 kN"; empty, or an empty text, for everywhere.
-    writes : mapping, optional
-        How the values of a name are written where that is not a plain number.
+    percent : frozenset of str, optional
+        Names whose values stand in percent.
     noun : str, optional
         What the places are, in the plural.
     caption : str, optional
@@ -139,7 +139,7 @@ class Verdicts:
 
     verdicts: tuple[Verdict, ...]
     places: tuple[str, ...] = ()
-    writes: Mapping[str, Write] = field(default_factory=dict)
+    percent: frozenset[str] = frozenset()
     noun: str = "loads"
     caption: str = ""
     none: str = "No limits are known for this law."

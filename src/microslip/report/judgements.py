@@ -10,7 +10,7 @@ from microslip.report.document import Verdicts
 
 HEADLINES = {
     "ok": "All assumptions of the model hold.",
-    "not judged": "Not everything is judged:",
+    "not judged": "What was judged holds, but not all was:",
     "watch": "Read with care:",
     "outside": "Outside the model’s range:",
 }
@@ -24,7 +24,7 @@ class Judgement(NamedTuple):
     name: str
     """What is judged."""
     value: str
-    """Its value, or the smallest and the largest; "–" where it is not judged."""
+    """Its value, or the smallest and the largest; "not known" where it is not judged."""
     bound: str
     """Where it would be ok."""
     where: str
@@ -41,7 +41,8 @@ class Judgement(NamedTuple):
         """All of it that a headline needs."""
         where = f" {self.where}" if self.where else ""
         if self.word == "not judged":
-            return f"{self.name}{where}: not judged" + (f", {self.reason}" if self.reason else "")
+            missing = f"; {self.reason}" if self.reason else ""
+            return f"{self.name} {self.value} (ok {self.bound}){where}: not judged{missing}"
         return f"{self.name} {self.value} (ok {self.bound}){where}: {self.word}"
 
 
@@ -57,12 +58,12 @@ def judgements(block: Verdicts) -> list[Judgement]:
 
 def value_text(block: Verdicts, name: str, value: float) -> str:
     """What is judged, for people."""
-    return block.writes.get(name, significant)(value)
+    return f"{significant(100.0 * value)} %" if name in block.percent else significant(value)
 
 
 def limit_text(block: Verdicts, name: str, limit: float) -> str:
     """What it is held to, a number that somebody chose."""
-    return block.writes[name](limit) if name in block.writes else f"{limit:.3g}"
+    return f"{100.0 * limit:.3g} %" if name in block.percent else f"{limit:.3g}"
 
 
 def _judged(name: str, pairs: list[tuple[Verdict, str]], block: Verdicts) -> Judgement:
@@ -82,7 +83,7 @@ def _judged(name: str, pairs: list[tuple[Verdict, str]], block: Verdicts) -> Jud
     return Judgement(
         worst,
         name.replace(" * ", " × "),
-        " to ".join(texts) or "–",
+        " to ".join(texts) or "not known",
         f"{'from' if rising else 'up to'} {limit_text(block, name, limit)}",
         "" if everywhere and not moving else _listed(at, block.noun),
         bad[0].meaning,

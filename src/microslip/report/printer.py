@@ -32,6 +32,10 @@ _PLAIN = str.maketrans(
         "²": "^2",
         "ₜ": "_t",
         "–": "-",
+        "−": "-",
+        "×": "*",
+        "’": "'",
+        "κ": "kappa",
         "…": "...",
     }
 )
@@ -117,7 +121,7 @@ class Printer:
 
     def verdict(self, word: str, text: str) -> None:
         """Print one line of the validity."""
-        self.hanging(f"  {word}", text, 10, _WORD_STYLE.get(word, ""))
+        self.hanging(f"  {word}", text, max(10, len(word) + 3), _WORD_STYLE.get(word, ""))
 
     def table(
         self,

@@ -45,6 +45,19 @@ def show(document: Document, stream: TextIO | None) -> None:
                 _print(block, out, section.title)
 
 
+def show_command(text: str, command: str, stream: TextIO | None) -> None:
+    """Print what to type next.
+
+    Raises
+    ------
+    OSError
+        If the stream cannot be written.
+    """
+    out = Printer(stream)
+    out.line(text)
+    out.path(f"  {command}")
+
+
 def show_files(names: Sequence[str], folder: Path, stream: TextIO | None) -> None:
     """Print what was written: files by what they are for; a figure once, whatever its formats.
 
@@ -54,7 +67,6 @@ def show_files(names: Sequence[str], folder: Path, stream: TextIO | None) -> Non
         If the stream cannot be written.
     """
     out = Printer(stream)
-    out.line()
     out.path(f"Written to {shorten(str(folder), 1000)}:")
     for head, group in file_groups(names).items():
         out.words(f"  {head}", group, 11)

@@ -13,3 +13,8 @@ A new kind of result is one module here (or a package, where it is long). It off
 and nothing else: how these look and how they are written whole or not at all is the business of
 :mod:`microslip.report`.
 """
+
+# As in the package itself: what is not used is not loaded.
+import lazy_loader as _lazy
+
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

@@ -49,7 +49,8 @@ from microslip.study.surfaces import AnyMaterial, AnySurface
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from microslip.study.result import Progress, Result
+    from microslip.results.predicted.columns import Progress
+    from microslip.results.predicted.result import Result
 
 SCHEMA = 1
 MAX_POINTS = 1_000_000
@@ -250,9 +251,11 @@ class Output(Part):
 
     formats: Annotated[
         tuple[Annotated[str, one_of(*FORMATS)], ...],
-        array('["netcdf", "csv", "svg", "png"]', 20),
+        array('["netcdf", "csv", "svg"]', 20),
         AfterValidator(different),
-    ] = Field(default=FORMATS, description="Files that are written.")
+    ] = Field(
+        default=FORMATS[:3], description="Files that are written; pixels only where asked for."
+    )
     report: YesOrNo = Field(
         default=True, description="Whether a page with all results, report.html, is written."
     )
@@ -433,6 +436,6 @@ class Study(Part):
         StudyError
             If the physics has no answer, such as a load that the surface cannot carry.
         """
-        from microslip.study.run import run
+        from microslip.results.predicted.run import run
 
         return run(self, progress)

@@ -21,8 +21,9 @@ from microslip.report.plot import (
     Plot,
 )
 from microslip.report.scales import common_prefix, evenly, length_prefix
-from microslip.study.result import AmplitudeCurve, Result
-from microslip.study.varying import VaryingCycles
+from microslip.results.predicted.columns import AmplitudeCurve
+from microslip.results.predicted.prediction import Prediction
+from microslip.results.predicted.varying import VaryingCycles
 
 MOST_LOADS = 6
 MOST_MARKS = 12
@@ -38,13 +39,13 @@ class Look(NamedTuple):
     dash: tuple[float, ...]
 
 
-def drawn_loads(result: Result) -> list[tuple[int, Look]]:
+def drawn_loads(result: Prediction) -> list[tuple[int, Look]]:
     """Loads that are drawn: their index and look."""
     looks = map(Look, COLORS, MARKERS, DASHES)
     return list(zip(evenly(len(result.joints), MOST_LOADS), looks, strict=False))
 
 
-def add_legend(plot: Plot, result: Result, *, dashed: bool = False, title: str = "") -> Plot:
+def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False, title: str = "") -> Plot:
     """Name the loads below the panels, and the study above them.
 
     Without a title these are normal loads or, in a study with others that vary, constant ones.
@@ -71,7 +72,7 @@ class AmplitudeAxis(NamedTuple):
     """The amplitude that curves are drawn against."""
 
     column: str
-    """Name of the column in :class:`~microslip.study.result.AmplitudeCurve`."""
+    """Name of the column in :class:`~microslip.results.predicted.result.AmplitudeCurve`."""
     unit: float
     """What its values are divided by [SI unit]."""
     label: str
@@ -89,7 +90,7 @@ class AmplitudeAxis(NamedTuple):
         return Panel(Axis(label or self.label, self.low, self.high, log=True), y, note)
 
 
-def displacement_axis(result: Result) -> AmplitudeAxis:
+def displacement_axis(result: Prediction) -> AmplitudeAxis:
     """The displacement amplitude, over the range of the curves."""
     curves = [result.curves[index] for index, _ in drawn_loads(result)]
     low = min(float(curve.amplitude[0]) for curve in curves)
@@ -101,7 +102,7 @@ def displacement_axis(result: Result) -> AmplitudeAxis:
     return AmplitudeAxis("amplitude", unit, f"Displacement amplitude [{letter}m]", low, high)
 
 
-def force_axis(result: Result) -> AmplitudeAxis:
+def force_axis(result: Prediction) -> AmplitudeAxis:
     """The force amplitude, over the range of the curves and past the largest force limit.
 
     Loops under a load that varies reach further than the limit at its mean.
@@ -126,7 +127,9 @@ def finite(values: Floats) -> Floats:
     return found if found.size else np.array([np.nan])
 
 
-def draw_curves(panel: Panel, result: Result, axis: AmplitudeAxis, quantity: Quantity) -> Floats:
+def draw_curves(
+    panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: Quantity
+) -> Floats:
     """Draw a quantity of every load: a line, and markers where there are loops.
 
     Gives the ordinates of all lines that can be drawn, above zero on a log axis.

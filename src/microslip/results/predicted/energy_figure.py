@@ -21,6 +21,7 @@ from microslip.report.plot import (
     stacked,
 )
 from microslip.report.scales import evenly
+from microslip.results.predicted.columns import AmplitudeCurve
 from microslip.results.predicted.curves import (
     MOST_MARKS,
     AmplitudeAxis,
@@ -31,8 +32,8 @@ from microslip.results.predicted.curves import (
     finite,
     force_axis,
 )
-from microslip.study.result import AmplitudeCurve, Result
-from microslip.study.varying import VaryingCycles, in_words
+from microslip.results.predicted.prediction import Prediction
+from microslip.results.predicted.varying import VaryingCycles, in_words
 
 CUBIC = "cubic limit, ∝ δₘ³"
 CUBIC_IN_FORCE = "cubic limit, ∝ Tₘ³"
@@ -40,17 +41,17 @@ LINEAR = "linear limit, 4μN δₘ"
 MOST_EXPONENT = 6.0
 
 
-def energy_damping(result: Result) -> Plot:
+def energy_damping(result: Prediction) -> Plot:
     """Energy, loss factor, damping ratio and exponent against the displacement amplitude."""
     return _figure(result, displacement_axis(result))
 
 
-def force_damping(result: Result) -> Plot:
+def force_damping(result: Prediction) -> Plot:
     """Energy, loss factor, damping ratio and exponent against the force amplitude."""
     return _figure(result, force_axis(result))
 
 
-def _figure(result: Result, axis: AmplitudeAxis) -> Plot:
+def _figure(result: Prediction, axis: AmplitudeAxis) -> Plot:
     panels = [make(result, axis) for make in (_energy, _damping, _exponent)]
     if axis.column == "force_amplitude":
         for panel in panels:
@@ -64,7 +65,7 @@ def _figure(result: Result, axis: AmplitudeAxis) -> Plot:
 
 def _draw_varying(
     panel: Panel,
-    result: Result,
+    result: Prediction,
     axis: AmplitudeAxis,
     constant: Floats,
     quantity: Callable[[VaryingCycles], Floats],
@@ -84,7 +85,7 @@ def _draw_varying(
 # -- energy --------------------------------------------------------------------------------------
 
 
-def _energy(result: Result, axis: AmplitudeAxis) -> Panel:
+def _energy(result: Prediction, axis: AmplitudeAxis) -> Panel:
     panel = axis.panel(Axis("Dissipated energy per cycle [J]", log=True))
     uppermost: dict[str, tuple[float, LineName]] = {}
     for index, look in drawn_loads(result):
@@ -101,7 +102,7 @@ def _energy(result: Result, axis: AmplitudeAxis) -> Panel:
 
 
 def _limit_lines(
-    result: Result, index: int, axis: AmplitudeAxis
+    result: Prediction, index: int, axis: AmplitudeAxis
 ) -> list[tuple[Floats, Floats, str, float]]:
     """Where the energy tends to at small and at large amplitudes: lines, names, coefficients.
 
@@ -131,7 +132,7 @@ def _limit_lines(
 # -- damping -------------------------------------------------------------------------------------
 
 
-def _damping(result: Result, axis: AmplitudeAxis) -> Panel:
+def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     panel = axis.panel(Axis("Loss factor η", 0.0))
     panel.second = ("Damping ratio ζ = η/2", 0.5)
     top = 4.0 / math.pi
@@ -165,7 +166,7 @@ def force_exponent(curve: AmplitudeCurve) -> Floats:
         return curve.dissipation_exponent * (curve.secant_stiffness / curve.tangent_stiffness)
 
 
-def _exponent(result: Result, axis: AmplitudeAxis) -> Panel:
+def _exponent(result: Prediction, axis: AmplitudeAxis) -> Panel:
     by_force = axis.column == "force_amplitude"
     panel = axis.panel(Axis(f"Local exponent\nd ln E / d ln {'T' if by_force else 'δ'}"))
     panel.add(*(Rule(level) for level in ((3.0,) if by_force else (3.0, 1.0))))

@@ -22,6 +22,7 @@ from microslip.report.plot import (
     stacked,
 )
 from microslip.report.scales import common_prefix, evenly, far_apart
+from microslip.results.predicted.columns import AmplitudeCurve
 from microslip.results.predicted.curves import (
     AmplitudeAxis,
     add_legend,
@@ -31,8 +32,8 @@ from microslip.results.predicted.curves import (
 )
 from microslip.results.predicted.energy_figure import energy_damping, force_damping
 from microslip.results.predicted.history_figure import history
-from microslip.study.result import AmplitudeCurve, Result
-from microslip.study.varying import in_words
+from microslip.results.predicted.prediction import Prediction
+from microslip.results.predicted.varying import in_words
 
 MOST_PANELS = 6
 _MARKS = 7
@@ -42,7 +43,7 @@ _AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"), (1e-18, "nm²"))
 # -- loops ---------------------------------------------------------------------------------------
 
 
-def loops(result: Result) -> Plot:
+def loops(result: Prediction) -> Plot:
     """Hysteresis loops, one panel for each amplitude, one loop for each load."""
     shown = evenly(len(result.rows[0].amplitude), MOST_PANELS)
     columns = 1 if len(shown) == 1 else 2 if len(shown) <= 4 else 3
@@ -73,7 +74,7 @@ def loops(result: Result) -> Plot:
 
 
 def _loops_at(
-    result: Result, index: int, largest: tuple[float, float], over_amplitude: bool
+    result: Prediction, index: int, largest: tuple[float, float], over_amplitude: bool
 ) -> Panel:
     # No markers: they would pass for measured points.
     loads = drawn_loads(result)
@@ -112,7 +113,7 @@ def _prefix(value: float, largest: float, least: float = 0.0) -> tuple[float, st
 # -- first loading -------------------------------------------------------------------------------
 
 
-def backbone(result: Result) -> Plot:
+def backbone(result: Prediction) -> Plot:
     """Force of first loading, and its tangent and secant stiffness."""
     axis = displacement_axis(result)
     label = axis.label.replace("Displacement amplitude", "Displacement")
@@ -122,7 +123,7 @@ def backbone(result: Result) -> Plot:
     )
 
 
-def _force(result: Result, axis: AmplitudeAxis) -> Panel:
+def _force(result: Prediction, axis: AmplitudeAxis) -> Panel:
     loads = drawn_loads(result)
     limits = [result.joints[i].force_limit for i, _ in loads]
     unit, letter = common_prefix(limits)
@@ -142,7 +143,7 @@ def _force(result: Result, axis: AmplitudeAxis) -> Panel:
     return panel
 
 
-def _stiffness(result: Result, axis: AmplitudeAxis) -> Panel:
+def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
     loads = drawn_loads(result)
     rest = [result.joints[i].tangential_stiffness for i, _ in loads]
     unit, letter = common_prefix(rest)
@@ -163,7 +164,7 @@ def _stiffness(result: Result, axis: AmplitudeAxis) -> Panel:
 # -- contacts ------------------------------------------------------------------------------------
 
 
-def contact_state(result: Result) -> Plot:
+def contact_state(result: Prediction) -> Plot:
     """Contacts and real area against the load, and the sticking share of the area."""
     surface = result.joints[0].surface
     loads, separations = _loads(result)
@@ -195,7 +196,7 @@ def contact_state(result: Result) -> Plot:
     )
 
 
-def _loads(result: Result) -> tuple[Floats, Floats]:
+def _loads(result: Prediction) -> tuple[Floats, Floats]:
     """Normal loads [N] from below the lightest to above the heaviest, and their separations [m]."""
     joints = result.joints
     low = min(joint.normal_load for joint in joints)
@@ -209,7 +210,7 @@ def _loads(result: Result) -> tuple[Floats, Floats]:
         return np.array([load for load, _ in own]), np.array([place for _, place in own])
 
 
-def _area_scale(result: Result, largest: float) -> tuple[float, str]:
+def _area_scale(result: Prediction, largest: float) -> tuple[float, str]:
     """What real areas [m²] are divided by, and the label of their axis."""
     apparent = getattr(result.study.surface, "area", None)
     if apparent is not None:
@@ -218,7 +219,7 @@ def _area_scale(result: Result, largest: float) -> tuple[float, str]:
     return scale, f"Contact area [{name}]"
 
 
-def _stick(result: Result) -> Panel:
+def _stick(result: Prediction) -> Panel:
     axis = displacement_axis(result)
     panel = axis.panel(
         Axis("Sticking share of the contact area", 0.0, 1.05),
@@ -236,7 +237,7 @@ def _stick_share(curve: AmplitudeCurve) -> Floats:
 # -- sliders -------------------------------------------------------------------------------------
 
 
-def slider_density(result: Result) -> Plot:
+def slider_density(result: Prediction) -> Plot:
     """Density of sliders, discrete sliders as stems, and their share of the force limit."""
     axis = displacement_axis(result)
     axis = axis._replace(
@@ -262,7 +263,7 @@ def _peak(curve: AmplitudeCurve) -> float:
     return float(density[np.isfinite(density)].max(initial=0.0))
 
 
-def _density(result: Result, axis: AmplitudeAxis) -> Panel:
+def _density(result: Prediction, axis: AmplitudeAxis) -> Panel:
     panel = axis.panel(
         Axis("Slider density −T₀″ [N/m²]", log=True),
         "stiffness of the spread sliders per yield displacement",
@@ -283,7 +284,7 @@ def slipping_share(curve: AmplitudeCurve) -> Floats:
     return np.maximum(share, 0.0)
 
 
-def _stems(result: Result, axis: AmplitudeAxis) -> Panel | None:
+def _stems(result: Prediction, axis: AmplitudeAxis) -> Panel | None:
     sliders = {index: result.joints[index].sliders() for index, _ in drawn_loads(result)}
     sizes = [float(s.stiffnesses.max()) for s in sliders.values() if s.stiffnesses.size]
     if not sizes:
@@ -303,7 +304,7 @@ def _stems(result: Result, axis: AmplitudeAxis) -> Panel | None:
 # -- the oscillator ------------------------------------------------------------------------------
 
 
-def oscillator(result: Result) -> Plot:
+def oscillator(result: Prediction) -> Plot:
     """Frequency and modal damping against the amplitude, with the interface's own damping."""
     axis = displacement_axis(result)
     loads = drawn_loads(result)
@@ -323,7 +324,7 @@ def oscillator(result: Result) -> Plot:
     return add_legend(plot, result)
 
 
-def _modal_damping(result: Result, axis: AmplitudeAxis) -> Panel:
+def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     panel = axis.panel(
         Axis("Damping ratio ζ", log=True),
         "solid: of the mode, dashed: of the interface alone, which is not the mode’s",
@@ -345,7 +346,7 @@ def _modal_damping(result: Result, axis: AmplitudeAxis) -> Panel:
     return panel
 
 
-FIGURES: dict[str, Callable[[Result], Plot]] = {
+FIGURES: dict[str, Callable[[Prediction], Plot]] = {
     figure.__name__: figure
     for figure in (
         loops,
@@ -361,7 +362,7 @@ FIGURES: dict[str, Callable[[Result], Plot]] = {
 """What says each figure, by its name, in the order of reading."""
 
 
-def names(result: Result) -> tuple[str, ...]:
+def names(result: Prediction) -> tuple[str, ...]:
     """Names of the figures that a result has something to show in."""
     shows = {
         "contact_state": result.joints[0].contact_area is not None,

@@ -8,7 +8,7 @@ from microslip._core.units import prefix
 from microslip.report.plot import GREY, THIN, WIDTH, Axis, Floats, Panel, Plot
 from microslip.report.scales import far_apart, length_prefix
 from microslip.results.predicted.curves import add_legend, drawn_loads
-from microslip.study.result import Result
+from microslip.results.predicted.prediction import Prediction
 
 MOST_SAMPLES = 20_000
 """Samples of a load up to which each of them is drawn."""
@@ -22,7 +22,7 @@ _LABELS = {
 _MANY = 3000
 
 
-def history(result: Result) -> Plot:
+def history(result: Prediction) -> Plot:
     """Displacement, force and dissipated energy over the samples, and force over displacement.
 
     A normal load that varies is drawn as well.

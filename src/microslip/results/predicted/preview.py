@@ -1,22 +1,28 @@
-"""Floor 8: what a study says, in SI units, and what its joint is at rest: no loop, no file."""
+"""What a study says, in SI units, and what its joint is at rest: no loop, no file."""
 
 from __future__ import annotations
 
 import tomllib
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator
+from typing import Any
 
+from microslip._core.quantities import UNITS
 from microslip._version import __version__
+from microslip.report.cells import si
+from microslip.report.document import Column, Document, Items, Section, Table
+from microslip.results.predicted.numbers import files, joint_entry, load_notes, verdicts
+from microslip.results.predicted.run import DEFAULT_POINTS, defaults_of
+from microslip.results.predicted.tables import joint_table, validity
 from microslip.study.build import build_joints, check_loads
-from microslip.study.result import UNITS
-from microslip.study.run import DEFAULT_POINTS, defaults_of
-from microslip.study.summary import files, joint_entry, load_notes
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from microslip.study.schema import Study
+from microslip.study.schema import Study
 
 KIND = "microslip-check"
+MOST_ITEMS = 4
+_WORDS = {
+    "outside": "Outside of what the model assumes; it runs all the same.",
+    "watch": "Fine, but see the verdicts.",
+    "not judged": "Fine as far as it was judged: see the verdicts.",
+}
 
 _UNITS = {
     **dict.fromkeys(("young_modulus", "hardness"), "Pa"),
@@ -34,7 +40,7 @@ _UNITS = {
 """Units of the keys of a study; the others hold plain numbers."""
 
 
-def preview(study: Study) -> dict[str, Any]:
+def preview(study: Study) -> Document:
     """Look a study over without running it.
 
     Parameters
@@ -44,11 +50,11 @@ def preview(study: Study) -> dict[str, Any]:
 
     Returns
     -------
-    dict
-        Plain values only: `quantities` with what was written and what it is in SI units, `notes` on
-        what was taken from elsewhere or assumed, `joints` at rest with their verdicts as in
-        `summary.json`, `loops`, `points` and `samples` that a run would compute for all loads
-        together, and the `files` that it would write.
+    Document
+        Its data are plain values only: `quantities` with what was written and what it is in SI
+        units, `notes` on what was taken from elsewhere or assumed, `joints` at rest with their
+        verdicts as in `summary.json`, `loops`, `points` and `samples` that a run would compute for
+        all loads together, and the `files` that it would write.
 
     Raises
     ------
@@ -62,7 +68,7 @@ def preview(study: Study) -> dict[str, Any]:
     amplitudes = excitation.amplitudes or excitation.force_amplitudes or open_ends.factors
     points = excitation.curve.points if excitation.curve else DEFAULT_POINTS
     samples = len(excitation.history.values) if excitation.history else 0
-    return {
+    data: dict[str, Any] = {
         "kind": KIND,
         "generator": {"name": "microslip", "version": __version__},
         "title": study.title,
@@ -76,6 +82,52 @@ def preview(study: Study) -> dict[str, Any]:
         "units": dict(UNITS),
         "files": list(files(study)),
     }
+    judged = [(joint.normal_load, verdicts(study, joint)) for joint in joints]
+    sections = [
+        Section("Quantities", (_quantity_table(data["quantities"]),)),
+        Section("Joint at rest", (joint_table(data["joints"], study.surface.law),)),
+        Section("Validity", (validity(judged, varies=excitation.load_varies),)),
+    ]
+    if data["notes"]:
+        sections.append(Section("Notes", (Items(tuple(data["notes"])),)))
+    return Document(KIND, study.title or "Joint", "", tuple(sections), data)
+
+
+def next_step(document: Document) -> str:
+    """What a run would do, to be followed by the command."""
+    data = document.data
+    parts = [f"{data['loops']} loops", f"curves of {data['points']} points in all"]
+    if data["samples"]:
+        parts.append(f"histories of {data['samples']} samples in all")
+    word = _WORDS.get(document.word, "Fine.")
+    return f"{word} To compute {', '.join(parts)}, and write {len(data['files'])} files:"
+
+
+def _quantity_table(quantities: list[dict[str, Any]]) -> Table:
+    rows = tuple(_quantity_row(quantity) for quantity in quantities)
+    columns = (Column("key", "key"), Column("written", "written"), Column("value", "in SI units"))
+    return Table("Quantities", columns, rows, most=len(rows) or 1)
+
+
+def _quantity_row(quantity: dict[str, Any]) -> tuple[str, str, str]:
+    written, unit = quantity["written"], quantity["unit"]
+    if "count" in quantity:
+        ends = (si(quantity[end]) for end in ("smallest", "largest"))
+        value = f"{quantity['count']} values, {' to '.join(ends)}"
+    else:
+        value = _list(quantity["value"], si)
+    shown = "– (table of metals)" if written is None else _list(written, str)
+    return quantity["key"], shown, value if unit == "-" else f"{value} {unit}"
+
+
+def _list(value: Any, write: Callable[[Any], str]) -> str:
+    """One value, or those of a list as far as there is room."""
+    if not isinstance(value, list):
+        return write(value)
+    if len(value) <= MOST_ITEMS:
+        return ", ".join(map(write, value))
+    first, second, last = map(write, (value[0], value[1], value[-1]))
+    return f"{first}, {second} … {last} ({len(value)})"
 
 
 def _quantities(study: Study) -> Iterator[dict[str, Any]]:

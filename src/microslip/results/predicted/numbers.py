@@ -1,28 +1,29 @@
-"""Floor 8: `summary.json`, everything but the long columns, with keys that say what they hold."""
+"""`summary.json`, everything but the long columns, with keys that say what they hold."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from microslip._core.kernel_choice import kernel_name
 from microslip._core.quantities import UNITS
 from microslip._core.units import engineering
 from microslip._version import __version__
+from microslip.friction import Interface, Verdict
 from microslip.friction.validity import worst_validity
-from microslip.heights import Gaussian
-from microslip.normal import GreenwoodWilliamson
+from microslip.results.predicted.columns import (
+    AmplitudeCurve,
+    Columns,
+    HistoryResponse,
+    OscillatorCurve,
+)
+from microslip.results.predicted.prediction import Prediction
+from microslip.results.predicted.varying import extremes
+from microslip.structures import Oscillator
 from microslip.study import surfaces as u
-from microslip.study.result import OscillatorCurve
 from microslip.study.schema import OscillatorPart, Study
-from microslip.study.varying import extremes
-
-if TYPE_CHECKING:
-    from microslip.friction import Interface, Verdict
-    from microslip.structures import Oscillator
-    from microslip.study.result import AmplitudeCurve, Columns, HistoryResponse, Result
 
 KIND = "microslip-result"
 SUMMARY_SCHEMA = 1
@@ -57,40 +58,8 @@ class Defaults:
         return notes
 
 
-def slip_scale(study: Study, joint: Interface) -> tuple[float, str]:
-    """Displacement over which the joint goes from sticking to sliding.
-
-    Parameters
-    ----------
-    study : Study
-        Gives the heights.
-    joint : Interface
-        The joint at one load.
-
-    Returns
-    -------
-    tuple of float and str
-        The scale [m] and how it is defined: the slip per indentation times the standard deviation
-        (or mean, for exponential heights) where there is one, else the force limit over the
-        stiffness at rest.
-    """
-    heights = getattr(study.surface, "heights", None)
-    if isinstance(heights, u.GaussianHeights):
-        return joint.slip_per_indentation * heights.std, "slip_per_indentation * heights.std"
-    if isinstance(heights, u.ExponentialHeights):
-        return joint.slip_per_indentation * heights.scale, "slip_per_indentation * heights.scale"
-    other = isinstance(heights, (u.ScipyHeights, u.TableHeights))
-    other = other or isinstance(study.surface, u.ScanSurface)
-    if other and isinstance(joint.surface, GreenwoodWilliamson):
-        spread = joint.surface.heights.spread
-        return joint.slip_per_indentation * spread, "slip_per_indentation * spread of the heights"
-    return joint.force_limit / joint.tangential_stiffness, "force_limit / tangential_stiffness"
-
-
 def oscillator_of(part: OscillatorPart, joint: Interface) -> Oscillator:
     """The oscillator that a study describes, held by a joint."""
-    from microslip.structures import Oscillator
-
     return Oscillator(part.mass, part.stiffness, joint, part.viscous_damping_ratio)
 
 
@@ -128,12 +97,12 @@ def files(study: Study) -> tuple[str, ...]:
     )
 
 
-def summarise(result: Result, defaults: Defaults) -> dict[str, Any]:
+def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
     """Contents of `summary.json`.
 
     Parameters
     ----------
-    result : Result
+    result : Prediction
         The result; its own summary is not looked at.
     defaults : Defaults
         What the study leaves open.
@@ -204,10 +173,9 @@ def load_notes(study: Study) -> list[str]:
 
 
 def _title_notes(study: Study, names: Sequence[str]) -> list[str]:
-    pictures = any(name.endswith((".svg", ".png", ".html")) for name in names)
-    if not pictures or study.title.isascii():
-        return []
-    from microslip.study.drawing import missing_glyphs
+    if study.title.isascii() or not any(name.endswith(".png") for name in names):
+        return []  # what shows lines and text has fonts of its own
+    from microslip.report.drawing import missing_glyphs
 
     missing = missing_glyphs(study.title)
     return [f"title: the figures have no letters for {missing} and draw boxes."] if missing else []
@@ -231,7 +199,7 @@ def scalars(study: Study, joint: Interface) -> dict[str, float | None]:
     area, contact = _area(study), joint.contact_area
     return {
         "separation": joint.separation,
-        "standardised_separation": _standardised(study, joint),
+        "standardised_separation": joint.standardised_separation,
         "contact_count": joint.contact_count,
         "contact_area": contact,
         "contact_area_fraction": contact / area if contact is not None and area else None,
@@ -239,7 +207,7 @@ def scalars(study: Study, joint: Interface) -> dict[str, float | None]:
         "tangential_stiffness": joint.tangential_stiffness,
         "force_limit": joint.force_limit,
         "slip_per_indentation": joint.slip_per_indentation,
-        "slip_scale": slip_scale(study, joint)[0],
+        "slip_scale": joint.slip_scale,
     }
 
 
@@ -270,7 +238,7 @@ def joint_entry(study: Study, joint: Interface) -> dict[str, Any]:
     return {
         "normal_load": _plain(joint.normal_load),
         **{name: _plain(value) for name, value in scalars(study, joint).items()},
-        "slip_scale_meaning": slip_scale(study, joint)[1],
+        "slip_scale_meaning": joint._slip_scale[1],
         "validity": [
             {
                 "name": verdict.name,
@@ -307,7 +275,7 @@ def verdicts(study: Study, joint: Interface) -> list[tuple[Verdict, float | None
     return [*worst_validity(joint, loads), *((verdict, None) for verdict in scanned)]
 
 
-def _joint(result: Result, index: int) -> dict[str, Any]:
+def _joint(result: Prediction, index: int) -> dict[str, Any]:
     joint, row, part = result.joints[index], result.rows[index], result.study.oscillator
     return {
         **joint_entry(result.study, joint),
@@ -348,18 +316,6 @@ def _oscillator(part: OscillatorPart, joint: Interface, row: AmplitudeCurve) -> 
         "frequency_in_slip": _plain(slip),
         "amplitudes": _records(OscillatorCurve.of(oscillator, row.amplitude)),
     }
-
-
-def _standardised(study: Study, joint: Interface) -> float | None:
-    heights = getattr(study.surface, "heights", None)
-    if isinstance(heights, u.GaussianHeights):
-        return float((joint.separation - heights.mean) / heights.std)
-    if isinstance(heights, u.ExponentialHeights):
-        return float(joint.separation / heights.scale)
-    found = getattr(joint.surface, "heights", None)
-    if isinstance(study.surface, u.ScanSurface) and isinstance(found, Gaussian):
-        return float((joint.separation - found.mean) / found.std)
-    return None
 
 
 def _plain(value: Any) -> float | None:

@@ -1,25 +1,22 @@
-"""Floor 8: all numbers of a result as labelled arrays: `result.nc` and xarray's data set."""
+"""All numbers of a result as labelled arrays: `result.nc` and xarray's data set."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from microslip._core import netcdf
 from microslip._core.kernel_choice import kernel_name
 from microslip._core.netcdf import Variable
 from microslip._core.quantities import QUANTITIES
 from microslip._version import __version__
-from microslip.errors import StudyError
-from microslip.study.summary import KIND, SUMMARY_SCHEMA, scalars, slip_scale, verdicts
-
-if TYPE_CHECKING:
-    from microslip.study.result import Columns, Floats, Progress, Result
+from microslip.report.netcdf import Contents
+from microslip.results.predicted.columns import Columns, Floats
+from microslip.results.predicted.numbers import KIND, SUMMARY_SCHEMA, scalars, verdicts
+from microslip.results.predicted.prediction import Prediction
 
 WORDS = ("ok", "watch", "outside", "not judged")
 """Words of the verdicts; a variable holds their index, which is that of older files."""
@@ -37,73 +34,12 @@ MEANINGS = {
 """What differs from the meaning of the quantity by itself."""
 
 
-class Contents(NamedTuple):
-    """What a result has to say, labelled."""
-
-    dims: dict[str, int]
-    coords: dict[str, Variable]
-    variables: dict[str, Variable]
-    attributes: dict[str, Any]
-
-
-def write(result: Result, path: Path, progress: Progress | None = None) -> None:
-    """Write `result.nc`.
-
-    Parameters
-    ----------
-    result : Result
-        What to write.
-    path : pathlib.Path
-        A file that is not there yet.
-    progress : callable, optional
-        Called now and then with the share that is done, 0 … 1.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
-    netcdf.write(path, *contents(result), progress)
-
-
-def dataset(contents: Contents) -> Any:
-    """The same as an `xarray.Dataset`.
-
-    Parameters
-    ----------
-    contents : Contents
-        Labelled arrays.
-
-    Returns
-    -------
-    xarray.Dataset
-        What xarray reads from the file.
-
-    Raises
-    ------
-    StudyError
-        If xarray is not installed.
-    """
-    try:
-        import xarray
-    except ImportError:
-        raise StudyError(
-            'to_xarray needs xarray, which is not installed: pip install "microslip[xarray]"; '
-            "save(...) and its result.nc need nothing more"
-        ) from None
-    return xarray.Dataset(
-        data_vars={name: tuple(variable) for name, variable in contents.variables.items()},
-        coords={name: tuple(variable) for name, variable in contents.coords.items()},
-        attrs=contents.attributes,
-    )
-
-
-def contents(result: Result) -> Contents:
+def contents(result: Prediction) -> Contents:
     """Label the arrays of a result.
 
     Parameters
     ----------
-    result : Result
+    result : Prediction
         Any result.
 
     Returns
@@ -157,7 +93,7 @@ def _index(dim: str, size: int, meaning: str) -> Variable:
     return Variable((dim,), values, {"units": "1", "long_name": meaning})
 
 
-def _scalars(result: Result) -> dict[str, Variable]:
+def _scalars(result: Prediction) -> dict[str, Variable]:
     """Numbers of each joint, without those that none has."""
     found = [
         {**scalars(result.study, joint), **asdict(limits)}
@@ -169,11 +105,11 @@ def _scalars(result: Result) -> dict[str, Variable]:
         if any(value is not None for value in values):
             array = np.array([np.nan if value is None else value for value in values])
             variables[name] = _variable(("load",), array, name)
-    comment = {"comment": slip_scale(result.study, result.joints[0])[1]}
+    comment = {"comment": result.joints[0]._slip_scale[1]}
     return {**variables, "slip_scale": _with(variables["slip_scale"], comment)}
 
 
-def _validity(result: Result) -> dict[str, Variable]:
+def _validity(result: Prediction) -> dict[str, Variable]:
     """Verdicts: of each its value, the index of its word and, where it varies, the load."""
     variables = {}
     judged = [verdicts(result.study, joint) for joint in result.joints]
@@ -203,7 +139,7 @@ def _with(variable: Variable, about: Mapping[str, Any]) -> Variable:
     return variable._replace(attributes={**variable.attributes, **about})
 
 
-def _loops(result: Result, driven: str) -> dict[str, Variable]:
+def _loops(result: Prediction, driven: str) -> dict[str, Variable]:
     shape = len(result.loops), len(result.loops[0]), result.loops[0][0].force.size
     variables = {}
     varies = {"varying_normal_load": "normal_load"} if result.varying else {}
@@ -237,7 +173,7 @@ def _stacked(arrays: Sequence[Floats]) -> Floats:
     return arrays[0][np.newaxis] if len(arrays) == 1 else np.stack(arrays)
 
 
-def _attributes(result: Result) -> dict[str, Any]:
+def _attributes(result: Prediction) -> dict[str, Any]:
     texts: Mapping[str, str] = {
         "title": result.study.title,
         "kind": KIND,

@@ -1,21 +1,18 @@
-"""Floor 8: the loops of a study whose normal load varies over the cycle."""
+"""The loops of a study whose normal load varies over the cycle."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from microslip._core.frozen import lock
 from microslip._core.units import engineering
+from microslip.friction import Interface
 from microslip.loops import Loop
-from microslip.study.result import AmplitudeCurve, Columns, Floats
-
-if TYPE_CHECKING:
-    from microslip.friction import Interface
-    from microslip.study.schema import Excitation, LoadVariation
+from microslip.results.predicted.columns import AmplitudeCurve, Columns, Floats
+from microslip.study.schema import Excitation, LoadVariation
 
 CYCLE = 1024
 """Steps of a cycle under a normal load of up to twice its frequency."""

@@ -1,32 +1,28 @@
-"""Floor 8: from a study to joints, loops and curves."""
+"""From a study to joints, loops and curves."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from microslip.friction import Interface
 from microslip.loops import Loop
-from microslip.study.build import blame, build_joints, check_loads
-from microslip.study.result import (
+from microslip.results.predicted.columns import (
     AmplitudeCurve,
     Floats,
     HistoryResponse,
     Limits,
     OscillatorCurve,
     Progress,
-    Result,
     blocks,
 )
+from microslip.results.predicted.numbers import Defaults, oscillator_of, summarise
+from microslip.results.predicted.result import Result
+from microslip.results.predicted.varying import VaryingCycles, VaryingLoop
+from microslip.study.build import blame, build_joints, check_loads
 from microslip.study.schema import LoadVariation, Study
-from microslip.study.summary import Defaults, oscillator_of, slip_scale, summarise
-from microslip.study.varying import VaryingCycles, VaryingLoop
-
-if TYPE_CHECKING:
-    pass
 
 DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
 DEFAULT_RANGE = (1e-3, 1e2)
@@ -63,7 +59,7 @@ def run(study: Study, progress: Progress | None = None) -> Result:
         if history is not None and record is not None:
             with blame(study, "excitation.history"):
                 histories.append(HistoryResponse.of(joint, record, history.quantity, history.loads))
-        limits.append(_limits(joint, slip_scale(study, joint)[0]))
+        limits.append(_limits(joint, joint.slip_scale))
         steps.of(0.0, 1.0)(1.0)
     result = Result(
         study=study,
@@ -132,7 +128,7 @@ def _varying_loops(
 
 def defaults_of(study: Study, joints: list[Interface]) -> Defaults:
     """Scale of the amplitudes that are not given: the largest slip scale, to two digits."""
-    scales = [slip_scale(study, joint) for joint in joints]
+    scales = [joint._slip_scale for joint in joints]
     largest = max(scales)
     return Defaults(
         scale=float(f"{largest[0]:.1e}"),

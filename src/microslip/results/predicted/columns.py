@@ -1,0 +1,264 @@
+"""The columns of a prediction: cyclic quantities, histories and oscillators of one joint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
+from typing import Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.frozen import Locked, lock
+from microslip.friction import Interface
+from microslip.friction.energies import dissipated_along
+from microslip.structures import Oscillator
+
+Progress = Callable[[float], None]
+Floats = NDArray[np.float64]
+_Columns = TypeVar("_Columns", bound="Columns")
+
+_BLOCK = 20_000
+
+
+def blocks(size: int, progress: Progress | None = None, most: int = _BLOCK) -> Iterator[slice]:
+    """Pieces of so many things; small ones first, for those who wait to see progress."""
+    start, length = 0, min(most, 64)
+    while start < size:
+        yield slice(start, min(start + length, size))
+        start, length = start + length, min(most, 2 * length)
+        if progress is not None:
+            progress(min(start / size, 1.0))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Columns(Locked):
+    """Arrays of one length by their names; None for what is not known."""
+
+    def __post_init__(self) -> None:
+        for array in self.columns().values():
+            lock(array)
+
+    def columns(self) -> dict[str, Floats]:
+        """Arrays by name, without those that are not known."""
+        named = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: array for name, array in named.items() if isinstance(array, np.ndarray)}
+
+    def __repr__(self) -> str:
+        columns = self.columns()
+        size = len(next(iter(columns.values())))
+        return f"{type(self).__name__}({size} of {', '.join(columns)})"
+
+    @classmethod
+    def _made(
+        cls: type[_Columns], make: Callable[[slice], _Columns], size: int, progress: Progress | None
+    ) -> _Columns:
+        """Make a long one piece by piece."""
+        whole: dict[str, Floats] = {}
+        for piece in blocks(size, progress):
+            for name, array in make(piece).columns().items():
+                whole.setdefault(name, np.empty(size))[piece] = array
+        return cls(**{field.name: whole.get(field.name) for field in fields(cls)})
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AmplitudeCurve(Columns):
+    """Cyclic quantities of one joint against the displacement amplitude, as equal-length arrays.
+
+    `force_ratio` is the force amplitude over the force limit, `tangent_stiffness` the slope
+    :meth:`~microslip.Interface.backbone_stiffness` of the first loading curve, `slider_density` the
+    density of :meth:`~microslip.Interface.sliders` and `stick_share` the stick area over the real
+    contact area; the last and `stick_area` are None where the normal law does not know its
+    contacts. The rest is what the methods of :class:`microslip.Interface` of the same name return.
+    """
+
+    amplitude: Floats
+    force_amplitude: Floats
+    force_ratio: Floats
+    dissipated_energy: Floats
+    energy_ratio: Floats
+    loss_factor: Floats
+    damping_ratio: Floats
+    secant_stiffness: Floats
+    tangent_stiffness: Floats
+    dissipation_exponent: Floats
+    slider_density: Floats
+    stick_area: Floats | None
+    stick_share: Floats | None
+
+    @classmethod
+    def of(
+        cls, joint: Interface, amplitude: Floats, progress: Progress | None = None
+    ) -> AmplitudeCurve:
+        """Evaluate a joint.
+
+        Parameters
+        ----------
+        joint : Interface
+            A joint at one normal load.
+        amplitude : ndarray
+            Displacement amplitudes [m], one-dimensional, above zero.
+        progress : callable, optional
+            Called now and then with the share that is done, 0 … 1.
+
+        Returns
+        -------
+        AmplitudeCurve
+            All quantities at these amplitudes.
+
+        Raises
+        ------
+        InputError
+            If the normal law has no answer at an amplitude.
+        """
+        return cls._made(lambda piece: cls._at(joint, amplitude[piece]), amplitude.size, progress)
+
+    @classmethod
+    def of_forces(cls, joint: Interface, force_amplitude: Floats) -> AmplitudeCurve:
+        """The same at force amplitudes [N], one-dimensional, above zero.
+
+        Raises
+        ------
+        InputError
+            If a force is not below the force limit.
+        """
+        amplitude = np.asarray(joint.backbone_displacement(force_amplitude))
+        return cls._at(joint, amplitude, force_amplitude)
+
+    @classmethod
+    def _at(
+        cls, joint: Interface, amplitude: Floats, force: Floats | None = None
+    ) -> AmplitudeCurve:
+        if force is None:
+            force = np.asarray(joint.backbone(amplitude))
+        contact = joint.contact_area
+        stick = None if contact is None else np.asarray(joint.stick_area(amplitude))
+        return cls(
+            amplitude=amplitude.copy(),
+            force_amplitude=force.copy(),
+            force_ratio=force / joint.force_limit,
+            dissipated_energy=np.asarray(joint.dissipated_energy(amplitude)),
+            energy_ratio=np.asarray(joint.energy_ratio(amplitude)),
+            loss_factor=np.asarray(joint.loss_factor(amplitude)),
+            damping_ratio=np.asarray(joint.damping_ratio(amplitude)),
+            secant_stiffness=np.asarray(joint.secant_stiffness(amplitude)),
+            tangent_stiffness=np.asarray(joint.backbone_stiffness(amplitude)),
+            dissipation_exponent=np.asarray(joint.dissipation_exponent(amplitude)),
+            slider_density=np.asarray(joint.sliders().density(amplitude)),
+            stick_area=stick,
+            stick_share=None if stick is None else stick / contact,
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class HistoryResponse(Columns):
+    """What one joint does along the history of the study, from rest, as equal-length arrays.
+
+    Parameters
+    ----------
+    displacement : ndarray
+        Displacements [m]: those given, or those that the given forces lead to.
+    force : ndarray
+        Forces that hold them [N]: those given, or those that the given displacements lead to.
+    dissipated_energy : ndarray
+        Energy dissipated since rest [J].
+    varying_normal_load : ndarray, optional
+        Normal loads [N] where the history gives them; None where the load is that of the joint.
+    """
+
+    displacement: Floats
+    force: Floats
+    dissipated_energy: Floats
+    varying_normal_load: Floats | None = None
+
+    @classmethod
+    def of(
+        cls,
+        joint: Interface,
+        values: Floats,
+        quantity: Literal["displacement", "force"],
+        loads: Floats | None = None,
+    ) -> HistoryResponse:
+        """Follow a history.
+
+        Parameters
+        ----------
+        joint : Interface
+            A joint at one normal load.
+        values : ndarray
+            Displacements [m] or forces [N] in the order of time.
+        quantity : {"displacement", "force"}
+            Which of both.
+        loads : ndarray, optional
+            Normal loads [N] along the history, which starts from the joint's own.
+
+        Returns
+        -------
+        HistoryResponse
+            Both, and the energy.
+
+        Raises
+        ------
+        InputError
+            If a force is not below the force limit, or the surface cannot carry a load.
+        """
+        if loads is not None:
+            found = joint.coupled_response(**{quantity: values}, normal_load=loads)
+            energy = found.dissipated_energy
+            return cls(found.displacement, found.force, energy, loads.copy())
+
+        if quantity == "displacement":
+            displacement, force = values.copy(), np.asarray(joint.force(values))
+        else:
+            displacement, force = np.asarray(joint.displacement(values)), values.copy()
+        return cls(displacement, force, dissipated_along(joint, displacement, values))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OscillatorCurve(Columns):
+    """The oscillator of the study, held by one joint, against its displacement amplitude.
+
+    Parameters
+    ----------
+    amplitude : ndarray
+        Displacement amplitudes [m], those of the curves.
+    frequency : ndarray
+        Natural frequencies [Hz].
+    damping_ratio : ndarray
+        Damping ratios of the mode [-]: viscous damping and joint.
+    interface_damping_ratio : ndarray
+        Damping ratios of the interface [-], which are not those of the mode.
+    """
+
+    amplitude: Floats
+    frequency: Floats
+    damping_ratio: Floats
+    interface_damping_ratio: Floats
+
+    @classmethod
+    def of(
+        cls, oscillator: Oscillator, amplitude: Floats, progress: Progress | None = None
+    ) -> OscillatorCurve:
+        """Evaluate an oscillator at displacement amplitudes [m], one-dimensional, above zero."""
+
+        def make(piece: slice) -> OscillatorCurve:
+            a = amplitude[piece]
+            return cls(
+                amplitude=a.copy(),
+                frequency=np.asarray(oscillator.frequency(a)),
+                damping_ratio=np.asarray(oscillator.damping_ratio(a)),
+                interface_damping_ratio=np.asarray(oscillator.interface_damping_ratio(a)),
+            )
+
+        return cls._made(make, amplitude.size, progress)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the dissipated energy E tends to: c a^3 at small amplitudes a, 4 mu N (a - b) at large.
+
+    `cubic_coefficient` c [J/m^3] and `linear_offset` b [m]; None where the joint has no such limit.
+    """
+
+    cubic_coefficient: float | None
+    linear_offset: float | None

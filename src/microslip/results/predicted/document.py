@@ -1,0 +1,125 @@
+"""What a prediction says: its answer, its tables, figures, verdicts and the study itself."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from microslip._core.units import engineering
+from microslip.report.document import (
+    Block,
+    Document,
+    Items,
+    Listing,
+    Markup,
+    Note,
+    Section,
+)
+from microslip.results.predicted.captions import pictures
+from microslip.results.predicted.numbers import KIND, REMINDER, verdicts
+from microslip.results.predicted.prediction import Prediction
+from microslip.results.predicted.study_facts import study_facts
+from microslip.results.predicted.tables import (
+    cycle_table,
+    history_table,
+    joint_table,
+    oscillator_table,
+    validity,
+    varying_table,
+)
+from microslip.study.schema import Study
+from microslip.study.surfaces import ScanSurface
+
+_LAWS = {
+    "greenwood-williamson": "of a Greenwood–Williamson surface",
+    "population": "of a given population of summits",
+    "sphere": "of one sphere on a flat",
+    "table": "with a tabulated normal law",
+    "scan": "of a scanned surface",
+}
+REMARK = (
+    "η (loss factor) and ζ = η/2 (damping ratio) are the interface’s own, not a mode’s: in a "
+    "structure ζ_mode = ΣE_d / 4πU."
+)
+
+
+def document(result: Prediction) -> Document:
+    """A prediction as a document; its data is the summary."""
+    study, summary = result.study, result.summary
+    joints = summary["joints"]
+    varies = study.excitation.load_varies
+    by_force = study.excitation.force_amplitudes is not None
+    judged = [(joint.normal_load, verdicts(study, joint)) for joint in result.joints]
+    cycles: list[Block] = [cycle_table(joints, by_force=by_force, varies=bool(result.varying))]
+    if result.varying:
+        cycles.append(varying_table(joints))
+    sections = [
+        Section("Joint at rest", (joint_table(joints, study.surface.law),)),
+        Section("Cycles", tuple(cycles)),
+    ]
+    if result.oscillators:
+        sections.append(Section("Oscillator", (oscillator_table(joints, by_force=by_force),)))
+    if result.histories:
+        sections.append(Section("History", (history_table(joints),)))
+    notes = tuple(note for note in summary["notes"] if note != REMINDER)  # it is a remark
+    sections += [
+        Section("Figures", pictures(result), brief=False),
+        Section("Validity", (validity(judged, varies=varies),)),
+        Section("Notes", (*([Items(notes)] if notes else []), Note(REMARK))),
+        Section("Study", (*study_facts(study), Listing(study.text)), brief=False),
+        Section("Equations", (Markup(equations(result)),), brief=False),
+    ]
+    return Document(KIND, summary["title"] or "Joint", answer(result), tuple(sections), summary)
+
+
+def answer(result: Prediction) -> str:
+    """Say in a sentence what was computed."""
+    study = result.study
+    loads = [joint.normal_load for joint in result.joints]
+    if study.excitation.force_amplitudes is not None:
+        what, unit, values = "force amplitude", "N", result.rows[0].force_amplitude
+    else:
+        what, unit, values = "displacement amplitude", "m", result.rows[0].amplitude
+    sentence = (
+        f"Hysteresis, stiffness and damping {_LAWS[study.surface.law]}, friction coefficient "
+        f"{study.joint.friction_coefficient:g}, at {_several('normal load', loads, 'N')}, "
+        f"cycled at {_several(what, values.tolist(), unit)}"
+    )
+    if result.histories:
+        sentence += f", along a history of {result.histories[0].force.size} samples"
+    if result.oscillators:
+        sentence += ", and in an oscillator"
+    return sentence + "."
+
+
+def _several(what: str, values: list[float], unit: str) -> str:
+    texts = [engineering(value, unit, 4, trim=True) for value in values]
+    if len(values) == 1:
+        return f"one {what}, {texts[0]}"
+    ends = [texts[values.index(end)] for end in (min(values), max(values))]
+    return f"{len(values)} {what}s, {ends[0]} to {ends[1]}"
+
+
+# -- equations -----------------------------------------------------------------------------------
+
+
+def equations(result: Prediction) -> str:
+    """The equations that this result was computed with, in MathML."""
+    holds = {_law(result.study)}
+    if result.oscillators:
+        holds.add("oscillator")
+    if result.joints[0].contact_area is not None:
+        holds.add("contacts")
+    text = Path(__file__).with_name("equations.html").read_text(encoding="utf-8")
+    # Parts are headed by a comment that names what they need.
+    head, *parts = re.split(r"<!-- (.+?) -->\n", text)
+    wanted = zip(parts[::2], parts[1::2], strict=True)
+    return head + "".join(part for need, part in wanted if need == "always" or need in holds)
+
+
+def _law(study: Study) -> str:
+    """The law whose equation holds: a scan gives one of two."""
+    surface = study.surface
+    if not isinstance(surface, ScanSurface):
+        return str(surface.law)
+    return "population" if surface.estimate == "population" else "greenwood-williamson"

@@ -1,0 +1,89 @@
+"""The result of a study, which can be saved and opened again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from microslip.report.files import save
+from microslip.report.netcdf import dataset
+from microslip.results.predicted.arrays import contents
+from microslip.results.predicted.columns import Progress
+from microslip.results.predicted.files import files
+from microslip.results.predicted.numbers import KIND
+from microslip.results.predicted.prediction import Prediction
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result(Prediction):
+    """Result of :meth:`microslip.Study.run`; index 0 runs over normal loads, 1 over amplitudes.
+
+    Parameters
+    ----------
+    study : Study
+        What was computed.
+    joints : tuple of Interface
+        One for each normal load.
+    loops : tuple of tuple of Loop
+        For each load, one for each amplitude of the study; under a normal load that varies each
+        is a :class:`~microslip.results.predicted.varying.VaryingLoop`.
+    rows : tuple of AmplitudeCurve
+        For each load, the cyclic quantities at the amplitudes of the loops. Where the study gives
+        force amplitudes these are the same for all loads, and the displacement amplitudes differ.
+    curves : tuple of AmplitudeCurve
+        For each load, the same over the whole range of amplitudes.
+    limits : tuple of Limits
+        For each load, the asymptotes of the dissipated energy.
+    summary : dict
+        What `summary.json` holds: numbers in SI units, with a table of their units.
+    histories : tuple of HistoryResponse
+        For each load, what the joint does along the history of the study; empty without one.
+    oscillators : tuple of OscillatorCurve
+        For each load, the oscillator of the study over the range of the curves; empty without one.
+    varying : tuple of VaryingCycles
+        For each load, the cyclic quantities of the loops where the study lets the normal load vary,
+        else empty; rows and curves are at constant load all the same.
+    """
+
+    def save(
+        self, folder: str | Path, overwrite: bool = False, progress: Progress | None = None
+    ) -> tuple[Path, ...]:
+        """Write tables, figures and summary into a new folder, whole or not at all.
+
+        Parameters
+        ----------
+        folder : str or pathlib.Path
+            The folder to make.
+        overwrite : bool
+            Whether an earlier result in its place may be replaced; nothing else ever is.
+        progress : callable, optional
+            Called now and then with the share that is done, 0 … 1.
+
+        Returns
+        -------
+        tuple of pathlib.Path
+            The files written.
+
+        Raises
+        ------
+        StudyError
+            If the folder exists, is not an earlier result or cannot be written.
+        """
+        return save(files(self, Path(folder)), folder, KIND, "result", overwrite, progress)
+
+    def to_xarray(self) -> Any:
+        """All numbers as one labelled data set, the same as in `result.nc`.
+
+        Returns
+        -------
+        xarray.Dataset
+            Variables with the dimensions load, amplitude (or force_amplitude), sample and point;
+            docs/results.md lists them.
+
+        Raises
+        ------
+        StudyError
+            If xarray is not installed.
+        """
+        return dataset(contents(self))

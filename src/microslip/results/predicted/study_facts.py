@@ -1,0 +1,111 @@
+"""A study in words and units, for the reader of a result."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel
+
+from microslip.report.cells import quantity
+from microslip.report.document import Facts
+from microslip.results.predicted.varying import in_words
+from microslip.study.scanned_surface import NO_CUTOFF
+from microslip.study.schema import Study
+from microslip.study.surfaces import TableHeights
+
+_KEYS = {
+    "young_modulus": ("Young’s modulus", "Pa"),
+    "poisson_ratio": ("Poisson’s ratio", ""),
+    "hardness": ("Hardness (only for the plasticity index)", "Pa"),
+    "heights": ("Summit heights", ""),
+    "kind": ("Summit heights", ""),
+    "std": ("Their standard deviation", "m"),
+    "mean": ("Their mean", "m"),
+    "values": ("Heights", "m"),
+    "height": ("Tabulated heights", "m"),
+    "distribution": ("Distribution of scipy.stats", ""),
+    "parameters": ("Its shape parameters", ""),
+    "location": ("Its location", "m"),
+    "scale": ("Their scale", "m"),
+    "radius": ("Radius", "m"),
+    "density": ("Summits per apparent area", "1/m²"),
+    "area": ("Apparent area", "m²"),
+    "separation": ("Tabulated separations", "m"),
+    "load": ("Their loads", "N"),
+    "tail": ("Beyond the table", ""),
+    "scan": ("Scan", ""),
+    "cutoff": ("Short-wave cut-off", "m"),
+    "long_cutoff": ("Long-wave cut-off", "m"),
+    "level": ("Form removed", ""),
+    "outliers": ("Outliers beyond, in robust standard deviations", ""),
+    "fill": ("Missing points interpolated", ""),
+    "method": ("Summits by", ""),
+    "prominence": ("Least prominence of a summit", "m"),
+    "estimate": ("Surface by", ""),
+    "format": ("Format of the scan", ""),
+    "pixel": ("Distance of neighbours in the scan", "m"),
+    "key": ("Array of its file", ""),
+    "channel": ("Channel of its file", ""),
+    "valid": ("Possible heights in it", "m"),
+    "friction_coefficient": ("Friction coefficient μ", ""),
+    "normal_load": ("Normal load", "N"),
+    "amplitudes": ("Displacement amplitudes", "m"),
+    "force_amplitudes": ("Force amplitudes", "N"),
+    "mass": ("Mass", "kg"),
+    "stiffness": ("Stiffness beside the joint", "N/m"),
+    "viscous_damping_ratio": ("Viscous damping ratio", ""),
+}
+"""What the keys of a study stand for, and the SI units of their values."""
+
+_LAWS = {
+    "greenwood-williamson": "Greenwood–Williamson",
+    "population": "given summits",
+    "sphere": "one sphere on a flat",
+    "table": "a table",
+    "scan": "summits of a scan",
+}
+# What is said with something else, or in the notes.
+_ELSEWHERE = ("rigid", "materials", "law", "file", "column", "unit", "start", "to", "points")
+
+
+def study_facts(study: Study) -> tuple[Facts, ...]:
+    """Materials, surface, joint, excitation and oscillator, with what is given of each."""
+    groups = []
+    for name, material in study.material.items():
+        groups.append(Facts(f"Material {name}", _rows(material) or (("Body", "rigid"),)))
+    surface = study.surface
+    first, second = surface.materials
+    bodies = (("Bodies", f"{first} on {second}"), ("Normal law", _LAWS[surface.law]))
+    groups.append(Facts("Surface", bodies + _rows(surface)))
+    groups.append(Facts("Joint", _rows(study.joint)))
+    groups.append(Facts("Excitation", _rows(study.excitation)))
+    if study.oscillator is not None:
+        groups.append(Facts("Oscillator", _rows(study.oscillator)))
+    return tuple(group for group in groups if group.rows)
+
+
+def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
+    """What the keys of a part stand for and hold, those of the parts in it included."""
+    rows: list[tuple[str, str]] = []
+    for name in type(part).model_fields:
+        value = getattr(part, name)
+        if name == "cutoff" and value is None:
+            rows.append((_KEYS[name][0], NO_CUTOFF))
+        if value is None or name in _ELSEWHERE:
+            continue
+        if name == "curve":
+            ends = " to ".join(quantity(x, "m") for x in (value.start, value.to))
+            rows.append(("Amplitudes of the curves", f"{ends}, {value.points} points"))
+        elif name == "history":
+            what = f'{len(value.values)} {value.quantity}s, column "{value.column}"'
+            if value.normal_load is not None:
+                what += f', normal loads, column "{value.normal_load.column}",'
+            rows.append(("Own history", f"{what} of {value.file}"))
+        elif name == "load_variation":
+            rows.append(("Normal load varies by", in_words(value)))
+        elif isinstance(value, BaseModel):
+            rows += _rows(value)
+        else:
+            meaning, unit = _KEYS[name]
+            if name == "density" and isinstance(part, TableHeights):
+                meaning, unit = "Their density", "1/m"
+            rows.append((meaning, quantity(value, unit)))
+    return tuple(rows)

@@ -1,0 +1,222 @@
+"""The tables of a prediction: joints at rest, their cycles, the oscillator, the history."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+from microslip._core.units import engineering, significant
+from microslip._core.verdicts import Verdict
+from microslip.report import cells
+from microslip.report.document import Column, Table, Value, Verdicts
+
+COUNTED = ("population", "sphere")
+"""Normal laws whose contacts are counted, one by one."""
+MOST_JOINTS = 20
+MOST_CYCLES = 60
+
+_N, _M = cells.given("N"), cells.given("m")
+_SCALES = {
+    "slip_per_indentation * heights.std": "κ times the standard deviation of the heights",
+    "slip_per_indentation * heights.scale": "κ times the mean height",
+    "slip_per_indentation * spread of the heights": (
+        "κ times the spread of the heights (the standard deviation, where that is finite)"
+    ),
+    "force_limit / tangential_stiffness": "the force limit over the stiffness at rest",
+}
+
+_LOAD = Column("normal_load", "Load", "N", write=_N, short="load")
+_AMPLITUDE = Column("amplitude", "Amplitude", "m", write=_M, short="amplitude")
+_FORCE = Column("force_amplitude", "Force amplitude", "N", write=_N, short="force", brief=False)
+_ENERGY = Column("dissipated_energy", "Energy per cycle", "J", 3, short="energy/cycle")
+_LOSS = Column("loss_factor", "Loss factor η", "", write=cells.ratio, short="η")
+_DAMPING = Column("damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ")
+
+
+def _table(
+    title: str,
+    columns: Sequence[Column],
+    places: Sequence[Sequence[dict[str, Any]]],
+    *,
+    keys: int,
+    most: int,
+    caption: str,
+    noun: str,
+) -> Table:
+    """A table whose cells are looked up by key, in the last mapping of a row that has it."""
+    rows = [tuple(_looked_up(column.key, place) for column in columns) for place in places]
+    return Table(title, tuple(columns), tuple(rows), keys, most, caption, noun=noun)
+
+
+def _looked_up(key: str, place: Sequence[dict[str, Any]]) -> Value:
+    value: Value = next((values[key] for values in reversed(place) if key in values), None)
+    return value
+
+
+def joint_table(joints: Sequence[dict[str, Any]], law: str) -> Table:
+    """What the joint is at rest, one row for each load."""
+    counts = cells.whole if law in COUNTED else cells.expected
+    share = joints[0]["contact_area_fraction"] is not None
+    real = (
+        Column("contact_area_fraction", "Real area", "", write=cells.percent, short="real area")
+        if share
+        else Column("contact_area", "Real area", "m^2", write=cells.area, short="real area")
+    )
+    columns = (
+        _LOAD,
+        Column("contact_count", "Contacts", "", write=counts, short="contacts"),
+        real,
+        Column("normal_stiffness", "kₙ", "N/m", 3, brief=False),
+        Column("tangential_stiffness", "kₜ", "N/m", 3),
+        Column("force_limit", "μN", "N", 3),
+        Column("slip_scale", "Slip scale", "m", 3, short="slip scale"),
+        Column("standardised_separation", "h", "", write=cells.decimals),
+    )
+    scale = joints[0]["slip_scale_meaning"]
+    h = joints[0]["standardised_separation"] is not None
+    caption = (
+        "kₙ and kₜ are the normal and the tangential stiffness with all contacts sticking, μN is "
+        f"the force of gross slip. The slip scale is {_SCALES.get(scale, scale)}"
+        + ("; h is the separation of the surfaces over the spread of the heights." if h else ".")
+    )
+    return _table(
+        "Joint", columns, [(joint,) for joint in joints],
+        keys=1, most=MOST_JOINTS, caption=caption, noun="loads",
+    )  # fmt: skip
+
+
+def cycle_table(joints: Sequence[dict[str, Any]], *, by_force: bool, varies: bool) -> Table:
+    """What each cycle is, one row for each load and amplitude; what was chosen comes first."""
+    chosen = [_AMPLITUDE, _FORCE]
+    if by_force:
+        force = Column("force_amplitude", "Force amplitude", "N", write=_N, short="force")
+        chosen = [force, _AMPLITUDE]
+    columns = (
+        _LOAD,
+        *chosen,
+        Column("force_ratio", "T/μN", "", write=cells.saturating),
+        _ENERGY,
+        _LOSS,
+        _DAMPING,
+        Column("secant_stiffness", "Secant stiffness", "N/m", 3, brief=False),
+        Column("dissipation_exponent", "Exponent", "", write=significant, brief=False),
+        Column("stick_share", "Sticking share", "", write=cells.percent, brief=False),
+    )
+    sticking = joints[0]["amplitudes"][0].get("stick_share") is not None
+    caption = (
+        "T/μN is the force amplitude over the force limit. The exponent is the local power of the "
+        "amplitude in the energy"
+    ) + (
+        ", the sticking share that of the contact area at the end of first loading."
+        if sticking
+        else "."
+    )
+    return _table(
+        "Cycles at constant load" if varies else "Cycles",
+        columns,
+        [(joint, row) for joint in joints for row in joint["amplitudes"]],
+        keys=2, most=MOST_CYCLES, caption=caption, noun="loops",
+    )  # fmt: skip
+
+
+def varying_table(joints: Sequence[dict[str, Any]]) -> Table:
+    """What each cycle is as the normal load varies, one row for each load and amplitude."""
+    share = Column(
+        "energy_share", "Over that at constant load", "", write=cells.ratio, short="/ at constant"
+    )
+    columns = (
+        _LOAD,
+        _AMPLITUDE,
+        Column("smallest_normal_load", "Smallest load", "N", write=_N, short="from"),
+        Column("largest_normal_load", "Largest load", "N", write=_N, short="to"),
+        _FORCE,
+        _ENERGY,
+        share,
+        _LOSS,
+        Column("damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ", brief=False),
+    )
+    caption = (
+        "Read from the settled loops, whose force need not be symmetric: its amplitude is half "
+        "its range."
+    )
+    return _table(
+        "Cycles as the normal load varies",
+        columns,
+        [(joint, row) for joint in joints for row in joint["varying"]],
+        keys=2, most=MOST_CYCLES, caption=caption, noun="loops",
+    )  # fmt: skip
+
+
+def oscillator_table(joints: Sequence[dict[str, Any]], *, by_force: bool) -> Table:
+    """Frequency and damping of the mode beside the interface's own, for each load and amplitude."""
+    chosen = (
+        Column("force_amplitude", "Force amplitude", "N", write=_N, short="force")
+        if by_force
+        else _AMPLITUDE
+    )
+    columns = (
+        _LOAD,
+        chosen,
+        Column("frequency", "Frequency", "Hz", 5, short="frequency"),
+        Column("shift", "Shift", "", write=cells.percent, short="shift"),
+        Column("mode_damping", "ζ of the mode", "", write=cells.ratio, short="ζ_mode"),
+        Column("interface_damping_ratio", "ζ of the interface", "", write=cells.ratio, brief=False),
+    )
+    places = []
+    for joint in joints:
+        rest = joint["oscillator"]["frequency_at_rest"]
+        for row, mode in zip(joint["amplitudes"], joint["oscillator"]["amplitudes"], strict=True):
+            own = {"shift": mode["frequency"] / rest - 1.0, "mode_damping": mode["damping_ratio"]}
+            places.append((joint, row, mode, own))
+    caption = (
+        "Natural frequency and its shift from that of the sticking joint; the damping ratio of the "
+        "mode and, for contrast, the interface’s own."
+    )
+    return _table(
+        "Oscillator", columns, places,
+        keys=2, most=MOST_CYCLES, caption=caption, noun="loops",
+    )  # fmt: skip
+
+
+def history_table(joints: Sequence[dict[str, Any]]) -> Table:
+    """How far the own history goes, one row for each load."""
+    columns = (
+        _LOAD,
+        Column(
+            "largest_displacement", "Largest displacement", "m", 3, short="largest displacement"
+        ),
+        Column("largest_force", "Largest force", "N", 3),
+        Column("dissipated_energy", "Dissipated energy", "J", 3),
+    )
+    return _table(
+        "History", columns, [(joint, joint["history"]) for joint in joints],
+        keys=1, most=MOST_JOINTS, caption="", noun="loads",
+    )  # fmt: skip
+
+
+def validity(
+    judged: Sequence[tuple[float, Sequence[tuple[Verdict, float | None]]]], *, varies: bool
+) -> Verdicts:
+    """Verdicts of all loads [N], each with the load at which it is worst where that varies."""
+    verdicts, places = [], []
+    newtons = partial(engineering, unit="N", digits=4, trim=True)
+    for load, those in judged:
+        for verdict, worst in those:
+            verdicts.append(verdict)
+            place = newtons(load)
+            if worst is not None and worst != load:
+                place += f", as it {'grows' if worst > load else 'falls'} to {newtons(worst)}"
+            places.append(place)
+    caption = (
+        "The limits are conventions of contact mechanics (Greenwood and Williamson 1966). Watch: "
+        "the result leans on the assumption. Outside: do not build on it."
+    )
+    if varies:
+        caption += (
+            " The normal load varies: each verdict is the worse of those at its smallest and at "
+            "its largest value."
+        )
+    return Verdicts(
+        tuple(verdicts), tuple(places), frozenset({"real over apparent area"}), caption=caption
+    )

@@ -1,5 +1,0 @@
-"""What figures of the other products still take from here."""
-
-from microslip.report.scales import evenly as some
-
-__all__ = ["some"]

@@ -192,7 +192,7 @@ def test_errors_of_the_displacement_act_as_differences_do(name: str, at: int) ->
                 )
                 forces.append(again.to_bins(again.respond(q)[0])[again.bins[where]])
             rise = (forces[0] - forces[1]) / (2.0 * step)
-            felt = problem.felt[where][k]
+            felt = problem.nuisance_effects[where][k]
             miss = rise - felt
             miss -= np.median(miss)
             # Cells that yield within a step, and branches that begin as roots, are off.
@@ -258,7 +258,7 @@ def test_criteria_hold_the_determinant_of_the_covariance(
         folded, weight = problem.folded[i], problem.weight[span]
         noise = np.sqrt(folded.count) / folded.force_noise
         offset = weight / np.linalg.norm(weight)
-        felt = problem.felt[at] * weight
+        felt = problem.nuisance_effects[at] * weight
         felt -= np.outer(felt @ offset, offset)
         drifted = folded.drifted * weight
         drifted -= (drifted @ offset) * offset

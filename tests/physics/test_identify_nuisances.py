@@ -111,7 +111,7 @@ def test_errors_of_loads_act_as_differences_do() -> None:
             answer = again.to_bins(again.respond(q)[0])
             forces.append(answer[again.bins[again.order.index(number)]])
         rise = (forces[0] - forces[1]) / 2e-4
-        felt = problem.felt[at][-1]
+        felt = problem.nuisance_effects[at][-1]
         assert felt.size == folded.phase.size
         # Two ways of differences of a step of 1e-4: their errors are squares of it.
         assert np.abs(rise - felt).max() < 1e-5 * np.abs(rise).max()

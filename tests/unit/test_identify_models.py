@@ -123,6 +123,10 @@ def test_any_surface_with_heights_is_a_template(surface: ms.NormalLaw) -> None:
         with pytest.raises(ms.InputError, match="heights must differ from one another"):
             model_of("interface", surface=surface)
         return
+    if type(surface).__name__ == "TightenedSurface":  # its yielding has a length of its own
+        with pytest.raises(ms.InputError, match="surface must be one whose lengths scale"):
+            model_of("interface", surface=surface)
+        return
     joint = ms.Interface(surface, 0.4, 1e-3 * surface.load(surface._span[0]))
     model = model_of(joint)
     u = joint.force_limit / joint.tangential_stiffness * np.geomspace(1e-4, 30.0, 50)

@@ -33,18 +33,18 @@ def open_ends(
     With that end as far out again, the fit goes on from best values that rest there; from others
     the profile does, to the new end or to where the sum of squares has risen by ``rises``.
     """
-    searched = {one.name for one in problem.model.parameters if one.beyond}
+    searched = {parameter.name for parameter in problem.model.parameters if parameter.beyond}
     low, high = bounds_of(problem)
-    found = []
+    open_ends_found = []
     for row, j in enumerate(problem.free):
-        one, own = problem.coordinates[int(j)], intervals[row]
+        coordinate, interval = problem.coordinates[int(j)], intervals[row]
         reach = min(float(high[row] - low[row]), _MOST)
-        if one.parameter not in searched or not own.low < own.high:
+        if coordinate.parameter not in searched or not interval.low < interval.high:
             continue
         near = _NEAR * min(reach, 1.0)
         for upward, is_open, place in (
-            (False, own.low_open, own.at_low),
-            (True, own.high_open, own.at_high),
+            (False, interval.low_open, interval.at_low),
+            (True, interval.high_open, interval.at_high),
         ):
             if not is_open:
                 continue
@@ -58,8 +58,8 @@ def open_ends(
             if there is None:  # back on the way, as the curvature tells it
                 along = covariance[:, row] / max(float(covariance[row, row]), 1e-300)
                 there, ratio = best.q - _BACK * move * along, -1.0 / _BACK
-            found.append(OpenEnd(row, one.name, upward, rests, there, ratio))
-    return found
+            open_ends_found.append(OpenEnd(row, coordinate.name, upward, rests, there, ratio))
+    return open_ends_found
 
 
 def _profiled(
@@ -84,11 +84,11 @@ def _fitted(
 ) -> Floats | None:
     """Where the fit goes with one bound moved; None where the law has no answer out there."""
     j = int(problem.free[row])
-    one = problem.coordinates[j]
-    low, high = one.limits
-    ends = sorted((one.outer(low + min(move, 0.0)), one.outer(high + max(move, 0.0))))
+    coordinate = problem.coordinates[j]
+    low, high = coordinate.limits
+    ends = sorted((coordinate.outer(low + min(move, 0.0)), coordinate.outer(high + max(move, 0.0))))
     moved = copy.copy(problem)
-    others = (*problem.coordinates[:j], replace(one, low=ends[0], high=ends[1]))
+    others = (*problem.coordinates[:j], replace(coordinate, low=ends[0], high=ends[1]))
     moved.coordinates = (*others, *problem.coordinates[j + 1 :])
     q, moving = start.copy(), np.arange(start.size)
     if held:
@@ -105,9 +105,9 @@ def _fitted(
     return fit.q if good else None
 
 
-def share(one: Coordinate, q: float, moved: float) -> float:
+def share(coordinate: Coordinate, q: float, moved: float) -> float:
     """Change of a coordinate as that of the logarithm of its value; of a plain number itself."""
-    if one.kind == "log" or one.shape:
+    if coordinate.kind == "log" or coordinate.shape:
         return moved
     return moved / max(abs(q), 1e-300)
 
@@ -124,25 +124,31 @@ def doubted(
 
     Only ends at which the best values rest: from others the data hold back what leans on them.
     """
-    own, theirs = dict(parameters), dict(derived)
+    judged_parameters, judged_quantities = dict(parameters), dict(derived)
     rank = {problem.coordinates[int(j)].name: i for i, j in enumerate(problem.free)}
-    for end in (one for one in ends if one.rests):
+    for end in (end for end in ends if end.rests):
         parameter = problem.coordinates[int(problem.free[end.row])].parameter
         remedy = (
             f"take other heights, or records that tell {parameter}; how far that is searched say "
             f"bounds={{'{parameter}': (lowest, highest)}}"
         )
-        at = own[end.name]
-        own[end.name] = replace(at, remedy="; ".join(("take other heights", at.remedy)))
+        at = judged_parameters[end.name]
+        judged_parameters[end.name] = replace(
+            at, remedy="; ".join(("take other heights", at.remedy))
+        )
         for name, number in parameters.items():
             if number.verdict != IDENTIFIED or name not in rank:
                 continue
             i = rank[name]
-            one = problem.coordinates[int(problem.free[i])]
-            moved = one.outer(float((best.q + end.ahead(best.q))[i])) - number.value
+            coordinate = problem.coordinates[int(problem.free[i])]
+            moved = coordinate.outer(float((best.q + end.ahead(best.q))[i])) - number.value
             if abs(moved) > 0.5 * (number.high - number.low):
-                why = _why(end, moved if one.shape else moved / abs(number.value), one.shape)
-                own[name] = replace(number, verdict=IN_DOUBT, reason=why, remedy=remedy)
+                why = _why(
+                    end, moved if coordinate.shape else moved / abs(number.value), coordinate.shape
+                )
+                judged_parameters[name] = replace(
+                    number, verdict=IN_DOUBT, reason=why, remedy=remedy
+                )
         for quantity in quantities:
             number = derived[quantity.name]
             if number.verdict != IDENTIFIED:
@@ -151,8 +157,8 @@ def doubted(
             if abs(moved) > 0.5 * (number.high - number.low):
                 shape = number.unit == "" and "separation" in number.name
                 why = _why(end, moved if shape else moved / abs(number.value), shape)
-                theirs[number.name] = replace(number, verdict=IN_DOUBT, reason=why)
-    return own, theirs
+                judged_quantities[number.name] = replace(number, verdict=IN_DOUBT, reason=why)
+    return judged_parameters, judged_quantities
 
 
 def _why(end: OpenEnd, moved: float, shape: bool) -> str:

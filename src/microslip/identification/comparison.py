@@ -69,12 +69,12 @@ class Comparison(Locked):
         Where no law leaves but noise it takes up what a law lacks: then the spread over the laws
         says more of it than the interval of any of them.
         """
-        found: dict[str, dict[str, Fitted]] = {}
+        stiffnesses: dict[str, dict[str, Fitted]] = {}
         for law, fit in self.fits.items():
-            for name, one in fit.parameters.items():
-                if name.startswith(RIG) and one.verdict != FIXED and fit.converged:
-                    found.setdefault(name, {})[law] = one
-        return {name: laws for name, laws in found.items() if len(laws) > 1}
+            for name, fitted in fit.parameters.items():
+                if name.startswith(RIG) and fitted.verdict != FIXED and fit.converged:
+                    stiffnesses.setdefault(name, {})[law] = fitted
+        return {name: laws for name, laws in stiffnesses.items() if len(laws) > 1}
 
     def table(self) -> str:
         """The rows as text."""
@@ -87,7 +87,7 @@ class Comparison(Locked):
             )
             lines.append(f"{row['law']:<12}{row['parameters']:>11}{numbers}  {row['status']}")
         for name, laws in self.rigs().items():
-            each = (f"{_between(one)} ({law})" for law, one in laws.items())
+            each = (f"{_between(fitted)} ({law})" for law, fitted in laws.items())
             lines.append(f"{name}: {', '.join(each)}")
         lines += [f"{name}: {why}" for name, why in self.failed.items()]
         return "\n".join(lines)
@@ -147,7 +147,7 @@ def compare(
     fits: dict[str, Identification] = {}
     failed: dict[str, str] = {}
     for at, (law, model) in enumerate(zip(laws, models, strict=True)):
-        own = dict(options)
+        law_options = dict(options)
 
         def report(share: float, at: int = at) -> None:
             if progress is not None:
@@ -155,9 +155,9 @@ def compare(
 
         name = _numbered(model.name, (*fits, *failed))
         if isinstance(model, CycleModel):
-            own["rig_stiffness"] = None  # its elastic part stands for the rig
+            law_options["rig_stiffness"] = None  # its elastic part stands for the rig
         try:
-            fits[name] = identify(records, law, intervals=intervals, progress=report, **own)
+            fits[name] = identify(records, law, intervals=intervals, progress=report, **law_options)
         except InputError as error:
             failed[name] = str(error)
     if not fits:
@@ -166,14 +166,14 @@ def compare(
     return Comparison(MappingProxyType(dict(ordered)), MappingProxyType(failed))
 
 
-def _between(one: Fitted) -> str:
+def _between(fitted: Fitted) -> str:
     """The interval of a number, or what is left of it."""
-    digits = digits_of(one)
-    low, high = (shown(end, one.unit, digits) for end in (one.low, one.high))
-    return shown_interval((low, high), one.low_open, one.high_open)
+    digits = digits_of(fitted)
+    low, high = (shown(end, fitted.unit, digits) for end in (fitted.low, fitted.high))
+    return shown_interval((low, high), fitted.low_open, fitted.high_open)
 
 
 def _numbered(name: str, taken: Collection[str]) -> str:
     """The name, with a number if it is taken."""
     names = itertools.chain([name], (f"{name} {k}" for k in itertools.count(2)))
-    return next(one for one in names if one not in taken)
+    return next(name for name in names if name not in taken)

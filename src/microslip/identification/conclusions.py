@@ -76,10 +76,10 @@ def result_of(
             f"({best.message}); give start=... or narrower bounds=..."
         )
     records = fit_quality.record_fits(problem, best.q)
-    loads = [one.normal_load for one in problem.folded]
+    loads = [record.normal_load for record in problem.folded]
     design = design_of(
         problem.folded,
-        [one.slip_share for one in records],
+        [record.slip_share for record in records],
         coordinates,
         len(set(parameter_choice.levels_of(loads))),
         problem.model.scales_with_load,
@@ -103,24 +103,24 @@ def result_of(
         why = f"what was given for {' and '.join(contradicted.names)} and the loops disagree"
         remedy = "check what was given, or leave it out"
         hit = {
-            one.name: parameters[one.name]
-            for j, one in enumerate(coordinates)
+            coordinate.name: parameters[coordinate.name]
+            for j, coordinate in enumerate(coordinates)
             if j in problem.free and contradicted.reaches(of_coordinate(problem, j))
         }
         parameters = {**parameters, **remedied(in_doubt(hit, why), remedy)}
         hit = {
-            one.name: derived[one.name]
-            for one in quantities
-            if one.name in derived and contradicted.reaches(one.function)
+            quantity.name: derived[quantity.name]
+            for quantity in quantities
+            if quantity.name in derived and contradicted.reaches(quantity.function)
         }
         derived = {**derived, **in_doubt(hit, why)}
     far = far_area(coordinates, loads)
     if far is not None:
         notes = [*notes, far]
-        hit = {n: one for n, one in (*parameters.items(), *derived.items()) if n in BY_AREA}
+        hit = {n: fitted for n, fitted in (*parameters.items(), *derived.items()) if n in BY_AREA}
         hit = in_doubt(hit, far)
-        parameters = {n: hit.get(n, one) for n, one in parameters.items()}
-        derived = {n: hit.get(n, one) for n, one in derived.items()}
+        parameters = {n: hit.get(n, fitted) for n, fitted in parameters.items()}
+        derived = {n: hit.get(n, derived_fit) for n, derived_fit in derived.items()}
     status, message = _status(problem, best, freedom, parameters)
     if status == DIFFER:
         remedy = "name the rig of each record: rigs=[one label a record]"
@@ -133,14 +133,14 @@ def result_of(
         message = f"{message}; {contradicted.text}"
     deviance = best.cost + problem.log_determinant
     aic, bic = fit_quality.information_criteria(deviance, count, problem.free.size + problem.flat)
-    lost = any(one.verdict == NOT for one in parameters.values())
+    lost = any(fitted.verdict == NOT for fitted in parameters.values())
     notes = [*notes, *_notes(best.cost / freedom, answer.widen, design, loads, lost)]
     if unfit is not None:
         notes.append(unfit.text)
     if contradicted is not None:
         notes.append(contradicted.text)
     # What a record says of its own folding; that all cycles are there needs no word.
-    notes += [f"{one.name}: {note}" for one in problem.folded for note in one.said]
+    notes += [f"{record.name}: {note}" for record in problem.folded for note in record.said]
     if answer.lower_still:
         notes.append(
             "the sum of squares has many minima, and the profiles met lower ones than that of the "
@@ -191,10 +191,10 @@ def _status(
 ) -> tuple[str, str]:
     if not best.converged:
         return NOT_CONVERGED, f"the fit did not end at a minimum: {_why(best.message)}"
-    told = fit_quality.rigs_differ(problem, best, freedom)
-    if told is not None and told.explain:
-        return DIFFER, f"{told.text}: rigs=[one label a record]"
-    more = "" if told is None else f"; {told.text}: rigs=[one label a record]"
+    difference = fit_quality.rigs_differ(problem, best, freedom)
+    if difference is not None and difference.explain:
+        return DIFFER, f"{difference.text}: rigs=[one label a record]"
+    more = "" if difference is None else f"; {difference.text}: rigs=[one label a record]"
     at = [problem.coordinates[int(problem.free[i])].name for i in at_bounds(problem, best.q)]
     if at:
         of = " and ".join(
@@ -203,9 +203,11 @@ def _status(
             for name in at[:3]
         )
         of += f" (and {len(at) - 3} more)" if len(at) > 3 else ""
-        known = [name for name, one in parameters.items() if one.verdict == IDENTIFIED]
-        rest = f"identified all the same: {', '.join(known)}" if known else "nothing is identified"
-        return AT_BOUND, f"{of}; {rest}{more}"
+        known = [name for name, fitted in parameters.items() if fitted.verdict == IDENTIFIED]
+        identified = (
+            f"identified all the same: {', '.join(known)}" if known else "nothing is identified"
+        )
+        return AT_BOUND, f"{of}; {identified}{more}"
     return CONVERGED, f"the fit ended at a minimum within the bounds{more}"
 
 
@@ -225,52 +227,66 @@ def _parameters(
     outer = problem.physical(answer.best.q)
     rank = {int(j): r for r, j in enumerate(problem.free)}
     natural = {p.name for p in problem.model.parameters if p.natural}
-    found: dict[str, Fitted] = {}
+    parameters: dict[str, Fitted] = {}
     directions: list[Direction] = []
-    for j, one in enumerate(problem.coordinates):
+    for j, coordinate in enumerate(problem.coordinates):
         value = outer[j]
-        if one.fixed:
-            found[one.name] = Fitted(
-                one.name, one.unit, value, value, value, 0.0, FIXED, "", "", False, one.load
+        if coordinate.fixed:
+            parameters[coordinate.name] = Fitted(
+                coordinate.name,
+                coordinate.unit,
+                value,
+                value,
+                value,
+                0.0,
+                FIXED,
+                "",
+                "",
+                False,
+                coordinate.load,
             )
             continue
         row = rank[j]
         interval = answer.intervals[row]
-        judged = judge(one, value, interval)
+        judged = judge(coordinate, value, interval)
         verdict = judged.verdict
-        remedy = remedy_for(one, verdict, design)
-        is_none = verdict == ABOVE and judged.at_bound and one.parameter in natural
+        remedy = remedy_for(coordinate, verdict, design)
+        is_none = verdict == ABOVE and judged.at_bound and coordinate.parameter in natural
         if is_none:
             remedy = ""  # a cell that is none leaves nothing to settle
-        points = [(one.outer(q), rise / float(answer.widen[row])) for q, rise in interval.points]
-        found[one.name] = Fitted(
-            one.name,
-            one.unit,
+        points = [
+            (coordinate.outer(q), rise / float(answer.widen[row])) for q, rise in interval.points
+        ]
+        parameters[coordinate.name] = Fitted(
+            coordinate.name,
+            coordinate.unit,
             value,
             judged.low,
             judged.high,
-            _standard_error(one, value, float(answer.best.q[row]), answer, row),
+            _standard_error(coordinate, value, float(answer.best.q[row]), answer, row),
             verdict,
-            reason_for(one, judged, level),
+            reason_for(coordinate, judged, level),
             remedy,
             judged.at_bound,
-            one.load,
+            coordinate.load,
             judged.low_open,
             judged.high_open,
             tuple(sorted(point for point in points if math.isfinite(point[0]))),
         )
-        if verdict not in (IDENTIFIED, FIXED) and one.parameter not in APART and not is_none:
-            way = direction_of(one, free, interval.at_low, interval.at_high, remedy)
+        if verdict not in (IDENTIFIED, FIXED) and coordinate.parameter not in APART and not is_none:
+            way = direction_of(coordinate, free, interval.at_low, interval.at_high, remedy)
             if way is not None and not any(alike(way, other) for other in directions):
                 directions.append(way)
-    return found, directions
+    return parameters, directions
 
 
-def _standard_error(one: Coordinate, value: float, q: float, answer: Profiled, row: int) -> float:
+def _standard_error(
+    coordinate: Coordinate, value: float, q: float, answer: Profiled, row: int
+) -> float:
     error = math.sqrt(float(answer.covariance[row, row] * answer.widen[row]))
-    if one.kind == "inverse":
-        return value**2 * one.slope(q) * error if math.isfinite(value) else math.inf
-    return one.slope(q) * error
+    if coordinate.kind == "inverse":
+        return value**2 * coordinate.slope(q) * error if math.isfinite(value) else math.inf
+    return coordinate.slope(q) * error
 
 
 def _derived(
@@ -283,19 +299,29 @@ def _derived(
     """What follows: along the way that moves it most, and wherever the profiles have been."""
     widest = float(answer.widen.max(initial=1.0))
     threshold = answer.threshold * widest
-    found = {}
-    for one in quantities:
-        value, gradient = one.function(answer.best.q)
+    derived = {}
+    for quantity in quantities:
+        value, gradient = quantity.function(answer.best.q)
         if not gradient.any():
-            found[one.name] = Fitted(
-                one.name, one.unit, value, value, value, 0.0, FIXED, "", "", False, one.load
+            derived[quantity.name] = Fitted(
+                quantity.name,
+                quantity.unit,
+                value,
+                value,
+                value,
+                0.0,
+                FIXED,
+                "",
+                "",
+                False,
+                quantity.load,
             )
             continue
-        is_shape = value <= 0.0 or (one.unit == "" and "separation" in one.name)
+        is_shape = value <= 0.0 or (quantity.unit == "" and "separation" in quantity.name)
         ends = derived_interval(
             problem,
             answer.best,
-            one.function,
+            quantity.function,
             threshold,
             answer.covariance,
             answer.intervals,
@@ -303,9 +329,9 @@ def _derived(
             is_shape,
         )
         shape = Coordinate(
-            one.name,
-            one.name,
-            one.unit,
+            quantity.name,
+            quantity.name,
+            quantity.unit,
             -math.inf,
             math.inf,
             "linear",
@@ -314,17 +340,17 @@ def _derived(
         )
         judged = judge(shape, value, ends)
         reason = reason_for(shape, judged, level)
-        if one.parent is not None and judged.verdict != parameters[one.parent].verdict:
+        if quantity.parent is not None and judged.verdict != parameters[quantity.parent].verdict:
             # The same number at another load.
-            judged = judged._replace(verdict=parameters[one.parent].verdict)
-            reason = parameters[one.parent].reason
+            judged = judged._replace(verdict=parameters[quantity.parent].verdict)
+            reason = parameters[quantity.parent].reason
         variance = float(gradient @ answer.covariance @ gradient) * widest
         remedy = ""
         if judged.verdict == NOT:
             remedy = next((p.remedy for p in parameters.values() if p.remedy), "")
-        found[one.name] = Fitted(
-            one.name,
-            one.unit,
+        derived[quantity.name] = Fitted(
+            quantity.name,
+            quantity.unit,
             value,
             judged.low,
             judged.high,
@@ -333,11 +359,11 @@ def _derived(
             reason,
             remedy,
             False,
-            one.load,
+            quantity.load,
             judged.low_open,
             judged.high_open,
         )
-    return found
+    return derived
 
 
 def _notes(

@@ -29,28 +29,28 @@ def delays_of(problem: Problem, answer: Profiled) -> dict[str, Fitted]:
         return {}
     errors = _errors(problem, answer.best.q) * math.sqrt(float(answer.widen.max(initial=1.0)))
     reach = math.sqrt(answer.threshold)
-    found = {}
+    delays = {}
     several = len(problem.folded) > 1
     for at, i in enumerate(problem.order):
         folded = problem.folded[i]
         unit = "rad" if folded.frequency is None else "s"
         scale = 1.0 if folded.frequency is None else 1.0 / (2.0 * math.pi * folded.frequency)
         value, error = scale * problem.lags[i], scale * float(errors[at])
-        told = reach * error < scale * math.pi / 2.0  # half a period is the other way round
-        found[i] = Fitted(
+        is_told = reach * error < scale * math.pi / 2.0  # half a period is the other way round
+        delays[i] = Fitted(
             f"delay of {folded.name}" if several else "delay",
             unit,
             value,
             value - reach * error,
             value + reach * error,
             error,
-            IDENTIFIED if told else NOT,
-            "" if told else "the loops tell no delay within half a period",
-            "" if told else "more cycles, or less noise of the force",
+            IDENTIFIED if is_told else NOT,
+            "" if is_told else "the loops tell no delay within half a period",
+            "" if is_told else "more cycles, or less noise of the force",
             False,
             folded.normal_load,
         )
-    return {problem.folded[i].name: found[i] for i in sorted(found)}
+    return {problem.folded[i].name: delays[i] for i in sorted(delays)}
 
 
 def _errors(problem: Problem, q: Floats) -> Floats:
@@ -63,16 +63,16 @@ def _errors(problem: Problem, q: Floats) -> Floats:
     for span, metric in zip(problem.bins, problem.metrics, strict=True):
         moves[:, span] = metric.apply(moves[:, span])
     variance = np.zeros(len(problem.order))
-    for at, own in enumerate(problem.bins):
-        flat = np.stack((problem.weight[own], problem.late(at))).T
+    for at, own_span in enumerate(problem.bins):
+        flat = np.stack((problem.weight[own_span], problem.late(at))).T
         tells = np.linalg.pinv(flat)[1]
-        every = -(tells @ rows[:, own].T) @ moves
-        every[own] += tells
+        every = -(tells @ rows[:, own_span].T) @ moves
+        every[own_span] += tells
         variance[at] = float(every[count:] @ every[count:])
         for other, span in enumerate(problem.bins):
             part = every[span]
-            felt = part @ problem.nuisances_of(other)
-            variance[at] += float(part @ part) + float(felt @ felt)
+            effects = part @ problem.nuisances_of(other)
+            variance[at] += float(part @ part) + float(effects @ effects)
     return np.sqrt(variance)
 
 
@@ -91,10 +91,10 @@ def late_note(problem: Problem, best: Fit, freedom: int) -> str | None:
 
 
 def _explains(problem: Problem, best: Fit) -> str | None:
-    rest, by = problem.residuals(best.q)
-    known = [one.frequency for one in problem.folded]
+    residual, by = problem.residuals(best.q)
+    known = [record.frequency for record in problem.folded]
     timed = all(known)
-    late = np.zeros(rest.size)
+    late = np.zeros(residual.size)
     for at, (span, metric) in enumerate(zip(problem.bins, problem.metrics, strict=True)):
         rate = 2.0 * math.pi * (known[problem.order[at]] or 0.0) if timed else 1.0
         late[span] = metric.apply(rate * problem.late(at))
@@ -105,10 +105,10 @@ def _explains(problem: Problem, best: Fit) -> str | None:
     square = float(left @ left)
     if square <= 1e-8 * size**2:
         return None
-    fall = float(left @ rest) ** 2 / square
+    fall = float(left @ residual) ** 2 / square
     if fall < _MUCH * best.cost:
         return None
-    lag = float(left @ rest) / square
+    lag = float(left @ residual) / square
     by_this = shown(abs(lag), "s" if timed else "rad", 2)
     way = "behind" if lag > 0.0 else "ahead of"
     return (

@@ -34,19 +34,19 @@ def drift_of(values: Floats, cycle: Floats, curve: MeanCycle) -> Drift:
     ``cycle`` is the number of the cycle of each sample. Noise that is slow counts by the scatter of
     the cycles about the line.
     """
-    gone = curve.of(cycle).rest
-    rest = curve.of(values).rest
-    square = float(gone @ gone)
+    progress = curve.of(cycle).rest
+    residual = curve.of(values).rest
+    square = float(progress @ progress)
     if square == 0.0:
         return Drift(0.0, 0.0)
-    slope = float(gone @ rest) / square
-    left = rest - slope * gone
-    noise = curve.noise(left, 1)
+    slope = float(progress @ residual) / square
+    scatter = residual - slope * progress
+    noise = curve.noise(scatter, 1)
     _, number = np.unique(cycle, return_inverse=True)
-    return Drift(slope, noise * math.sqrt(slowness(left, number, noise, 2) / square))
+    return Drift(slope, noise * math.sqrt(slowness(scatter, number, noise, 2) / square))
 
 
-def slowness(rest: Floats, number: NDArray[np.int64], noise: float, taken: int) -> float:
+def slowness(residual: Floats, number: NDArray[np.int64], noise: float, taken: int) -> float:
     """Variance of the means of the cycles over that of white noise; 1 if not significantly more.
 
     ``number`` says to which cycle each sample belongs, ``taken`` how many numbers were fitted to
@@ -58,7 +58,7 @@ def slowness(rest: Floats, number: NDArray[np.int64], noise: float, taken: int) 
     freedom = np.count_nonzero(count) - taken
     if freedom < 1 or noise == 0.0:
         return 1.0
-    sums = np.bincount(number, rest)
+    sums = np.bincount(number, residual)
     square = float(np.sum(sums**2 / np.maximum(count, 1.0))) / noise**2
     return square / freedom if chdtrc(freedom, square) < _SIGNIFICANT else 1.0
 
@@ -69,13 +69,13 @@ def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -
     Of white noise, what all cycles have in common taken off; or by the scatter of the cycles about
     a straight line where that is larger. What changes slowly changes the force along with it.
     """
-    rest = curve.of(values).rest
-    noise = curve.noise(rest)
+    residual = curve.of(values).rest
+    noise = curve.noise(residual)
     count = np.bincount(number).astype(float)
-    means = np.bincount(number, rest) / count
+    means = np.bincount(number, residual) / count
     place = np.arange(means.size, dtype=float)
     if means.size > 2:
         line = np.polynomial.Polynomial.fit(place, means, 1, w=np.sqrt(count))
-        rest = rest - line(place)[number]
-    noise = curve.noise(rest, 1)
-    return noise * math.sqrt(slowness(rest, number, noise, 2) / values.size)
+        residual = residual - line(place)[number]
+    noise = curve.noise(residual, 1)
+    return noise * math.sqrt(slowness(residual, number, noise, 2) / values.size)

@@ -99,8 +99,8 @@ def _minimise(
     low, high = bounds_of(problem)
     q = np.clip(start, low, high)
     if moving.size == 0:
-        rest, _ = problem.residuals(q)
-        return Fit(q, float(np.dot(rest, rest)), True, "nothing to fit")
+        residual, _ = problem.residuals(q)
+        return Fit(q, float(np.dot(residual, residual)), True, "nothing to fit")
     inner_low, inner_high = low[moving], high[moving]
     # The method wants a start strictly inside.
     width = np.minimum(inner_high - inner_low, 1.0)
@@ -114,7 +114,7 @@ def _minimise(
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         try:
-            found = least_squares(
+            solution = least_squares(
                 lambda part: problem.residuals(at(part))[0],
                 inside,
                 jac=lambda part: problem.residuals(at(part))[1][:, moving],
@@ -127,7 +127,9 @@ def _minimise(
             )
         except (ValueError, np.linalg.LinAlgError) as error:
             return Fit(q, float("inf"), False, f"the fit broke off: {error}")
-    return Fit(at(found.x), 2.0 * float(found.cost), bool(found.status > 0), str(found.message))
+    return Fit(
+        at(solution.x), 2.0 * float(solution.cost), bool(solution.status > 0), str(solution.message)
+    )
 
 
 def settle(
@@ -144,13 +146,13 @@ def settle(
     """
     low, high = bounds_of(problem)
     q = np.clip(start, low, high)
-    rest, by = problem.residuals(q)
-    cost = float(np.dot(rest, rest))
+    residual, by = problem.residuals(q)
+    cost = float(np.dot(residual, residual))
     damping, idle = 0.0, 0
     for _ in range(_MOST_STEPS):
         if moving.size == 0 or not np.isfinite(cost):
             return Fit(q, cost, True, "")
-        free, step, gain = _inward(q, rest, by, moving, low, high, damping)
+        free, step, gain = _inward(q, residual, by, moving, low, high, damping)
         if free.size == 0 or (damping == 0.0 and gain <= good_enough):
             return Fit(q, cost, True, "")
         new = q.copy()
@@ -161,7 +163,7 @@ def settle(
         if reached < cost:
             # At a kink steps may go on for ever and gain nothing.
             idle = idle + 1 if cost - reached < good_enough else 0
-            q, rest, by, cost = new, there, by_there, reached
+            q, residual, by, cost = new, there, by_there, reached
             damping = 0.1 * damping if damping > _LEAST_DAMPING else 0.0
         else:
             damping = max(10.0 * damping, _LEAST_DAMPING)
@@ -174,7 +176,7 @@ def settle(
 
 def _inward(
     q: Floats,
-    rest: Floats,
+    residual: Floats,
     by: Floats,
     moving: NDArray[np.intp],
     low: Floats,
@@ -184,7 +186,7 @@ def _inward(
     """The step, with those left out that lie at a bound and would leave it."""
     free = moving
     while free.size:
-        step, gain = _step(rest, by[:, free], damping)
+        step, gain = _step(residual, by[:, free], damping)
         out = ((q[free] <= low[free]) & (step < 0.0)) | ((q[free] >= high[free]) & (step > 0.0))
         if not out.any():
             return free, step, gain
@@ -192,12 +194,12 @@ def _inward(
     return free, np.zeros(0), 0.0
 
 
-def _step(rest: Floats, by: Floats, damping: float) -> tuple[Floats, float]:
+def _step(residual: Floats, by: Floats, damping: float) -> tuple[Floats, float]:
     """Newton's step after Gauss, and how much it takes off the sum of squares, if all is linear."""
     scale = np.linalg.norm(by, axis=0)
     scale[scale == 0.0] = 1.0
     normal = (by / scale).T @ (by / scale)
-    right = (by / scale).T @ rest
+    right = (by / scale).T @ residual
     # A ridge of rounding's size keeps directions that nothing is known of where they are.
     normal[np.diag_indices_from(normal)] += 1e-13 + damping
     step = -np.linalg.solve(normal, right)
@@ -259,10 +261,10 @@ def _robust(problem: Problem, fit: Fit, loss: str) -> Fit:
     for passed in range(30):
         if problem.evaluations > problem.most:
             return Fit(fit.q, fit.cost, False, _USED_UP, fit.weight)
-        rest = problem.standardised(fit.q)
-        scale = _TOLERATED * max(1.0, float(np.median(np.abs(rest))) / 0.6745)
-        problem.weigh(np.sqrt(_LOSSES[loss]((rest / scale) ** 2)))
-        problem.update(fit.q, _SHARE, problem.felt if passed >= _PASSES else ())
+        residual = problem.standardised(fit.q)
+        scale = _TOLERATED * max(1.0, float(np.median(np.abs(residual))) / 0.6745)
+        problem.weigh(np.sqrt(_LOSSES[loss]((residual / scale) ** 2)))
+        problem.update(fit.q, _SHARE, problem.nuisance_effects if passed >= _PASSES else ())
         before, fit = fit, _again(problem, fit)
         _, by = problem.residuals(fit.q)
         moved = by @ (fit.q - before.q)
@@ -309,7 +311,7 @@ def _settled(problem: Problem, fit: Fit) -> Fit:
     for passed in range(_PASSES + _DAMPED):
         if problem.evaluations > problem.most:
             return Fit(best.q, best.cost, False, _USED_UP, best.weight)
-        used = problem.felt
+        used = problem.nuisance_effects
         problem.update(fit.q)
         fit = _own(problem, fit)
         if fit.deviance < least:
@@ -334,8 +336,8 @@ def _settled(problem: Problem, fit: Fit) -> Fit:
 
 def _own(problem: Problem, fit: Fit) -> Fit:
     """The fit with its sum of squares under the weights as they now are."""
-    rest, _ = problem.residuals(fit.q)
-    cost = float(rest @ rest)
+    residual, _ = problem.residuals(fit.q)
+    cost = float(residual @ residual)
     return Fit(fit.q, cost, fit.converged, fit.message, problem.log_determinant)
 
 
@@ -352,7 +354,9 @@ def at_bounds(problem: Problem, q: Floats) -> list[int]:
     """Free coordinates that ended at a bound; a lower one that joints have does not count."""
     low, high = bounds_of(problem)
     near = _AT_BOUND * np.minimum(high - low, 1.0)
-    natural = {one.name for one in problem.model.parameters if one.natural}
-    own = np.array([problem.coordinates[j].parameter in natural for j in problem.free], dtype=bool)
+    natural = {parameter.name for parameter in problem.model.parameters if parameter.natural}
+    is_natural = np.array(
+        [problem.coordinates[j].parameter in natural for j in problem.free], dtype=bool
+    )
     at_low, at_high = q - low <= near, high - q <= near
-    return [int(i) for i in np.flatnonzero((at_low & ~own) | at_high)]
+    return [int(i) for i in np.flatnonzero((at_low & ~is_natural) | at_high)]

@@ -77,7 +77,7 @@ def record_fits(problem: Problem, q: Floats) -> tuple[RecordFit, ...]:
     """Each record beside the answer of the law."""
     forces = problem.model_force(q)
     shares = slip_shares(problem, q)
-    found = []
+    fits = []
     for i, (folded, force) in enumerate(zip(problem.folded, forces, strict=True)):
         error = folded.force_noise / np.sqrt(folded.count)
         width = 0.5 * (np.roll(folded.phase, -1) - np.roll(folded.phase, 1)) % math.pi
@@ -86,7 +86,7 @@ def record_fits(problem: Problem, q: Floats) -> tuple[RecordFit, ...]:
         measured, answered = float(folded.force @ way), float(force @ way)
         noise = float(np.linalg.norm(error * way))
         size, rate = abs(measured) or 1.0, folded.frequency
-        found.append(
+        fits.append(
             RecordFit(
                 folded,
                 folded.phase,
@@ -104,7 +104,7 @@ def record_fits(problem: Problem, q: Floats) -> tuple[RecordFit, ...]:
                 shares[i],
             )
         )
-    return tuple(found)
+    return tuple(fits)
 
 
 def slip_shares(problem: Problem, q: Floats) -> list[float]:
@@ -116,8 +116,8 @@ def slip_shares(problem: Problem, q: Floats) -> list[float]:
         rig = problem.rig_of(i, q)
         compliance = 0.0 if rig is None else 1.0 / rig
         low, high = (float(end) for end in (local.min(), local.max()))
-        rest = max(1.0 - compliance * high, 1e-12) / max(1.0 - compliance * low, 1e-12)
-        shares[i] = 1.0 - low / high * rest if high > 0.0 else 1.0
+        compliance_ratio = max(1.0 - compliance * high, 1e-12) / max(1.0 - compliance * low, 1e-12)
+        shares[i] = 1.0 - low / high * compliance_ratio if high > 0.0 else 1.0
     return shares
 
 
@@ -135,7 +135,7 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
     """RMS error over noise with which a fit of the other cycles predicts those held back [-]."""
     kept = [~_held(folded.cycles, share) for folded in problem.folded]
     parts = [folded.part(rows) for folded, rows in zip(problem.folded, kept, strict=True)]
-    rest = Problem(
+    held_problem = Problem(
         parts,
         problem.model,
         problem.coordinates,
@@ -144,17 +144,17 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
         free_delay=problem.free_delay,
         lags=problem.lags,
     )
-    rest.data = problem.data
-    rest.take_weights(problem)
-    rest.update(best.q)
+    held_problem.data = problem.data
+    held_problem.take_weights(problem)
+    held_problem.update(best.q)
     fit = best
-    for moving in rest.parts:
-        fit = settle(rest, fit.q, moving)
+    for moving in held_problem.parts:
+        fit = settle(held_problem, fit.q, moving)
         if not fit.finite:
             return None
     total, number = 0.0, 0
     for folded, rows, part, force in zip(
-        problem.folded, kept, parts, rest.model_force(fit.q), strict=True
+        problem.folded, kept, parts, held_problem.model_force(fit.q), strict=True
     ):
         full = folded.cycle_count[rows].sum(axis=0) > 0.0
         count = folded.cycle_count[~rows].sum(axis=0)[full]
@@ -192,8 +192,12 @@ def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Rigs | None:
     left = cost / max(freedom - len(compliances) + len(set(problem.rigs)), 1)
     if left > _EXPLAINED and cost > _MOST_OF * best.cost:
         return None
-    own = np.array([compliances[i] for i in members])
-    spread = float(np.ptp(own) / own.mean()) if own.mean() > 0.0 else 0.0
+    member_compliances = np.array([compliances[i] for i in members])
+    spread = (
+        float(np.ptp(member_compliances) / member_compliances.mean())
+        if member_compliances.mean() > 0.0
+        else 0.0
+    )
     # Of rigs that are nearly rigid no share of a compliance says anything.
     by = f" by {significant(100.0 * spread, 2)} %" if 0.0 < spread < 1.0 else ""
     if left > _EXPLAINED:
@@ -220,12 +224,12 @@ def _apart(problem: Problem, best: Fit) -> tuple[float, dict[int, float]] | None
         if rig is None or rig not in rigs:  # the first of each rig keeps it
             rigs.append(rig)
             continue
-        one = coordinates[rig]
-        q.append(one.inner(problem.physical(best.q)[rig]))
-        name = f"{one.name} of record {i + 1}"
+        coordinate = coordinates[rig]
+        q.append(coordinate.inner(problem.physical(best.q)[rig]))
+        name = f"{coordinate.name} of record {i + 1}"
         rigs.append(len(coordinates))
-        coordinates.append(replace(one, name=name, fixed=False, prior=None))
-    rest = Problem(
+        coordinates.append(replace(coordinate, name=name, fixed=False, prior=None))
+    separate = Problem(
         problem.folded,
         problem.model,
         coordinates,
@@ -234,15 +238,15 @@ def _apart(problem: Problem, best: Fit) -> tuple[float, dict[int, float]] | None
         free_delay=problem.free_delay,
         lags=problem.lags,
     )
-    rest.take_weights(problem)
+    separate.take_weights(problem)
     fit = Fit(np.array(q), math.inf, True, "")
     for _ in range(2):  # by the weights of one rig, then by their own
-        rest.update(fit.q)
-        for moving in rest.parts:
-            fit = settle(rest, fit.q, moving)
+        separate.update(fit.q)
+        for moving in separate.parts:
+            fit = settle(separate, fit.q, moving)
             if not fit.finite:
                 return None
-    outer = rest.physical(fit.q)
+    outer = separate.physical(fit.q)
     return fit.cost, {i: 1.0 / outer[rig] for i, rig in enumerate(rigs) if rig is not None}
 
 
@@ -252,21 +256,21 @@ def _wanted_compliances(
     """The record that stands out most and those of its rig, by the score test."""
     from scipy.special import chdtrc
 
-    mine = [i for i, rig in enumerate(problem.rigs) if rig is not None]
-    if len(mine) < 2:
+    with_rig = [i for i, rig in enumerate(problem.rigs) if rig is not None]
+    if len(with_rig) < 2:
         return None
     residual, by = problem.residuals(best.q)
-    own = _own_compliances(problem, best.q, residual.size)
-    names = list(dict.fromkeys(problem.rigs[i] for i in mine))
+    by_own_compliance = _own_compliances(problem, best.q, residual.size)
+    names = list(dict.fromkeys(problem.rigs[i] for i in with_rig))
     # One record of each rig stands for what its free stiffness does already.
     free = set(problem.free.tolist())
     columns, owners = [], []
     for rig in names:
-        members = [i for i in mine if problem.rigs[i] == rig]
+        members = [i for i in with_rig if problem.rigs[i] == rig]
         if len(members) < 2:
             continue
         kept = members[1:] if rig in free else members
-        columns += [own[:, i] for i in kept]
+        columns += [by_own_compliance[:, i] for i in kept]
         owners += kept
     if not columns:
         return None
@@ -275,23 +279,23 @@ def _wanted_compliances(
     scale[scale == 0.0] = 1.0
     whole = whole / scale
     values, vectors = np.linalg.eigh(whole.T @ whole)
-    told = values > 1e-10 * values[-1]
-    right = vectors[:, told].T @ (whole.T @ residual)
-    step = -vectors[:, told] @ (right / values[told])
-    fall = float(right @ (right / values[told]))
+    is_known = values > 1e-10 * values[-1]
+    right = vectors[:, is_known].T @ (whole.T @ residual)
+    step = -vectors[:, is_known] @ (right / values[is_known])
+    fall = float(right @ (right / values[is_known]))
     if chdtrc(len(columns), fall / max(reduced, 1.0)) > _CERTAIN:
         return None
     change = np.zeros(len(problem.folded))
     change[owners] = (step / scale)[by.shape[1] :]
     worst, label, those = 0.0, "", list[int]()
     for rig in names:
-        members = [i for i in mine if problem.rigs[i] == rig]
-        one = problem.coordinates[rig] if rig is not None else None
-        if one is None or len(members) < 2:
+        members = [i for i in with_rig if problem.rigs[i] == rig]
+        coordinate = problem.coordinates[rig] if rig is not None else None
+        if coordinate is None or len(members) < 2:
             continue
         now = 1.0 / max(problem.physical(best.q)[rig], 1e-300)  # type: ignore[index]
         # A rig that is nearly rigid has no compliance to speak of.
-        share = float(np.ptp(change[members])) / max(now, 1e-3 / one.scale)
+        share = float(np.ptp(change[members])) / max(now, 1e-3 / coordinate.scale)
         if share > worst:
             worst, those = share, members
             # The first record of a free rig stands still in the score, so it may be the odd one.
@@ -339,8 +343,10 @@ def misfit(records: Sequence[RecordFit], reduced: float) -> Misfit | None:
     """What a law leaves beside the noise; None where that is no more than a few times the noise."""
     if not reduced > _FAR:
         return None
-    left = sum(float(one.residual @ one.residual) for one in records)
-    whole = sum(float(np.square(one.measured - one.measured.mean()).sum()) for one in records)
+    left = sum(float(record.residual @ record.residual) for record in records)
+    whole = sum(
+        float(np.square(record.measured - record.measured.mean()).sum()) for record in records
+    )
     share = math.sqrt(left / whole) if whole > 0.0 else math.inf
     return Misfit(
         f"the law does not answer the records: it leaves {significant(math.sqrt(reduced), 2)} "
@@ -360,4 +366,4 @@ def information_criteria(deviance: float, count: int, parameters: int) -> tuple[
 
 def total_bins(folded: Sequence[Folded]) -> int:
     """Number of forces that are fitted."""
-    return sum(one.phase.size for one in folded)
+    return sum(record.phase.size for record in folded)

@@ -174,13 +174,13 @@ def _fold(
     """The folded record without its spikes, and further ones."""
     record = without(record, spikes)
     x, force = record.displacement, record.force
-    found = split(x, force)
+    cycle_set = split(x, force)
     time = np.arange(x.size, dtype=float)
     if record.time is not None:
         time = record.time
     elif record.sample_rate is not None:
         time = time / record.sample_rate
-    turns, per_second = turns_of(time, x, found)
+    turns, per_second = turns_of(time, x, cycle_set)
     whole = math.floor(turns[-1] + (turns[-1] - turns[-2]) + 1e-6)
     chosen = _settled(turns, force, whole, cycles, running_in, record.name)
     place = np.floor(turns + 1e-9).astype(np.int64)
@@ -337,14 +337,14 @@ def _series(
         part = design[:, columns]
         normal = part.T @ (weight[:, None] * part)
         coefficients = np.linalg.solve(normal, part.T @ (weight * mean))
-        rest = _rest(phase, x, column, full, place, part @ coefficients, coefficients, chosen)
+        residual = _rest(phase, x, column, full, place, part @ coefficients, coefficients, chosen)
         # What is left at each harmonic; they are nearly orthogonal over whole cycles.
-        left = design.T @ np.bincount(column, rest, minlength=size)[full] * (2.0 / x.size)
+        left = design.T @ np.bincount(column, residual, minlength=size)[full] * (2.0 / x.size)
         power = 0.5 * x.size * (left[1 : most + 1] ** 2 + left[most + 1 :] ** 2)
         others = np.ones(most, dtype=bool)
         others[chosen - 1] = False
         freedom = max(x.size - 2 * most - 1, 1)
-        white = max(float(rest @ rest) - float(power[others].sum()), 0.0) / freedom
+        white = max(float(residual @ residual) - float(power[others].sum()), 0.0) / freedom
         noise = max(math.sqrt(white), floor)
         # Two degrees of freedom each; one pays if it takes off more than BIC's price of two.
         # The largest first: what is left of them leaks into others where phases are not even.

@@ -107,42 +107,44 @@ def leant_on_bounds(
     """
     free = [problem.coordinates[int(j)] for j in problem.free]
     low_bound, high_bound = bounds_of(problem)
-    found = list(intervals)
+    widened = list(intervals)
     for end in ends:
         j = end.row
         bound = float((high_bound if end.upward else low_bound)[j])
         near = 1e-6 * min(float(high_bound[j] - low_bound[j]), 1.0)
         ways = end.ahead(best.q)
-        for i, one in enumerate(intervals):
+        for i, interval in enumerate(intervals):
             if i == j:
                 continue
             ahead = share(free[i], float(best.q[i]), float(ways[i]))
             moves = abs(ahead) >= MOVED
             unit = 1.0 if end.rests else min(intervals[j].high - intervals[j].low, 1.0)
-            if not moves and _width(free[i], one) / unit < MOVED:
+            if not moves and _width(free[i], interval) / unit < MOVED:
                 continue
-            low, high = (abs(place[j] - bound) <= near for place in (one.at_low, one.at_high))
+            low, high = (
+                abs(place[j] - bound) <= near for place in (interval.at_low, interval.at_high)
+            )
             if end.rests and moves:
                 # All values stand there; moved, that end takes the number one way alone.
                 low, high = ahead < 0.0, ahead > 0.0
-            at_low, at_high = found[i].at_low.copy(), found[i].at_high.copy()
+            at_low, at_high = widened[i].at_low.copy(), widened[i].at_high.copy()
             if low:
-                at_low[i] = one.low  # what follows from it is open there, too
+                at_low[i] = interval.low  # what follows from it is open there, too
             if high:
-                at_high[i] = one.high
-            found[i] = replace(
-                found[i],
-                low_open=bool(found[i].low_open or low),
-                high_open=bool(found[i].high_open or high),
+                at_high[i] = interval.high
+            widened[i] = replace(
+                widened[i],
+                low_open=bool(widened[i].low_open or low),
+                high_open=bool(widened[i].high_open or high),
                 at_low=at_low,
                 at_high=at_high,
             )
-    return found
+    return widened
 
 
-def _width(one: Coordinate, interval: Interval) -> float:
+def _width(coordinate: Coordinate, interval: Interval) -> float:
     """Of an interval in the logarithm of the physical value."""
-    if one.kind == "log":
+    if coordinate.kind == "log":
         return interval.high - interval.low
     return math.log(max(interval.high, 1e-300) / max(interval.low, 1e-300))
 
@@ -167,11 +169,11 @@ class _Task:
     def run(self, kind: str, most: float, report: Progress) -> list[int]:
         """All intervals; which of them are those of the curvature, after ``most`` evaluations."""
         problem, size = self._problem, self._best.q.size
-        found = [
+        results = [
             curvature(problem, self._best, i, float(self._rises[i]), self._covariance)
             for i in range(size)
         ]
-        self.intervals = found
+        self.intervals = results
         if kind == "curvature":
             return list(range(size))
         # The rig competes with all others: it comes first.
@@ -184,7 +186,7 @@ class _Task:
             if kind == "minos":
                 rise = float(self._rises[i])
                 other = minos(problem, self._best, i, rise, self._covariance)
-            found[i] = other or self._kept(profile(*self._given(i)))
+            results[i] = other or self._kept(profile(*self._given(i)))
             report((done + 1) / size)
             if self.better is not None:
                 return []
@@ -196,8 +198,8 @@ class _Task:
         rise, others = float(self._rises[i]), self._others[i]
         return self._problem, self._best, i, rise, self._covariance, others, self._is_last
 
-    def _kept(self, found: tuple[Interval, Fit | None]) -> Interval:
-        interval, lower = found
+    def _kept(self, answer: tuple[Interval, Fit | None]) -> Interval:
+        interval, lower = answer
         if lower is not None and self._is_last:
             self.lower_still = True
         elif lower is not None:
@@ -206,10 +208,13 @@ class _Task:
 
     def _cross(self, most: float) -> None:
         """Ends of what is open on one side only, as ways of the others."""
-        for j, one in enumerate(self.intervals):
+        for j, interval in enumerate(self.intervals):
             places = [
                 place
-                for place, is_open in ((one.at_low, one.low_open), (one.at_high, one.high_open))
+                for place, is_open in (
+                    (interval.at_low, interval.low_open),
+                    (interval.at_high, interval.high_open),
+                )
                 if not is_open
             ]
             if len(places) != 1:
@@ -217,5 +222,5 @@ class _Task:
             for i in self._others[j]:
                 if self.better is not None or self._problem.evaluations > most:
                     return
-                found = further(*self._given(int(i)), self.intervals[i], places)
-                self.intervals[i] = self._kept(found)
+                moved = further(*self._given(int(i)), self.intervals[i], places)
+                self.intervals[i] = self._kept(moved)

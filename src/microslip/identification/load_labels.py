@@ -20,16 +20,16 @@ def labels_of(folded: Sequence[Folded], levels: Sequence[int]) -> dict[int, str]
     A load that was given as one number has four digits; one that a channel measured as few as its
     uncertainty allows.
     """
-    found = {}
+    labels = {}
     for level in sorted(set(levels)):
-        mine = [one for one, other in zip(folded, levels, strict=True) if other == level]
-        loads = [one.normal_load for one in mine if one.normal_load is not None]
+        of_level = [record for record, other in zip(folded, levels, strict=True) if other == level]
+        loads = [record.normal_load for record in of_level if record.normal_load is not None]
         if not loads:
             continue
         mean = float(np.mean(loads))
-        error = max(one.load_error for one in mine)
+        error = max(record.load_error for record in of_level)
         room = min(max(3.0 * error, _CLOSE * abs(mean)), _LARGEST * abs(mean)) if error else 0.0
         texts = [f"{mean:.{digits}g}" for digits in range(1, _DIGITS + 1)]
         near = (text for text in texts if abs(float(text) - mean) <= room)
-        found[level] = f"{float(next(near, texts[-1])):g}"
-    return found
+        labels[level] = f"{float(next(near, texts[-1])):g}"
+    return labels

@@ -17,13 +17,13 @@ _HARMONICS, _STEPS, _PIECE = 5, 4, 1 << 16
 _TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution within three
 
 
-def turns_of(time: Floats, x: Floats, found: Cycles) -> tuple[Floats, float]:
+def turns_of(time: Floats, x: Floats, cycles: Cycles) -> tuple[Floats, float]:
     """Cycles since the first cut at each sample, by the phase of the fundamental; and their rate.
 
     The rate is that of the whole record, so the samples of a cycle need not be a whole number, nor
     be even in time.
     """
-    cuts = found.cuts
+    cuts = cycles.cuts
     first, last = time[cuts[0]], time[min(int(cuts[-1]), time.size - 1)]
     rate = (cuts.size - 1) / float(last - first)
     if cuts.size < 3:
@@ -45,7 +45,7 @@ def turns_of(time: Floats, x: Floats, found: Cycles) -> tuple[Floats, float]:
             break
     rate, offset = _by_least_squares(time[inner] - first, away, rate, float(offset), cuts.size - 1)
     # A peak begins a cycle (a trough where more cycles are whole that way), from the first cut on.
-    turn = (time - first) * rate + offset - (0.5 if found.flipped else 0.0)
+    turn = (time - first) * rate + offset - (0.5 if cycles.flipped else 0.0)
     return turn - math.ceil(float(turn[cuts[0]]) - 0.02), rate
 
 
@@ -160,8 +160,8 @@ class MeanCycle:
                 normal[:, i] += sums[i : i + 4].T
         normal += 1e-9 * normal[:, :1, :1] * np.eye(4)  # too few samples for a cubic
         self._inverse = np.linalg.inv(normal)
-        mine = self._places[1]
-        self._lever = np.einsum("in,nij,jn->n", mine, self._inverse[self.column], mine)
+        columns = self._places[1]
+        self._lever = np.einsum("in,nij,jn->n", columns, self._inverse[self.column], columns)
         self.freedom = float(phase.size - self._lever.sum())
 
     def of(self, values: Floats) -> Level:
@@ -178,20 +178,20 @@ class MeanCycle:
         level = values - curve + (np.bincount(column, curve) / self.total)[column]
         return Level(mean, level, values - curve)
 
-    def noise(self, rest: Floats, taken: int = 0) -> float:
+    def noise(self, residual: Floats, taken: int = 0) -> float:
         """Standard deviation of white noise that leaves this, ``taken`` more numbers fitted."""
         freedom = max(self.freedom - taken, 1.0)
-        whole = math.sqrt(float(np.dot(rest, rest)) / freedom)
+        whole = math.sqrt(float(np.dot(residual, residual)) / freedom)
         if self._alike:
             return whole
         # A cubic does not follow a kink: what few samples there leave is no noise.
-        own = np.abs(rest) / np.sqrt(np.maximum(1.0 - self._lever, 1e-3))
-        far = _TAILS * 1.4826 * float(np.median(own[self._lever < 0.9]))
-        near = (own <= far) & (self._lever < 0.9)
+        scaled = np.abs(residual) / np.sqrt(np.maximum(1.0 - self._lever, 1e-3))
+        far = _TAILS * 1.4826 * float(np.median(scaled[self._lever < 0.9]))
+        near = (scaled <= far) & (self._lever < 0.9)
         left = float(np.sum(1.0 - self._lever[near])) - taken
         if left < 0.5 * freedom or far == 0.0:
             return whole
-        return min(whole, math.sqrt(float(np.sum(rest[near] ** 2)) / left / _WITHIN))
+        return min(whole, math.sqrt(float(np.sum(residual[near] ** 2)) / left / _WITHIN))
 
 
 def _slopes(middle: Floats, mean: Floats) -> Floats:

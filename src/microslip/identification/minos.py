@@ -37,13 +37,13 @@ def minos(
 
     def value(z: Floats) -> float:
         inside, out = beyond(best.q + ways @ z)
-        rest, _ = problem.residuals(inside)
-        return float(rest @ rest) - best.cost + float(out @ out)
+        residual, _ = problem.residuals(inside)
+        return float(residual @ residual) - best.cost + float(out @ out)
 
     def gradient(z: Floats) -> Floats:
         inside, out = beyond(best.q + ways @ z)
-        rest, by = problem.residuals(inside)
-        slope = 2.0 * (by.T @ rest) * (out == 0.0) + 2.0 * out / unit
+        residual, by = problem.residuals(inside)
+        slope = 2.0 * (by.T @ residual) * (out == 0.0) + 2.0 * out / unit
         return np.asarray(ways.T @ slope)
 
     names = [f"z{k}" for k in range(best.q.size)]
@@ -59,10 +59,10 @@ def minos(
         search.minos("z0", ncall=400)
     except RuntimeError:
         return None
-    found = search.merrors["z0"]
-    if not found.is_valid:
+    errors = search.merrors["z0"]
+    if not errors.is_valid:
         return None
-    ends = best.q[i] + ways[i, 0] * (search.values["z0"] + np.array([found.lower, found.upper]))
+    ends = best.q[i] + ways[i, 0] * (search.values["z0"] + np.array([errors.lower, errors.upper]))
     if ends[0] <= low[i] or ends[1] >= high[i]:
         return None
     places = [best.q + ways[:, 0] * (end - best.q[i]) / ways[i, 0] for end in ends]
@@ -75,9 +75,9 @@ def _ways(covariance: Floats, i: int) -> Floats:
     size = covariance.shape[0]
     others = np.delete(np.arange(size), i)
     first = covariance[:, i] / math.sqrt(float(covariance[i, i]))
-    rest = covariance - np.outer(first, first)
-    unit = np.sqrt(np.maximum(np.diag(rest)[others], 1e-300))
-    scaled = rest[np.ix_(others, others)] / np.outer(unit, unit)
+    remainder = covariance - np.outer(first, first)
+    unit = np.sqrt(np.maximum(np.diag(remainder)[others], 1e-300))
+    scaled = remainder[np.ix_(others, others)] / np.outer(unit, unit)
     values, vectors = np.linalg.eigh(scaled)
     ways = np.zeros((size, size))
     ways[:, 0] = first

@@ -43,21 +43,21 @@ def notes_of(problem: Problem, best: Fit, freedom: int, loss: str = "linear") ->
 def widened_by_loads(problem: Problem, q: Floats) -> Mapping[str, float]:
     """How many times as wide the noise of the loads makes each interval, if all is linear."""
     uncertain = [problem.has_load_error(i) for i in problem.order]
-    if not any(uncertain) or not problem.felt:
+    if not any(uncertain) or not problem.nuisance_effects:
         return {}
     by_all = problem.residuals(q)[1]
     kept = list(problem.metrics)
     problem.metrics = [
-        problem.metric_of(at, loads=False) if mine else metric
-        for at, (mine, metric) in enumerate(zip(uncertain, kept, strict=True))
+        problem.metric_of(at, loads=False) if is_uncertain else metric
+        for at, (is_uncertain, metric) in enumerate(zip(uncertain, kept, strict=True))
     ]
     problem.forget_answer()
     by_rest = problem.residuals(q)[1]
     problem.metrics = kept
     problem.forget_answer()
-    whole, rest = (np.diag(covariance_of(by.T @ by)) for by in (by_all, by_rest))
+    whole, without = (np.diag(covariance_of(by.T @ by)) for by in (by_all, by_rest))
     names = [problem.coordinates[int(j)].name for j in problem.free]
-    return dict(zip(names, np.sqrt(whole / rest).tolist(), strict=True))
+    return dict(zip(names, np.sqrt(whole / without).tolist(), strict=True))
 
 
 def is_less_than_noise(problem: Problem, cost: float, freedom: int) -> bool:
@@ -67,6 +67,6 @@ def is_less_than_noise(problem: Problem, cost: float, freedom: int) -> bool:
     """
     from scipy.special import fdtr
 
-    told = sum(one.freedom for one in problem.folded)
-    quiet = [one.force_noise < _QUIET * float(np.ptp(one.force)) for one in problem.folded]
-    return not all(quiet) and bool(fdtr(freedom, told, cost / freedom) < _RARE)
+    noise_freedom = sum(record.freedom for record in problem.folded)
+    quiet = [record.force_noise < _QUIET * float(np.ptp(record.force)) for record in problem.folded]
+    return not all(quiet) and bool(fdtr(freedom, noise_freedom, cost / freedom) < _RARE)

@@ -31,19 +31,19 @@ def spared(
     chosen: NDArray[np.bool_], spikes: Sequence[Spike], cycle: NDArray[np.int64], fewest: int
 ) -> Spared:
     """The chosen cycles without those that have spikes, if ``fewest`` are left."""
-    mine = []
-    for one in spikes:
-        of = np.unique(cycle[one.first : one.last + 1])
+    spoiling = []
+    for found_spike in spikes:
+        of = np.unique(cycle[found_spike.first : found_spike.last + 1])
         if any(0 <= i < chosen.size and chosen[i] for i in of):
-            mine.append((one, of))
-    if not mine:
+            spoiling.append((found_spike, of))
+    if not spoiling:
         return Spared(chosen, ())
     left = chosen.copy()
-    for _, of in mine:
+    for _, of in spoiling:
         left[of[(of >= 0) & (of < chosen.size)]] = False
-    names = ", ".join(str(one) for one, _ in mine[:_NAMED])
-    if len(mine) > _NAMED:
-        names += f", and {len(mine) - _NAMED} more"
+    names = ", ".join(str(spike) for spike, _ in spoiling[:_NAMED])
+    if len(spoiling) > _NAMED:
+        names += f", and {len(spoiling) - _NAMED} more"
     spoilt = int(np.count_nonzero(chosen) - np.count_nonzero(left))
     if np.count_nonzero(left) < fewest:
         return Spared(chosen, (f"straight lines stand in the place of spikes: {names}",))
@@ -53,7 +53,7 @@ def spared(
 
 def jumps(
     level: Floats,
-    rest: Floats,
+    residual: Floats,
     column: NDArray[np.int64],
     rows: NDArray[np.int64],
     force: Floats,
@@ -64,19 +64,19 @@ def jumps(
     the mean of the bin; ``rows`` says which samples of the record they are. Smaller than what
     :func:`microslip.tribometer.spikes.spikes_of` finds, which knows no cycles.
     """
-    noise = 1.4826 * float(np.median(np.abs(rest)))
+    noise = 1.4826 * float(np.median(np.abs(residual)))
     low, high = np.percentile(force, (5.0, 95.0))
     least = max(_FAR * noise, _PART * float(high - low))
-    found = np.zeros(rest.size, dtype=bool)
+    is_far = np.zeros(residual.size, dtype=bool)
     # A spike moves the mean of its bin, and with it what is left of all others there.
-    for bin_ in np.unique(column[np.abs(rest) > 0.5 * least]):
-        mine = np.flatnonzero(column == bin_)
-        found[mine] = np.abs(level[mine] - np.median(level[mine])) > least
-    far = np.flatnonzero(found)
+    for bin_ in np.unique(column[np.abs(residual) > 0.5 * least]):
+        of_bin = np.flatnonzero(column == bin_)
+        is_far[of_bin] = np.abs(level[of_bin] - np.median(level[of_bin])) > least
+    far = np.flatnonzero(is_far)
     spikes = []
     for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1) if far.size else ():
         if run.size <= LONGEST:
-            at = int(run[np.argmax(np.abs(rest[run]))])
+            at = int(run[np.argmax(np.abs(residual[run]))])
             first, last = int(rows[run[0]]), int(rows[run[-1]])
             usual = 0.5 * float(high - low)
             spikes.append(Spike("force", first, last, float(force[at]), usual))

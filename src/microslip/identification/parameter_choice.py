@@ -45,12 +45,12 @@ def checked_loads(model: Model, folded: Sequence[Folded]) -> None:
     """A law that scales with the load wants it of every record, above zero."""
     if not model.scales_with_load:
         return
-    for one in folded:
-        load = one.normal_load
+    for record in folded:
+        load = record.normal_load
         if load is None or not load > 0.0:
             came = "none" if load is None else f"{exact(load)} N"
             raise InputError(
-                f"{one.name}: the law {model.name!r} needs the normal load [N], above zero, got "
+                f"{record.name}: the law {model.name!r} needs the normal load [N], above zero, got "
                 f"{came}; write Record(..., normal_load=500.0), or take law='jenkins', which has no"
                 " load"
             )
@@ -58,18 +58,20 @@ def checked_loads(model: Model, folded: Sequence[Folded]) -> None:
 
 def listed(records: Any) -> list[Record]:
     """The records one by one, of whatever holds them."""
-    found = [records] if isinstance(records, Record) else records
-    if isinstance(found, np.ndarray):
-        found = found.ravel().tolist()
-    if isinstance(found, Iterable) and not isinstance(found, (str, bytes, Mapping)):
-        found = list(found)
-    if not isinstance(found, list) or not found:
+    listed_records = [records] if isinstance(records, Record) else records
+    if isinstance(listed_records, np.ndarray):
+        listed_records = listed_records.ravel().tolist()
+    if isinstance(listed_records, Iterable) and not isinstance(
+        listed_records, (str, bytes, Mapping)
+    ):
+        listed_records = list(listed_records)
+    if not isinstance(listed_records, list) or not listed_records:
         raise InputError(
             Argument("records"),
             f" must be a Record or a list of them, got {show(records)}; "
             "write Record(displacement, force) or Record.read(path)",
         )
-    return found
+    return listed_records
 
 
 def checked_area(contact: Coordinate | None, area: float | None) -> None:
@@ -142,29 +144,30 @@ def _limits(key: str, given: Any) -> tuple[float, float]:
     return low, high
 
 
-def _value(option: str, key: str, given: Any, one: Coordinate) -> float:
+def _value(option: str, key: str, given: Any, coordinate: Coordinate) -> float:
     """A number of an option; text, which has perhaps a unit, gets an example of the right size."""
     if isinstance(given, str):
         of = {"m": 3e-7, "N": 1000.0, "N/m": 2e8}
-        example = of.get(one.unit, 0.5 if one.low >= 0.0 else 2.0)
-        unit = f" [{one.unit}]" if one.unit else ""
+        example = of.get(coordinate.unit, 0.5 if coordinate.low >= 0.0 else 2.0)
+        unit = f" [{coordinate.unit}]" if coordinate.unit else ""
         raise InputError(
             f"{option}: {key} must be a finite number{unit}, got {show(given)}; write "
             f"{option}={{'{key}': {example:g}}}"
         )
-    return number(f"{'start of' if option == 'start' else 'fixed'} {key}", given, one.unit)
+    return number(f"{'start of' if option == 'start' else 'fixed'} {key}", given, coordinate.unit)
 
 
 def _records(count: int) -> str:
     return "1 record" if count == 1 else f"{count} records"
 
 
-def _within(what: str, value: float, one: Coordinate) -> float:
-    if not one.low <= value <= one.high:
-        unit = f" {one.unit}" if one.unit else ""
+def _within(what: str, value: float, coordinate: Coordinate) -> float:
+    if not coordinate.low <= value <= coordinate.high:
+        unit = f" {coordinate.unit}" if coordinate.unit else ""
         raise InputError(
-            f"{what} {one.name} must be within its bounds, {one.low:g} to {one.high:g}{unit}, got "
-            f"{exact(value)}{unit}; bounds={{'{one.parameter}': (lowest, highest)}} sets others"
+            f"{what} {coordinate.name} must be within its bounds, {coordinate.low:g} to "
+            f"{coordinate.high:g}{unit}, got {exact(value)}{unit}; "
+            f"bounds={{'{coordinate.parameter}': (lowest, highest)}} sets others"
         )
     return value
 
@@ -180,7 +183,7 @@ def coordinates_for(
     per_load: Any,
 ) -> tuple[list[Coordinate], list[tuple[int, ...]], dict[str, float]]:
     """Coordinates of the law, which of them each record has, and the values to start from."""
-    loads = [one.normal_load for one in folded]
+    loads = [record.normal_load for record in folded]
     levels = levels_of(loads)
     labels = labels_of(folded, levels)
     several = len(set(levels)) > 1
@@ -197,7 +200,7 @@ def coordinates_for(
             f"per_load: {', '.join(one_a_load)} cannot differ between loads, for all records have "
             "one; add records at another normal load"
         )
-    found: list[Coordinate] = []
+    coordinates: list[Coordinate] = []
     places: dict[tuple[str, int], int] = {}
     for parameter in model.parameters:
         splits = several and (
@@ -209,57 +212,59 @@ def coordinates_for(
                 continue
             of_level = [loads[i] for i in range(len(folded)) if levels[i] == level]
             load = None if of_level[0] is None else float(np.mean([x for x in of_level if x]))
-            one = coordinate_of(
+            coordinate = coordinate_of(
                 parameter, 1.0, load if splits or not several else None, several=splits
             )
             if splits and load is not None:
-                one = replace(one, name=f"{parameter.name} at {labels[level]} N")
+                coordinate = replace(coordinate, name=f"{parameter.name} at {labels[level]} N")
             elif parameter.name in model.at_reference:
-                one = replace(one, load=getattr(model, "reference_load", load))
-            places[parameter.name, level if splits else -1] = len(found)
-            found.append(one)
+                coordinate = replace(coordinate, load=getattr(model, "reference_load", load))
+            places[parameter.name, level if splits else -1] = len(coordinates)
+            coordinates.append(coordinate)
     columns = [
         tuple(places.get((name, level), places.get((name, -1), 0)) for name in model.names)
         for level in levels
     ]
-    own = [*known, *(one.name for one in found if one.name not in known)]
+    names = [*known, *(c.name for c in coordinates if c.name not in known)]
     fixed, bounds, start = (
         _mapping("fixed", fixed),
         _mapping("bounds", bounds),
         _mapping("start", start),
     )
     for name, given in (("fixed", fixed), ("bounds", bounds), ("start", start)):
-        _check_names(name, given, own)
+        _check_names(name, given, names)
         if RIG in given and name == "fixed":
             raise InputError("fixed: write rig_stiffness=2e8 for a rig of known stiffness [N/m]")
     given_start: dict[str, float] = {}
-    for i, one in enumerate(found):
-        for key in (one.parameter, one.name):
+    for i, chosen in enumerate(coordinates):
+        for key in (chosen.parameter, chosen.name):
             if key in bounds:
                 low, high = _limits(key, bounds[key])
-                if one.kind == "log":
+                if chosen.kind == "log":
                     positive(f"lowest {key}", low)
-                one = replace(one, low=low, high=high, shape=one.shape)
+                chosen = replace(chosen, low=low, high=high, shape=chosen.shape)
             if key in start:
-                value = _within("start of", _value("start", key, start[key], one), one)
-                given_start[one.name] = value
-        for key in (one.parameter, one.name):
+                value = _within("start of", _value("start", key, start[key], chosen), chosen)
+                given_start[chosen.name] = value
+        for key in (chosen.parameter, chosen.name):
             if key in fixed:
-                value = _within("fixed", _value("fixed", key, fixed[key], one), one)
-                one = replace(one, fixed=True, start=value)
-        found[i] = one
+                value = _within("fixed", _value("fixed", key, fixed[key], chosen), chosen)
+                chosen = replace(chosen, fixed=True, start=value)
+        coordinates[i] = chosen
     if RIG in start:
         given_start[RIG] = positive(f"start of {RIG}", start[RIG], "N/m", 1e8)
-    return found, columns, given_start
+    return coordinates, columns, given_start
 
 
 def split(model: Model, coordinates: Sequence[Coordinate]) -> Model:
     """The model where loads have values of their own of what else belongs to one load."""
-    mine = [one for one in coordinates if one.parameter in model.at_reference]
-    names = {one.parameter for one in mine}
-    if len(mine) <= len(names):
+    at_own_load = [
+        coordinate for coordinate in coordinates if coordinate.parameter in model.at_reference
+    ]
+    names = {record.parameter for record in at_own_load}
+    if len(at_own_load) <= len(names):
         return model
-    return model.split(names, [one.load for one in mine if one.load is not None])
+    return model.split(names, [record.load for record in at_own_load if record.load is not None])
 
 
 def rig_coordinates(
@@ -278,26 +283,26 @@ def rig_coordinates(
             )
         labels = [str(label) for label in rigs]
     known = list(dict.fromkeys(labels))
-    told = of_each_rig(given, known, rigs is not None)
+    given_stiffness = of_each_rig(given, known, rigs is not None)
     place: dict[str, int] = {}
-    found: list[Coordinate] = []
-    for label, own in told.items():
-        if is_rigid(own):
+    coordinates: list[Coordinate] = []
+    for label, own_stiffness in given_stiffness.items():
+        if is_rigid(own_stiffness):
             continue
-        place[label] = len(found)
-        mine = [loops[i] for i in range(len(folded)) if labels[i] == label]
-        scale = max(stiffness_after_reversal(loop) for loop in mine)
+        place[label] = len(coordinates)
+        rig_loops = [loops[i] for i in range(len(folded)) if labels[i] == label]
+        scale = max(stiffness_after_reversal(loop) for loop in rig_loops)
         name = RIG if len(known) == 1 else f"{RIG} of {label}"
         low, high = 1e-3 * scale, math.inf
         limits = _mapping("bounds", bounds).get(RIG)
         if limits is not None:
             low, high = _limits(RIG, limits)
             positive(f"lowest {RIG}", low, "N/m")
-        one = Coordinate(
+        coordinate = Coordinate(
             name, RIG, "N/m", low, high, "inverse", 1.1 * scale, scale=scale, rig=label
         )
-        found.append(rig_coordinate(one, own))
-    return found, [place.get(label) for label in labels]
+        coordinates.append(rig_coordinate(coordinate, own_stiffness))
+    return coordinates, [place.get(label) for label in labels]
 
 
 def softer(
@@ -310,17 +315,19 @@ def softer(
 
     Of more than once only for a rig without an uncertainty, which the loops may else overrule.
     """
-    for j, one in enumerate(coordinates):
-        if one.parameter != RIG or not (one.fixed or (one.prior is not None and times == 1.0)):
+    for j, coordinate in enumerate(coordinates):
+        if coordinate.parameter != RIG or not (
+            coordinate.fixed or (coordinate.prior is not None and times == 1.0)
+        ):
             continue
-        mine = [loop for loop, rig in zip(loops, rigs, strict=True) if rig == j]
+        rig_loops = [loop for loop, rig in zip(loops, rigs, strict=True) if rig == j]
         # Over half of the force noise counts little, and the rig gives way by all of it.
-        stiffest = max((stiffness_after_reversal(loop, 0.5) for loop in mine), default=0.0)
-        if stiffest > times * one.start:
+        stiffest = max((stiffness_after_reversal(loop, 0.5) for loop in rig_loops), default=0.0)
+        if stiffest > times * coordinate.start:
             return (
                 f"the loops are stiffer ({engineering(stiffest, 'N/m')} after a reversal) than the "
-                f"{one.name} given, {engineering(one.start, 'N/m')}: no joint behind such a rig "
-                "makes them; check its unit and that of the force, or leave the rig free"
+                f"{coordinate.name} given, {engineering(coordinate.start, 'N/m')}: no joint behind "
+                "such a rig makes them; check its unit and that of the force, or leave the rig free"
             )
     return None
 
@@ -342,35 +349,50 @@ def starts_for(
     The law guesses from loops of which a share of the compliance after a reversal is taken off as
     the rig's.
     """
-    free_rig = any(one.parameter == RIG and not one.fixed for one in coordinates)
+    free_rig = any(
+        coordinate.parameter == RIG and not coordinate.fixed for coordinate in coordinates
+    )
     for share in _SHARES if free_rig else (0.0,):
-        values = [one.start for one in coordinates]
-        for i, one in enumerate(coordinates):
-            if one.parameter == RIG and not one.fixed and one.prior is None:
-                values[i] = given.get(RIG, one.scale / share)
-        told = model.start
-        if told is not None:
-            theirs = list(values)
-            for i, one in enumerate(coordinates):
-                if not one.fixed and one.parameter in told:
-                    theirs[i] = given.get(one.name, told[one.parameter])
-            yield _bounded(coordinates, theirs)
+        values = [coordinate.start for coordinate in coordinates]
+        for i, moved_coordinate in enumerate(coordinates):
+            if (
+                moved_coordinate.parameter == RIG
+                and not moved_coordinate.fixed
+                and moved_coordinate.prior is None
+            ):
+                values[i] = given.get(RIG, moved_coordinate.scale / share)
+        instance_values = model.start
+        if instance_values is not None:
+            instance_start = list(values)
+            for i, moved_coordinate in enumerate(coordinates):
+                if not moved_coordinate.fixed and moved_coordinate.parameter in instance_values:
+                    instance_start[i] = given.get(
+                        moved_coordinate.name, instance_values[moved_coordinate.parameter]
+                    )
+            yield _bounded(coordinates, instance_start)
         try:
-            own = _guessed(model, columns, rigs, folded, loops, values)
+            guessed = _guessed(model, columns, rigs, folded, loops, values)
         except InputError:
-            own = {i: given[one.name] for i, one in enumerate(coordinates) if one.name in given}
-            if any(i not in own and not coordinates[i].fixed for column in columns for i in column):
+            guessed = {
+                i: given[coordinate.name]
+                for i, coordinate in enumerate(coordinates)
+                if coordinate.name in given
+            }
+            if any(
+                i not in guessed and not coordinates[i].fixed for column in columns for i in column
+            ):
                 continue
-        for i, guess in own.items():
-            one = coordinates[i]
-            if not one.fixed:
-                values[i] = given.get(one.name, guess)
+        for i, guess in guessed.items():
+            moved_coordinate = coordinates[i]
+            if not moved_coordinate.fixed:
+                values[i] = given.get(moved_coordinate.name, guess)
         yield _bounded(coordinates, values)
 
 
 def _bounded(coordinates: Sequence[Coordinate], values: Sequence[float]) -> list[float]:
     return [
-        min(max(value, one.low), one.high) for one, value in zip(coordinates, values, strict=True)
+        min(max(value, coordinate.low), coordinate.high)
+        for coordinate, value in zip(coordinates, values, strict=True)
     ]
 
 
@@ -383,15 +405,15 @@ def _guessed(
     values: Sequence[float],
 ) -> dict[int, float]:
     """Guesses of the law for the loops without what the rigs do."""
-    own: dict[int, float] = {}
+    guesses: dict[int, float] = {}
     bare = []
     for loop, rig in zip(loops, rigs, strict=True):
         compliance = 0.0 if rig is None else 1.0 / values[rig]
         middle = loop.force - 0.5 * (loop.force.max() + loop.force.min())
         bare.append(Loop(loop.displacement - compliance * middle, middle))
     for group in dict.fromkeys(columns):
-        mine = [i for i, column in enumerate(columns) if column == group]
-        guess = model.guess([bare[i] for i in mine], [folded[i].normal_load for i in mine])
+        members = [i for i, column in enumerate(columns) if column == group]
+        guess = model.guess([bare[i] for i in members], [folded[i].normal_load for i in members])
         for name, place in zip(model.names, group, strict=True):
-            own.setdefault(place, guess[name])
-    return own
+            guesses.setdefault(place, guess[name])
+    return guesses

@@ -54,11 +54,11 @@ class Given:
     @property
     def text(self) -> str:
         """It in a line."""
-        value, error, found = (
+        value, error, fitted = (
             shown(x, self.unit) for x in (self.value, self.uncertainty, self.found)
         )
         return (
-            f"given {self.name} = {value} ± {error}: found {found}, {self.residual:+.2f} standard "
+            f"given {self.name} = {value} ± {error}: found {fitted}, {self.residual:+.2f} standard "
             f"deviations off, {abs(self.disagreement):.2f} from what the rest says"
             f"{'' if self.agrees else ': what was given and the loops disagree'}"
         )
@@ -79,11 +79,11 @@ class _Source(NamedTuple):
     place: int | None
     """Where it stands among the data."""
 
-    def residual(self, found: float) -> float:
-        """Found less given in standard deviations."""
+    def residual(self, fitted: float) -> float:
+        """What was fitted less what was given, in standard deviations."""
         if self.inverse:
-            return (1.0 - self.value / found) * self.value / self.error
-        return (found - self.value) / self.error
+            return (1.0 - self.value / fitted) * self.value / self.error
+        return (fitted - self.value) / self.error
 
 
 class _Left(NamedTuple):
@@ -122,12 +122,12 @@ class Contradicted(NamedTuple):
 
 def of_coordinate(problem: Problem, j: int) -> Function:
     """A free coordinate as a number that follows from all."""
-    one, row = problem.coordinates[j], int(np.flatnonzero(problem.free == j)[0])
+    coordinate, row = problem.coordinates[j], int(np.flatnonzero(problem.free == j)[0])
 
     def function(q: Floats) -> tuple[float, Floats]:
-        value, by = one.outer(float(q[row])), np.zeros(q.size)
-        by[row] = one.slope(float(q[row]))
-        if one.kind == "inverse":
+        value, by = coordinate.outer(float(q[row])), np.zeros(q.size)
+        by[row] = coordinate.slope(float(q[row]))
+        if coordinate.kind == "inverse":
             by[row] *= -(value**2) if math.isfinite(value) else 0.0
         return value, by
 
@@ -149,89 +149,111 @@ def borne_out(
     """
     from scipy.special import chdtrc
 
-    sources = _sources(problem, names, {one.name: one.unit for one in quantities})
+    sources = _sources(problem, names, {quantity.name: quantity.unit for quantity in quantities})
     if not sources:
         return (), None
-    found, wrong = [], []
-    for one in sources:
-        left = _without(problem, best, freedom, [one])
-        value = one.function(best.q)[0]
-        residual = one.residual(value)
+    data, wrong = [], []
+    for datum in sources:
+        left = _without(problem, best, freedom, [datum])
+        value = datum.function(best.q)[0]
+        residual = datum.residual(value)
         apart = math.copysign(math.sqrt(left.fall), residual)
         agrees = max(abs(residual), abs(apart)) <= DISAGREE
-        alone = one.function(left.q)[0]
-        found.append(
-            Given(one.name, one.unit, one.value, one.error, value, residual, alone, apart, agrees)
+        alone = datum.function(left.q)[0]
+        data.append(
+            Given(
+                datum.name,
+                datum.unit,
+                datum.value,
+                datum.error,
+                value,
+                residual,
+                alone,
+                apart,
+                agrees,
+            )
         )
         if not agrees:
-            wrong.append((one, left))
+            wrong.append((datum, left))
     if not wrong and len(sources) > 1:
         # Two that are wrong alike hold each other up.
         left = _without(problem, best, freedom, sources)
         if chdtrc(len(sources), left.fall) < _RARE:
-            wrong = [(one, left) for one in sources]
-            found = [replace(one, agrees=False) for one in found]
+            wrong = [(source, left) for source in sources]
+            data = [replace(datum, agrees=False) for datum in data]
     if not wrong:
-        return tuple(found), None
-    by_name = {one.name: one for one in found}
-    said = [_said(by_name[one.name], one.function(left.q)[0]) for one, left in wrong]
+        return tuple(data), None
+    by_name = {datum.name: datum for datum in data}
+    said = [_said(by_name[datum.name], datum.function(left.q)[0]) for datum, left in wrong]
     contradicted = Contradicted(
         f"what was given and the loops disagree: {'; '.join(said)}",
-        tuple(one.name for one, _ in wrong),
+        tuple(datum.name for datum, _ in wrong),
         best.q,
         covariance_of(information(problem, best.q)) * max(left.noise for _, left in wrong),
-        tuple((left.q, one.function) for one, left in wrong),
+        tuple((left.q, datum.function) for datum, left in wrong),
     )
-    return tuple(found), contradicted
+    return tuple(data), contradicted
 
 
-def _said(one: Given, alone: float) -> str:
+def _said(datum: Given, alone: float) -> str:
     """One contradiction in words."""
-    apart = max(abs(one.residual), abs(one.disagreement))
-    given, error, rest = (shown(x, one.unit) for x in (one.value, one.uncertainty, alone))
+    apart = max(abs(datum.residual), abs(datum.disagreement))
+    given, error, without = (shown(x, datum.unit) for x in (datum.value, datum.uncertainty, alone))
     return (
-        f"{one.name} was given as {given} ± {error}, without that {rest} is found, "
+        f"{datum.name} was given as {given} ± {error}, without that {without} is found, "
         f"{significant(apart, 2)} standard deviations apart"
     )
 
 
 def _sources(problem: Problem, names: Sequence[str], units: dict[str, str]) -> list[_Source]:
-    found = []
+    sources = []
     for j in map(int, problem.free):
-        one = problem.coordinates[j]
-        if one.prior is None:
+        moved_coordinate = problem.coordinates[j]
+        if moved_coordinate.prior is None:
             continue
-        value, error = one.prior
-        inverse = one.kind == "inverse"
+        value, error = moved_coordinate.prior
+        inverse = moved_coordinate.kind == "inverse"
         if inverse:  # a compliance of what was given as a stiffness
             value, error = (float(f"{x:.14g}") for x in (1.0 / value, error / value**2))
         function = of_coordinate(problem, j)
-        found.append(_Source(one.name, one.unit, value, error, function, inverse, j, None))
-    units = {**units, **{one.name: one.unit for one in problem.coordinates}}
+        sources.append(
+            _Source(
+                moved_coordinate.name,
+                moved_coordinate.unit,
+                value,
+                error,
+                function,
+                inverse,
+                j,
+                None,
+            )
+        )
+    units = {**units, **{coordinate.name: coordinate.unit for coordinate in problem.coordinates}}
     for place, (name, datum) in enumerate(zip(names, problem.data, strict=True)):
-        found.append(
+        sources.append(
             _Source(name, units[name], datum.value, datum.error, datum.function, False, None, place)
         )
-    return found
+    return sources
 
 
 def _without(problem: Problem, best: Fit, freedom: int, left_out: Sequence[_Source]) -> _Left:
     """The fit near the best one, by the same weights, without some data."""
-    rest = copy.copy(problem)
-    out = {one.coordinate for one in left_out}
-    rest.coordinates = tuple(
-        replace(one, prior=None) if j in out else one for j, one in enumerate(problem.coordinates)
+    remaining = copy.copy(problem)
+    out = {source.coordinate for source in left_out}
+    remaining.coordinates = tuple(
+        replace(coordinate, prior=None) if j in out else coordinate
+        for j, coordinate in enumerate(problem.coordinates)
     )
-    places = {one.place for one in left_out}
-    rest.data = [datum for place, datum in enumerate(problem.data) if place not in places]
-    rest.metrics = list(problem.metrics)
-    rest._last = None
+    places = {source.place for source in left_out}
+    remaining.data = [datum for place, datum in enumerate(problem.data) if place not in places]
+    remaining.metrics = list(problem.metrics)
+    remaining._last = None
     fit = best
-    for moving in rest.parts:
-        fit = settle(rest, fit.q, moving)
+    for moving in remaining.parts:
+        fit = settle(remaining, fit.q, moving)
         if not fit.finite:
             return _Left(best.q, 0.0, 1.0)
     reduced = fit.cost / max(freedom - len(left_out), 1)
-    noise = max(reduced, float(cycle_ratio(rest, fit.q).max(initial=1.0)), 1.0)
-    problem.evaluations = rest.evaluations
+    noise = max(reduced, float(cycle_ratio(remaining, fit.q).max(initial=1.0)), 1.0)
+    problem.evaluations = remaining.evaluations
     return _Left(fit.q, max(best.cost - fit.cost, 0.0) / noise, noise)

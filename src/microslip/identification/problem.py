@@ -203,10 +203,10 @@ class Problem:
             return [np.arange(self.free.size)]
         label = np.arange(self.free.size)
         for column, rig in zip(self.columns, self.rigs, strict=True):
-            mine = [row[j] for j in (*column, *(() if rig is None else (rig,))) if j in row]
-            if mine:
-                label[np.isin(label, label[mine])] = label[mine].min()
-        return [np.flatnonzero(label == one) for one in np.unique(label)]
+            of_record = [row[j] for j in (*column, *(() if rig is None else (rig,))) if j in row]
+            if of_record:
+                label[np.isin(label, label[of_record])] = label[of_record].min()
+        return [np.flatnonzero(label == value) for value in np.unique(label)]
 
     # -- residuals ------------------------------------------------------------------------------
 
@@ -230,7 +230,7 @@ class Problem:
 
     def _extra(self, q: Floats) -> Floats:
         """Residuals of data from elsewhere, and their derivatives."""
-        found = []
+        rows = []
         for i, j in enumerate(self.free):
             c = self.coordinates[int(j)]
             if c.prior is not None:
@@ -238,12 +238,12 @@ class Problem:
                 column = np.zeros(q.size + 1)
                 column[0] = (outer - c.prior[0]) / c.prior[1]
                 column[1 + i] = c.slope(float(q[i])) / c.prior[1]
-                found.append(column)
+                rows.append(column)
         for datum in self.data:
             value, gradient = datum.function(q)
-            rest = np.concatenate(([value - datum.value], gradient))
-            found.append(rest / datum.error)
-        return np.array(found).T if found else np.zeros((q.size + 1, 0))
+            row = np.concatenate(([value - datum.value], gradient))
+            rows.append(row / datum.error)
+        return np.array(rows).T if rows else np.zeros((q.size + 1, 0))
 
     @property
     def extra_count(self) -> int:
@@ -254,11 +254,11 @@ class Problem:
     def standardised(self, q: Floats) -> Floats:
         """Residuals over the noise of their bins, nuisances where they fit best."""
         forces = self.model_force(q)
-        rest = [
+        residual = [
             (f.force - forces[i]) * np.sqrt(f.count) / f.force_noise
             for i, f in enumerate(self.folded)
         ]
-        return np.concatenate([rest[i] for i in self.order])
+        return np.concatenate([residual[i] for i in self.order])
 
     def weigh(self, share: Floats) -> None:
         """Give each force a share of the weight that its noise gives it."""
@@ -276,28 +276,28 @@ class Problem:
     def forget(self) -> None:
         """Weigh the residuals by the force's noise alone, as before any :meth:`update`."""
         flat = [self.weight[span, None] for span in self.bins]
-        self.metrics = [metric_of(one, np.zeros((one.size, 0))) for one in flat]
-        self.felt: list[Floats] = []
+        self.metrics = [metric_of(column, np.zeros((column.size, 0))) for column in flat]
+        self.nuisance_effects: list[Floats] = []
         self._last = None
 
     def update(self, q: Floats, share: float = 1.0, before: Sequence[Floats] = ()) -> None:
         """Weigh the residuals by the tangents of this answer: errors of the displacement act so.
 
         What an error of each coefficient of the displacement, and of the logarithm of a load that
-        is not certain, does to the forces is kept as ``felt``. With a ``share`` below 1 the rest is
-        what was felt ``before``, so that weights which swing to and fro come to rest.
+        is not certain, does to the forces is kept as ``nuisance_effects``. A ``share`` below 1
+        mixes them with those ``before``, so that weights which swing to and fro come to rest.
         """
         _, stiffness, _ = self.respond(q)
-        self.felt = []
+        self.nuisance_effects = []
         uncertain = [self.has_load_error(i) for i in self.order]
         by = self._by_load(q) if any(uncertain) else np.zeros(0)
         for at, span in enumerate(self.bins):
-            felt = self._rise(at, q, stiffness, self.cycles[at].basis)
+            effects = self._rise(at, q, stiffness, self.cycles[at].basis)
             if uncertain[at]:
-                felt = np.vstack((felt, by[span]))
+                effects = np.vstack((effects, by[span]))
             if before:
-                felt = share * felt + (1.0 - share) * before[at]
-            self.felt.append(felt)
+                effects = share * effects + (1.0 - share) * before[at]
+            self.nuisance_effects.append(effects)
             self.metrics[at] = self.metric_of(at)
         self.forget_answer()
 
@@ -306,7 +306,11 @@ class Problem:
         span = self.bins[at]
         flat = self.weight[span, None]
         if self.free_delay:
-            late = self._turned(at) @ self.felt[at][: self._turned(at).size] * self.weight[span]
+            late = (
+                self._turned(at)
+                @ self.nuisance_effects[at][: self._turned(at).size]
+                * self.weight[span]
+            )
             flat = np.hstack((flat, late[:, None]))
         return metric_of(flat, self.nuisances_of(at, loads=loads))
 
@@ -319,19 +323,19 @@ class Problem:
 
         The errors of its displacement, of the drift that was taken off its force, and of its load.
         """
-        folded, weight, felt = (
+        folded, weight, effects = (
             self.folded[self.order[at]],
             self.weight[self.bins[at]],
-            self.felt[at],
+            self.nuisance_effects[at],
         )
         size = folded.coefficients.size
         root = np.linalg.cholesky(folded.covariance)
-        rows = [root.T @ felt[:size]]
+        rows = [root.T @ effects[:size]]
         if folded.drifted.size:
             rows.append(folded.drifted[None])
-        if loads and felt.shape[0] > size:
+        if loads and effects.shape[0] > size:
             assert folded.normal_load is not None
-            rows.append(felt[size:] * (folded.load_error / folded.normal_load))
+            rows.append(effects[size:] * (folded.load_error / folded.normal_load))
         return np.asarray((np.vstack(rows) * weight).T)
 
     def _by_load(self, q: Floats) -> Floats:
@@ -382,18 +386,20 @@ class Problem:
     def late(self, at: int) -> Floats:
         """What a phase by which the displacement is earlier does to the weighted residuals."""
         turned = self._turned(at)
-        return np.asarray(turned @ self.felt[at][: turned.size] * self.weight[self.bins[at]])
+        return np.asarray(
+            turned @ self.nuisance_effects[at][: turned.size] * self.weight[self.bins[at]]
+        )
 
     def lags_at(self, q: Floats) -> list[float]:
         """Phases [rad] by which the force of each record lags, as this answer would have them."""
         force, stiffness, _ = self.respond(q)
-        rest = (self.force - self.to_bins(force)) * self.weight
+        residual = (self.force - self.to_bins(force)) * self.weight
         lags = list(self.lags)
         for at, i in enumerate(self.order):
             span = self.bins[at]
-            felt = self._rise(at, q, stiffness, self._turned(at)[None] @ self.cycles[at].basis)
-            flat = np.stack((self.weight[span], felt[0] * self.weight[span])).T
-            lags[i] -= float(np.linalg.lstsq(flat, rest[span], rcond=None)[0][1])
+            effects = self._rise(at, q, stiffness, self._turned(at)[None] @ self.cycles[at].basis)
+            flat = np.stack((self.weight[span], effects[0] * self.weight[span])).T
+            lags[i] -= float(np.linalg.lstsq(flat, residual[span], rcond=None)[0][1])
         return lags
 
     def _rise(self, at: int, q: Floats, stiffness: Floats, moves: Floats) -> Floats:
@@ -425,14 +431,14 @@ class Problem:
     def model_force(self, q: Floats) -> list[Floats]:
         """Force of the model in the bins of each record, its nuisances where they fit best [N]."""
         force, _, _ = self.respond(q)
-        rest = (self.to_bins(force) - self.force) * self.weight
+        residual = (self.to_bins(force) - self.force) * self.weight
         answers: list[Floats] = [np.zeros(0)] * len(self.folded)
         for at, i in enumerate(self.order):
             span, metric = self.bins[at], self.metrics[at]
             # Best linear unbiased: a nuisance of variance s^2 takes s^2/(1 + s^2) of its share.
             keep = 1.0 - (1.0 - metric.shrink) ** 2
-            taken = metric.directions @ (keep * (metric.directions.T @ rest[span]))
-            answers[i] = self.force[span] + (rest[span] - taken) / self.weight[span]
+            taken = metric.directions @ (keep * (metric.directions.T @ residual[span]))
+            answers[i] = self.force[span] + (residual[span] - taken) / self.weight[span]
         return answers
 
     def rig_of(self, record: int, q: Floats) -> float | None:

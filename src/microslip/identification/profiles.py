@@ -134,7 +134,7 @@ def further(
     covariance: Floats,
     others: NDArray[np.intp],
     is_last: bool,
-    found: Interval,
+    interval: Interval,
     places: Sequence[Floats],
 ) -> tuple[Interval, Fit | None]:
     """The profile once more, where the ``places`` of other ends show a lower way to its own.
@@ -144,27 +144,27 @@ def further(
     """
     walk = _Walk(problem, best, i, threshold, covariance, others, is_last)
     goal = math.sqrt(threshold)
-    for direction, end, is_open, own in (
-        (-1.0, found.low, found.low_open, found.at_low),
-        (1.0, found.high, found.high_open, found.at_high),
+    for direction, end, is_open, at_end in (
+        (-1.0, interval.low, interval.low_open, interval.at_low),
+        (1.0, interval.high, interval.high_open, interval.at_high),
     ):
         distance = abs(end - float(best.q[i]))
         if is_open or distance == 0.0:
             continue
         for place in places:
-            if place is own or walk.is_over:
+            if place is at_end or walk.is_over:
                 continue
             reached, answer = walk.rise(direction, distance, place)
             if reached * _FURTHER < goal:
-                end, is_open, own = walk.end(direction, (distance, reached, answer))
+                end, is_open, at_end = walk.end(direction, (distance, reached, answer))
                 distance = abs(end - float(best.q[i]))
                 if is_open:
                     break
         if direction < 0.0:
-            found = replace(found, low=end, low_open=is_open, at_low=own)
+            interval = replace(interval, low=end, low_open=is_open, at_low=at_end)
         else:
-            found = replace(found, high=end, high_open=is_open, at_high=own)
-    return found, walk.lowest
+            interval = replace(interval, high=end, high_open=is_open, at_high=at_end)
+    return interval, walk.lowest
 
 
 class _Walk:
@@ -294,9 +294,11 @@ def derived_interval(
     takes the quantity along (``beyond``). Of a ``shape``, a plain number, differences count.
     """
     value, gradient = function(best.q)
-    low, high = (np.array([getattr(one, end) for one in intervals]) for end in ("low", "high"))
-    low_open = np.array([one.low_open for one in intervals])
-    high_open = np.array([one.high_open for one in intervals])
+    low, high = (
+        np.array([getattr(interval, end) for interval in intervals]) for end in ("low", "high")
+    )
+    low_open = np.array([interval.low_open for interval in intervals])
+    high_open = np.array([interval.high_open for interval in intervals])
     near = _AT_END * np.minimum(high - low, 1.0)
     along = covariance @ gradient
     variance = float(gradient @ along)
@@ -305,7 +307,7 @@ def derived_interval(
         move = math.sqrt(threshold / variance) * along
         places += [np.clip(best.q + way * move, low, high) for way in (-1.0, 1.0)]
     if low_open.any() or high_open.any():
-        places += [place for one in intervals for place in (one.at_low, one.at_high)]
+        places += [place for interval in intervals for place in (interval.at_low, interval.at_high)]
     ends = []
     for place in places:
         there, by = function(place)
@@ -319,20 +321,20 @@ def derived_interval(
     # What is open at a bound of its own; ends of searches are judged by what they take along.
     bounds = bounds_of(problem)
     opened = (low_open & (low <= bounds[0] + near)) | (high_open & (high >= bounds[1] - near))
-    opened[[one.row for one in beyond]] = False
+    opened[[open_end.row for open_end in beyond]] = False
     width = min(1.0, float((high - low)[opened].min(initial=1.0)))
     size = 1.0 if shape else abs(value) or 1.0
-    moves = [one.shift(function, best.q) / size for one in beyond]
+    moves = [open_end.shift(function, best.q) / size for open_end in beyond]
     if shape:
         narrow = last - first < MOVED * width
     else:
         narrow = first * last > 0.0 and abs(math.log(last / first)) < MOVED * width
-    if narrow and all(abs(one) < MOVED for one in moves):
+    if narrow and all(abs(open_end) < MOVED for open_end in moves):
         # What an open coordinate hardly moves is told all the same.
         first_open = last_open = False
-    far = [move for one, move in zip(beyond, moves, strict=True) if one.rests]
-    first_open = first_open or any(one <= -MOVED for one in far)
-    last_open = last_open or any(one >= MOVED for one in far)
+    far = [move for open_end, move in zip(beyond, moves, strict=True) if open_end.rests]
+    first_open = first_open or any(open_end <= -MOVED for open_end in far)
+    last_open = last_open or any(open_end >= MOVED for open_end in far)
     # An end that is the best value itself and open says that the best value lies at a bound.
     return Interval(first, last, first_open, last_open, best.q, best.q)
 

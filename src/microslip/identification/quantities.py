@@ -40,41 +40,47 @@ def quantities_of(
     problem: Problem, pair: MaterialPair | None, area: float | None
 ) -> list[Quantity]:
     """All that the law says of itself, for each load where it depends on it."""
-    model, found = problem.model, []
+    model, quantities = problem.model, []
     free = [problem.coordinates[int(j)] for j in problem.free]
-    start = np.array([one.inner(one.start) for one in free])
+    start = np.array([coordinate.inner(coordinate.start) for coordinate in free])
     names = set(model.names)
     groups = list(dict.fromkeys(problem.columns))
-    known = [one.normal_load for one in problem.folded]
+    known = [record.normal_load for record in problem.folded]
     levels = levels_of(known)
     labels = labels_of(problem.folded, levels)
     level = dict(zip(known, levels, strict=True))
     for group in groups:
-        mine = [i for i, column in enumerate(problem.columns) if column == group]
-        loads = _different(problem.folded[i].normal_load for i in mine)
+        members = [i for i, column in enumerate(problem.columns) if column == group]
+        loads = _different(problem.folded[i].normal_load for i in members)
         several = len(groups) > 1 or len(loads) > 1
-        for one in model.derived(problem.values_of(mine[0], start), loads, pair, area):
-            load = one.load if one.load is not None else (loads[0] if len(groups) > 1 else None)
-            name, parent = one.name, None
+        for quantity in model.derived(problem.values_of(members[0], start), loads, pair, area):
+            load = (
+                quantity.load
+                if quantity.load is not None
+                else (loads[0] if len(groups) > 1 else None)
+            )
+            name, parent = quantity.name, None
             if name in names:
                 parent = problem.coordinates[group[model.names.index(name)]].name
                 if not several or parent != name:
                     continue  # the parameter itself
             if several and load is not None:
-                name = f"{one.name} at {labels[level[load]]} N"
-            at = loads[:1] if one.load is None else [one.load]
-            answer = _Answer(problem, mine[0], at, pair, area)
-            found.append(Quantity(name, one.unit, load, answer.of(one.name, group), parent))
-    return found
+                name = f"{quantity.name} at {labels[level[load]]} N"
+            at = loads[:1] if quantity.load is None else [quantity.load]
+            answer = _Answer(problem, members[0], at, pair, area)
+            quantities.append(
+                Quantity(name, quantity.unit, load, answer.of(quantity.name, group), parent)
+            )
+    return quantities
 
 
 def _different(loads: Iterable[float | None]) -> list[float | None]:
     """Loads in rising order, one of each level."""
-    found: list[float | None] = []
+    levels: list[float | None] = []
     for load in sorted(set(loads), key=lambda x: x or 0.0):
-        if not found or load is None or load > (found[-1] or 0.0) * (1.0 + SAME_LOAD):
-            found.append(load)
-    return found
+        if not levels or load is None or load > (levels[-1] or 0.0) * (1.0 + SAME_LOAD):
+            levels.append(load)
+    return levels
 
 
 class _Answer:
@@ -89,16 +95,16 @@ class _Answer:
         key = q.tobytes()
         if self._last is None or self._last[0] != key:
             values = self._problem.values_of(self._record, q)
-            found = self._problem.model.derived(values, self._loads, *self._given)
-            self._last = key, {one.name: one for one in found}
+            derived = self._problem.model.derived(values, self._loads, *self._given)
+            self._last = key, {quantity.name: quantity for quantity in derived}
         return self._last[1]
 
     def of(self, name: str, group: tuple[int, ...]) -> Callable[[Floats], tuple[float, Floats]]:
         """One of the quantities as a function of the coordinates."""
 
         def function(q: Floats) -> tuple[float, Floats]:
-            one = self._at(q)[name]
-            return one.value, _chained(self._problem, q, group, one.gradient)
+            quantity = self._at(q)[name]
+            return quantity.value, _chained(self._problem, q, group, quantity.gradient)
 
         return function
 
@@ -138,10 +144,10 @@ def area_coordinate(given: Any) -> tuple[Coordinate, float]:
     value = positive(AREA, value, "m^2", 2e-5)
     error = positive(f"uncertainty of {AREA}", error, "m^2", 1e-6)
     load = positive(f"normal load of {AREA}", load, "N", 2000.0)
-    one = Coordinate(
+    coordinate = Coordinate(
         AREA, AREA, "m^2", 1e-3 * value, 1e3 * value, "log", value, prior=(value, error), load=load
     )
-    return one, load
+    return coordinate, load
 
 
 def apart_coordinate(
@@ -160,10 +166,10 @@ def apart_coordinate(
         if name in known:
             value, error = _datum(name, known[name])
             value = positive(f"known {name}", value, unit, example)
-            one = Coordinate(
+            coordinate = Coordinate(
                 name, name, unit, 1e-3 * value, 1e3 * value, "log", value, prior=(value, error)
             )
-            return one, None, {key: given for key, given in known.items() if key != name}
+            return coordinate, None, {key: given for key, given in known.items() if key != name}
     return None, None, known
 
 
@@ -197,7 +203,7 @@ def summits_of(
     if load is None:
         load = problem.model.reference_load  # type: ignore[attr-defined]
     assert load is not None
-    known = [one.normal_load or load for one in problem.folded]
+    known = [record.normal_load or load for record in problem.folded]
     near = min(range(len(known)), key=lambda i: abs(math.log(known[i] / load)))
 
     def all_of(q: Floats) -> dict[str, float]:
@@ -248,9 +254,9 @@ def known_data(problem: Problem, quantities: list[Quantity], known: Any) -> list
         raise InputError(
             Argument("known"), f" must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(known)}"
         )
-    by_name = {one.name: one for one in quantities}
+    by_name = {quantity.name: quantity for quantity in quantities}
     free = {problem.coordinates[int(j)].name: i for i, j in enumerate(problem.free)}
-    found = []
+    data = []
     for name, given in known.items():
         if name not in by_name and name not in free:
             names = [*free, *by_name]
@@ -265,8 +271,8 @@ def known_data(problem: Problem, quantities: list[Quantity], known: Any) -> list
             function = by_name[name].function
         else:
             function = _of_coordinate(problem, free[name])
-        found.append(Datum(value, error, function))
-    return found
+        data.append(Datum(value, error, function))
+    return data
 
 
 def _datum(name: str, given: Any) -> tuple[float, float]:
@@ -283,13 +289,13 @@ def _datum(name: str, given: Any) -> tuple[float, float]:
 
 
 def _of_coordinate(problem: Problem, i: int) -> Callable[[Floats], tuple[float, Floats]]:
-    one = problem.coordinates[int(problem.free[i])]
+    coordinate = problem.coordinates[int(problem.free[i])]
 
     def function(q: Floats) -> tuple[float, Floats]:
         by = np.zeros(q.size)
-        value = one.outer(float(q[i]))
-        by[i] = one.slope(float(q[i]))
-        if one.parameter == RIG:  # of the inverse
+        value = coordinate.outer(float(q[i]))
+        by[i] = coordinate.slope(float(q[i]))
+        if coordinate.parameter == RIG:  # of the inverse
             by[i] *= -(value**2) if math.isfinite(value) else 0.0
         return value, by
 

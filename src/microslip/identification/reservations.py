@@ -21,16 +21,18 @@ BY_AREA = (RADIUS, DENSITY, "summit_count")
 def in_doubt(numbers: Mapping[str, Fitted], why: str) -> dict[str, Fitted]:
     """The same numbers, none identified: what they were found under does not hold."""
     return {
-        name: replace(one, verdict=IN_DOUBT, reason=why) if one.verdict == IDENTIFIED else one
-        for name, one in numbers.items()
+        name: replace(fitted, verdict=IN_DOUBT, reason=why)
+        if fitted.verdict == IDENTIFIED
+        else fitted
+        for name, fitted in numbers.items()
     }
 
 
 def remedied(numbers: Mapping[str, Fitted], remedy: str) -> dict[str, Fitted]:
     """The same numbers, with what would settle those in doubt."""
     return {
-        name: replace(one, remedy=remedy) if one.verdict == IN_DOUBT else one
-        for name, one in numbers.items()
+        name: replace(fitted, remedy=remedy) if fitted.verdict == IN_DOUBT else fitted
+        for name, fitted in numbers.items()
     }
 
 
@@ -42,16 +44,18 @@ def hung_on_law(numbers: Mapping[str, Fitted], reduced: float) -> dict[str, Fitt
     )
     remedy = "compare laws; measure the rig's stiffness apart and give it with its uncertainty"
     return {
-        name: replace(one, reason=why, remedy=remedy)
-        if name.startswith(RIG) and one.verdict == IDENTIFIED
-        else one
-        for name, one in numbers.items()
+        name: replace(fitted, reason=why, remedy=remedy)
+        if name.startswith(RIG) and fitted.verdict == IDENTIFIED
+        else fitted
+        for name, fitted in numbers.items()
     }
 
 
 def far_area(coordinates: Sequence[Coordinate], loads: Sequence[float | None]) -> str | None:
     """What says that a contact area was measured at a load that no record is near."""
-    measured = next((one.load for one in coordinates if one.parameter == AREA), None)
+    measured = next(
+        (coordinate.load for coordinate in coordinates if coordinate.parameter == AREA), None
+    )
     known = [load for load in loads if load]
     if measured is None or not known:
         return None

@@ -111,7 +111,7 @@ class Identification(Locked):
     @property
     def not_identified(self) -> tuple[str, ...]:
         """Names of parameters that the records do not tell."""
-        return tuple(name for name, one in self.parameters.items() if one.verdict == NOT)
+        return tuple(name for name, fitted in self.parameters.items() if fitted.verdict == NOT)
 
     # -- the joint ------------------------------------------------------------------------------
 
@@ -163,8 +163,8 @@ class Identification(Locked):
         return model.build(values, at, pair=self._pair, area=self._area, radius=self._radius())
 
     def _radius(self) -> float | None:
-        one = self.derived.get("radius") or self.parameters.get("radius")
-        return None if one is None or not math.isfinite(one.value) else one.value
+        fitted = self.derived.get("radius") or self.parameters.get("radius")
+        return None if fitted is None or not math.isfinite(fitted.value) else fitted.value
 
     def _refuse(self, even_if: tuple[str, ...]) -> None:
         given = (even_if,) if isinstance(even_if, str) else tuple(even_if)
@@ -183,11 +183,11 @@ class Identification(Locked):
     def _check_measured(self, load: float) -> None:
         loads = [record.normal_load for record in self.records if record.normal_load]
         folded = [record.folded for record in self.records]
-        known = labels_of(folded, levels_of([one.normal_load for one in folded])).values()
+        known = labels_of(folded, levels_of([record.normal_load for record in folded])).values()
         if (
             loads
             and len({tuple(c.items()) for c in self.columns}) > 1
-            and not any(abs(load / one - 1.0) <= 0.02 for one in loads)
+            and not any(abs(load / other_load - 1.0) <= 0.02 for other_load in loads)
         ):
             raise InputError(
                 Argument("normal_load"),
@@ -235,17 +235,19 @@ class Identification(Locked):
             "message": self.message,
             "evaluations": self.evaluations,
             "confidence": self.confidence,
-            "parameters": {name: _plain(one) for name, one in self.parameters.items()},
-            "derived": {name: _plain(one) for name, one in self.derived.items()},
+            "parameters": {name: _plain(fitted) for name, fitted in self.parameters.items()},
+            "derived": {name: _plain(derived_fit) for name, derived_fit in self.derived.items()},
             "correlation": {"names": list(self.names), "matrix": self.correlation.tolist()},
-            "given": [{key: _finite(x) for key, x in asdict(one).items()} for one in self.given],
+            "given": [
+                {key: _finite(x) for key, x in asdict(datum).items()} for datum in self.given
+            ],
             "directions": [
                 {
-                    "text": one.text,
-                    "change": {k: _finite(v) for k, v in one.change.items()},
-                    "remedy": one.remedy,
+                    "text": direction.text,
+                    "change": {k: _finite(v) for k, v in direction.change.items()},
+                    "remedy": direction.remedy,
                 }
-                for one in self.directions
+                for direction in self.directions
             ],
             "chi_squared": _finite(self.chi_squared),
             "degrees_of_freedom": self.degrees_of_freedom,
@@ -256,21 +258,23 @@ class Identification(Locked):
             "held_back": self.held_back,
             "records": [
                 {
-                    "name": one.name,
-                    "cycles": one.folded.cycles,
-                    "left_out": one.folded.left_out,
-                    "normal_load": one.normal_load,
-                    "amplitude": one.folded.amplitude,
-                    "force_noise": one.folded.force_noise,
-                    "displacement_noise": one.folded.displacement_noise,
-                    "rig_stiffness": one.rig_stiffness,
-                    "slip_share": one.slip_share,
-                    "energy": one.measured_energy,
-                    "energy_residual": one.energy_residual,
-                    "energy_error": one.energy_error,
-                    "delay": _plain(self.delays[one.name]) if one.name in self.delays else None,
+                    "name": record.name,
+                    "cycles": record.folded.cycles,
+                    "left_out": record.folded.left_out,
+                    "normal_load": record.normal_load,
+                    "amplitude": record.folded.amplitude,
+                    "force_noise": record.folded.force_noise,
+                    "displacement_noise": record.folded.displacement_noise,
+                    "rig_stiffness": record.rig_stiffness,
+                    "slip_share": record.slip_share,
+                    "energy": record.measured_energy,
+                    "energy_residual": record.energy_residual,
+                    "energy_error": record.energy_error,
+                    "delay": _plain(self.delays[record.name])
+                    if record.name in self.delays
+                    else None,
                 }
-                for one in self.records
+                for record in self.records
             ],
             "notes": list(self.notes),
         }
@@ -282,17 +286,17 @@ class Identification(Locked):
             f"chi-squared {self.reduced_chi_squared:.3g}"
         ]
         numbers = (self.parameters, self.derived, self.delays)
-        for one in (one for kind in numbers for one in kind.values()):
-            digits = digits_of(one)
-            low, high = (shown(end, one.unit, digits) for end in (one.low, one.high))
-            ends = shown_interval((low, high), one.low_open, one.high_open)
-            known = one.identified or one.verdict == IN_DOUBT
-            value = shown(one.value, one.unit) if known else "–"
-            ends = "" if one.verdict == "fixed" else ends
-            lines.append(f"{_named(one):<36} {value:>14}  {ends:<30} {one.verdict}")
-        for one in self.parameters.values():
-            if one.reason:
-                lines.append(f"{one.name}: {one.reason}; {one.remedy}")
+        for number in (fitted for kind in numbers for fitted in kind.values()):
+            digits = digits_of(number)
+            low, high = (shown(end, number.unit, digits) for end in (number.low, number.high))
+            ends = shown_interval((low, high), number.low_open, number.high_open)
+            known = number.identified or number.verdict == IN_DOUBT
+            value = shown(number.value, number.unit) if known else "–"
+            ends = "" if number.verdict == "fixed" else ends
+            lines.append(f"{_named(number):<36} {value:>14}  {ends:<30} {number.verdict}")
+        for number in self.parameters.values():
+            if number.reason:
+                lines.append(f"{number.name}: {number.reason}; {number.remedy}")
         for given in self.given:
             lines.append(given.text)
         lines += [direction.text for direction in self.directions]
@@ -310,29 +314,29 @@ def _count(records: int) -> str:
     return "1 record" if records == 1 else f"{records} records"
 
 
-def _named(one: Fitted) -> str:
+def _named(fitted: Fitted) -> str:
     """Name of a number, with the load of what belongs to one load though its name has none."""
-    if one.load is None or one.name not in AT_A_LOAD:
-        return one.name
-    return f"{one.name} at {one.load:.4g} N"
+    if fitted.load is None or fitted.name not in AT_A_LOAD:
+        return fitted.name
+    return f"{fitted.name} at {fitted.load:.4g} N"
 
 
 def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _plain(one: Fitted) -> dict[str, Any]:
+def _plain(fitted: Fitted) -> dict[str, Any]:
     return {
-        "value": _finite(one.value),
-        "unit": one.unit,
-        "low": _finite(one.low),
-        "high": _finite(one.high),
-        "low_open": one.low_open,
-        "high_open": one.high_open,
-        "standard_error": _finite(one.standard_error),
-        "verdict": one.verdict,
-        "reason": one.reason,
-        "remedy": one.remedy,
-        "at_bound": one.at_bound,
-        "normal_load": one.load,
+        "value": _finite(fitted.value),
+        "unit": fitted.unit,
+        "low": _finite(fitted.low),
+        "high": _finite(fitted.high),
+        "low_open": fitted.low_open,
+        "high_open": fitted.high_open,
+        "standard_error": _finite(fitted.standard_error),
+        "verdict": fitted.verdict,
+        "reason": fitted.reason,
+        "remedy": fitted.remedy,
+        "at_bound": fitted.at_bound,
+        "normal_load": fitted.load,
     }

@@ -35,20 +35,20 @@ def of_each_rig(given: Any, known: Sequence[str], named: bool) -> dict[str, Any]
             " must be one for all records, which have no rigs by name, got a table; "
             "name the rig of each record: rigs=[one label a record]",
         )
-    told = {str(label): own for label, own in given.items()}
+    by_label = {str(label): stiffness for label, stiffness in given.items()}
     for label in known:
-        if label not in told:
+        if label not in by_label:
             raise InputError(f"rig_stiffness has nothing for rig {show(label)}; write 'free'")
-    for label in told:
+    for label in by_label:
         if label not in known:
             raise InputError(
                 f"rig_stiffness: {show(label)} is the rig of no record; the rigs are {have}"
                 f"{did_you_mean(label, known)}"
             )
-    return {label: told[label] for label in known}
+    return {label: by_label[label] for label in known}
 
 
-def rig_coordinate(one: Coordinate, given: Any) -> Coordinate:
+def rig_coordinate(coordinate: Coordinate, given: Any) -> Coordinate:
     """The coordinate of a rig with what is known of its stiffness."""
     if isinstance(given, str):
         if given != "free":
@@ -57,7 +57,7 @@ def rig_coordinate(one: Coordinate, given: Any) -> Coordinate:
                 " must be 'free', a stiffness [N/m], (value, uncertainty), or "
                 f"'rigid', got {show(given)}",
             )
-        return one
+        return coordinate
     if isinstance(given, (tuple, list)):
         if len(given) != 2:
             raise InputError(
@@ -66,6 +66,6 @@ def rig_coordinate(one: Coordinate, given: Any) -> Coordinate:
         value = positive(RIG, given[0], "N/m", 1e8)
         error = positive(f"uncertainty of {RIG}", given[1], "N/m", 1e6)
         prior = (1.0 / value, error / value**2)
-        return replace(one, start=value, prior=prior, low=min(one.low, 0.1 * value))
+        return replace(coordinate, start=value, prior=prior, low=min(coordinate.low, 0.1 * value))
     value = positive(RIG, given, "N/m", 1e8)
-    return replace(one, start=value, fixed=True, low=min(one.low, value))
+    return replace(coordinate, start=value, fixed=True, low=min(coordinate.low, value))

@@ -156,8 +156,8 @@ def identify(
     parameter_choice.checked_loads(model, folded)
     pair = _pair_of(pair, model, surface)
     area = _area_of(area, model, surface)
-    loops = [one.loop for one in folded]
-    model = model.prepared(loops, [one.normal_load for one in folded])
+    loops = [record.loop for record in folded]
+    model = model.prepared(loops, [record.normal_load for record in folded])
     notes = []
     if isinstance(model, CycleModel) and not is_rigid(rig_stiffness):
         if not isinstance(rig_stiffness, str):
@@ -250,14 +250,14 @@ def _share(name: str, given: Any) -> float:
 def _folded(records: Any, cycles: slice | None, report: Progress) -> list[Folded]:
     records = parameter_choice.listed(records)
     bins = max(64, min(MOST_BINS, _MOST_FORCES // len(records)))
-    found = []
+    folded = []
     for at, record in enumerate(records):
-        found.append(_right_way(fold(record, cycles, bins)))
+        folded.append(_right_way(fold(record, cycles, bins)))
         report((at + 1) / len(records))
-    names = [one.name for one in found]
+    names = [record.name for record in folded]
     if len(set(names)) < len(names):
-        found = [replace(one, name=f"{one.name} {i + 1}") for i, one in enumerate(found)]
-    return found
+        folded = [replace(record, name=f"{record.name} {i + 1}") for i, record in enumerate(folded)]
+    return folded
 
 
 def _right_way(folded: Folded) -> Folded:
@@ -300,16 +300,16 @@ def _delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:
     if free and delay != "free":
         raise InputError(Argument("delay"), f" must be a time [s] or 'free', got {show(delay)}")
     lag = 0.0 if free else number("delay", delay, "s")
-    if lag != 0.0 and any(one.frequency is None for one in folded):
+    if lag != 0.0 and any(record.frequency is None for record in folded):
         raise InputError("delay needs records with time or sample_rate; or write delay='free'")
-    for one in folded:
-        if one.frequency is not None and abs(lag) * one.frequency > 0.5:
+    for folded_record in folded:
+        if folded_record.frequency is not None and abs(lag) * folded_record.frequency > 0.5:
             raise InputError(
                 Argument("delay"),
-                f" must be within half a period, {0.5 / one.frequency:.4g} s at "
-                f"{one.frequency:.4g} Hz, got {lag:g} s",
+                f" must be within half a period, {0.5 / folded_record.frequency:.4g} s at "
+                f"{folded_record.frequency:.4g} Hz, got {lag:g} s",
             )
-    return free, [2.0 * math.pi * (one.frequency or 0.0) * lag for one in folded]
+    return free, [2.0 * math.pi * (record.frequency or 0.0) * lag for record in folded]
 
 
 def _in_time(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple[Problem, Fit]:
@@ -329,8 +329,8 @@ def _in_time(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple[Prob
             lags=lags,
         )
         again.data, again.evaluations = problem.data, problem.evaluations
-        found = solve(again, [best.q], freedom=freedom, loss=loss)
-        if found is None or not found.finite:
+        solution = solve(again, [best.q], freedom=freedom, loss=loss)
+        if solution is None or not solution.finite:
             break
-        problem, best = again, found
+        problem, best = again, solution
     return problem, best

@@ -20,16 +20,20 @@ from microslip.normal import GreenwoodWilliamson
 
 def loads_of(records: Sequence[RecordFit]) -> list[float]:
     """Different normal loads of the records [N], rising."""
-    return _different(one.normal_load for one in records if one.normal_load)
+    return _different(record.normal_load for record in records if record.normal_load)
 
 
 def amplitudes_of(records: Sequence[RecordFit]) -> list[float]:
     """Different amplitudes of the joint itself [m]: those of the records less the rig's part."""
-    found = []
-    for one in records:
-        rig = 0.0 if one.rig_stiffness is None else float(np.ptp(one.model)) / one.rig_stiffness
-        found.append(0.5 * (float(np.ptp(one.displacement)) - rig))
-    return _different(amplitude for amplitude in found if amplitude > 0.0)
+    amplitudes = []
+    for record in records:
+        rig = (
+            0.0
+            if record.rig_stiffness is None
+            else float(np.ptp(record.model)) / record.rig_stiffness
+        )
+        amplitudes.append(0.5 * (float(np.ptp(record.displacement)) - rig))
+    return _different(amplitude for amplitude in amplitudes if amplitude > 0.0)
 
 
 def _different(values: Iterable[float]) -> list[float]:
@@ -83,21 +87,21 @@ def study_of(
 def _material(body: Material) -> dict[str, Any]:
     if not np.isfinite(body.young_modulus):
         return {"rigid": True}
-    found: dict[str, Any] = {
+    keys: dict[str, Any] = {
         "young_modulus": f"{body.young_modulus!r} Pa",
         "poisson_ratio": float(body.poisson_ratio),
     }
     if body.hardness is not None:
-        found["hardness"] = f"{body.hardness!r} Pa"
-    return found
+        keys["hardness"] = f"{body.hardness!r} Pa"
+    return keys
 
 
 def _heights(heights: Any) -> dict[str, Any]:
     if isinstance(heights, Gaussian):
-        found: dict[str, Any] = {"kind": "gaussian", "std": f"{heights.std!r} m"}
+        keys: dict[str, Any] = {"kind": "gaussian", "std": f"{heights.std!r} m"}
         if heights.mean:
-            found["mean"] = f"{heights.mean!r} m"
-        return found
+            keys["mean"] = f"{heights.mean!r} m"
+        return keys
     if isinstance(heights, Exponential):
         return {"kind": "exponential", "scale": f"{heights.scale!r} m"}
     if isinstance(heights, Discrete):

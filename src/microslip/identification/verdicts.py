@@ -108,11 +108,14 @@ def design_of(
     scales_with_load: bool,
 ) -> Design:
     """The design of the measurement; ``slips`` are shares of the force limit that are reached."""
-    free = any(one.parameter == RIG and not one.fixed for one in coordinates)
+    free = any(coordinate.parameter == RIG and not coordinate.fixed for coordinate in coordinates)
     return Design(
         loads,
         scales_with_load,
-        free and all(one.prior is None for one in coordinates if one.parameter == RIG),
+        free
+        and all(
+            coordinate.prior is None for coordinate in coordinates if coordinate.parameter == RIG
+        ),
         any(share < 0.95 for share in slips),
         any(share > 0.99 for share in slips),
     )
@@ -132,25 +135,25 @@ class Judged(NamedTuple):
     """Ends of what was searched, where an end is open."""
 
 
-def judge(one: Coordinate, value: float, interval: Interval) -> Judged:
+def judge(coordinate: Coordinate, value: float, interval: Interval) -> Judged:
     """What an interval says of a number; an end that is but the bound of the search is none."""
     ends = (
-        (one.outer(interval.low), interval.low_open),
-        (one.outer(interval.high), interval.high_open),
+        (coordinate.outer(interval.low), interval.low_open),
+        (coordinate.outer(interval.high), interval.high_open),
     )
     (low, low_open), (high, high_open) = sorted(ends, key=lambda end: end[0])
     searched = low, high
     if low_open:
-        natural = one.kind == "linear" and 0.0 <= one.low < math.inf
-        low = one.low if natural else (-math.inf if one.shape else 0.0)
+        natural = coordinate.kind == "linear" and 0.0 <= coordinate.low < math.inf
+        low = coordinate.low if natural else (-math.inf if coordinate.shape else 0.0)
     if high_open:
         high = math.inf
-    room = one.limits
-    q = one.inner(value)
+    room = coordinate.limits
+    q = coordinate.inner(value)
     at_bound = min(q - room[0], room[1] - q) <= 1e-6 * min(room[1] - room[0], 1.0)
     if low_open and high_open:
         verdict = NOT
-    elif one.shape:
+    elif coordinate.shape:
         wide = high - low > WIDEST_SHAPE or low_open or high_open
         verdict = NOT if wide else IDENTIFIED
     elif low_open or high_open:
@@ -193,18 +196,18 @@ def shown_interval(ends: tuple[str, str], low_open: bool, high_open: bool) -> st
     return f"from {ends[0]}" if high_open else f"{ends[0]} … {ends[1]}"
 
 
-def digits_of(one: Fitted) -> int:
+def digits_of(fitted: Fitted) -> int:
     """Significant digits with which the ends of an interval still differ."""
-    width = one.high - one.low
-    if not math.isfinite(width) or width <= 0.0 or one.value == 0.0:
+    width = fitted.high - fitted.low
+    if not math.isfinite(width) or width <= 0.0 or fitted.value == 0.0:
         return 3
-    return min(max(3, 2 - math.floor(math.log10(width / abs(one.value)))), 9)
+    return min(max(3, 2 - math.floor(math.log10(width / abs(fitted.value)))), 9)
 
 
-def reason_for(one: Coordinate, judged: Judged, confidence: float) -> str:
+def reason_for(coordinate: Coordinate, judged: Judged, confidence: float) -> str:
     """Why a number is not identified, in one sentence."""
     level = f"{100.0 * confidence:g} %"
-    low, high = (shown(end, one.unit) for end in (judged.low, judged.high))
+    low, high = (shown(end, coordinate.unit) for end in (judged.low, judged.high))
     if judged.verdict == ABOVE:
         return f"the loops only say that it is not above {high} ({level})"
     if judged.verdict == BELOW:
@@ -213,7 +216,7 @@ def reason_for(one: Coordinate, judged: Judged, confidence: float) -> str:
         return ""
     answers = f"within the noise of the loops every value {{}} answers them ({level})"
     if judged.low_open and judged.high_open:
-        searched = tuple(shown(end, one.unit) for end in judged.searched)
+        searched = tuple(shown(end, coordinate.unit) for end in judged.searched)
         if not all(math.isfinite(end) for end in judged.searched):
             return answers.format("that was tried")
         return answers.format(f"that was tried, from {searched[0]} to {searched[1]},")
@@ -221,16 +224,20 @@ def reason_for(one: Coordinate, judged: Judged, confidence: float) -> str:
         return answers.format(f"up to {high}")
     if judged.high_open:
         return answers.format(f"from {low} on")
-    wide = f"wider than {WIDEST_SHAPE:g}" if one.shape else f"more than a factor {WIDEST_RATIO:g}"
+    wide = (
+        f"wider than {WIDEST_SHAPE:g}"
+        if coordinate.shape
+        else f"more than a factor {WIDEST_RATIO:g}"
+    )
     return f"{answers.format(f'from {low} to {high}')}: {wide}"
 
 
-def remedy_for(one: Coordinate, verdict: str, design: Design) -> str:
+def remedy_for(coordinate: Coordinate, verdict: str, design: Design) -> str:
     """What would settle a number that is not identified."""
     if verdict in (IDENTIFIED, FIXED):
         return ""
     wishes = []
-    if one.parameter == RIG:
+    if coordinate.parameter == RIG:
         wishes.append(_RIG_APART)
         if not design.gross_slip:
             wishes.append("or record a cycle of gross slip")
@@ -249,7 +256,11 @@ def remedy_for(one: Coordinate, verdict: str, design: Design) -> str:
 
 
 def direction_of(
-    one: Coordinate, coordinates: Sequence[Coordinate], low: Floats, high: Floats, remedy: str
+    coordinate: Coordinate,
+    coordinates: Sequence[Coordinate],
+    low: Floats,
+    high: Floats,
+    remedy: str,
 ) -> Direction | None:
     """The direction between the two ends of the profile of a coordinate; all are free ones."""
     change: dict[str, float] = {}
@@ -259,51 +270,53 @@ def direction_of(
                 change[other.name] = float(np.log(a) - np.log(b)) if min(a, b) > 0.0 else math.inf
         else:
             change[other.name] = float(b - a) * (other.scale if other.kind == "linear" else 1.0)
-    if not math.isfinite(change[one.name]) or change[one.name] == 0.0:
+    if not math.isfinite(change[coordinate.name]) or change[coordinate.name] == 0.0:
         return None
-    unit = 1.0 if one.shape else math.log(2.0)
-    if one.kind == "linear" and not one.shape:
+    unit = 1.0 if coordinate.shape else math.log(2.0)
+    if coordinate.kind == "linear" and not coordinate.shape:
         unit = math.inf
-    factor = min(1.0, unit / abs(change[one.name])) * math.copysign(1.0, change[one.name])
+    factor = min(1.0, unit / abs(change[coordinate.name])) * math.copysign(
+        1.0, change[coordinate.name]
+    )
     change = {name: factor * value for name, value in change.items()}
-    first = _moved(one, change[one.name])
+    first = _moved(coordinate, change[coordinate.name])
     others = [
         _moved(other, change[other.name])
         for other in sorted(coordinates, key=lambda c: -abs(change[c.name]) / _least(c))
-        if other is not one and abs(change[other.name]) >= _least(other)
+        if other is not coordinate and abs(change[other.name]) >= _least(other)
     ]
     along = f" with {_joined(others[:4])}" if others else ""
     text = f"{first}{along} changes the loops by less than the noise"
     return Direction(text, change, remedy)
 
 
-def _least(one: Coordinate) -> float:
+def _least(coordinate: Coordinate) -> float:
     """Change below which a direction does not mention a coordinate."""
-    if one.kind == "linear" and not one.shape:
-        return 1e-2 * (abs(one.start) or 1.0)
+    if coordinate.kind == "linear" and not coordinate.shape:
+        return 1e-2 * (abs(coordinate.start) or 1.0)
     return 5e-4
 
 
-def _moved(one: Coordinate, change: float) -> str:
+def _moved(coordinate: Coordinate, change: float) -> str:
     word = "up" if change > 0.0 else "down"
     if math.isinf(change):
-        return f"{one.name} {word} without end"
-    if one.shape or one.kind == "linear":
-        return f"{one.name} {word} by {shown(abs(change), one.unit, 2)}"
+        return f"{coordinate.name} {word} without end"
+    if coordinate.shape or coordinate.kind == "linear":
+        return f"{coordinate.name} {word} by {shown(abs(change), coordinate.unit, 2)}"
     share = math.expm1(change)
     if share > 1.0:
-        return f"{one.name} up by a factor of {significant(1.0 + share, 2)}"
-    return f"{one.name} {word} by {significant(100.0 * abs(share), 2)} %"
+        return f"{coordinate.name} up by a factor of {significant(1.0 + share, 2)}"
+    return f"{coordinate.name} {word} by {significant(100.0 * abs(share), 2)} %"
 
 
 def _joined(texts: Sequence[str]) -> str:
     return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
 
 
-def alike(one: Direction, other: Direction) -> bool:
+def alike(direction: Direction, other: Direction) -> bool:
     """Whether two directions are the same but for their length and sign."""
     a, b = (
         np.nan_to_num(np.array(list(d.change.values())), posinf=10.0, neginf=-10.0)
-        for d in (one, other)
+        for d in (direction, other)
     )
     return bool(abs(np.dot(a, b)) > 0.95 * np.linalg.norm(a) * np.linalg.norm(b))

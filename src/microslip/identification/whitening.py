@@ -37,7 +37,7 @@ def metric_of(flat: Floats, uncertain: Floats) -> Metric:
     basis, _ = np.linalg.qr(flat)
     uncertain = uncertain - basis @ (basis.T @ uncertain)
     square, turned = np.linalg.eigh(uncertain.T @ uncertain)
-    felt = square > _SMALL**2
-    left = (uncertain @ turned[:, felt]) / np.sqrt(square[felt])
-    shrink = 1.0 - 1.0 / np.sqrt(1.0 + square[felt])
+    matters = square > _SMALL**2
+    left = (uncertain @ turned[:, matters]) / np.sqrt(square[matters])
+    shrink = 1.0 - 1.0 / np.sqrt(1.0 + square[matters])
     return Metric(np.hstack((basis, left)), np.concatenate((np.ones(basis.shape[1]), shrink)))

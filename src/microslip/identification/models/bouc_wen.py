@@ -132,11 +132,11 @@ class BoucWenModel(CycleModel):
         for turn, end, way in zip(turns, ends, ways, strict=True):
             part = slice(turn, end + 1)
             s = np.abs(path[part] - path[turn]) * scale
-            y, f, gain, own = flow.move(way * w, s)
+            y, f, gain, by_shape = flow.move(way * w, s)
             memory[part], rate[part], by_start[part] = way * y, f, f * gain * grown
             by_values[:, part] = f * gain * known
             by_values[:2, part] += way * f * s * by_scale[:, None]
-            by_values[2:4, part] += way * own
+            by_values[2:4, part] += way * by_shape
             by_values[4:, part] += f * (shift[:, part] - shift[:, [turn]])
             w, grown, known = float(memory[end]), float(by_start[end]), by_values[:, [end]]
         # How what it should have been moves with the parameters.
@@ -243,12 +243,12 @@ class _Flow:
 
     def _rising(self, v: Floats) -> Floats:
         """-q^n ln q/(1 - q^n)^2 with q = 1 - exp(-v), over dv."""
-        rest = np.exp(-v)
+        complement = np.exp(-v)
         with np.errstate(divide="ignore"):
-            right = np.log1p(-rest)
+            right = np.log1p(-complement)
         log = np.where(v < 0.7, np.log(-np.expm1(-v)), right)
         power = self._n * log
-        return np.asarray(-np.exp(power) * log / np.expm1(power) ** 2 * rest)
+        return np.asarray(-np.exp(power) * log / np.expm1(power) ** 2 * complement)
 
     def _falling_n(self, r: Floats) -> Floats:
         power = r**self._n

@@ -119,8 +119,8 @@ class InterfaceModel(BackboneModel):
         assert reference is not None
         template = self.template
         shape = Shape(template.law, template.unit)
-        found = interface_values(loops, known, reference, shape, template.bounds())
-        return self.within(dict(zip(self.names, found, strict=True)))
+        values = interface_values(loops, known, reference, shape, template.bounds())
+        return self.within(dict(zip(self.names, values, strict=True)))
 
     def _reference(self, load: float | None) -> float | None:
         """The load [N] whose separation a parameter is: of several the nearest."""
@@ -217,12 +217,12 @@ class InterfaceModel(BackboneModel):
         mu, scale, h = (values[name] for name in self.names)
         template = self.template
         rate = template.rate(h)
-        found: list[Derived] = []
+        quantities: list[Derived] = []
 
         def add(name: str, unit: str, value: float, logs: list[float], load: float | None) -> None:
             """A value with its derivatives by ln mu, ln slip_scale and h, over the value."""
             by = value * np.array(logs) / np.array([mu, scale, 1.0])
-            found.append(Derived(name, unit, value, by, load))
+            quantities.append(Derived(name, unit, value, by, load))
 
         different = sorted({self._ratio(load)[0] for load in loads})
         for load in different:
@@ -234,7 +234,7 @@ class InterfaceModel(BackboneModel):
             turn = self._curve(here) * moved
             add("tangential_stiffness", "N/m", stiffness, [1.0, -1.0, turn], load)
             by_h = np.array([0.0, 0.0, moved])
-            found.append(Derived("standardised_separation", "", here, by_h, load))
+            quantities.append(Derived("standardised_separation", "", here, by_h, load))
         reference = self._reference(different[0]) or different[0]
         constant = reference / template.load(h)
         add("load_scale", "N", constant, [0.0, 0.0, rate], None)
@@ -245,7 +245,7 @@ class InterfaceModel(BackboneModel):
                 stiff = 4.0 / 3.0 * pair.composite_modulus * area
                 product = constant / (length**1.5 * stiff)
                 add("density_root_radius", "m^-1.5", product, [1.5, -1.5, rate], None)
-        return tuple(found)
+        return tuple(quantities)
 
     def _curve(self, z: float) -> float:
         """Derivative of ln(-n'/n) at z."""
@@ -286,11 +286,11 @@ class InterfaceModel(BackboneModel):
             (stats.weibull_min(2.2, scale=1e-6), (1.0, 3.0)),
             (Interface.examples()[0].surface, (2.2,)),
         )
-        found: list[tuple[Model, Mapping[str, float]]] = []
+        examples: list[tuple[Model, Mapping[str, float]]] = []
         for shape, separations in shapes:
             template = template_of(shape)
             for h in separations:
                 values = (0.5, 3e-7, h)
                 model = cls(template, 800.0)
-                found.append((model, dict(zip(model.names, values, strict=True))))
-        return tuple(found)
+                examples.append((model, dict(zip(model.names, values, strict=True))))
+        return tuple(examples)

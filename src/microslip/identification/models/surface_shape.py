@@ -19,6 +19,7 @@ from microslip.normal import (
     AsperityPopulation,
     GreenwoodWilliamson,
     NormalLaw,
+    SphereOnFlat,
     TabulatedNormalLaw,
 )
 from microslip.normal.base import aluminium
@@ -263,8 +264,14 @@ def template_of(heights: Any = None) -> Template:
     elif isinstance(law, TabulatedNormalLaw):
         first, norm = law._span[0], float(np.asarray(law.loads)[0])
         unit = norm / -law._derivative_at(first, 1)
-    else:
+    elif isinstance(law, SphereOnFlat):
         unit = norm = 0.0
+    else:
+        raise InputError(
+            Argument("surface"),
+            " must be one whose lengths scale: GreenwoodWilliamson, AsperityPopulation or "
+            f"TabulatedNormalLaw, got {show(law)}",
+        )
     if not unit > 0.0:
         raise InputError(
             Argument("heights"),

@@ -163,6 +163,8 @@ def test_patches_may_be_boxes_and_their_means_do_not_depend_on_their_number() ->
     boxes = reducer.reduce(tension=1e3, patches=even.patch_boxes)
     np.testing.assert_allclose(boxes.stiffness, even.stiffness, rtol=1e-9, atol=1.0)
     fine = reducer.reduce(tension=1e3, patches=(8, 4))
+    with pytest.raises(ms.InputError, match="patches are finer than the elements beneath them"):
+        reducer.reduce(tension=1e3, patches=(40, 4))
     np.testing.assert_allclose(fine.patch_areas.sum(), even.patch_areas.sum(), rtol=1e-12)
 
 
@@ -180,6 +182,26 @@ def test_tightened_bolts_have_their_tension_and_press_the_faces_with_it() -> Non
     load, found, _ = pressed(joint, unit)
     np.testing.assert_allclose(state.normal_loads, load, rtol=1e-5, atol=1e-3)
     np.testing.assert_allclose(state.modes(0, [1e-9]).frequency, found[0], rtol=1e-4)
+
+
+@pytest.mark.slow
+def test_refinement_tells_what_is_left() -> None:
+    pair = ms.MaterialPair(STEEL, STEEL)
+    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4)
+    found = small_lap().converge(
+        STEEL, DENSITY, surface, 0.2, [1e-7, 1e-6], patches=(3, 2), element_size=0.006
+    )
+    assert found.joint.patches == found.steps[-1][0] > 6
+    assert {change.what for change in found.changes} == {
+        "patches halved along", "patches halved across", "kept modes", "finite elements",
+        "harmonics",
+    }  # fmt: skip
+    assert found.converged == (abs(found.largest.damping_ratio) <= 0.02)
+    assert found.largest.what in found.message
+    # The last patches are as good as one step more says.
+    fine = small_lap().reduce(STEEL, DENSITY, found.joint.patch_boxes, element_size=0.006)
+    again = fine.tightened(surface, 0.2).modes(0, [1e-7, 1e-6], method="quasi-static")
+    np.testing.assert_allclose(again.damping_ratio, found.curve.damping_ratio, rtol=1e-9)
 
 
 # -- the Brake-Reuss beam --------------------------------------------------------------------------

@@ -19,6 +19,7 @@ from microslip.structures.threads import single_threaded
 
 _COLUMNS = 32  # forces at once, and
 _ROWS = 4096  # rows at once: bounds on memory
+_INDEPENDENT = 1e-9  # of the largest compliance, both scaled
 _DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -130,8 +131,7 @@ class Reducer:
         functionals = sparse.vstack([patched.functionals, *elongations]).tocsr()
         static = body.solve(functionals.T.tocsc())
         compliance = functionals @ static
-        boundary = np.linalg.inv(0.5 * (compliance + compliance.T))
-        boundary = 0.5 * (boundary + boundary.T)
+        boundary = _inverse(compliance)
         squares, modes = _fixed_modes(body, functionals, static, boundary, kept_modes)
         for start in range(0, len(static), _ROWS):  # in place: these are large
             static[start : start + _ROWS] = static[start : start + _ROWS] @ boundary
@@ -164,6 +164,20 @@ class Reducer:
             left_out=patched.left_out,
         )
         return reduced if form is None else reduced.with_form(form)
+
+
+def _inverse(compliance: Floats) -> Floats:
+    """The stiffness of a compliance, unless some of its motions cannot be told apart."""
+    scale = 1.0 / np.sqrt(np.diag(compliance))
+    scaled = compliance * scale * scale[:, None]
+    values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+    if values[0] < _INDEPENDENT * values[-1]:
+        raise InputError(
+            "patches are finer than the elements beneath them can tell apart; take larger patches, "
+            "or a smaller element_size"
+        )
+    result: Floats = (vectors / values) @ vectors.T * scale * scale[:, None]
+    return 0.5 * (result + result.T)
 
 
 def _count(value: Any) -> int:

@@ -1,0 +1,210 @@
+"""How far a reduced joint has converged in its patches, mesh, kept modes and harmonics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats
+from microslip._core.frozen import Locked
+from microslip.normal import NormalLaw
+from microslip.structures.mesh import JointMesh
+from microslip.structures.modal_curve import ModalCurve
+from microslip.structures.preload import Preload
+from microslip.structures.reduction import Reducer
+from microslip.structures.reduction_model import ReducedJoint
+
+_SHARE = 0.8  # of the loss, whose patches are halved in one step
+_HARMONICS = (1, 3), (1, 3, 5)
+
+
+class Change(NamedTuple):
+    """What one finer model changes."""
+
+    what: str
+    """Of the model, such as "patches halved along"."""
+    coarse: str
+    fine: str
+    frequency: float
+    """Largest change of the frequency over the amplitudes, relative to the coarser model [-]."""
+    damping_ratio: float
+    """That of the damping ratio [-]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence(Locked):
+    """A reduced joint whose patches were refined where it loses energy, and how good it is.
+
+    :meth:`LapJoint.converge` makes it.
+
+    Parameters
+    ----------
+    joint : ReducedJoint
+        The model with the last patches.
+    curve : ModalCurve
+        Its mode at the amplitudes, quasi-static.
+    changes : tuple of Change
+        What finer patches, a finer mesh, more kept modes and more harmonics change [-].
+    steps : tuple of (int, float, float)
+        Number of patches, frequency [Hz] and damping ratio [-] at the middle amplitude, step by
+        step.
+    tolerance : float
+        The change of damping that was wanted [-].
+
+    Raises
+    ------
+    InputError
+        Never: it is made by what checks first.
+
+    Notes
+    -----
+    After the refinement by share of loss, as for finite elements after Babuska and Rheinboldt
+    (1978), DOI 10.1137/0715049.
+    """
+
+    joint: ReducedJoint
+    curve: ModalCurve
+    changes: tuple[Change, ...]
+    steps: tuple[tuple[int, float, float], ...]
+    tolerance: float
+
+    @property
+    def largest(self) -> Change:
+        """The change that moves the damping most."""
+        return max(self.changes, key=lambda change: abs(change.damping_ratio))
+
+    @property
+    def converged(self) -> bool:
+        """Whether no change moves the damping by more than the tolerance."""
+        return abs(self.largest.damping_ratio) <= self.tolerance
+
+    @property
+    def message(self) -> str:
+        """What came of it, in a sentence."""
+        worst = self.largest
+        return (
+            f"{self.joint.patches} patches; {worst.what} ({worst.coarse} to {worst.fine}) moves "
+            f"the damping by {worst.damping_ratio:+.2%} and the frequency by "
+            f"{worst.frequency:+.3%}, the most of {len(self.changes)} changes tried; "
+            + (
+                f"that is within {self.tolerance:.2g}"
+                if self.converged
+                else f"{self.tolerance:.2g} was wanted"
+            )
+        )
+
+
+class _Trial(NamedTuple):
+    joint: ReducedJoint
+    curve: ModalCurve
+
+
+def converge(
+    mesh_of: Callable[[float], JointMesh],
+    element_size: float,
+    along: Floats,
+    surface: NormalLaw,
+    friction_coefficient: ArrayLike,
+    *,
+    tension: Any,
+    mode: int,
+    amplitudes: Floats,
+    patches: Any,
+    form: Any,
+    tolerance: float,
+    most_patches: int,
+    sensors: Any,
+    masses: Any,
+) -> Convergence:
+    """Refine patches by their share of the loss, then change one thing at a time."""
+    reducer = Reducer(mesh_of(element_size), masses, along)
+
+    def tried(boxes: Any, with_: Reducer = reducer, kept: int = 14) -> _Trial:
+        joint = with_.reduce(
+            tension=tension, patches=boxes, form=form, kept_modes=kept, sensors=sensors
+        )
+        state = joint.tightened(surface, friction_coefficient)
+        return _Trial(joint, state.modes(mode, amplitudes, method="quasi-static"))
+
+    # Elements are quadratic: more than two patches in a row in each of them say nothing new.
+    least = 0.9 * element_size
+    now = tried(patches)
+    steps = [_step(now)]
+    while True:
+        boxes = now.joint.patch_boxes
+        wide = {axis: np.diff(boxes)[:, 2 * axis] > least for axis in (0, 1)}
+        halved = {axis: tried(halves(boxes, wide[axis], axis)) for axis in (0, 1)}
+        moved = {axis: _change(now.curve, fine.curve) for axis, fine in halved.items()}
+        worse = max(moved, key=lambda axis: abs(moved[axis][1]))
+        chosen = losing(now.curve.loss, _SHARE) & wide[worse]
+        if not chosen.any():  # those are as fine as the elements: then the others
+            chosen = wide[worse]
+        enough = abs(moved[worse][1]) <= tolerance
+        if enough or not chosen.any() or len(boxes) + chosen.sum() > most_patches:
+            break
+        now = tried(halves(boxes, chosen, worse))
+        steps.append(_step(now))
+    count = now.joint.patches
+    changes = [
+        Change(f"patches halved {word}", str(count), str(halved[axis].joint.patches), *moved[axis])
+        for axis, word in ((0, "along"), (1, "across"))
+    ]
+    richer = tried(boxes, kept=28)
+    changes.append(Change("kept modes", "14", "28", *_change(now.curve, richer.curve)))
+    size = 1.4 * element_size
+    coarse = tried(boxes, Reducer(mesh_of(size), masses, along))
+    sizes = (f"{coarse.joint.full_size} degrees of freedom", str(now.joint.full_size))
+    changes.append(Change("finite elements", *sizes, *_change(coarse.curve, now.curve)))
+    state = now.joint.tightened(surface, friction_coefficient)
+    changes.append(_harmonics(state, mode, amplitudes[-1:]))
+    return Convergence(now.joint, now.curve, tuple(changes), tuple(steps), tolerance)
+
+
+def _harmonics(state: Preload, mode: int, amplitude: Floats) -> Change:
+    coarse, fine = (state.modes(mode, amplitude, harmonics=held) for held in _HARMONICS)
+    few, more = (", ".join(map(str, held)) for held in _HARMONICS)
+    return Change("harmonics", few, more, *_change(coarse, fine))
+
+
+def _step(trial: _Trial) -> tuple[int, float, float]:
+    middle = len(trial.curve.frequency) // 2
+    return (
+        trial.joint.patches,
+        float(trial.curve.frequency[middle]),
+        float(trial.curve.damping_ratio[middle]),
+    )
+
+
+def _change(coarse: ModalCurve, fine: ModalCurve) -> tuple[float, float]:
+    """Relative changes of frequency and damping, each the largest by size, with its sign."""
+
+    def largest(finer: Floats, coarser: Floats) -> float:
+        change = finer / coarser - 1.0
+        return float(change[np.argmax(abs(change))])
+
+    return (
+        largest(fine.frequency, coarse.frequency),
+        largest(fine.damping_ratio, coarse.damping_ratio),
+    )
+
+
+def losing(loss: Floats, share: float) -> Any:
+    """The patches that lose most, together this share at any of the amplitudes."""
+    chosen = np.zeros(loss.shape[1], dtype=bool)
+    for row in loss:
+        order = np.argsort(-row)
+        until = np.searchsorted(np.cumsum(row[order]), share * row.sum()) + 1
+        chosen[order[:until]] = True
+    return chosen
+
+
+def halves(boxes: Floats, chosen: Any, axis: int) -> Floats:
+    """Boxes with the chosen ones cut in two along an axis."""
+    low, high = 2 * axis, 2 * axis + 1
+    first, second = boxes[chosen].copy(), boxes[chosen].copy()
+    first[:, high] = second[:, low] = 0.5 * (boxes[chosen, low] + boxes[chosen, high])
+    return np.concatenate([boxes[~chosen], first, second])

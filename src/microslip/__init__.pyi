@@ -5,6 +5,7 @@ from .friction import AsperityFields as AsperityFields
 from .friction import BackboneLaw as BackboneLaw
 from .friction import BoucWen as BoucWen
 from .friction import Coulomb as Coulomb
+from .friction import CoupledCycle as CoupledCycle
 from .friction import CoupledResponse as CoupledResponse
 from .friction import FieldCycle as FieldCycle
 from .friction import FirstLoading as FirstLoading

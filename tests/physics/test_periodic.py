@@ -92,6 +92,31 @@ def test_tree(law, x):
 
 
 @all_laws
+@given(x=records(max_size=40), data=st.data())
+@both_kernels
+def test_derivative_is_the_recursion(law, x, data):
+    """Down the tree in one call, one column or many, from rest or from the mean."""
+    x = x * reach_of(law)
+    assume(np.ptp(x) > 0.0)
+    seed = data.draw(st.integers(0, 9))
+    directions = np.random.default_rng(seed).normal(size=(x.size, 3))
+    response = law.periodic(x)
+    assume(np.all(np.isfinite(response.stiffness)))
+    got = response.derivative(directions)
+    wanted = np.column_stack([derivative(response, column) for column in directions.T])
+    atol = 1e-12 * np.abs(response.stiffness).max() * x.size
+    np.testing.assert_allclose(got, wanted, rtol=0, atol=atol)
+    np.testing.assert_array_equal(response.derivative(directions[:, 0]), got[:, 0])
+    about = law.periodic(x, rest="mean")
+    np.testing.assert_array_equal(about.force, law.periodic(x - x.mean()).force)
+    level = directions - directions.mean(axis=0)
+    np.testing.assert_allclose(
+        about.derivative(directions), law.periodic(x - x.mean()).derivative(level), rtol=0,
+        atol=1e-12 * np.abs(about.stiffness).max() * x.size,
+    )  # fmt: skip
+
+
+@all_laws
 @both_kernels
 def test_derivative_against_finite_differences(law):
     """With respect to each Fourier coefficient of a displacement with minor loops."""

@@ -128,6 +128,7 @@ def test_parameters_of_classes(item: type) -> None:
         ms.FirstLoading,
         ms.SegalmanFit,
         ms.CoupledResponse,
+        ms.CoupledCycle,
         ms.FieldResponse,
         ms.FieldCycle,
         ms.ModalCurve,

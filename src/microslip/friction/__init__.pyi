@@ -4,6 +4,8 @@ from .base import SegalmanFit as SegalmanFit
 from .bouc_wen import BoucWen as BoucWen
 from .coulomb import Coulomb as Coulomb
 from .coupled import CoupledResponse as CoupledResponse
+from .coupled_cycles import CoupledCycle as CoupledCycle
+from .cycles import PeriodicResponse as PeriodicResponse
 from .field import JointField as JointField
 from .field_cycles import FieldCycle as FieldCycle
 from .fields import AsperityFields as AsperityFields
@@ -14,7 +16,6 @@ from .iwan import IwanFit as IwanFit
 from .jenkins import Jenkins as Jenkins
 from .laws import LAWS as LAWS
 from .parallel import Parallel as Parallel
-from .responses import PeriodicResponse as PeriodicResponse
 from .responses import Sliders as Sliders
 from .segalman import SegalmanIwan as SegalmanIwan
 from .straight_step import FirstLoading as FirstLoading

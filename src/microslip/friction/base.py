@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip import kernels
 from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import lock
 from microslip._core.parameters import Parametric
 from microslip.errors import Argument, InputError
+from microslip.friction.cycles import PeriodicResponse, Rest, settled_cycle
 from microslip.friction.guesses import guessed_law
-from microslip.friction.responses import PeriodicResponse, Sliders
+from microslip.friction.responses import Sliders
 from microslip.friction.unit_cycles import checked_cycle, halves_of
 from microslip.kernels.table import Table
 from microslip.loops import Loop
@@ -393,38 +393,29 @@ class BackboneLaw(Parametric, ABC):
         force[-1] = peak
         return Loop(a * shape, force)
 
-    def periodic(self, displacement_cycle: ArrayLike) -> PeriodicResponse:
+    def periodic(self, displacement_cycle: ArrayLike, rest: Rest = 0.0) -> PeriodicResponse:
         """The settled cycle of a periodic displacement: what it is after one pass from rest.
 
         Parameters
         ----------
         displacement_cycle : array_like
             One period of displacements [m], one-dimensional, its first sample not repeated.
+        rest : float or "mean", optional
+            Displacement [m] at which the joint began, without force; or the mean of the cycle. The
+            settled mean force depends on it: codes differ, so say which. From zero is what most
+            take, and what :meth:`force` does.
 
         Returns
         -------
         PeriodicResponse
-            ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root``, see there.
+            ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root``, and its ``derivative``.
 
         Raises
         ------
         InputError
-            Empty, several dimensions, or not finite.
+            Empty, several dimensions, or not finite; a rest that is neither.
         """
-        x = record("displacement_cycle", displacement_cycle).reshape(-1)
-        root = int(np.argmax(np.abs(x)))
-        # Once the largest displacement is reached all memory is gone: the cycle begins there.
-        tree = Memory().tree(np.roll(x, -root))
-        stiffness = self._slope(tree.half)
-        force = self._backbone(tree.half) * tree.sign
-        kernels.active.accumulate(tree.parent, force, np.zeros(1))
-        above = np.where(tree.parent < 0, 0, tree.parent)
-        return PeriodicResponse(
-            np.roll(force, root),
-            np.roll(stiffness, root),
-            np.roll((above + root) % x.size, root),
-            root,
-        )
+        return settled_cycle(self, displacement_cycle, rest)
 
     def sliders(self) -> Sliders:
         """The law as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).

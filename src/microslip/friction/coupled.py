@@ -134,6 +134,16 @@ class Coupling:
         """-N' there [N/m]."""
         return -self._law._derivative_at(separation + self._origin, 1)
 
+    def falls(self, separation: Floats) -> Floats:
+        """-N' at many [N/m]."""
+        return -self._law._derivative(separation + self._origin, 1)
+
+    def excess_slope(self, base: Floats, width: Floats) -> Floats:
+        """Half of N(b) - N(b + w) + w N'(b + w) [N]."""
+        if self._pairs is None:
+            return self._law._excess_slope(base + self._origin, width)
+        return self._pairs(self._law, "excess_slope", base + self._origin, width)
+
     def load(self, separation: Floats) -> Floats:
         """N there [N]."""
         return self._law._derivative(separation + self._origin, 0)
@@ -357,7 +367,7 @@ class CoupledResponse(Locked):
 def forces(joint: _Coupled, displacement: ArrayLike, normal_load: Any, separation: Any) -> Floats:
     """See :meth:`microslip.Interface.coupled_force`."""
     x = record("displacement", displacement).reshape(-1)
-    return _forces(joint._coupling, x, _steps(joint, x.size, normal_load, separation))
+    return _forces(joint._coupling, x, steps_of_history(joint, x.size, normal_load, separation))
 
 
 def respond(
@@ -365,7 +375,7 @@ def respond(
 ) -> CoupledResponse:
     """See :meth:`microslip.Interface.coupled_response`."""
     x = record("displacement", displacement).reshape(-1)
-    steps = _steps(joint, x.size, normal_load, separation)
+    steps = steps_of_history(joint, x.size, normal_load, separation)
     return _response(joint, x, _forces(joint._coupling, x, steps), steps)
 
 
@@ -375,7 +385,7 @@ def respond_to_force(
     """The same under force control."""
     f = record("force", force).reshape(-1)
     coupling = joint._coupling
-    steps = _steps(joint, f.size, normal_load, separation)
+    steps = steps_of_history(joint, f.size, normal_load, separation)
     # Of the loads as they were given: those of the separations differ from them by rounding.
     load = coupling.load(steps) if normal_load is None else np.asarray(normal_load, dtype=float)
     limit = np.broadcast_to(joint.friction_coefficient * load.reshape(-1), f.shape)
@@ -411,7 +421,7 @@ def _response(joint: _Coupled, x: Floats, force: Floats, steps: Floats) -> Coupl
     )
 
 
-def _steps(joint: _Coupled, size: int, normal_load: Any, separation: Any) -> Floats:
+def steps_of_history(joint: _Coupled, size: int, normal_load: Any, separation: Any) -> Floats:
     """Separations from the joint's own along the history."""
     if (normal_load is None) == (separation is None):
         came = "neither" if normal_load is None else "both"

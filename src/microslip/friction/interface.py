@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,8 @@ from microslip.friction.coupled import (
     respond,
     respond_to_force,
 )
+from microslip.friction.coupled_cycles import CoupledCycle, coupled_cycle
+from microslip.friction.cycles import PeriodicResponse, Rest
 from microslip.friction.responses import Sliders
 from microslip.friction.straight_step import FirstLoading, loaded
 from microslip.friction.validity import Verdict, validity
@@ -430,6 +432,62 @@ class Interface(BackboneLaw):
         if force is not None:
             return respond_to_force(self, force, normal_load, separation)
         return respond(self, displacement, normal_load, separation)  # type: ignore[arg-type]
+
+    @overload
+    def periodic(self, displacement_cycle: ArrayLike, rest: Rest = 0.0) -> PeriodicResponse: ...
+
+    @overload
+    def periodic(
+        self,
+        displacement_cycle: ArrayLike,
+        rest: Rest = 0.0,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> CoupledCycle: ...
+
+    def periodic(
+        self,
+        displacement_cycle: ArrayLike,
+        rest: Rest = 0.0,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> PeriodicResponse | CoupledCycle:
+        """The settled cycle of a periodic displacement and, if it varies, normal load.
+
+        Parameters
+        ----------
+        displacement_cycle : array_like
+            One period of displacements [m], one-dimensional, its first sample not repeated.
+        rest : float or "mean", optional
+            Displacement [m] at which the joint began, without force, under its own load; or the
+            mean of the cycle. The settled mean force depends on it.
+        normal_load, separation : array_like, optional
+            Normal loads [N] or separations [m] of the cycle, as for :meth:`coupled_force`, one of
+            them; without them the load is constant.
+
+        Returns
+        -------
+        PeriodicResponse or CoupledCycle
+            At a constant load ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root``; under a
+            varying one a :class:`microslip.CoupledCycle`, also with loads and separations. Both
+            have a ``derivative`` by whatever moves the cycle.
+
+        Raises
+        ------
+        InputError
+            Empty, several dimensions, or not finite; a rest that is neither; loads or separations
+            as for :meth:`coupled_force`.
+
+        Notes
+        -----
+        Between samples the path is straight in separation and displacement: a curved one is met to
+        second order in its spacing.
+        """
+        if normal_load is None and separation is None:
+            return super().periodic(displacement_cycle, rest)
+        return coupled_cycle(self, displacement_cycle, rest, normal_load, separation)
 
     def first_loading(
         self,

@@ -1,35 +1,17 @@
-"""What a backbone law shows of itself: to solvers, and to those who think in sliders."""
+"""What a backbone law shows of itself to those who think in sliders."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain
 from microslip._core.frozen import Locked
 from microslip.errors import Argument, InputError
-
-
-class PeriodicResponse(NamedTuple):
-    """The settled cycle of a periodic displacement, as solvers need it: (19.20)-(19.24), closed.
-
-    For any parameter p of the displacement c (a Fourier coefficient, say), with D = dT/dp and
-    c' = dc/dp: D[root] = stiffness[root] c'[root], and in the cyclic order that begins at the root
-    D[t] = D[parent[t]] + stiffness[t] (c'[t] - c'[parent[t]]).
-    """
-
-    force: Floats
-    """Forces of the settled cycle [N]."""
-    stiffness: Floats
-    """Tangent stiffness at each sample [N/m]."""
-    parent: NDArray[np.int64]
-    """Index of the reversal that each sample hangs from; the root is its own parent."""
-    root: int
-    """Index of the sample of largest size, which lies on the first loading curve."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,6 +49,7 @@ static PyMethodDef methods[] = {
     {"accumulate", py_accumulate, METH_VARARGS, NULL},
     {"step_front", py_step_front, METH_VARARGS, NULL},
     {"diagram", py_diagram, METH_VARARGS, NULL},
+    {"trace", py_trace, METH_VARARGS, NULL},
     {"loads", py_loads, METH_VARARGS, NULL},
     {"drops", py_drops, METH_VARARGS, NULL},
     {"excesses", py_excesses, METH_VARARGS, NULL},

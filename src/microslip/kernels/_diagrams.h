@@ -136,6 +136,63 @@ static PyObject *py_diagram(PyObject *self, PyObject *args)
     return Py_BuildValue("nndd", depth, count, last_separation, last_place);
 }
 
+/* The steps of a record from rest, each by what it ends on, see trace() of twin_diagram.py. */
+static PyObject *py_trace(PyObject *self, PyObject *args)
+{
+    Py_buffer separation, place, front, density, kind_buffer, parent, stack_buffer, code_buffer;
+    if (!PyArg_ParseTuple(args, "y*y*w*w*w*w*w*w*", &separation, &place, &front, &density,
+                          &kind_buffer, &parent, &stack_buffer, &code_buffer))
+        return NULL;
+    const double *ds = separation.buf, *xs = place.buf;
+    double *fronts = front.buf, *densities = density.buf, last_separation = 0.0, last_place = 0.0;
+    long long *kinds = kind_buffer.buf, *parents = parent.buf, *codes = code_buffer.buf;
+    Row *stack = stack_buffer.buf;
+    Py_ssize_t n = LENGTH(separation), depth = 0;
+    int right = long_enough(LENGTH(place) >= n && LENGTH(front) >= n && LENGTH(density) >= n &&
+                            LENGTH(kind_buffer) >= n && LENGTH(parent) >= n &&
+                            LENGTH(stack_buffer) / 3 >= n && LENGTH(code_buffer) >= n);
+    if (!right) n = 0;
+    Py_BEGIN_ALLOW_THREADS
+    for (Py_ssize_t i = 0; i < n; i++) {
+        double d = ds[i], x = xs[i], outer = 0.0;
+        int kind;
+        if (i && d == last_separation && x == last_place) { /* no step: where the last one ended */
+            fronts[i] = fronts[i - 1];
+            densities[i] = densities[i - 1];
+            kinds[i] = kinds[i - 1];
+            parents[i] = parents[i - 1];
+            continue;
+        }
+        depth = step_front(d, x, stack, depth, last_separation, last_place, &fronts[i],
+                           &densities[i], &kind);
+        kinds[i] = kind;
+        parents[i] = kind == 0 ? i - 1 : depth ? codes[depth - 1] : -1;
+        if (depth) {
+            const Row *row = &stack[depth - 1];
+            outer = row->density * (row->end - fronts[i]) + row->beyond;
+        }
+        if (fronts[i] > d) {
+            stack[depth].end = fronts[i];
+            stack[depth].density = densities[i];
+            stack[depth].beyond = kind == 0 ? last_place : outer;
+            codes[depth++] = i;
+        }
+        last_separation = d;
+        last_place = x;
+    }
+    Py_END_ALLOW_THREADS
+    PyBuffer_Release(&separation);
+    PyBuffer_Release(&place);
+    PyBuffer_Release(&front);
+    PyBuffer_Release(&density);
+    PyBuffer_Release(&kind_buffer);
+    PyBuffer_Release(&parent);
+    PyBuffer_Release(&stack_buffer);
+    PyBuffer_Release(&code_buffer);
+    if (!right) return NULL;
+    return none();
+}
+
 /* ---- memory diagrams with a load curve ---------------------------------------------------- */
 
 typedef struct {

@@ -152,14 +152,15 @@ static PyObject *py_accumulate(PyObject *self, PyObject *args)
     const long long *parents = parent.buf;
     const double *bases = base.buf;
     double *values = rise.buf;
-    Py_ssize_t n = LENGTH(rise);
-    int right = long_enough(LENGTH(parent) >= n);
+    Py_ssize_t n = LENGTH(parent), columns = n > 0 ? LENGTH(rise) / n : 0;
+    int right = long_enough(LENGTH(rise) == n * columns);
     if (!right) n = 0;
     Py_BEGIN_ALLOW_THREADS
     for (Py_ssize_t i = 0; i < n; i++) {
         long long p = parents[i];
-        if (p >= 0) values[i] += values[p];
-        else if (p < -1) values[i] += bases[-2 - p];
+        if (p == -1) continue;
+        const double *above = p >= 0 ? values + p * columns : bases + (-2 - p) * columns;
+        for (Py_ssize_t k = 0; k < columns; k++) values[i * columns + k] += above[k];
     }
     Py_END_ALLOW_THREADS
     PyBuffer_Release(&parent);

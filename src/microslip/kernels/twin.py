@@ -10,7 +10,7 @@ direction (-1, 0 or 1) of the last move. Empty, it stands for the first loading 
 """
 
 from microslip.kernels.layout import MOMENT_TERMS, PROFILE_TERMS, TERMS
-from microslip.kernels.twin_diagram import coupled, coupled_step, diagram, step_front
+from microslip.kernels.twin_diagram import coupled, coupled_step, diagram, step_front, trace
 from microslip.kernels.twin_field import (
     field_commit,
     field_cycle,
@@ -53,6 +53,7 @@ __all__ = [
     "respond",
     "separations",
     "step_front",
+    "trace",
     "vector_cycle",
     "vector_try",
 ]

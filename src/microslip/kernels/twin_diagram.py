@@ -115,6 +115,44 @@ def diagram(
     return depth, count, last_separation, last_place
 
 
+def trace(
+    separation: Floats,
+    place: Floats,
+    front: Floats,
+    density: Floats,
+    kind: Integers,
+    parent: Integers,
+    stack: Floats,
+    codes: Integers,
+) -> None:
+    """What each step of a record from rest ends on: front, D and kind of :func:`step_front`.
+
+    ``parent`` is the sample whose row the front lies in, -1 where it is beyond all rows; where a
+    step sticks (kind 0) it is the sample before. Where nothing moves all is as a sample before.
+    ``stack`` (samples, 3) and ``codes`` are room to work in.
+    """
+    rows: list[tuple[float, float, float]] = []
+    names: list[int] = []
+    last_separation = last_place = 0.0
+    for i, (d, x) in enumerate(zip(separation.tolist(), place.tolist(), strict=True)):
+        if i and (d, x) == (last_separation, last_place):
+            for column in (front, density, kind, parent):
+                column[i] = column[i - 1]
+            continue
+        depth, q, D, how = step_front(d, x, rows, len(rows), last_separation, last_place)
+        outer = 0.0
+        if depth:
+            end, old, beyond = rows[depth - 1]
+            outer = old * (end - q) + beyond
+        front[i], density[i], kind[i] = q, D, how
+        parent[i] = i - 1 if how == 0 else names[depth - 1] if depth else -1
+        del rows[depth:], names[depth:]
+        if q > d:
+            rows.append((q, D, last_place if how == 0 else outer))
+            names.append(i)
+        last_separation, last_place = d, x
+
+
 # -- with a load curve ----------------------------------------------------------------------------
 
 

@@ -161,7 +161,12 @@ def accumulate(parent: Integers, rise: Floats, base: Floats) -> None:
     """Turn each sample's rise over its parent into its value, in place, down the tree.
 
     ``base`` holds the values of the memory's entries at the start, then that of the last sample.
+    Rises and base may have columns, each a tree of its own.
     """
+    if rise.ndim > 1:
+        for column, start in zip(rise.T, base.reshape(-1, rise.shape[1]).T, strict=True):
+            accumulate(parent, column, start)
+        return
     inner = parent >= 0
     is_parent = np.zeros(parent.size, dtype=bool)
     is_parent[parent[inner]] = True

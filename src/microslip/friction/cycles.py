@@ -1,0 +1,131 @@
+"""The settled cycle of a periodic displacement, and its derivative by whatever moves it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from microslip import kernels
+from microslip._core.checks import Floats, floats, number, record, show
+from microslip.errors import InputError
+from microslip.memory import Memory
+
+if TYPE_CHECKING:
+    from microslip.friction.base import BackboneLaw
+
+Rest: TypeAlias = float | Literal["mean"]
+"""Displacement at which a joint began, without force: a number [m], or the mean of its cycle."""
+
+
+class _Cycle(NamedTuple):
+    force: Floats
+    stiffness: Floats
+    parent: NDArray[np.int64]
+    root: int
+
+
+class PeriodicResponse(_Cycle):
+    """The settled cycle of a periodic displacement, as solvers need it: (19.20)-(19.24), closed.
+
+    It unpacks as ``force, stiffness, parent, root``, one entry a sample each but the last:
+
+    ``force``
+        Forces of the settled cycle [N].
+    ``stiffness``
+        Tangent stiffness at each sample [N/m].
+    ``parent``
+        Index of the reversal that each sample hangs from; the root is its own parent.
+    ``root``
+        Index of the sample farthest from where the joint began; it lies on the first loading curve.
+
+    For any parameter p of the displacement c (a Fourier coefficient, say), with D = dT/dp and
+    c' = dc/dp: D[root] = stiffness[root] c'[root], and in the cyclic order that begins at the root
+    D[t] = D[parent[t]] + stiffness[t] (c'[t] - c'[parent[t]]): :meth:`derivative`. Where the joint
+    began at the mean, c' is less its own mean.
+    """
+
+    _rest_is_mean = False
+
+    def derivative(self, directions: ArrayLike) -> Floats:
+        """How the forces change while the displacements change in given directions.
+
+        Parameters
+        ----------
+        directions : array_like
+            Changes of the displacement at each sample a unit of each parameter, shape
+            (samples, parameters) or (samples,), in [m] where parameters have no unit.
+
+        Returns
+        -------
+        ndarray
+            Changes of the force a unit of each parameter, shape of ``directions`` ([N]).
+
+        Raises
+        ------
+        InputError
+            Not one row for each sample, not finite, or none at all.
+        """
+        change = rows_of("directions", directions, self.force.size)
+        if self._rest_is_mean:
+            change = change - change.mean(axis=0)
+        size, root = self.force.size, self.root
+        order = (np.arange(size) + root) % size
+        change = change[order]
+        parent = (self.parent[order] - root) % size
+        stiffness = self.stiffness[order].reshape(-1, *[1] * (change.ndim - 1))
+        parent[0] = -1
+        with np.errstate(invalid="ignore"):
+            rise = np.ascontiguousarray(
+                stiffness * (change - np.where(_like(parent, change) < 0, 0.0, change[parent]))
+            )
+        kernels.active.accumulate(parent, rise, np.zeros(rise[0].size))
+        return np.roll(rise, root, axis=0)
+
+
+def _like(parent: NDArray[np.int64], change: Floats) -> NDArray[np.int64]:
+    return parent.reshape(-1, *[1] * (change.ndim - 1))
+
+
+def rows_of(name: str, value: ArrayLike, samples: int) -> Floats:
+    """Numbers with a first axis of so many samples and at most one axis more."""
+    rows = floats(name, value)
+    if rows.ndim not in (1, 2) or rows.shape[0] != samples:
+        raise InputError(
+            f"{name} must have one row for each of the {samples} samples, got shape {rows.shape}"
+        )
+    return rows
+
+
+def rest_of(rest: Any, cycle: Floats) -> tuple[float, bool]:
+    """Displacement at which a joint began, and whether it is the cycle's mean."""
+    if isinstance(rest, str):
+        if rest != "mean":
+            raise InputError(f"rest must be a displacement [m] or 'mean', got {show(rest)}")
+        return float(cycle.mean()), True
+    return number("rest", rest, "m"), False
+
+
+def settled_cycle(
+    law: BackboneLaw, displacement_cycle: ArrayLike, rest: Rest = 0.0
+) -> PeriodicResponse:
+    """See :meth:`microslip.BackboneLaw.periodic`."""
+    x = record("displacement_cycle", displacement_cycle).reshape(-1)
+    begin, is_mean = rest_of(rest, x)
+    x = x - begin
+    root = int(np.argmax(np.abs(x)))
+    # Once the largest displacement is reached all memory is gone: the cycle begins there.
+    tree = Memory().tree(np.roll(x, -root))
+    stiffness = law._slope(tree.half)
+    force = law._backbone(tree.half) * tree.sign
+    kernels.active.accumulate(tree.parent, force, np.zeros(1))
+    above = np.where(tree.parent < 0, 0, tree.parent)
+    cycle = PeriodicResponse(
+        np.roll(force, root),
+        np.roll(stiffness, root),
+        np.roll((above + root) % x.size, root),
+        root,
+    )
+    cycle._rest_is_mean = is_mean
+    return cycle

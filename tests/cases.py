@@ -151,6 +151,18 @@ def missing_share(law: ms.BackboneLaw, amplitude: float) -> float:
     return float(2.0 * (1.0 - least))
 
 
+def closest(surface: ms.NormalLaw) -> float:
+    """Separation [m] below which a surface has no answer: a table's first, or when tightened."""
+    if isinstance(surface, ms.TabulatedNormalLaw):
+        return float(surface.separations[0])
+    return float(getattr(surface, "closest_separation", -math.inf))
+
+
+def ends_below(joint: ms.Interface) -> bool:
+    """Whether there is such a separation."""
+    return math.isfinite(closest(joint.surface))
+
+
 def settled(v: float) -> float:
     """Nothing, or so much that its cube times a load does not underflow."""
     return v if abs(v) > 1e-15 else 0.0

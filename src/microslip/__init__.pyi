@@ -9,6 +9,7 @@ from .friction import CoupledCycle as CoupledCycle
 from .friction import CoupledResponse as CoupledResponse
 from .friction import FieldCycle as FieldCycle
 from .friction import FirstLoading as FirstLoading
+from .friction import HarmonicForce as HarmonicForce
 from .friction import Interface as Interface
 from .friction import Iwan as Iwan
 from .friction import IwanFit as IwanFit
@@ -37,6 +38,7 @@ from .materials import MaterialPair as MaterialPair
 from .memory import FieldResponse as FieldResponse
 from .memory import FieldState as FieldState
 from .memory import State as State
+from .memory import Trial as Trial
 from .normal import AsperityPopulation as AsperityPopulation
 from .normal import GreenwoodWilliamson as GreenwoodWilliamson
 from .normal import NormalLaw as NormalLaw

@@ -11,7 +11,7 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 import pytest
-from cases import REFERENCE, interface_of, own_case, reach_of, settled, shared_cases
+from cases import REFERENCE, closest, interface_of, own_case, reach_of, settled, shared_cases
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -51,8 +51,7 @@ paths = st.lists(st.tuples(shares, swings), min_size=1, max_size=20)
 def within(joint: ms.Interface, moves: list[tuple[float, float]]) -> tuple[Any, Any]:
     """The same, where a table gives no separation below its first kept out."""
     d, x = walk(joint, moves)
-    if isinstance(joint.surface, ms.TabulatedNormalLaw):
-        assume(d.min() >= joint.surface.separations[0])
+    assume(d.min() >= closest(joint.surface))
     return d, x
 
 
@@ -609,7 +608,7 @@ def plainly(joint: ms.Interface) -> ms.Interface:
 
 
 def test_smooth_laws_have_a_profile() -> None:
-    assert len(PROFILED) == 6
+    assert len(PROFILED) >= 6
     assert plainly(WORKED)._coupling.profile(0.0, 0.0) is None
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import reach_of
+from cases import ends_below, reach_of
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -41,7 +41,7 @@ def inclined(joint: ms.Interface, ratio: float, moves: list[Any]) -> tuple[Any, 
     """Separations and displacements of a path along displacement = ratio kappa (d - d0)."""
     depth = joint.force_limit / joint.normal_stiffness / joint.friction_coefficient
     share, across, along = np.array(moves).reshape(-1, 3).T
-    if isinstance(joint.surface, ms.TabulatedNormalLaw):
+    if ends_below(joint):
         share = np.abs(share)  # below its first separation a table has no answer
     step = depth * (share + np.abs(across))
     x = ratio * joint.slip_per_indentation * step + reach_of(joint) * along

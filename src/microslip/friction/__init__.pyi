@@ -10,6 +10,7 @@ from .field import JointField as JointField
 from .field_cycles import FieldCycle as FieldCycle
 from .fields import AsperityFields as AsperityFields
 from .fields import Zone as Zone
+from .harmonics import HarmonicForce as HarmonicForce
 from .interface import Interface as Interface
 from .iwan import Iwan as Iwan
 from .iwan import IwanFit as IwanFit

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
@@ -14,9 +14,11 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import lock
 from microslip._core.parameters import Parametric
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
+from microslip.friction.cycle_measures import CycleMeasures
 from microslip.friction.cycles import PeriodicResponse, Rest, settled_cycle
 from microslip.friction.guesses import guessed_law
+from microslip.friction.harmonics import HarmonicForce, harmonic_force
 from microslip.friction.responses import Sliders
 from microslip.friction.unit_cycles import checked_cycle, halves_of
 from microslip.kernels.table import Table
@@ -27,7 +29,7 @@ from microslip.numerics.inversion import adaptive, invert
 Self = TypeVar("Self", bound="BackboneLaw")
 
 
-class BackboneLaw(Parametric, ABC):
+class BackboneLaw(CycleMeasures, Parametric, ABC):
     """A tangential law that obeys Masing's rules, fully given by its first loading curve T0.
 
     A subclass gives :meth:`_backbone`, :meth:`_slope` and :attr:`force_limit`; all else has a
@@ -187,138 +189,23 @@ class BackboneLaw(Parametric, ABC):
         f = self._below_limit("force", floats("force", force))
         return plain(np.copysign(self._inverse(np.abs(f).reshape(-1)).reshape(f.shape), f))
 
-    def _below_limit(self, name: str, force: Floats) -> Floats:
-        largest = float(np.abs(force).max())
-        if largest >= self.force_limit:
-            raise InputError(
-                Argument(name),
-                f" must stay below the force limit {self.force_limit:.10g} N in size "
-                f"(no single displacement answers it), got {largest:.10g} N",
-            )
-        return force
+    # -- histories ------------------------------------------------------------------------------
 
-    # -- energy and damping ---------------------------------------------------------------------
-
-    def _amplitudes(self, amplitude: Any, force_amplitude: Any) -> Floats:
-        if (amplitude is None) == (force_amplitude is None):
-            came = "neither" if amplitude is None else "both"
-            raise InputError(
-                f"amplitude [m] or force_amplitude=... [N] must be given, one of them, got {came}"
-            )
-        name = "amplitude" if force_amplitude is None else "force_amplitude"
-        values = floats(name, amplitude if force_amplitude is None else force_amplitude)
-        if values.min() < 0.0:
-            raise InputError(Argument(name), f" must not be negative, got {values.min():g}")
-        values = np.abs(values)  # -0.0 is 0.0 here
-        if force_amplitude is None:
-            return values
-        self._below_limit(name, values)
-        return self._inverse(values.reshape(-1)).reshape(values.shape)
-
-    def _measure(
-        self, amplitude: Any, force_amplitude: Any, measure: Callable[[Floats], Floats]
-    ) -> Any:
-        a = self._amplitudes(amplitude, force_amplitude)
-        return plain(measure(a.reshape(-1)).reshape(a.shape))
-
-    def dissipated_energy(
-        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
-    ) -> Any:
-        """Energy dissipated in a closed cycle between -amplitude and +amplitude (19.29).
+    def start(self, arrays: Mapping[str, ArrayLike] | None = None) -> State:
+        """A state at rest, to be advanced sample by sample or piece by piece.
 
         Parameters
         ----------
-        amplitude : array_like, optional
-            Displacement amplitudes [m], not negative, any shape.
-        force_amplitude : array_like, optional
-            Force amplitudes [N] instead, below the force limit.
-
-        Returns
-        -------
-        float or ndarray
-            Energies E_d [J], shape of the amplitudes.
+        arrays : mapping of str to array_like, optional
+            What :meth:`microslip.State.to_arrays` gave [m, N, J], shapes there; or what
+            ``numpy.load`` reads of it. The state goes on from there.
 
         Raises
         ------
         InputError
-            Both or neither given, negative, not finite, empty, a force at or beyond the limit.
+            Arrays that are missing, of another shape, or no memory of a joint.
         """
-        return self._measure(amplitude, force_amplitude, self._energy)
-
-    def energy_ratio(
-        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
-    ) -> Any:
-        """Energy ratio A = E_d / 4 delta_m T_m [-]: 1 for rigid-plastic friction, 0 at rest.
-
-        Parameters, shapes and errors as :meth:`dissipated_energy`.
-        """
-
-        def ratio(a: Floats) -> Floats:
-            box = 4.0 * a * self._backbone(a)
-            return np.divide(self._energy(a), box, out=np.zeros_like(a), where=box > 0.0)
-
-        return self._measure(amplitude, force_amplitude, ratio)
-
-    def loss_factor(
-        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
-    ) -> Any:
-        """Loss factor eta = E_d/(2 pi U) = E_d/(pi delta_m T_m) = (4/pi) A [-].
-
-        This is what (19.30) computes and calls the damping ratio xi; the equivalent viscous damping
-        ratio is half of it. It belongs to the interface, not to a mode of a structure:
-        zeta_mode = sum of E_d / (4 pi U). Parameters, shapes and errors as
-        :meth:`dissipated_energy`.
-        """
-        ratio = self.energy_ratio(amplitude, force_amplitude=force_amplitude)
-        return 4.0 / math.pi * ratio
-
-    def damping_ratio(
-        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
-    ) -> Any:
-        """Equivalent viscous damping ratio zeta = eta/2 = (2/pi) A [-] of the interface.
-
-        Half of what (19.30) computes under this name. Parameters, shapes and errors as
-        :meth:`dissipated_energy`.
-        """
-        return 0.5 * self.loss_factor(amplitude, force_amplitude=force_amplitude)
-
-    def secant_stiffness(
-        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
-    ) -> Any:
-        """Secant stiffness T0(delta_m)/delta_m [N/m]; the stiffness at rest for amplitude 0.
-
-        Parameters, shapes and errors as :meth:`dissipated_energy`.
-        """
-
-        def secant(a: Floats) -> Floats:
-            moved = a > 0.0
-            rest = np.full_like(a, self.tangential_stiffness)
-            return np.divide(self._backbone(a), a, out=rest, where=moved)
-
-        return self._measure(amplitude, force_amplitude, secant)
-
-    def dissipation_exponent(
-        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
-    ) -> Any:
-        """Local exponent d ln E_d / d ln delta_m [-]: 3 for small microslip, 1 in gross slip.
-
-        Not a number where nothing is dissipated. Given a force amplitude, the same exponent (of the
-        displacement) at the displacement that belongs to it. Parameters, shapes and errors as
-        :meth:`dissipated_energy`.
-        """
-
-        def exponent(a: Floats) -> Floats:
-            energy = self._energy(a)
-            nothing = np.full_like(a, np.nan)
-            return np.divide(a * self._energy_slope(a), energy, out=nothing, where=energy > 0.0)
-
-        return self._measure(amplitude, force_amplitude, exponent)
-
-    # -- histories ------------------------------------------------------------------------------
-
-    def start(self) -> State:
-        """A state at rest, to be advanced sample by sample or piece by piece."""
-        return State(self)
+        return State(self) if arrays is None else State.from_arrays(self, arrays)
 
     def force(self, displacement: ArrayLike) -> Any:
         """Force along any displacement record, from rest, with exact memory.
@@ -416,6 +303,55 @@ class BackboneLaw(Parametric, ABC):
             Empty, several dimensions, or not finite; a rest that is neither.
         """
         return settled_cycle(self, displacement_cycle, rest)
+
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+        *,
+        rtol: float = 1e-10,
+    ) -> HarmonicForce:
+        """Fourier coefficients of the settled force with their Jacobian: balance of harmonics.
+
+        Parameters
+        ----------
+        coefficients : array_like
+            Coefficients of the displacement [m] in the order of ``harmonics``, one-dimensional:
+            [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
+        harmonics : sequence of int, optional
+            Numbers of the harmonics, rising; 0 is the mean.
+        rest : float or "mean", optional
+            As for :meth:`periodic`.
+        rtol : float, optional
+            Error of the coefficients [-] over the largest force; the Jacobian's over the stiffness
+            is a hundred times that.
+
+        Returns
+        -------
+        HarmonicForce
+            ``force`` [N] and ``jacobian`` [N/m], force coefficients (rows) by those of the
+            displacement (columns).
+
+        Raises
+        ------
+        InputError
+            Another shape, not finite, harmonics that do not rise, a tolerance that is none or that
+            the law is too rough for.
+
+        Notes
+        -----
+        There are no samples: the smooth pieces of the cycle are integrated one by one, between
+        turning points and where inner loops close, and cut at the kinks of the law. Where two
+        displacements of largest size tie, in a cycle about zero, the derivative by the mean is that
+        of the positive one; a displacement that does not move has the tangents of small cycles.
+        """
+        return harmonic_force(self, coefficients, harmonics, rest, rtol)
+
+    @property
+    def _kinks(self) -> Floats:
+        """Displacements [m], rising, at which the backbone is not smooth."""
+        return np.unique(self.sliders().yield_displacements)
 
     def sliders(self) -> Sliders:
         """The law as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).

@@ -63,7 +63,7 @@ class Coupling:
     def __init__(self, joint: _Coupled) -> None:
         self._joint = joint
         self._law = joint.surface
-        self._origin = joint.separation
+        self.origin = joint.separation
         self.friction = joint._friction
         self.slip = joint.slip_per_indentation
         self._pairs = pairs_of(self._law)
@@ -73,7 +73,7 @@ class Coupling:
 
     @cached_property
     def _losses(self) -> Losses:
-        return Losses(self._law, self._origin)
+        return Losses(self._law, self.origin)
 
     def drop(self, base: Floats, width: Floats) -> Floats:
         """N(b) - N(b + w)."""
@@ -81,8 +81,8 @@ class Coupling:
             pairs = zip(base.tolist(), width.tolist(), strict=True)
             return np.array([self.curve.drop(b, w) for b, w in pairs])
         if self._pairs is None:
-            return self._law._drop(base + self._origin, width)
-        return self._pairs(self._law, "drop", base + self._origin, width)
+            return self._law._drop(base + self.origin, width)
+        return self._pairs(self._law, "drop", base + self.origin, width)
 
     def profile(self, low: float, high: float) -> Profile | None:
         """N from low to high and from there on, as a profile; None where it cannot be one.
@@ -107,7 +107,7 @@ class Coupling:
 
     def _make_profile(self, low: float, high: float) -> tuple[Profile | None, bool]:
         """A profile, and whether it ends where the load is too light to matter."""
-        law, origin = self._law, self._origin
+        law, origin = self._law, self.origin
         edge, breaks = law._edge - origin, law._breaks
         if low < edge or (breaks.size and breaks[-1] > low + origin):
             return None, False
@@ -132,26 +132,26 @@ class Coupling:
 
     def fall(self, separation: float) -> float:
         """-N' there [N/m]."""
-        return -self._law._derivative_at(separation + self._origin, 1)
+        return -self._law._derivative_at(separation + self.origin, 1)
 
     def falls(self, separation: Floats) -> Floats:
         """-N' at many [N/m]."""
-        return -self._law._derivative(separation + self._origin, 1)
+        return -self._law._derivative(separation + self.origin, 1)
 
     def excess_slope(self, base: Floats, width: Floats) -> Floats:
         """Half of N(b) - N(b + w) + w N'(b + w) [N]."""
         if self._pairs is None:
-            return self._law._excess_slope(base + self._origin, width)
-        return self._pairs(self._law, "excess_slope", base + self._origin, width)
+            return self._law._excess_slope(base + self.origin, width)
+        return self._pairs(self._law, "excess_slope", base + self.origin, width)
 
     def load(self, separation: Floats) -> Floats:
         """N there [N]."""
-        return self._law._derivative(separation + self._origin, 0)
+        return self._law._derivative(separation + self.origin, 0)
 
     @cached_property
     def curve(self) -> Curve:
         """N asked one separation at a time, for a law without a profile."""
-        return curve_of(self._law, self._origin)
+        return curve_of(self._law, self.origin)
 
     def step_of(self, load: float) -> float:
         """Separation at one load [N]."""
@@ -183,7 +183,7 @@ class Coupling:
                     "at any separation some summit touches; got 0"
                     + (f" at sample {int(np.argmax(none))}" if numbered else ""),
                 )
-            steps[none] = top - self._origin
+            steps[none] = top - self.origin
         other = ~(own | none)
         try:
             if other.all():
@@ -230,12 +230,12 @@ class Coupling:
         if known is None or not (known.span[0] <= lightest and heaviest <= known.span[1]):
             ends = np.asarray(self._law.separation(np.array([heaviest, lightest])))
             if load.size == 1:
-                return ends[:1] - self._origin
-            low, high = (ends - self._origin).tolist()
+                return ends[:1] - self.origin
+            low, high = (ends - self.origin).tolist()
             known = self.profile(low, high)
         if known is None:
             values, which = np.unique(load, return_inverse=True)
-            return (np.asarray(self._law.separation(values)) - self._origin)[which]
+            return (np.asarray(self._law.separation(values)) - self.origin)[which]
         least, most = known.span
         if least <= lightest and heaviest <= most:
             return known.separations(load)
@@ -243,19 +243,27 @@ class Coupling:
         inside = (load >= least) & (load <= most)
         steps[inside] = known.separations(load[inside])
         values, which = np.unique(load[~inside], return_inverse=True)
-        steps[~inside] = (np.asarray(self._law.separation(values)) - self._origin)[which]
+        steps[~inside] = (np.asarray(self._law.separation(values)) - self.origin)[which]
         return steps
 
-    def losses(self, separation: Floats, displacement: Floats) -> Floats:
-        """Energy dissipated in each step [J] of a history from rest."""
+    def steps_at(self, separation: ArrayLike) -> Floats:
+        """Separations as they are given [m], checked, counted from its own."""
+        return np.asarray(self._law._separations(separation)) - self.origin
+
+    def losses(
+        self, separation: Floats, displacement: Floats, diagram: Diagram | None = None
+    ) -> Floats:
+        """Energy dissipated in each step [J] of a history from rest, or from a diagram."""
         places = displacement / self.slip
-        profile = self.profile(float(separation.min()), float(separation.max()))
+        diagram = Diagram() if diagram is None else diagram
+        low, high = float(separation.min()), float(separation.max())
+        profile = self.profile(min(low, diagram.separation), max(high, diagram.separation))
         with np.errstate(over="ignore", invalid="ignore"):  # fronts may be beyond all numbers
             if profile is None:
-                slips = Diagram().slips(separation, places)
+                slips = diagram.slips(separation, places)
                 lost = self._losses.of(slips, places.size)
             else:
-                lost = Diagram().losses(separation, places, profile)
+                lost = diagram.losses(separation, places, profile)
             return self.friction * self.slip * lost
 
 
@@ -430,6 +438,6 @@ def steps_of_history(joint: _Coupled, size: int, normal_load: Any, separation: A
         )
     if separation is not None:
         values = along("separation", separation, size)
-        return np.asarray(joint.surface._separations(values)) - joint.separation
+        return joint._coupling.steps_at(values)
     loads = loads_along("normal_load", normal_load, size)
     return joint._coupling.steps_of(loads, numbered=np.ndim(normal_load) > 0)

@@ -310,6 +310,14 @@ class Interface(BackboneLaw):
         # Where the energy underflows the limit of small amplitudes holds.
         return plain(np.asarray(np.where(np.isnan(exponent), 3.0, exponent)))
 
+    @cached_property
+    def _kinks(self) -> Floats:
+        places = self.surface._kinks
+        if self.surface._spheres is not None:
+            places = self.surface._spheres.heights
+        steps = np.unique(places) - self.separation
+        return self.slip_per_indentation * steps[steps > 0.0]
+
     # -- a normal load that varies ----------------------------------------------------------------
 
     @cached_property

@@ -121,6 +121,10 @@ class Parallel(Locked, BackboneLaw):
         held = math.fsum(law.force_limit for law in self._rigid)
         return self._soft._inverse(np.maximum(force - held, 0.0))
 
+    @cached_property
+    def _kinks(self) -> Floats:
+        return np.unique(np.concatenate([law._kinks for law in self.laws]))
+
     def sliders(self) -> Sliders:
         """The sliders of all laws together [m, N/m, N/m^2], see there."""
         parts = [law.sliders() for law in self.laws]

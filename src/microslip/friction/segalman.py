@@ -168,6 +168,10 @@ class SegalmanIwan(PowerModel):
             power = np.minimum(u / phi, 1.0) ** self.chi
         return np.where(u < phi, self._spread * (1.0 + self.chi) / phi * power, 0.0)
 
+    @property
+    def _kinks(self) -> Floats:
+        return np.array([self.slip_displacement])
+
     def sliders(self) -> Sliders:
         """Sliders of density R u^chi [N/m^2] up to phi [m], and for beta > 0 a discrete one there.
 

@@ -46,6 +46,7 @@ static PyMethodDef methods[] = {
     {"locate", py_locate, METH_VARARGS, NULL},
     {"respond", py_respond, METH_VARARGS, NULL},
     {"branches", py_branches, METH_VARARGS, NULL},
+    {"closings", py_closings, METH_VARARGS, NULL},
     {"accumulate", py_accumulate, METH_VARARGS, NULL},
     {"step_front", py_step_front, METH_VARARGS, NULL},
     {"diagram", py_diagram, METH_VARARGS, NULL},

@@ -145,6 +145,48 @@ static PyObject *py_branches(PyObject *self, PyObject *args)
     return Py_BuildValue("ndi", depth, last, direction);
 }
 
+static PyObject *py_closings(PyObject *self, PyObject *args)
+{
+    Py_buffer x_buffer, closed_buffer, stack_buffer;
+    Py_ssize_t depth, count = 0;
+    double last;
+    int direction;
+    if (!PyArg_ParseTuple(args, "y*w*w*ndi", &x_buffer, &closed_buffer, &stack_buffer, &depth, &last,
+                          &direction))
+        return NULL;
+    const double *xs = x_buffer.buf;
+    double *closed = closed_buffer.buf, *stack = stack_buffer.buf;
+    Py_ssize_t n = LENGTH(x_buffer);
+    int right = long_enough(depth >= 0 && depth <= LENGTH(stack_buffer) - n - 1 &&
+                            depth <= LENGTH(closed_buffer) - n - 1);
+    if (!right) n = 0;
+    Py_BEGIN_ALLOW_THREADS
+    for (Py_ssize_t i = 0; i < n; i++) {
+        double x = xs[i];
+        int pushed, before = direction;
+        Py_ssize_t kept = locate(stack, 1, depth, last, &direction, x, &pushed);
+        if (pushed) {
+            stack[depth] = last;
+        } else if (kept < depth || (direction != before && before && x != last)) {
+            /* What locate() has taken off: with `last` on top where the move turned, in pairs. */
+            if (direction != before && before) stack[depth++] = last;
+            while (depth >= kept + 2) {
+                depth -= 2;
+                closed[count++] = 0.5 * fabs(stack[depth + 1] - stack[depth]);
+            }
+            if (depth > kept) closed[count++] = -fabs(stack[--depth]);
+        }
+        depth = kept;
+        last = x;
+    }
+    Py_END_ALLOW_THREADS
+    PyBuffer_Release(&x_buffer);
+    PyBuffer_Release(&closed_buffer);
+    PyBuffer_Release(&stack_buffer);
+    if (!right) return NULL;
+    return PyLong_FromSsize_t(count);
+}
+
 static PyObject *py_accumulate(PyObject *self, PyObject *args)
 {
     Py_buffer parent, rise, base;

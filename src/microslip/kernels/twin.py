@@ -20,7 +20,7 @@ from microslip.kernels.twin_field import (
 )
 from microslip.kernels.twin_hold import hold
 from microslip.kernels.twin_losses import losses
-from microslip.kernels.twin_memory import accumulate, branches, locate, respond
+from microslip.kernels.twin_memory import accumulate, branches, closings, locate, respond
 from microslip.kernels.twin_moments import gaussian_moment, gaussian_moment_at
 from microslip.kernels.twin_profile import drops, excesses, loads, separations
 from microslip.kernels.twin_table import evaluate, evaluate_one
@@ -32,6 +32,7 @@ __all__ = [
     "TERMS",
     "accumulate",
     "branches",
+    "closings",
     "coupled",
     "coupled_step",
     "diagram",

@@ -37,6 +37,47 @@ def locate(
     return depth, 0, way
 
 
+def closings(
+    x: Floats, closed: Floats, stack: Floats, depth: int, last: float, direction: int
+) -> int:
+    """Amplitudes of the loops that a record closes, in the order of time; returns how many.
+
+    ``stack`` holds the places of the open reversals with room for all samples, and is used up. Half
+    a loop, where first loading goes on beyond its mirror, counts as a negative amplitude.
+    """
+    path = np.concatenate(([last], x))
+    moved = np.flatnonzero(np.diff(path))
+    if not moved.size:
+        return 0
+    ways = np.sign(np.diff(path))[moved]
+    ends = x[np.append(moved[np.flatnonzero(np.diff(ways))], moved[-1])]
+    places, count = stack[:depth].tolist(), 0
+    for end in ends.tolist():
+        way = 1 if end > last else -1
+        turned = direction not in (0, way)
+        direction = way
+        if turned:
+            if not places and abs(end) >= abs(last):
+                closed[count] = -abs(last)
+                count, last = count + 1, end
+                continue
+            if not places or (end - places[-1]) * way < 0.0:
+                places.append(last)
+                last = end
+                continue
+            closed[count] = 0.5 * abs(last - places.pop())
+            count += 1
+        while len(places) > 1 and (end - places[-2]) * way >= 0.0:
+            closed[count] = 0.5 * abs(places.pop() - places.pop())
+            count += 1
+        if len(places) == 1 and abs(end) >= abs(places[0]):
+            # Its own side ends a branch that has come back; the other one, half a loop.
+            closed[count] = -abs(places.pop())
+            count += 1
+        last = end
+    return count
+
+
 def branches(
     x: Floats,
     half: Floats,

@@ -1,9 +1,11 @@
 """Floor 3: the law-agnostic engines of hysteresis, at a constant and at a varying normal load."""
 
+from microslip.memory.along import along, loads_along
 from microslip.memory.diagram import Diagram, Rows, Slips
 from microslip.memory.field_state import FieldResponse, FieldState
 from microslip.memory.record import Memory, Tree
-from microslip.memory.state import Load, State, along, loads_along
+from microslip.memory.state import Load, State
+from microslip.memory.trial import Trial
 
 __all__ = [
     "Diagram",
@@ -15,6 +17,7 @@ __all__ = [
     "Slips",
     "State",
     "Tree",
+    "Trial",
     "along",
     "loads_along",
 ]

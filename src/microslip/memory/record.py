@@ -114,6 +114,17 @@ class Memory:
         """The branches of a record from here on; the memory stays as it is."""
         return self._branches(x)[0]
 
+    def closed(self, x: Floats) -> Floats:
+        """Amplitudes of the loops that a record from here on closes; the memory stays as it is.
+
+        Negative where it is half a loop: first loading that turned and went on beyond its mirror.
+        """
+        places = np.empty(self.depth + x.size + 1)
+        places[: self.depth] = self.stack[: self.depth, 0]
+        result = np.empty(self.depth + x.size + 1)
+        count = kernels.active.closings(x, result, places, self.depth, self.last, self.direction)
+        return result[:count]
+
     def probe(self, x: float) -> tuple[float, float, float, tuple[int, int, int]]:
         """Where a move to ``x`` would lead; the memory stays as it is.
 

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, floats, number, record, show
+from microslip._core.checks import Floats, exact, number, record, show
 from microslip.errors import Argument, InputError
 from microslip.kernels.profile import Profile
 from microslip.kernels.table import Table
+from microslip.memory.along import along, loads_along
 from microslip.memory.diagram import Diagram, Step
+from microslip.memory.ledger import Ledger
 from microslip.memory.record import Memory
+from microslip.memory.trial import Trial
 
 
 class Load(Protocol):
@@ -22,6 +26,17 @@ class Load(Protocol):
     """Coefficient mu [-]."""
     slip: float
     """Displacement per place, kappa [-]."""
+    origin: float
+    """The law's own separation [m]."""
+
+    def load(self, separation: Floats) -> Floats:
+        """N [N] at separations [m]."""
+
+    def falls(self, separation: Floats) -> Floats:
+        """-N' [N/m] at separations [m]."""
+
+    def losses(self, separation: Floats, displacement: Floats, diagram: Diagram) -> Floats:
+        """Energies [J] of the steps of a record that goes on from a diagram."""
 
     def drop(self, base: Floats, width: Floats) -> Floats:
         """N(b) - N(b + w) [N] for separations b and widths w [m]."""
@@ -38,6 +53,9 @@ class Load(Protocol):
     def steps_of(self, load: Floats, numbered: bool = True) -> Floats:
         """Separations [m] at loads [N]; what is refused names its sample if it is ``numbered``."""
 
+    def steps_at(self, separation: ArrayLike) -> Floats:
+        """Separations as they are given [m], checked, counted from its own."""
+
 
 class Law(Protocol):
     """What a state asks of its law."""
@@ -52,6 +70,8 @@ class Law(Protocol):
 
     def _backbone_at(self, u: float) -> tuple[float, float]: ...
 
+    def _energy(self, amplitude: Floats) -> Floats: ...
+
 
 class _Coupled(NamedTuple):
     """A trial under a load that varies."""
@@ -61,47 +81,13 @@ class _Coupled(NamedTuple):
     step: Step
 
 
-def loads_along(name: str, given: ArrayLike, size: int) -> Floats:
-    """Normal loads [N] >= 0 of a record of ``size`` samples: one for each, or one for all.
-
-    Raises
-    ------
-    InputError
-        Not finite, negative, or another number of them.
-    """
-    values = along(name, given, size)
-    if values.min() < 0.0:
-        i = int(np.argmax(values < 0.0))
-        where = f" at sample {i}" if np.ndim(given) else ""
-        raise InputError(
-            Argument(name), f" must not be negative [N], got {exact(values[i])}{where}"
-        )
-    return values
-
-
-def along(name: str, given: ArrayLike, size: int) -> Floats:
-    """Numbers along a record of ``size`` samples: one for each, or one for all.
-
-    Raises
-    ------
-    InputError
-        Not finite, or another number of them.
-    """
-    values = floats(name, given)
-    if values.ndim > 1 or values.size not in (1, size):
-        raise InputError(
-            Argument(name),
-            f" must be one number or one for each of the {size} samples, got shape {values.shape}",
-        )
-    return np.ascontiguousarray(np.broadcast_to(values.reshape(-1), (size,)))
-
-
 class State:
     """The place of one joint on its hysteresis, made by ``joint.start()``: (19.19)-(19.24).
 
     A trial moves nothing until it is committed::
 
         force, stiffness = state.try_(1.2e-6)  # as often as a solver's iteration wants
+        trial = state.try_(1.2e-6, separation=d)  # also trial.normal_load, trial.tangent
         state.commit()  # the last trial becomes the state
         state.rollback()  # or it is forgotten
         forces = state.advance(chunk)  # whole pieces of a record, committed at once
@@ -110,7 +96,7 @@ class State:
     surface, each trial may come with a normal load of its own.
     """
 
-    __slots__ = ("_diagram", "_law", "_memory", "_trial")
+    __slots__ = ("_diagram", "_law", "_ledger", "_lost", "_memory", "_trial")
 
     def __init__(self, law: Law) -> None:
         if not hasattr(law, "_backbone_at"):
@@ -121,6 +107,8 @@ class State:
         self._memory = Memory()
         # Once the load has varied, this is the memory.
         self._diagram: Diagram | None = None
+        self._ledger: Ledger | None = None
+        self._lost = 0.0  # in closed loops, while the load was constant [J]
         self._trial: tuple[float, float, tuple[int, int, int]] | _Coupled | None = None
 
     @property
@@ -134,6 +122,35 @@ class State:
         return self._memory.value
 
     @property
+    def normal_load(self) -> float:
+        """Committed normal load [N]; only an interface has one."""
+        return self._here().normal_load
+
+    @property
+    def separation(self) -> float:
+        """Committed separation [m]; only an interface has one."""
+        return self._here().separation
+
+    @property
+    def stiffness(self) -> float:
+        """Tangent stiffness [N/m] at this load of a move that goes on in the same direction."""
+        return self._here().stiffness
+
+    @property
+    def dissipated_energy(self) -> float:
+        """Energy dissipated since the joint was at rest [J]; it never falls."""
+        if self._ledger is not None and self._diagram is not None:
+            return self._ledger.settle(self._diagram, self._coupling())
+        memory = self._memory
+        ends = np.append(memory.stack[: memory.depth, 0], memory.last)
+        # First loading, and a branch from each open reversal to the next.
+        amplitudes = 0.5 * np.abs(np.diff(ends, prepend=0.0))
+        amplitudes[0] *= 2.0
+        energy = 0.5 * self._law._energy(amplitudes)
+        energy[0] *= 0.5
+        return self._lost + float(energy.sum())
+
+    @property
     def open_reversals(self) -> int:
         """Number of reversals that are remembered; all that the state stores grows with it.
 
@@ -141,8 +158,14 @@ class State:
         """
         return self._memory.depth if self._diagram is None else self._diagram.depth
 
-    def try_(self, displacement: float, normal_load: float | None = None) -> tuple[float, float]:
-        """Force and tangent stiffness at a trial displacement and, if it varies, normal load.
+    def try_(
+        self,
+        displacement: float,
+        normal_load: float | None = None,
+        *,
+        separation: float | None = None,
+    ) -> Trial:
+        """Force and tangents at a trial displacement and, if it varies, load or separation.
 
         Parameters
         ----------
@@ -151,30 +174,35 @@ class State:
         normal_load : float, optional
             Trial normal load [N], not negative; without it the load stays what it is. The step from
             the committed state is a straight line of separation and displacement.
+        separation : float, optional
+            Trial separation [m] in its place.
 
         Returns
         -------
-        force : float
-            Force needed to hold the displacement [N].
-        stiffness : float
-            Tangent stiffness [N/m], at this load, of the branch that the step ends on.
+        Trial
+            It unpacks as ``force, stiffness``: the force needed to hold the displacement [N] and
+            the tangent stiffness [N/m], at this load, of the branch that the step ends on. It also
+            has ``normal_load`` and the tangents of both by both, see there.
 
         Raises
         ------
         InputError
-            A displacement that is not finite; a load that the surface cannot carry, or any load
-            for a law without a surface.
+            A displacement that is not finite; a load that the surface cannot carry, a separation
+            outside a table, both of them, or any of them for a law without a surface.
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
         x = number("displacement", displacement, "m")
+        if separation is not None:
+            if normal_load is not None:
+                raise InputError("normal_load or separation must be given, not both")
+            d = number("separation", separation, "m")
+            return self._try_coupled(x, float(self._coupling("separation").steps_at(d)))
         step = self._step(normal_load)
         if step is not None:
-            return self._try_coupled(x, step)
-        half, sign, start, move = self._memory.probe(x)
-        value, slope = self._law._backbone_at(half)
-        force = start + sign * value
-        self._trial = x, force, move
-        return force, slope
+            return self._try_coupled(x, step, normal_load)
+        trial, move = self._try_plain(x)
+        self._trial = x, trial.force, move
+        return trial
 
     def commit(self) -> None:
         """Make the last trial the state.
@@ -188,17 +216,30 @@ class State:
             raise InputError("commit needs a trial: call try_(displacement) first")
         if isinstance(self._trial, _Coupled):
             trial, load = self._trial, self._coupling()
+            ledger = self._open_ledger(trial.diagram)
             trial.diagram.move(trial.step)
+            step, x = np.array([trial.step.separation]), np.array([trial.displacement])
+            ledger.note(step, x, trial.diagram, load)
             self._settle(trial.diagram, trial.displacement, load.friction * trial.step.value)
         else:
-            self._memory.move(*self._trial)
+            memory = self._memory
+            depth, pushed, direction = self._trial[2]
+            if not pushed and (depth, direction) != (memory.depth, memory.direction):
+                self._close(np.array([self._trial[0]]))
+            memory.move(*self._trial)
         self._trial = None
 
     def rollback(self) -> None:
         """Forget the last trial, if there is one."""
         self._trial = None
 
-    def advance(self, displacement: ArrayLike, normal_load: ArrayLike | None = None) -> Any:
+    def advance(
+        self,
+        displacement: ArrayLike,
+        normal_load: ArrayLike | None = None,
+        *,
+        separation: ArrayLike | None = None,
+    ) -> Any:
         """Forces along a piece of a record, which becomes part of the state.
 
         Parameters
@@ -207,6 +248,8 @@ class State:
             Displacements [m], one-dimensional, not empty; one number counts as one sample.
         normal_load : array_like, optional
             Normal loads [N], one for each displacement or one number; without it the load stays.
+        separation : array_like, optional
+            Separations [m] in their place.
 
         Returns
         -------
@@ -221,13 +264,14 @@ class State:
         """
         x = record("displacement", displacement)
         self._trial = None
-        if normal_load is not None or self._diagram is not None:
-            forces = self._advance_coupled(x.reshape(-1), normal_load)
+        if normal_load is not None or separation is not None or self._diagram is not None:
+            forces = self._advance_coupled(x.reshape(-1), normal_load, separation)
             return float(forces[0]) if x.ndim == 0 else forces
         if x.size == 1:  # in constant time, however many reversals are open
             force = self.try_(float(x.reshape(-1)[0]))[0]
             self.commit()
             return force if x.ndim == 0 else np.array([force])
+        self._close(x)
         return self._memory.respond(x, self._law._backbone, self._law._table)
 
     def copy(self) -> State:
@@ -235,6 +279,8 @@ class State:
         other = State(self._law)
         other._memory = self._memory.copy()
         other._diagram = None if self._diagram is None else self._diagram.copy()
+        other._ledger = None if self._ledger is None else self._ledger.copy()
+        other._lost = self._lost
         trial = self._trial
         if isinstance(trial, _Coupled):
             trial = trial._replace(diagram=other._diagram or trial.diagram.copy())
@@ -243,13 +289,116 @@ class State:
 
     __copy__ = copy
 
+    # -- plain arrays -----------------------------------------------------------------------------
+
+    def to_arrays(self) -> dict[str, Floats]:
+        """All that the state is, as plain arrays: what ``numpy.savez`` takes.
+
+        Returns
+        -------
+        dict of str to ndarray
+            ``now``: displacement [m], force [N], direction of the last move (-1, 0 or 1), energy
+            dissipated [J], and, where the load has varied, 1, separation from the joint's own [m]
+            and force over mu [N], else three zeros. ``reversals``: displacements [m] and forces [N]
+            of the open ones, oldest first, shape (reversals, 2). ``rows``: those of the memory
+            diagram, outermost first: its end [m from the joint's own separation], D [-], integral
+            of D beyond the end [m], integral of D (-N') from where the row begins [N], shape
+            (rows, 4). An open trial is not among them. ``joint.start(arrays)`` goes on from them.
+        """
+        memory, diagram = self._memory, self._diagram
+        varied = (0.0, 0.0, 0.0) if diagram is None else (1.0, diagram.separation, diagram.value)
+        now = (memory.last, memory.value, float(memory.direction), self.dissipated_energy, *varied)
+        rows = np.zeros((0, 4))
+        if diagram is not None:
+            depth = diagram.depth
+            rows = np.column_stack((diagram.stack[:depth], diagram.values[:depth]))
+        return {
+            "now": np.array(now),
+            "reversals": memory.stack[: memory.depth].copy(),
+            "rows": rows,
+        }
+
+    @classmethod
+    def from_arrays(cls, law: Law, arrays: Mapping[str, ArrayLike]) -> State:
+        """The state of a law that :meth:`to_arrays` gave, as ``joint.start(arrays)`` makes it.
+
+        Parameters
+        ----------
+        law : BackboneLaw
+            The law, the same as before.
+        arrays : mapping of str to array_like
+            What :meth:`to_arrays` gave [m, N, J], of the shapes there, or ``numpy.load`` of it.
+
+        Returns
+        -------
+        State
+            A state that goes on as the saved one would.
+
+        Raises
+        ------
+        InputError
+            Arrays that are missing, of other shapes, not finite, or not a memory.
+        """
+        state = cls(law)
+        now, reversals, rows = (_saved(arrays, key, width) for key, width in _SAVED)
+        memory = state._memory
+        memory.stack, memory.depth = np.vstack((reversals, np.empty((8, 2)))), len(reversals)
+        memory.last, memory.value, memory.direction = float(now[0]), float(now[1]), int(now[2])
+        inside = np.abs(np.diff(reversals[:, 0], append=memory.last))
+        if now[2] not in (-1.0, 0.0, 1.0) or np.any(np.diff(inside) > 0.0) or now[3] < 0.0:
+            raise InputError("arrays must be those of a state: its reversals do not nest")
+        state._lost = float(now[3])
+        if now[4] != 0.0:
+            if np.any(np.abs(rows[:, 1]) > 1.0) or np.any(np.diff(rows[:, 0]) >= 0.0):
+                raise InputError("arrays must be those of a state: its rows are no memory diagram")
+            diagram, load = Diagram(), state._coupling("rows")
+            diagram.stack, diagram.depth = np.vstack((rows[:, :3], np.empty((8, 3)))), len(rows)
+            diagram.values = np.append(rows[:, 3], np.empty(8))
+            diagram.separation, diagram.value = float(now[5]), float(now[6])
+            diagram.place = memory.last / load.slip
+            state._diagram, state._ledger = diagram, Ledger(diagram, state._lost)
+            return state
+        state._lost = 0.0
+        state._lost = max(float(now[3]) - state.dissipated_energy, 0.0)
+        return state
+
+    # -- a load that is constant ------------------------------------------------------------------
+
+    def _try_plain(self, x: float) -> tuple[Trial, tuple[int, int, int]]:
+        half, sign, start, move = self._memory.probe(x)
+        value, slope = self._law._backbone_at(half)
+        law = self._law._coupling
+        return Trial._of(start + sign * value, slope, x, float(move[2]), law), move
+
+    def _close(self, x: Floats) -> None:
+        """Count what the loops lose that a record from here on closes."""
+        closed = self._memory.closed(x)
+        if closed.size:
+            energy = self._law._energy(np.abs(closed))
+            self._lost += float(np.where(closed < 0.0, 0.5 * energy, energy).sum())
+
+    def _here(self) -> Trial:
+        """The committed state as a trial, which leaves no trace."""
+        kept, self._trial = self._trial, None
+        try:
+            if self._diagram is None:
+                return self._try_plain(self._memory.last)[0]
+            return self._try_coupled(self._memory.last, self._diagram.separation)
+        finally:
+            self._trial = kept
+
     # -- a load that varies -----------------------------------------------------------------------
 
-    def _coupling(self) -> Load:
+    def _coupling(self, name: str = "normal_load") -> Load:
         load = self._law._coupling
         if load is None:
-            raise InputError("normal_load has no meaning for this law: it has no surface")
+            raise InputError(f"{name} has no meaning for this law: it has no surface")
         return load
+
+    def _open_ledger(self, diagram: Diagram) -> Ledger:
+        if self._ledger is None:
+            self._ledger = Ledger(diagram, self.dissipated_energy)
+        return self._ledger
 
     def _step(self, normal_load: float | None) -> float | None:
         """Separation of a trial from the joint's own; None where the load has never varied."""
@@ -273,11 +422,15 @@ class State:
         diagram.respond(np.zeros(places.size), places, load.drop)
         return diagram
 
-    def _try_coupled(self, x: float, step: float) -> tuple[float, float]:
+    def _try_coupled(self, x: float, step: float, normal_load: float | None = None) -> Trial:
         load, diagram = self._coupling(), self._current()
         profile = load.profile(min(step, diagram.separation), max(step, diagram.separation))
         probed = diagram.probe(step, x / load.slip, load.drop, profile)
         self._trial = _Coupled(x, diagram, probed)
+        density = probed.density
+        if probed.kind == 0 and not probed.front > step:
+            slipped = diagram.depth and abs(diagram.stack[diagram.depth - 1, 1]) == 1.0
+            density = float(diagram.stack[diagram.depth - 1, 1]) if slipped else 0.0
         if probed.fall is not None:
             fall = probed.fall
         elif probed.kind == 1:
@@ -287,11 +440,21 @@ class State:
             fall = float(load.drop(np.array([step]), np.array([width]))[0]) / width
         else:
             fall = load.fall(diagram.front() if probed.kind == 0 else step)
-        return load.friction * probed.value, load.friction / load.slip * fall
+        stiffness = load.friction / load.slip * fall
+        force = load.friction * probed.value
+        given = None if normal_load is None else float(normal_load)
+        return Trial._of(force, stiffness, x, density, load, step, given)
 
-    def _advance_coupled(self, x: Floats, normal_load: ArrayLike | None) -> Floats:
-        load, diagram = self._coupling(), self._current()
-        if normal_load is None:
+    def _advance_coupled(
+        self, x: Floats, normal_load: ArrayLike | None, separation: ArrayLike | None
+    ) -> Floats:
+        if normal_load is not None and separation is not None:
+            raise InputError("normal_load or separation must be given, not both")
+        load = self._coupling("normal_load" if separation is None else "separation")
+        diagram = self._current()
+        if separation is not None:
+            steps = load.steps_at(along("separation", separation, x.size))
+        elif normal_load is None:
             steps = np.full(x.size, diagram.separation)
         else:
             loads = loads_along("normal_load", normal_load, x.size)
@@ -299,7 +462,9 @@ class State:
         profile = load.profile(
             min(float(steps.min()), diagram.separation), max(float(steps.max()), diagram.separation)
         )
+        ledger = self._open_ledger(diagram)
         forces = load.friction * diagram.respond(steps, x / load.slip, load.drop, profile)
+        ledger.note(steps, x.copy(), diagram, load)
         self._settle(diagram, float(x[-1]), float(forces[-1]))
         return forces
 
@@ -314,3 +479,21 @@ class State:
             f"State(displacement={self.displacement:g}, force={self.force:g}, "
             f"open_reversals={self.open_reversals})"
         )
+
+
+_SAVED = (("now", None), ("reversals", 2), ("rows", 4))
+
+
+def _saved(arrays: Mapping[str, ArrayLike], key: str, width: int | None) -> Floats:
+    """One of the arrays that a state was saved in, checked for its shape."""
+    try:
+        array = np.array(arrays[key], dtype=float)
+    except (KeyError, TypeError, ValueError, IndexError):
+        raise InputError(f"arrays must hold {key!r}, as to_arrays() of a state gives it") from None
+    right = array.shape == (7,) if width is None else array.ndim == 2 and array.shape[1] == width
+    if not right or not np.all(np.isfinite(array)):
+        shape = "(7,)" if width is None else f"(n, {width})"
+        raise InputError(
+            f"arrays must hold finite {key!r} of shape {shape}, got shape {array.shape}"
+        )
+    return array

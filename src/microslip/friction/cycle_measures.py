@@ -1,0 +1,169 @@
+"""What a closed cycle of a law tells: energies, damping, secant stiffness."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, floats, plain
+from microslip.errors import Argument, InputError
+
+
+class CycleMeasures(ABC):
+    """Measures of closed cycles, from a law's backbone, its inverse and its energies."""
+
+    if TYPE_CHECKING:  # fields or properties, as a law likes
+
+        @property
+        def force_limit(self) -> float:
+            """Force of gross slip [N]."""
+
+        @property
+        def tangential_stiffness(self) -> float:
+            """Stiffness at rest [N/m]."""
+
+    @abstractmethod
+    def _backbone(self, u: Floats) -> Floats:
+        """T0 [N] for displacements u >= 0 [m], one-dimensional."""
+
+    @abstractmethod
+    def _inverse(self, force: Floats) -> Floats:
+        """U >= 0 at which T0 has the values ``force``, 0 <= force < limit, one-dimensional."""
+
+    @abstractmethod
+    def _energy(self, amplitude: Floats) -> Floats:
+        """Energy of a closed cycle [J] for amplitudes >= 0, one-dimensional."""
+
+    @abstractmethod
+    def _energy_slope(self, amplitude: Floats) -> Floats:
+        """Derivative of :meth:`_energy` [N]."""
+
+    def _below_limit(self, name: str, force: Floats) -> Floats:
+        largest = float(np.abs(force).max())
+        if largest >= self.force_limit:
+            raise InputError(
+                Argument(name),
+                f" must stay below the force limit {self.force_limit:.10g} N in size "
+                f"(no single displacement answers it), got {largest:.10g} N",
+            )
+        return force
+
+    def _amplitudes(self, amplitude: Any, force_amplitude: Any) -> Floats:
+        if (amplitude is None) == (force_amplitude is None):
+            came = "neither" if amplitude is None else "both"
+            raise InputError(
+                f"amplitude [m] or force_amplitude=... [N] must be given, one of them, got {came}"
+            )
+        name = "amplitude" if force_amplitude is None else "force_amplitude"
+        values = floats(name, amplitude if force_amplitude is None else force_amplitude)
+        if values.min() < 0.0:
+            raise InputError(Argument(name), f" must not be negative, got {values.min():g}")
+        values = np.abs(values)  # -0.0 is 0.0 here
+        if force_amplitude is None:
+            return values
+        self._below_limit(name, values)
+        return self._inverse(values.reshape(-1)).reshape(values.shape)
+
+    def _measure(
+        self, amplitude: Any, force_amplitude: Any, measure: Callable[[Floats], Floats]
+    ) -> Any:
+        a = self._amplitudes(amplitude, force_amplitude)
+        return plain(measure(a.reshape(-1)).reshape(a.shape))
+
+    def dissipated_energy(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Energy dissipated in a closed cycle between -amplitude and +amplitude (19.29).
+
+        Parameters
+        ----------
+        amplitude : array_like, optional
+            Displacement amplitudes [m], not negative, any shape.
+        force_amplitude : array_like, optional
+            Force amplitudes [N] instead, below the force limit.
+
+        Returns
+        -------
+        float or ndarray
+            Energies E_d [J], shape of the amplitudes.
+
+        Raises
+        ------
+        InputError
+            Both or neither given, negative, not finite, empty, a force at or beyond the limit.
+        """
+        return self._measure(amplitude, force_amplitude, self._energy)
+
+    def energy_ratio(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Energy ratio A = E_d / 4 delta_m T_m [-]: 1 for rigid-plastic friction, 0 at rest.
+
+        Parameters, shapes and errors as :meth:`dissipated_energy`.
+        """
+
+        def ratio(a: Floats) -> Floats:
+            box = 4.0 * a * self._backbone(a)
+            return np.divide(self._energy(a), box, out=np.zeros_like(a), where=box > 0.0)
+
+        return self._measure(amplitude, force_amplitude, ratio)
+
+    def loss_factor(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Loss factor eta = E_d/(2 pi U) = E_d/(pi delta_m T_m) = (4/pi) A [-].
+
+        This is what (19.30) computes and calls the damping ratio xi; the equivalent viscous damping
+        ratio is half of it. It belongs to the interface, not to a mode of a structure:
+        zeta_mode = sum of E_d / (4 pi U). Parameters, shapes and errors as
+        :meth:`dissipated_energy`.
+        """
+        ratio = self.energy_ratio(amplitude, force_amplitude=force_amplitude)
+        return 4.0 / math.pi * ratio
+
+    def damping_ratio(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Equivalent viscous damping ratio zeta = eta/2 = (2/pi) A [-] of the interface.
+
+        Half of what (19.30) computes under this name. Parameters, shapes and errors as
+        :meth:`dissipated_energy`.
+        """
+        return 0.5 * self.loss_factor(amplitude, force_amplitude=force_amplitude)
+
+    def secant_stiffness(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Secant stiffness T0(delta_m)/delta_m [N/m]; the stiffness at rest for amplitude 0.
+
+        Parameters, shapes and errors as :meth:`dissipated_energy`.
+        """
+
+        def secant(a: Floats) -> Floats:
+            moved = a > 0.0
+            rest = np.full_like(a, self.tangential_stiffness)
+            return np.divide(self._backbone(a), a, out=rest, where=moved)
+
+        return self._measure(amplitude, force_amplitude, secant)
+
+    def dissipation_exponent(
+        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
+    ) -> Any:
+        """Local exponent d ln E_d / d ln delta_m [-]: 3 for small microslip, 1 in gross slip.
+
+        Not a number where nothing is dissipated. Given a force amplitude, the same exponent (of the
+        displacement) at the displacement that belongs to it. Parameters, shapes and errors as
+        :meth:`dissipated_energy`.
+        """
+
+        def exponent(a: Floats) -> Floats:
+            energy = self._energy(a)
+            nothing = np.full_like(a, np.nan)
+            return np.divide(a * self._energy_slope(a), energy, out=nothing, where=energy > 0.0)
+
+        return self._measure(amplitude, force_amplitude, exponent)

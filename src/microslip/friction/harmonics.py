@@ -1,0 +1,382 @@
+"""Fourier coefficients of the force on a joint whose displacement has a few: balance of harmonics.
+
+Between the turning points of the displacement, where inner loops close and where the law has kinks,
+the settled force is smooth: the rule of Gauss and Legendre takes its coefficients to rounding from
+a few dozen places, where equidistant samples would miss the turning points. With D = dT/dp and
+c = dx/dp on the branch that began at reversal r, D = D_r + k (c - c_r), k the branch's stiffness.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, floats, number, show
+from microslip.errors import InputError
+from microslip.friction.cycles import Rest
+from microslip.numerics.quadrature import gauss_legendre
+
+if TYPE_CHECKING:
+    from microslip.friction.base import BackboneLaw
+
+_NODES, _WEIGHTS = gauss_legendre(16)
+# Towards both ends of a piece the places lie as of a cosine: roots there are smooth then.
+_SHARES = np.sin(0.5 * math.pi * _NODES) ** 2
+_SHARE_WEIGHTS = 0.5 * math.pi * np.sin(math.pi * _NODES) * _WEIGHTS
+_MOST = 1 << 15  # pieces at a time
+_LEVELS = 48
+
+
+class HarmonicForce(NamedTuple):
+    """Fourier coefficients of the settled force on a joint, and how they change.
+
+    Of the closed cycle of (19.20)-(19.24): see :meth:`microslip.BackboneLaw.harmonics`.
+    """
+
+    force: Floats
+    """Coefficients of the force [N], in the order of those of the displacement."""
+    jacobian: Floats
+    """Their derivatives [N/m] (rows) by the coefficients of the displacement (columns)."""
+
+
+class Basis:
+    """The functions [1,] cos, sin, cos, sin ... of given harmonics."""
+
+    def __init__(self, harmonics: Any) -> None:
+        listed = list(harmonics) if hasattr(harmonics, "__iter__") else None
+        whole = (
+            listed is not None
+            and not isinstance(harmonics, str)
+            and all(
+                isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= 0
+                for n in listed
+            )
+        )
+        if listed is None or not whole or not listed or sorted(set(listed)) != listed:
+            raise InputError(
+                "harmonics must be whole numbers that rise, 0 for the mean, such as [0, 1, 3], "
+                f"got {show(harmonics)}"
+            )
+        self.orders = [int(n) for n in listed]
+        self.has_mean = self.orders[0] == 0
+        turning = [n for n in self.orders if n]
+        self._n = np.repeat(np.array(turning, dtype=float), 2)
+        self._phase = np.tile([0.0, -0.5 * math.pi], len(turning))
+        self.size = self._n.size + self.has_mean
+
+    def values(self, t: Floats, derivative: int = 0) -> Floats:
+        """The functions, or their first or second derivatives, at times t (rows)."""
+        angle = t[:, None] * self._n
+        even, odd = np.cos(angle[:, ::2]), np.sin(angle[:, ::2])
+        waves = np.empty((t.size, self._n.size))
+        if derivative % 2:
+            waves[:, ::2], waves[:, 1::2] = -odd, even
+        else:
+            waves[:, ::2], waves[:, 1::2] = even, odd
+        if derivative:
+            waves *= self._n if derivative == 1 else -self._n * self._n
+        if not self.has_mean:
+            return waves
+        mean = np.zeros((t.size, 1)) if derivative else np.ones((t.size, 1))
+        return np.hstack((mean, waves))
+
+    @property
+    def factors(self) -> Floats:
+        """Of the integrals of function times force over a period that give coefficients."""
+        result = np.full(self.size, 1.0 / math.pi)
+        if self.has_mean:
+            result[0] = 0.5 / math.pi
+        return result
+
+
+def coefficients_of(name: str, given: ArrayLike, basis: Basis) -> Floats:
+    """One coefficient for each function of a basis."""
+    values = floats(name, given)
+    if values.shape != (basis.size,):
+        raise InputError(
+            f"{name} must hold {basis.size} numbers, [mean,] cosine and sine of each harmonic of "
+            f"{basis.orders}, got shape {values.shape}"
+        )
+    return values
+
+
+def harmonic_force(
+    law: BackboneLaw, coefficients: ArrayLike, harmonics: Any, rest: Rest, rtol: float
+) -> HarmonicForce:
+    """See :meth:`microslip.BackboneLaw.harmonics`."""
+    basis = Basis(harmonics)
+    c = coefficients_of("coefficients", coefficients, basis).copy()
+    moves = np.ones(basis.size)  # whether a coefficient moves the joint from its rest
+    if isinstance(rest, str):
+        if rest != "mean":
+            raise InputError(f"rest must be a displacement [m] or 'mean', got {show(rest)}")
+        if basis.has_mean:
+            c[0], moves[0] = 0.0, 0.0
+        begin = 0.0
+    else:
+        begin = number("rest", rest, "m")
+    tolerance = number("rtol", rtol)
+    if not 1e-14 <= tolerance <= 0.1:
+        raise InputError(f"rtol must be between 1e-14 and 0.1, got {tolerance:g}")
+    motion = _Motion(basis, c, begin, moves)
+    if motion.turns.size < 2:
+        return _held(law, motion)
+    return _Cycle(law, motion).coefficients(tolerance)
+
+
+class _Motion:
+    """A displacement, counted from where the joint began, and its turning points."""
+
+    def __init__(self, basis: Basis, c: Floats, begin: float, moves: Floats) -> None:
+        self.basis, self.c, self.begin, self.moves = basis, c, begin, moves
+        self.turns = self._turning_points()
+
+    def at(self, t: Floats, derivative: int = 0) -> Floats:
+        """The displacement, or its derivative in time."""
+        value = self.basis.values(t, derivative) @ self.c
+        return value if derivative else value - self.begin
+
+    def directions(self, t: Floats, derivative: int = 0) -> Floats:
+        """How it changes with each coefficient."""
+        return self.basis.values(t, derivative) * self.moves
+
+    def _turning_points(self) -> Floats:
+        """Times at which it turns, from that of its largest size on."""
+        waves = self.c[int(self.basis.has_mean) :]
+        top = self.basis.orders[-1]
+        if not np.any(waves):
+            return np.zeros(0)
+        # Roots of the derivative as a polynomial in exp(i t); near-double ones come as a pair.
+        cosines, sines = np.zeros(top + 1), np.zeros(top + 1)
+        turning = [n for n in self.basis.orders if n]
+        scale = np.abs(waves).max()
+        for n, (a, b) in zip(turning, waves.reshape(-1, 2) / scale, strict=True):
+            cosines[n], sines[n] = n * b, -n * a
+        upper = 0.5 * (cosines - 1j * sines)
+        roots = np.roots(np.concatenate((upper[:0:-1], [0.0], np.conj(upper[1:]))))
+        grid = np.concatenate((
+            np.angle(roots), 2.0 * math.pi * np.arange(4 * top + 5) / (4 * top + 5) + 0.1
+        ))  # fmt: skip
+        grid = np.unique(np.mod(grid, 2.0 * math.pi))
+        middles = 0.5 * (grid + np.append(grid[1:], grid[0] + 2.0 * math.pi))
+        places = np.sort(np.concatenate((grid, middles)))
+        speed = self.at(places, 1)
+        after = np.append(places[1:], places[0] + 2.0 * math.pi)
+        ahead = np.append(speed[1:], speed[0])
+        change = (np.sign(speed) * np.sign(ahead) < 0.0) | (speed == 0.0)
+        low, high = places[change], after[change]
+        exact = speed[change] == 0.0
+        high = np.where(exact, low, high)
+        turns = solve(lambda t: self.at(t, 1), lambda t: self.at(t, 2), low, high)
+        turns = np.unique(np.mod(turns, 2.0 * math.pi))
+        x = self.at(turns)
+        # Only true ones: each differs from its neighbours, in the other direction.
+        while x.size > 2:
+            steps = x - np.roll(x, 1)
+            same = np.sign(steps) == np.sign(np.roll(steps, -1))
+            same |= steps == 0.0
+            if not same.any():
+                break
+            first = int(np.argmax(same))
+            turns, x = np.delete(turns, first), np.delete(x, first)
+        if x.size < 2 or not np.ptp(x) > 0.0:
+            return np.zeros(0)
+        # Of two sizes that agree to rounding the positive one is where the cycle begins.
+        size = np.abs(x)
+        largest = np.flatnonzero(size >= size.max() * (1.0 - 1e-13))
+        root = int(largest[np.argmax(x[largest])])
+        return np.roll(turns, -root)
+
+
+def solve(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
+    """Roots of a function that changes sign between low and high, element by element."""
+    low, high = low.copy(), high.copy()
+    rising = function(high) > function(low)
+    t = 0.5 * (low + high)
+    for _ in range(80):
+        value = function(t)
+        beyond = (value > 0.0) == rising
+        high, low = np.where(beyond, t, high), np.where(beyond, low, t)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            new = t - value / slope(t)
+        inside = (new > low) & (new < high)
+        new = np.where(inside, new, 0.5 * (low + high))
+        new = np.where(value == 0.0, t, new)
+        done = np.abs(new - t) <= 4e-16 * np.maximum(np.abs(t), 1.0)
+        t = new
+        if done.all():
+            break
+    return t
+
+
+def _held(law: BackboneLaw, motion: _Motion) -> HarmonicForce:
+    """A displacement that rests: what small cycles around it tend to."""
+    basis = motion.basis
+    x = float(motion.at(np.zeros(1))[0])
+    force, jacobian = np.zeros(basis.size), np.zeros((basis.size, basis.size))
+    np.fill_diagonal(jacobian, law.tangential_stiffness)
+    if basis.has_mean:
+        place = np.array([abs(x)])
+        force[0] = math.copysign(float(law._backbone(place)[0]), x)
+        jacobian[0, 0] = float(law._slope(place)[0]) * motion.moves[0]
+    return HarmonicForce(force, jacobian)
+
+
+class _Piece(NamedTuple):
+    """A run of one way on one branch: displacements from and to, the reversal, the way's index."""
+
+    begin: float
+    end: float
+    parent: int
+    way: int
+
+
+class _Cycle:
+    """Branches of a settled cycle, from the displacement of largest size on."""
+
+    def __init__(self, law: BackboneLaw, motion: _Motion) -> None:
+        self.law, self.motion = law, motion
+        self.times = motion.turns
+        self.x = motion.at(self.times)
+        self.sign = np.sign(np.roll(self.x, -1) - self.x)  # of the way that begins at each
+        self.changes = motion.directions(self.times)  # dx/dp at the turning points
+        self.pieces = self._branches()
+
+    def _branches(self) -> list[_Piece]:
+        """The pieces of all ways, with the force at each turning point and its derivative."""
+        law, x, count = self.law, self.x, self.x.size
+        half, stack = np.array([abs(x[0])]), [0]
+        self.force = np.empty(count)
+        self.derivative = np.empty((count, self.motion.basis.size))
+        self.force[0] = math.copysign(float(law._backbone(half)[0]), x[0])
+        self.derivative[0] = float(law._slope(half)[0]) * self.changes[0]
+        pieces = []
+        for way in range(count):
+            here, end, sign = float(x[way]), float(x[(way + 1) % count]), self.sign[way]
+            if way:
+                stack.append(way)
+            while len(stack) > 2 and (end - x[stack[-2]]) * sign >= 0.0:
+                close = float(x[stack[-2]])
+                if (close - here) * sign > 0.0:
+                    pieces.append(_Piece(here, close, stack[-1], way))
+                    here = close
+                del stack[-2:]
+            parent = stack[-1]
+            if (end - here) * sign > 0.0:
+                pieces.append(_Piece(here, end, parent, way))
+            if way + 1 < count:
+                half = np.array([0.5 * abs(end - x[parent])])
+                rise = 2.0 * sign * float(law._backbone(half)[0])
+                self.force[way + 1] = self.force[parent] + rise
+                slope = float(law._slope(half)[0])
+                change = self.changes[way + 1] - self.changes[parent]
+                self.derivative[way + 1] = self.derivative[parent] + slope * change
+        return pieces
+
+    def _cut(self) -> tuple[Floats, Floats, Any]:
+        """Times from and to of all pieces, kinks of the law cut out, and their reversals."""
+        kinks = self.law._kinks
+        begin, end, parent, way = (np.array(v) for v in zip(*self.pieces, strict=True))
+        sign = self.sign[way]
+        marks, owner = [begin, end], [np.arange(begin.size)] * 2
+        if kinks.size:
+            origin = self.x[parent]
+            low = np.searchsorted(kinks, 0.5 * np.abs(begin - origin), side="right")
+            high = np.searchsorted(kinks, 0.5 * np.abs(end - origin), side="left")
+            many = np.maximum(high - low, 0)
+            of = np.repeat(np.arange(begin.size), many)
+            index = low[of] + np.arange(of.size) - np.repeat(np.cumsum(many) - many, many)
+            marks.append(origin[of] + 2.0 * sign[of] * kinks[index])
+            owner.append(of)
+        x, of = np.concatenate(marks), np.concatenate(owner)
+        order = np.lexsort((x * sign[of], of))
+        x, of = x[order], of[order]
+        # Turning points are known; the rest is found on its way.
+        first = self.times[way[of]]
+        last = np.roll(self.times, -1)[way[of]]
+        last = np.where(last <= first, last + 2.0 * math.pi, last)
+        t = np.where(x == self.x[way[of]], first, last)
+        inner = np.flatnonzero((x != self.x[way[of]]) & (x != np.roll(self.x, -1)[way[of]]))
+        if inner.size:
+            target = x[inner]
+            t[inner] = solve(
+                lambda s: self.motion.at(s) - target,
+                lambda s: self.motion.at(s, 1),
+                first[inner],
+                last[inner],
+            )
+        inside = np.flatnonzero((np.diff(of) == 0) & (np.diff(t) > 0.0))
+        return t[inside], t[inside + 1], np.column_stack((parent[of[inside]], way[of[inside]]))
+
+    def coefficients(self, tolerance: float) -> HarmonicForce:
+        """Piece by piece, halved until the halves agree with the whole."""
+        size = self.motion.basis.size
+        begin, end, of = self._cut()
+        total, slopes = np.zeros(size), np.zeros((size, size))
+        force_scale = max(float(np.abs(self.force).max()), 1e-300)
+        known = self._integrals(begin, end, of)
+        stiff = float(np.abs(known[1]).sum(axis=0).max())
+        stiff = max(stiff / (2.0 * math.pi), float(np.abs(self.derivative).max()), 1e-300)
+        for _ in range(_LEVELS):
+            middle = 0.5 * (begin + end)
+            ends = np.column_stack((begin, middle)), np.column_stack((middle, end))
+            low, high, both = ends[0].ravel(), ends[1].ravel(), np.repeat(of, 2, axis=0)
+            halves = self._integrals(low, high, both)
+            sums = [v.reshape(begin.size, 2, *v.shape[1:]).sum(axis=1) for v in halves]
+            off = np.maximum(
+                np.abs(sums[0] - known[0]).max(axis=1) / (tolerance * force_scale),
+                np.abs(sums[1] - known[1]).max(axis=(1, 2)) / (100.0 * tolerance * stiff),
+            )
+            good = off <= 0.1
+            good |= end - begin <= 1e-13
+            total += sums[0][good].sum(axis=0)
+            slopes += sums[1][good].sum(axis=0)
+            if good.all():
+                break
+            again = np.repeat(~good, 2)
+            begin, end, of = low[again], high[again], both[again]
+            known = tuple(v[again] for v in halves)
+            if begin.size > _MOST:
+                raise InputError(
+                    f"rtol must be one that {_MOST} pieces of a cycle reach on this law, "
+                    f"got {tolerance:g}"
+                )
+        else:
+            total, slopes = total + known[0].sum(axis=0), slopes + known[1].sum(axis=0)
+        factors = self.motion.basis.factors
+        slopes += self._jumps()
+        return HarmonicForce(factors * total, factors[:, None] * slopes)
+
+    def _integrals(self, begin: Floats, end: Floats, of: Any) -> tuple[Floats, Floats]:
+        """Integrals of the functions times force, and times its derivative, over the pieces."""
+        parent, way = of[:, 0], of[:, 1]
+        width = end - begin
+        t = begin[:, None] + width[:, None] * _SHARES
+        weights = width[:, None] * _SHARE_WEIGHTS
+        flat, shape = t.ravel(), t.shape
+        x = self.motion.at(flat).reshape(shape)
+        half = 0.5 * np.abs(x - self.x[parent, None])
+        value = self.law._backbone(half.ravel()).reshape(shape)
+        slope = self.law._slope(half.ravel()).reshape(shape)
+        force = self.force[parent, None] + 2.0 * self.sign[way, None] * value
+        functions = self.motion.basis.values(flat).reshape(*shape, -1)
+        change = functions * self.motion.moves - self.changes[parent, None, :]
+        derivative = self.derivative[parent, None, :] + slope[:, :, None] * change
+        weighted = weights[:, :, None] * functions
+        return (
+            np.einsum("pnj,pn->pj", weighted, force),
+            np.matmul(weighted.transpose(0, 2, 1), derivative),
+        )
+
+    def _jumps(self) -> Floats:
+        """What turning points add that move, for a law that is rigid at rest: its force jumps."""
+        size = self.motion.basis.size
+        if math.isfinite(self.law.tangential_stiffness):
+            return np.zeros((size, size))
+        jump = 2.0 * self.sign * float(self.law._backbone(np.array([5e-324]))[0])
+        moved = -self.motion.directions(self.times, 1) / self.motion.at(self.times, 2)[:, None]
+        functions = self.motion.basis.values(self.times)
+        return -np.asarray((functions * jump[:, None]).T @ moved)

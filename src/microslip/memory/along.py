@@ -1,0 +1,44 @@
+"""What comes beside a record: one number for each sample, or one for all."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, exact, floats
+from microslip.errors import Argument, InputError
+
+
+def loads_along(name: str, given: ArrayLike, size: int) -> Floats:
+    """Normal loads [N] >= 0 of a record of ``size`` samples: one for each, or one for all.
+
+    Raises
+    ------
+    InputError
+        Not finite, negative, or another number of them.
+    """
+    values = along(name, given, size)
+    if values.min() < 0.0:
+        i = int(np.argmax(values < 0.0))
+        where = f" at sample {i}" if np.ndim(given) else ""
+        raise InputError(
+            Argument(name), f" must not be negative [N], got {exact(values[i])}{where}"
+        )
+    return values
+
+
+def along(name: str, given: ArrayLike, size: int) -> Floats:
+    """Numbers along a record of ``size`` samples: one for each, or one for all.
+
+    Raises
+    ------
+    InputError
+        Not finite, or another number of them.
+    """
+    values = floats(name, given)
+    if values.ndim > 1 or values.size not in (1, size):
+        raise InputError(
+            Argument(name),
+            f" must be one number or one for each of the {size} samples, got shape {values.shape}",
+        )
+    return np.ascontiguousarray(np.broadcast_to(values.reshape(-1), (size,)))

@@ -1,0 +1,150 @@
+"""Fourier coefficients of the settled force: dense quadrature, differences, closed forms."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from cases import is_elastic, law_params, reach_of
+from scipy.optimize import brentq
+
+import microslip as ms
+
+LAWS = law_params()
+all_laws = pytest.mark.parametrize("law", LAWS)
+COULOMB = ms.Coulomb(force_limit=3.0)
+WORKED = ms.Interface.examples()[0]
+
+
+def functions(t: np.ndarray, harmonics: list[int]) -> np.ndarray:
+    columns = []
+    for n in harmonics:
+        columns += [np.ones_like(t)] if n == 0 else [np.cos(n * t), np.sin(n * t)]
+    return np.column_stack(columns)
+
+
+def dense(law: ms.BackboneLaw, c: np.ndarray, harmonics: list[int], panels: int) -> np.ndarray:
+    """Coefficients by a rule on many panels between the turning points, which are samples, too."""
+
+    def speed(t: float) -> float:
+        return float((functions(np.array([t + 1e-6]), harmonics) @ c)[0]
+                     - (functions(np.array([t - 1e-6]), harmonics) @ c)[0])  # fmt: skip
+
+    grid = np.linspace(0.013, 0.013 + 2.0 * math.pi, 400)
+    turns = [brentq(speed, a, b, xtol=1e-15) for a, b in pairwise(grid) if speed(a) * speed(b) < 0]
+    edges = np.concatenate([
+        np.linspace(a, b, panels + 1)[:-1] for a, b in pairwise([*turns, turns[0] + 2.0 * math.pi])
+    ])  # fmt: skip
+    ends = np.append(edges[1:], turns[0] + 2.0 * math.pi)
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    t = np.column_stack(
+        (edges, 0.5 * (edges + ends)[:, None] + 0.5 * np.outer(ends - edges, nodes))
+    )
+    w = np.column_stack((0.0 * edges, 0.5 * np.outer(ends - edges, weights)))
+    waves = functions(t.ravel(), harmonics)
+    integrals = waves.T @ (w.ravel() * law.periodic(waves @ c).force) / math.pi
+    integrals[0] *= 0.5
+    return integrals
+
+
+@all_laws
+def test_coefficients_against_dense_quadrature(law) -> None:
+    """Two inner loops and a mean: kinks of cells, knots and summits included."""
+    harmonics = [0, 1, 3]
+    c = reach_of(law) * np.array([0.3, 1.1, 0.4, 0.5, -0.7])
+    got = law.harmonics(c, harmonics)
+    wanted = dense(law, c, harmonics, 4000)
+    # The panels do not know where loops close: their error, not that of the pieces.
+    np.testing.assert_allclose(got.force, wanted, rtol=0, atol=2e-10 * law.force_limit)
+
+
+@all_laws
+def test_one_harmonic_against_samples(law) -> None:
+    """Samples that hit the turning points, of which one harmonic has two."""
+    size = 65536
+    t = 2.0 * np.pi * np.arange(size) / size
+    c = np.array([0.0, 0.9 * reach_of(law), 0.0])
+    force, jacobian = law.harmonics(c, [0, 1])
+    sampled = law.periodic(c[1] * np.cos(t)).force
+    wanted = 2.0 / size * functions(t, [0, 1]).T @ sampled
+    # A jump is met by samples to first order, a kink to second.
+    rough = 8.0 / size if not is_elastic(law) else 2.0 / size**2 * 10.0 + 1e-10
+    assert force[0] == pytest.approx(0.5 * wanted[0], abs=rough * law.force_limit)
+    np.testing.assert_allclose(force[1:], wanted[1:], rtol=0, atol=rough * law.force_limit)
+    # Work of the settled cycle: the loop's area, and that the phase does not matter.
+    energy = law.dissipated_energy(c[1])
+    assert math.pi * c[1] * -force[2] == pytest.approx(
+        -energy if force[2] > 0 else energy, rel=1e-9, abs=1e-10 * c[1] * law.force_limit
+    )
+    turned = law.harmonics([0.0, 0.0, c[1]], [0, 1])
+    np.testing.assert_allclose(
+        turned.force, [force[0], -force[2], force[1]], rtol=0, atol=2e-10 * law.force_limit
+    )
+    assert jacobian.shape == (3, 3)
+
+
+@all_laws
+@pytest.mark.parametrize("rest", [0.0, "mean", "there"])
+def test_jacobian_against_differences(law, rest) -> None:
+    harmonics, reach = [0, 1, 3], reach_of(law)
+    begin = 0.1 * reach if rest == "there" else rest
+    c = reach * np.array([0.3, 1.1, 0.4, 0.5, -0.7])
+    jacobian = law.harmonics(c, harmonics, begin).jacobian
+    scale = law.tangential_stiffness if is_elastic(law) else law.force_limit / reach
+
+    def central(step: float) -> np.ndarray:
+        ends = [
+            [law.harmonics(c + s * move, harmonics, begin).force for s in (step, -step)]
+            for move in np.eye(5)
+        ]
+        return np.array([(up - down) / (2.0 * step) for up, down in ends]).T
+
+    wanted = (4.0 * central(1e-5 * reach) - central(2e-5 * reach)) / 3.0
+    np.testing.assert_allclose(jacobian, wanted, rtol=0, atol=1e-8 * scale)
+    if rest == "mean":
+        np.testing.assert_allclose(jacobian[:, 0], 0.0, atol=1e-12 * scale)
+
+
+def test_rigid_friction_in_closed_form() -> None:
+    """Coulomb under a cosine: a square wave, whose phase turns with the motion."""
+    force, jacobian = COULOMB.harmonics([0.0, 2e-6, 0.0], [0, 1])
+    wave = 4.0 * 3.0 / math.pi
+    np.testing.assert_allclose(force, [0.0, 0.0, -wave], atol=1e-12)
+    np.testing.assert_allclose(jacobian[1:, 1:], [[0.0, wave / 2e-6], [0.0, 0.0]], atol=1e-3)
+
+
+def test_rest_and_tiny_motions() -> None:
+    c = np.array([3e-7, 0.0, 0.0])
+    force, jacobian = WORKED.harmonics(c, [0, 1])
+    np.testing.assert_allclose(force, [WORKED.backbone(3e-7), 0.0, 0.0], rtol=1e-13)
+    assert jacobian[0, 0] == pytest.approx(WORKED.backbone_stiffness(3e-7), rel=1e-12)
+    small = WORKED.harmonics([3e-7, 1e-12, 0.0], [0, 1])
+    np.testing.assert_allclose(small.jacobian[1:, 1:], jacobian[1:, 1:], rtol=1e-4, atol=1e5)
+    nothing = WORKED.harmonics(np.zeros(4), [1, 2])
+    np.testing.assert_array_equal(nothing.force, 0.0)
+    np.testing.assert_allclose(nothing.jacobian, WORKED.tangential_stiffness * np.eye(4))
+    # From zero a mean force stays, from the mean none does.
+    held = WORKED.harmonics([5e-7, 3e-7, 0.0], [0, 1])
+    assert held.force[0] == pytest.approx(177.0, abs=1.0)
+    level = WORKED.harmonics([5e-7, 3e-7, 0.0], [0, 1], "mean")
+    assert level.force[0] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (([0.0, 1.0], [0, 1]), "coefficients must hold 3 numbers"),
+        (([0.0, 1.0, 0.0], [1, 0]), "harmonics must be whole numbers that rise"),
+        (([0.0, 1.0, 0.0], [0.0, 1.5]), "harmonics must be whole numbers that rise"),
+        (([0.0, 1.0, 0.0], 1), "harmonics must be whole numbers that rise"),
+        (([0.0, np.nan, 0.0], [0, 1]), "coefficients must be finite"),
+        (([0.0, 1.0, 0.0], [0, 1], "zero"), "rest must be a displacement"),
+    ],
+)
+def test_what_has_no_answer_is_refused(given, message) -> None:
+    with pytest.raises(ms.InputError, match=message):
+        WORKED.harmonics(*given)
+    with pytest.raises(ms.InputError, match="rtol must be between"):
+        WORKED.harmonics([0.0, 1e-7, 0.0], rtol=0.0)

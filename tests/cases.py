@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -179,3 +181,36 @@ moves = st.one_of(
 def records(min_size: int = 1, max_size: int = 30) -> st.SearchStrategy[Any]:
     """Displacement records in multiples of a law's reach, with ties, repeats and gross slip."""
     return st.lists(moves, min_size=min_size, max_size=max_size).map(np.array)
+
+
+def folded(
+    name: str, cases: Mapping[str, Any], *, whole: bool = False, **axes: Iterable[Any]
+) -> Callable[..., Any]:
+    """Run a test over all cases of a class in one go, or over all of them, and over other axes.
+
+    Thousands of tests that differ by an example alone cost more to collect and report than to run.
+    What fails says in which case. Labels begin with the name of the class.
+    """
+    groups: dict[str, list[str]] = {}
+    for label in cases:
+        groups.setdefault(
+            "all" if whole else re.match(r"[A-Za-z -]*", label)[0].strip(), []
+        ).append(label)  # type: ignore[index]
+
+    def decorate(test: Callable[..., None]) -> Any:
+        def run(group: str) -> None:
+            combinations = list(itertools.product(*axes.values()))
+            for label in groups[group]:
+                for values in combinations:
+                    try:
+                        test(**{name: cases[label]}, **dict(zip(axes, values, strict=True)))
+                    except pytest.skip.Exception:
+                        continue
+                    except BaseException as error:
+                        error.add_note(f"in the case {label} {values if values else ''}")
+                        raise
+
+        run.__name__, run.__doc__ = test.__name__, test.__doc__
+        return pytest.mark.parametrize("group", groups)(run)
+
+    return decorate

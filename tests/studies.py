@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 STUDY = """\
 schema = 1
 title = "A joint"
@@ -61,3 +63,18 @@ def edited(*edits: tuple[str, str]) -> str:
         assert text.count(old) >= 1, old
         text = text.replace(old, new, 1)
     return text
+
+
+def says(message: object, wanted: str) -> None:
+    """A line names the key, shows what came and how to write it; the words between may change.
+
+    Held are the place before the first colon, all that stands in quotes, and all numbers.
+    """
+    line = str(message)
+    place, _, text = wanted.partition(": ")
+    held = re.findall(r'"[^"]*"|(?<![\w.])-?\d[\d.e+-]*', text)
+    assert "\n" not in line
+    assert line.startswith(f"{place}: "), (line, wanted)
+    for part in held:
+        assert part in line, (part, line)
+    assert not text.endswith(")") or line.endswith(")"), (line, wanted)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from cases import folded
 
 import microslip as ms
 from microslip.friction import PeriodicResponse, Sliders, Verdict
@@ -70,11 +71,11 @@ WITH_NUMBERS = [
 ]
 
 
-def label(value: Any) -> str:
-    return getattr(value, "__name__", str(value))
+ROWS = {f"{row[0].__name__}.{row[1]}": row for row in WITH_NUMBERS}
+CLASSES = {item.__name__: item for item in PUBLIC}
 
 
-@pytest.mark.parametrize("item", PUBLIC, ids=label)
+@folded("item", CLASSES, whole=True)
 def test_everything_public_has_a_docstring(item: type) -> None:
     # A dataclass writes its signature where there is none.
     assert item.__doc__
@@ -103,27 +104,28 @@ def test_everything_public_has_a_docstring(item: type) -> None:
     assert missing == []
 
 
-@pytest.mark.parametrize(("item", "name", "function"), WITH_NUMBERS, ids=label)
-def test_units(item: type, name: str, function: Any) -> None:
+@folded("row", ROWS, whole=True)
+def test_units(row: tuple[type, str, Any]) -> None:
+    item, name, _ = row
     assert re.search(r"\[[^\]]+\]", doc(item, name)), "no unit in brackets"
 
 
-@pytest.mark.parametrize(("item", "name", "function"), WITH_NUMBERS, ids=label)
-def test_errors(item: type, name: str, function: Any) -> None:
+@folded("row", ROWS, whole=True)
+def test_errors(row: tuple[type, str, Any]) -> None:
+    item, name, _ = row
     assert "Raises" in doc(item, name)
     assert "InputError" in doc(item, name)
 
 
-@pytest.mark.parametrize(
-    ("item", "name", "function"),
-    [row for row in WITH_NUMBERS if "ArrayLike" in str(inspect.signature(row[2]))],
-    ids=label,
-)
-def test_shapes(item: type, name: str, function: Any) -> None:
+@folded("row", ROWS, whole=True)
+def test_shapes(row: tuple[type, str, Any]) -> None:
+    item, name, function = row
+    if "ArrayLike" not in str(inspect.signature(function)):
+        pytest.skip("takes no array")
     assert re.search(r"shape|one-dimensional", doc(item, name))
 
 
-@pytest.mark.parametrize("item", CORE, ids=label)
+@folded("item", {item.__name__: item for item in CORE}, whole=True)
 def test_parameters_of_classes(item: type) -> None:
     """Every parameter of a class is described, with its unit where it is a number."""
     made = (
@@ -160,7 +162,7 @@ def test_parameters_of_classes(item: type) -> None:
             assert re.search(rf"(?s){name}(, \w+)* : .*?\[[^\]]+\]", section), f"unit of {name}"
 
 
-@pytest.mark.parametrize("item", [c for c in CORE if hasattr(ms, c.__name__)], ids=label)
+@folded("item", {c.__name__: c for c in CORE if hasattr(ms, c.__name__)}, whole=True)
 def test_source(item: type) -> None:
     """An equation of the chapter or a DOI, in the class or one of its own members."""
     text = item.__doc__ or ""
@@ -170,7 +172,7 @@ def test_source(item: type) -> None:
     assert SOURCE.search(text)
 
 
-@pytest.mark.parametrize("item", PUBLIC, ids=label)
+@folded("item", CLASSES, whole=True)
 def test_lines_are_not_long(item: type) -> None:
     for text in [item.__doc__ or ""] + [
         getattr(function_of(m) or m, "__doc__", None) or ""

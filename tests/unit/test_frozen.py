@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import reach_of
+from cases import folded, reach_of
 from own_laws import HEIGHTS, LAWS
 from scipy import stats
 
@@ -36,11 +36,6 @@ THINGS |= {
     "coupled response": JOINT.coupled_response([1e-7, 0.0], normal_load=[10.0, 20.0]),
     "ring-down": ms.Oscillator(1.0, 1e6, JOINT).ring_down(1e-7, cycles=1),
 }
-
-
-@pytest.fixture(params=THINGS, name="thing")
-def _thing(request: pytest.FixtureRequest) -> Any:
-    return THINGS[request.param]
 
 
 def arrays(thing: Any) -> Iterator[tuple[str, np.ndarray]]:
@@ -78,6 +73,7 @@ COPIERS: dict[str, Callable[[Any], Any]] = {
 }
 
 
+@folded("thing", THINGS)
 def test_nothing_can_be_set(thing: Any) -> None:
     names = [field.name for field in dataclasses.fields(thing)]
     names += [n for n in dir(type(thing)) if not n.startswith("_")]
@@ -88,6 +84,7 @@ def test_nothing_can_be_set(thing: Any) -> None:
             delattr(thing, name)
 
 
+@folded("thing", THINGS)
 def test_arrays_are_locked(thing: Any) -> None:
     numbers(thing)
     for name, array in arrays(thing):
@@ -96,18 +93,18 @@ def test_arrays_are_locked(thing: Any) -> None:
             array[...] = 0.0
 
 
-@pytest.mark.parametrize("copier", COPIERS.values(), ids=COPIERS)
-@pytest.mark.parametrize("used", [False, True], ids=["new", "used"])
-def test_copies_give_the_same_numbers(thing: Any, copier: Any, used: bool) -> None:
-    if used:
-        numbers(thing)
-    other = copier(thing)
-    assert type(other) is type(thing)
-    assert numbers(other) == numbers(thing)
-    assert repr(other).partition(" object at")[0] == repr(thing).partition(" object at")[0]
+@folded("thing", THINGS)
+def test_copies_give_the_same_numbers(thing: Any) -> None:
+    new = [copier(thing) for copier in COPIERS.values()]
+    expected = numbers(thing)  # from now on it keeps what it has computed
+    used = [copier(thing) for copier in COPIERS.values()]
+    for other in (*new, *used):
+        assert type(other) is type(thing)
+        assert numbers(other) == expected
+        assert repr(other).partition(" object at")[0] == repr(thing).partition(" object at")[0]
 
 
-@pytest.mark.parametrize("copier", COPIERS.values(), ids=COPIERS)
+@folded("thing", THINGS, copier=COPIERS.values())
 def test_arrays_of_copies_are_locked(thing: Any, copier: Any) -> None:
     for name, array in arrays(copier(thing)):
         assert not array.flags.writeable, name
@@ -178,9 +175,8 @@ BIG: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("name", [*THINGS, *(f"big {name}" for name in BIG)])
-def test_repr_is_short(name: str) -> None:
-    thing = BIG[name[4:]] if name.startswith("big ") else THINGS[name]
+@folded("thing", {**THINGS, **{f"big {name}": thing for name, thing in BIG.items()}})
+def test_repr_is_short(thing: Any) -> None:
     text = repr(thing)
     assert text.startswith(type(thing).__name__ + "(")
     assert "\n" not in text

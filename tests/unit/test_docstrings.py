@@ -19,7 +19,8 @@ PUBLIC += [PeriodicResponse, Sliders, Verdict]
 CORE = [
     item
     for item in PUBLIC
-    if not item.__module__.startswith("microslip.study") and item.__name__ not in ERRORS
+    if not item.__module__.startswith(("microslip.study", "microslip.results"))
+    and item.__name__ not in ERRORS
 ]
 SOURCE = re.compile(r"\(19\.\d+\)|\b10\.\d{4,}/|\bDLMF \d")
 # Reference to another member for what is the same there.

@@ -27,9 +27,9 @@ STILL_UPWARDS: frozenset[tuple[str, str]] = frozenset(
 STILL_CIRCULAR: frozenset[tuple[str, str]] = frozenset(
     {
         ("microslip.friction.field_cycles", "microslip.friction.field"),
-        ("microslip.study.schema", "microslip.study.load"),
         ("microslip.study.schema", "microslip.results.predicted.result"),
         ("microslip.study.schema", "microslip.results.predicted.run"),
+        ("microslip.study.schema", "microslip.study.load"),
         ("microslip.study.sense", "microslip.study.schema"),
     }
 )

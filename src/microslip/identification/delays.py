@@ -12,11 +12,11 @@ from microslip.identification.fit import Fit
 from microslip.identification.intervals import Profiled
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of
+from microslip.identification.rules import MISFIT
 from microslip.identification.verdicts import IDENTIFIED, NOT, Fitted, shown
 
-_MUCH, _UNEXPLAINED, FAR = 0.5, 2.0, 25.0
-"""Share of the sum of squares that a delay has to explain; reduced chi-squared from which on there
-is something to explain, and from which on a law does not answer at all."""
+_MUCH = 0.5
+"""Share of the sum of squares that a delay has to explain."""
 
 
 def delays_of(problem: Problem, answer: Profiled) -> dict[str, Fitted]:
@@ -82,10 +82,10 @@ def late_note(problem: Problem, best: Fit, freedom: int) -> str | None:
     A score test of one delay of all forces: by how much the sum of squares would fall, in the
     linear approximation.
     """
-    if problem.free_delay or not best.finite or best.cost < _UNEXPLAINED * freedom:
+    if problem.free_delay or not best.finite or best.cost < MISFIT.watch * freedom:
         return None
     text = _explains(problem, best)
-    if text is None and any(problem.lags) and best.cost > FAR * freedom:
+    if text is None and any(problem.lags) and best.cost > MISFIT.outside * freedom:
         return "the delay that was given may not be that of these records; write delay='free'"
     return text
 

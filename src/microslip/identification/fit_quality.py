@@ -18,10 +18,11 @@ from microslip.identification.fit import Fit, settle
 from microslip.identification.folding import Folded
 from microslip.identification.models import BackboneModel
 from microslip.identification.problem import Problem
+from microslip.identification.rules import MISFIT
 
 _CERTAIN = 1e-4
-_FAR, _MUCH = 25.0, 0.1
-"""Reduced chi-squared, and share of the force left, from which on a law does not fit."""
+_MUCH = 0.1
+"""Share of the force left from which on no number of a law can be trusted."""
 _LARGE = 0.1
 """Spread of the rigs' compliances over their mean from which on they are told to be different."""
 _EXPLAINED, _MOST_OF = 2.0, 0.1
@@ -341,7 +342,7 @@ class Misfit(NamedTuple):
 
 def misfit(records: Sequence[RecordFit], reduced: float) -> Misfit | None:
     """What a law leaves beside the noise; None where that is no more than a few times the noise."""
-    if not reduced > _FAR:
+    if not reduced > MISFIT.outside:
         return None
     left = sum(float(record.residual @ record.residual) for record in records)
     whole = sum(

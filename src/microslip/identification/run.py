@@ -14,7 +14,7 @@ from microslip._core.units import engineering
 from microslip.errors import Argument, InputError
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.conclusions import result_of
-from microslip.identification.delays import FAR, late_note
+from microslip.identification.delays import late_note
 from microslip.identification.fit import LOSSES, Fit, solve
 from microslip.identification.folding import MOST_BINS, Folded, fold
 from microslip.identification.intervals import Progress, profiled
@@ -30,6 +30,7 @@ from microslip.identification.quantities import (
 )
 from microslip.identification.result import Identification
 from microslip.identification.rig_stiffness import is_rigid
+from microslip.identification.rules import MISFIT
 from microslip.materials import MaterialPair
 from microslip.tribometer.record import Record
 
@@ -214,7 +215,7 @@ def identify(
     for text in (
         late_note(problem, answer.best, freedom),
         parameter_choice.softer(coordinates, places, loops)
-        if answer.best.cost > FAR * freedom
+        if answer.best.cost > MISFIT.outside * freedom
         else None,
     ):
         notes += [] if text is None else [text]

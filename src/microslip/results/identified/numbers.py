@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from microslip._core.units import engineering, prefix, significant
-from microslip._core.verdicts import Rule, Verdict, Word
+from microslip._core.verdicts import Verdict, Word
+from microslip.identification import rules
 from microslip.identification.verdicts import AT_A_LOAD, shown, shown_interval
 
 Summary = Mapping[str, Any]
@@ -38,24 +39,6 @@ _WORDS: Mapping[str, Word] = {
     "bounded below": "watch",
     "not identified": "outside",
 }
-
-MISFIT = Rule(
-    name="reduced χ²",
-    watch=2.0,
-    outside=25.0,
-    meaning="the law leaves no more than noise",
-    reason="squared residuals over the noise that the scatter of the cycles shows",
-    remedy="compare other laws, or see what the rig did: it is the best fit of this law, not its "
-    "proof",
-)
-KNOWN = Rule(
-    name="share of parameters identified",
-    watch=1.0,
-    outside=1e-9,
-    meaning="the records tell every parameter that was free",
-    reason="profiles of the likelihood that close on both sides",
-    remedy="see below what would settle the others",
-)
 
 
 class Open(NamedTuple):
@@ -114,14 +97,10 @@ def _digits(number: Summary) -> int:
 
 
 def verdicts_of(fit: Summary) -> tuple[Verdict, ...]:
-    """How far a fit can be trusted; of one that did not converge nothing is known."""
+    """How far a fit can be trusted."""
     free = [number for number in fit["parameters"].values() if number["verdict"] != "fixed"]
-    known = sum(number["verdict"] == "identified" or is_none(number) for number in free)
-    share = known / len(free) if free else 1.0
-    return (
-        MISFIT.judge(fit["reduced_chi_squared"]),
-        KNOWN.judge(share if fit["converged"] else 0.0),
-    )
+    known = (number["verdict"] == "identified" or is_none(number) for number in free)
+    return rules.verdicts(fit["reduced_chi_squared"], known, fit["converged"])
 
 
 def headline(fit: Summary) -> str:

@@ -408,7 +408,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_command(folder: Path) -> None:
-    outcome = run("measure", "run.csv", "light.csv", "-o", "out")
+    outcome = run("measure", "run.csv", "light.csv", "-o", "out", "--png")
     assert outcome.exit_code == 0, outcome.output
     assert "run: 8 gross slip cycles" in outcome.stdout
     assert "light: 8 gross slip cycles" in outcome.stdout

@@ -225,12 +225,38 @@ def _registry() -> Any:
     return pint.UnitRegistry(non_int_type=Decimal)
 
 
+# Units that nearly all input is in, with their powers of length, mass and time: pint, which knows
+# all others, takes longer to load than most commands take.
+_SIMPLE = {"m": (1, 0, 0), "N": (1, 1, -2), "s": (0, 0, 1), "Hz": (0, 0, -1), "Pa": (-1, 1, -2)}
+_PREFIX = {"": 0, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6, "G": 9}
+_FACTOR = re.compile(r"(n|u|µ|μ|m|k|M|G|)(m|N|s|Hz|Pa)(?:\^([1-4]))?")
+
+
+def _simple(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
+    """What :func:`_parse` gives of a common unit, or of one over another; None of all others."""
+    if unit.count("/") > 1:
+        return None
+    exponent, powers = 0, [0, 0, 0]
+    for sign, part in zip((1, -1), unit.split("/"), strict=False):
+        match = _FACTOR.fullmatch(part)
+        if match is None:
+            return None
+        power = sign * int(match[3] or 1)
+        exponent += power * _PREFIX[match[1]]
+        powers = [old + power * new for old, new in zip(powers, _SIMPLE[match[2]], strict=True)]
+    names = ("[length]", "[mass]", "[time]")
+    dimension = tuple((n, str(float(p))) for n, p in zip(names, powers, strict=True) if p)
+    return Decimal(1).scaleb(exponent), dimension
+
+
 @lru_cache(maxsize=256)
 def _parse(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
     """SI factor and dimension of a unit, or None if there is no such unit."""
     text = f"1{unit}" if unit.startswith("/") else unit
     if not _UNIT.fullmatch(text):
         return None
+    if (simple := _simple(unit)) is not None:
+        return simple
     registry = _registry()
     try:
         one = registry.Quantity(Decimal(1), registry.parse_units(text)).to_base_units()

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Measure the loops in a tribometer's records.")
 @click.argument("records", metavar="RECORD...", nargs=-1, required=True, type=click.Path())
-@writes("tables and figure", "measurement")
+@writes("report, table and figure", "measurement", png=True)
 @reads()
 @offers(RIG_STIFFNESS)
 @click.option(
@@ -37,6 +37,7 @@ def measure(
     records: tuple[str, ...],
     folder: Path | None,
     overwrite: bool,
+    png: bool,
     as_json: bool,
     reading: Reading,
     rig_stiffness: float | None,
@@ -54,7 +55,7 @@ def measure(
         from microslip.errors import InputError, said
         from microslip.report.folder import staged
         from microslip.report.terminal import show
-        from microslip.results.measured import KIND, document, write
+        from microslip.results.measured import KIND, document, file_names, write
         from microslip.tribometer import measure as measured
         from microslip.tribometer.record import shown_path
 
@@ -85,7 +86,7 @@ def measure(
             result = document(
                 found,
                 lambda text: said(text, spelling(context)),
-                files=stage is not None,
+                files=file_names(png) if stage is not None else (),
             )
             if stage is not None:
                 write(result, found, stage)

@@ -65,7 +65,7 @@ class Reading(NamedTuple):
         )
 
 
-def writes(files: str, earlier: str) -> Callable[[Command], Command]:
+def writes(files: str, earlier: str, png: bool = False) -> Callable[[Command], Command]:
     """Give a command the options of what it writes: `folder`, `overwrite` and `as_json`."""
     options = (
         click.option(
@@ -79,6 +79,7 @@ def writes(files: str, earlier: str) -> Callable[[Command], Command]:
         click.option(
             "--overwrite", is_flag=True, help=f"Replace an earlier {earlier} in that folder."
         ),
+        *(click.option("--png", is_flag=True, help="Write the figures as pixels, too."),) * png,
         click.option(
             "--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables."
         ),

@@ -46,9 +46,9 @@ class _Once(click.Command):
 @click.command(cls=_Once, short_help="Measure the roughness and the summits in a scan.")
 @click.argument("scan", metavar="SCAN", type=click.Path(path_type=Path, readable=False))
 @offers(CUTOFF.but(default=None), *CONDITIONING[1:], *SUMMITS, SCAN_AREA, *READING)
-@writes("report, tables and figures", "one")
+@writes("report, tables and figures", "one", png=True)
 def surface(
-    scan: Path, folder: Path | None, overwrite: bool, as_json: bool, **options: Any
+    scan: Path, folder: Path | None, overwrite: bool, png: bool, as_json: bool, **options: Any
 ) -> None:
     """Measure heights, spectrum and summits in SCAN, an instrument's file or an array.
 
@@ -74,7 +74,7 @@ def surface(
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "measured scan"))
             with progress("Measuring") as report:
                 found = analyse(request, report)
-            result = document(found, folder, lambda text: said(text, spelling(context)))
+            result = document(found, folder, lambda text: said(text, spelling(context)), png)
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     write(result, found, stage, report)

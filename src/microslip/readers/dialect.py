@@ -90,9 +90,13 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
     signs: "1,5;2,5" is two numbers or, separated by commas, one with a text.
     """
     best: tuple[float, Layout] | None = None
+    quoted = any('"' in line.text for line in lines)
     for separator in SEPARATORS:
+        if separator is not None and not any(separator in line.text for line in lines):
+            continue
         cells = [split(line.text, separator) for line in lines]
-        for decimal in (".", ","):
+        # Between commas a number has none, unless quotation marks are around it.
+        for decimal in (".",) if separator == "," and not quoted else (".", ","):
             run = _best_run(lines, cells, decimal)
             if run is None:
                 continue

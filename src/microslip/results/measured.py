@@ -28,13 +28,19 @@ from microslip.tribometer.cycle_columns import LABELS, UNITS
 KIND = "microslip-measurement"
 """What summary.json says of a folder of measured records."""
 
-FILES = ("report.html", "cycles.csv", "loops.svg", "loops.png", "summary.json")
 MOST_LOOPS = 6
 
 Say = Callable[[str], str]
 
 
-def document(measurements: Sequence[Measurement], say: Say = str, files: bool = False) -> Document:
+def file_names(png: bool = False) -> tuple[str, ...]:
+    """Names of the files of a folder, with the figure as pixels or without."""
+    return ("report.html", "cycles.csv", "loops.svg", *("loops.png",) * png, "summary.json")
+
+
+def document(
+    measurements: Sequence[Measurement], say: Say = str, files: Sequence[str] = ()
+) -> Document:
     """What measured records say.
 
     Parameters
@@ -43,8 +49,8 @@ def document(measurements: Sequence[Measurement], say: Say = str, files: bool = 
         At least one.
     say : callable, optional
         Spells a text that names arguments for those who read it.
-    files : bool, optional
-        Whether it goes into a folder, whose files the summary then lists.
+    files : sequence of str, optional
+        Names of the files, if it goes into a folder.
     """
     names = [shorten(measured.name, 200) for measured in measurements]
     title = names[0] if len(names) == 1 else f"{len(names)} measured records"
@@ -52,7 +58,7 @@ def document(measurements: Sequence[Measurement], say: Say = str, files: bool = 
         **header(KIND, 1, title),
         "version": header(KIND, 1, title)["generator"]["version"],
         "records": [measured.summary() for measured in measurements],
-        "files": list(FILES) if files else [],
+        "files": list(files),
     }
     sections = [_section(measured, say) for measured in measurements]
     if len(measurements) > 1:
@@ -71,7 +77,7 @@ def document(measurements: Sequence[Measurement], say: Say = str, files: bool = 
 def write(document: Document, measurements: Sequence[Measurement], folder: Path) -> None:
     """Write every file of a document into an existing folder."""
     cycles = text_file("cycles.csv", lambda: _cycles(measurements))
-    write_all(standard_files(document, FILES, [cycles]), folder)
+    write_all(standard_files(document, document.data["files"], [cycles]), folder)
 
 
 def _answer(measurements: Sequence[Measurement]) -> str:

@@ -51,7 +51,9 @@ _GAPS = (
 Say = Callable[[str], str]
 
 
-def document(found: Findings, folder: Path | None = None, say: Say = str) -> Document:
+def document(
+    found: Findings, folder: Path | None = None, say: Say = str, png: bool = False
+) -> Document:
     """What a measured scan says.
 
     Parameters
@@ -62,10 +64,12 @@ def document(found: Findings, folder: Path | None = None, say: Say = str) -> Doc
         Where its files will be, if there are to be any.
     say : callable, optional
         Spells a text that names arguments for those who read it.
+    png : bool, optional
+        Whether figures are written as pixels, too.
     """
     remarks = tuple(say(text) for text in _remarks(found))
     pictures = _pictures(found)
-    names = () if folder is None else _names(found, pictures)
+    names = () if folder is None else _names(found, pictures, png)
     notes = found.scan.notes if found.summits is None else found.summits.notes
     data = summarise(found, remarks, names)
     sections = [
@@ -102,11 +106,13 @@ def write(
     write_all(standard_files(document, document.data["files"], others), folder, progress)
 
 
-def _names(found: Findings, pictures: tuple[Picture, ...]) -> tuple[str, ...]:
+def _names(found: Findings, pictures: tuple[Picture, ...], png: bool) -> tuple[str, ...]:
     """Names of the files, the page first."""
     names = ["report.html", "cutoffs.csv"]
     names += ["summits.csv"] * (found.summits is not None) + ["surface.toml"] * found.makes_surface
-    names += [f"{picture.name}.{kind}" for picture in pictures for kind in ("svg", "png")]
+    names += [
+        f"{picture.name}.{kind}" for picture in pictures for kind in ("svg", "png")[: 1 + png]
+    ]
     return (*names, "summary.json")
 
 

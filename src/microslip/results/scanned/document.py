@@ -161,10 +161,10 @@ def _cutoff_text(found: Findings) -> str:
 
 def _parameters(found: Findings, data: dict[str, Any]) -> Table:
     """Heights and moments with their error bars; the cut-off stands in the first row."""
-    rows: list[tuple[str, str, str | None]] = [("short-wave cut-off", _cutoff_text(found), None)]
+    rows: list[tuple[str, str, str | None]] = [("short-wave cut-off", _cutoff_text(found), "")]
     if found.request.long_cutoff is not None:
         length = engineering(found.request.long_cutoff, "m", 4)
-        rows.append(("long-wave cut-off", length, None))
+        rows.append(("long-wave cut-off", length, ""))
     for name, (label, unit) in {**HEIGHTS, **MOMENTS}.items():
         if name == "anisotropy" and found.scan.is_profile:
             continue

@@ -11,6 +11,8 @@ from .friction import FieldCycle as FieldCycle
 from .friction import FirstLoading as FirstLoading
 from .friction import HarmonicForce as HarmonicForce
 from .friction import Interface as Interface
+from .friction import IsotropicField as IsotropicField
+from .friction import IsotropicJoint as IsotropicJoint
 from .friction import Iwan as Iwan
 from .friction import IwanFit as IwanFit
 from .friction import Jenkins as Jenkins
@@ -20,6 +22,7 @@ from .friction import PeriodicResponse as PeriodicResponse
 from .friction import SegalmanFit as SegalmanFit
 from .friction import SegalmanIwan as SegalmanIwan
 from .friction import Sliders as Sliders
+from .friction import VectorCycle as VectorCycle
 from .friction import Verdict as Verdict
 from .friction import first_loading as first_loading
 from .heights import Discrete as Discrete
@@ -39,6 +42,8 @@ from .memory import FieldResponse as FieldResponse
 from .memory import FieldState as FieldState
 from .memory import State as State
 from .memory import Trial as Trial
+from .memory import VectorResponse as VectorResponse
+from .memory import VectorState as VectorState
 from .normal import AsperityPopulation as AsperityPopulation
 from .normal import GreenwoodWilliamson as GreenwoodWilliamson
 from .normal import NormalLaw as NormalLaw

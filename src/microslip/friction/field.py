@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, SMALLEST, Floats, exact, floats, positive, show
+from microslip._core.checks import LARGEST, SMALLEST, Floats, exact, floats, number, positive, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
@@ -17,6 +17,8 @@ from microslip.friction.field_backbone import FieldBackbone
 from microslip.friction.field_curve import FieldCurve
 from microslip.friction.field_cycles import FieldCycle, periodic
 from microslip.friction.field_cycles import harmonics as transform
+from microslip.friction.isotropic import check_sliders
+from microslip.friction.isotropic_field import IsotropicField, knots_of
 from microslip.memory import FieldResponse, FieldState
 from microslip.normal import NORMAL_LAWS, NormalLaw
 
@@ -474,6 +476,56 @@ class JointField(Locked):
         to half a step, which is the error of second order.
         """
         return transform(self, coefficients, harmonics, separations, rest, samples)
+
+    # -- two directions -------------------------------------------------------------------------
+
+    def two_directions(self, sliders: int = 128, *, nearest: float | None = None) -> IsotropicField:
+        """The nodes in two tangential directions, the same in all, while separations vary.
+
+        Parameters
+        ----------
+        sliders : int, optional
+            Sliders [-] over the separations, 2 to 100 000, that all nodes share.
+        nearest : float, optional
+            Smallest separation [m] that any node reaches; without it one decay length of the load
+            below the smallest at rest.
+
+        Returns
+        -------
+        IsotropicField
+            With ``start``, ``periodic`` and ``harmonics``; its ``load_error`` and ``resolution``
+            say how good it is.
+
+        Raises
+        ------
+        InputError
+            No whole number of sliders, a nearest separation above one at rest, no loaded node.
+        """
+        check_sliders(sliders, 2)
+        smallest = float(self.separations.min())
+        if nearest is None:
+            load, fall = self._curve.load(np.array([self._curve.origin * 0.0]))
+            near = min(smallest, self._curve.origin) - float(load[0] / fall[0])
+            near = max(near, self._lowest)
+        else:
+            near = number("nearest", nearest, "m")
+            if near > smallest:
+                raise InputError(
+                    f"nearest must not be above the smallest separation at rest, {smallest:g} m, "
+                    f"got {exact(near)}"
+                )
+            self.surface._separations(np.array([near]))
+        return IsotropicField(self, knots_of(self, int(sliders), near))
+
+    @property
+    def _lowest(self) -> float:
+        """Separation below which the surface has no answer."""
+        lowest = float(self.surface._span[0])
+        try:
+            self.surface._separations(np.array([lowest - 1e-3 * abs(lowest) - 1e-12]))
+        except InputError:
+            return lowest
+        return -LARGEST
 
     # -- what comes in --------------------------------------------------------------------------
 

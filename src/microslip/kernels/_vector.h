@@ -242,20 +242,20 @@ static PyObject *py_vector_try(PyObject *self, PyObject *args)
 
 static PyObject *py_vector_cycle(PyObject *self, PyObject *args)
 {
-    enum { PLACE, STEP, TOPS, WEIGHTS, BY_PLACE, BY_STEP, VALUE, SLOPES, PASSES, COUNT };
+    enum { PLACE, STEP, REST, TOPS, WEIGHTS, BY_PLACE, BY_STEP, VALUE, SLOPES, PASSES, COUNT };
     Py_buffer b[COUNT];
     Py_ssize_t samples, places, steps;
     long most;
     double small;
-    if (!PyArg_ParseTuple(args, "y*y*ny*y*y*ny*nldw*w*w*", &b[PLACE], &b[STEP], &samples, &b[TOPS],
-                          &b[WEIGHTS], &b[BY_PLACE], &places, &b[BY_STEP], &steps, &most, &small,
+    if (!PyArg_ParseTuple(args, "y*y*y*ny*y*y*ny*nldw*w*w*", &b[PLACE], &b[STEP], &b[REST],
+                          &samples, &b[TOPS], &b[WEIGHTS], &b[BY_PLACE], &places, &b[BY_STEP], &steps, &most, &small,
                           &b[VALUE], &b[SLOPES], &b[PASSES]))
         return NULL;
     Py_ssize_t sliders = LENGTH(b[TOPS]), nodes = LENGTH(b[PASSES]), n = nodes * samples;
     Py_ssize_t columns = 2 * places + steps;
     int right = long_enough(samples > 0 && places >= 0 && steps >= 0 &&
                             LENGTH(b[PLACE]) >= 2 * n && LENGTH(b[STEP]) >= n &&
-                            LENGTH(b[WEIGHTS]) >= sliders &&
+                            LENGTH(b[REST]) >= nodes && LENGTH(b[WEIGHTS]) >= sliders &&
                             LENGTH(b[BY_PLACE]) >= samples * places &&
                             LENGTH(b[BY_STEP]) >= samples * steps && LENGTH(b[VALUE]) >= 2 * n &&
                             LENGTH(b[SLOPES]) >= 2 * n * columns);
@@ -287,7 +287,7 @@ static PyObject *py_vector_cycle(PyObject *self, PyObject *args)
                 root = t;
             }
         }
-        double last_x[2] = {0.0, 0.0}, last_d = 0.0;
+        double last_x[2] = {0.0, 0.0}, last_d = ((const double *)b[REST].buf)[i];
         Py_ssize_t last_t = -1;
         long pass = 0;
         for (; pass < most; pass++) {

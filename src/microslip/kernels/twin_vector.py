@@ -182,6 +182,7 @@ def vector_try(
 def vector_cycle(
     place: Floats,
     step: Floats,
+    rest: Floats,
     samples: int,
     tops: Floats,
     weights: Floats,
@@ -197,8 +198,9 @@ def vector_cycle(
 ) -> None:
     """Settled cycles of nodes that share the sliders, with derivatives along directions.
 
-    Places are (nodes, samples, 2), steps (nodes, samples). A cycle begins where step + |place| is
-    largest, with a straight path from rest, and is passed until its values change by no more than
+    Places are (nodes, samples, 2), steps (nodes, samples), from ``rest`` (nodes). A cycle begins
+    where step + |place| is largest, with a straight path from rest, and is passed until its values
+    change by no more than
     ``small``, or ``most`` times: then ``passes`` is negative. Slopes are (nodes, samples, 2, 2
     places + steps): by the directions ``by_place`` (samples, places) of each part of the place, and
     ``by_step`` (samples, steps) of the separation.
@@ -210,7 +212,7 @@ def vector_cycle(
     for i in range(nodes):
         root = int(np.argmax(d[i] + np.hypot(x[i, :, 0], x[i, :, 1])))
         held, by = np.zeros((2, sliders)), np.zeros((2, columns, sliders))
-        last, last_x, last_d = -1, np.zeros(2), 0.0
+        last, last_x, last_d = -1, np.zeros(2), float(rest[i])
         passes[i] = -most
         for turn in range(most):
             before = values[i].copy()
@@ -234,3 +236,23 @@ def vector_cycle(
             if turn and np.abs(values[i] - before).max() <= small:
                 passes[i] = turn + 1
                 break
+
+
+def slip_losses(held: Floats, step: Floats, radii: Floats) -> Floats:
+    """What sliders lose at held radii, over their stiffness: arrays (nodes, sliders).
+
+    From where it begins to slip, over the length x, the slider loses the integral of r cos f dx,
+    which is r^2 ln(sin f0 / sin f1).
+    """
+    length = np.hypot(step[:, 0], step[:, 1])[:, None]
+    e = np.divide(step, length, out=np.zeros_like(step), where=length > 0.0)[:, None]
+    a = (held * e).sum(axis=2)
+    b = held[:, :, 1] * e[:, :, 0] - held[:, :, 0] * e[:, :, 1]
+    r = np.where(radii > 0.0, radii, 1.0)
+    slides = (radii > 0.0) & (length > 0.0) & ((a + length) ** 2 + b * b > r * r)
+    begin = np.sqrt(a * a - np.minimum(a * a + b * b - r * r, 0.0))
+    way = np.where(slides, np.clip((length - (begin - a)) / r, 0.0, None), 0.0)
+    c, fade = begin / r, np.exp(-np.minimum(way, 700.0))
+    # ln((1 + c + (1 - c) fade^2)/2) without a loss of digits where the way is short
+    closing = np.log1p(-0.5 * (1.0 - c) * (1.0 - fade) * (1.0 + fade))
+    return np.asarray(np.where(slides, r * r * np.maximum(way + closing, 0.0), 0.0))

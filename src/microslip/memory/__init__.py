@@ -6,6 +6,7 @@ from microslip.memory.field_state import FieldResponse, FieldState
 from microslip.memory.record import Memory, Tree
 from microslip.memory.state import Load, State
 from microslip.memory.trial import Trial
+from microslip.memory.vector_state import VectorResponse, VectorState
 
 __all__ = [
     "Diagram",
@@ -18,6 +19,8 @@ __all__ = [
     "State",
     "Tree",
     "Trial",
+    "VectorResponse",
+    "VectorState",
     "along",
     "loads_along",
 ]

@@ -1,0 +1,307 @@
+"""Two tangential directions: lines, circles, turned paths, substeps, differences, energies."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+import microslip as ms
+
+JOINT = ms.Interface.examples()[0]
+TWO = ms.IsotropicJoint(JOINT)
+RNG = np.random.default_rng(5)
+ANGLE = 0.7
+WAY, ACROSS = np.array([np.cos(ANGLE), np.sin(ANGLE)]), np.array([-np.sin(ANGLE), np.cos(ANGLE)])
+TURN = np.array([WAY, ACROSS]).T
+PATH = 2e-7 * RNG.normal(size=(40, 2))
+
+
+def circle(amplitude: float, samples: int, turns: int = 1) -> np.ndarray:
+    t = 2.0 * np.pi * np.arange(1, samples * turns + 1) / samples
+    return amplitude * np.stack((np.cos(t), np.sin(t)), axis=1)
+
+
+def test_along_a_line_it_is_the_joint(kernel: ModuleType) -> None:
+    x = 2e-7 * RNG.normal(size=60)
+    force = TWO.force(np.outer(x, WAY))
+    wanted = TWO.line.force(x)
+    np.testing.assert_allclose(force @ WAY, wanted, rtol=0, atol=1e-12 * JOINT.force_limit)
+    np.testing.assert_allclose(force @ ACROSS, 0.0, atol=1e-13 * JOINT.force_limit)
+    errors = []
+    for sliders in (16, 32, 64, 128):
+        two = ms.IsotropicJoint(JOINT, sliders, smallest_amplitude=1e-8, largest_amplitude=3e-6)
+        miss = two.force(np.outer(x, WAY)) @ WAY - JOINT.force(x)
+        errors.append(np.abs(miss).max() / JOINT.force_limit)
+    assert np.log2(errors[0] / errors[-1]) / 3.0 > 1.6, errors
+    assert errors[2] < 4e-3  # reversals on reversals add the backbone's
+
+
+def test_the_force_limit_is_exact_in_every_direction() -> None:
+    state = TWO.start(nodes=50)
+    angles = np.linspace(0.0, 6.0, 50)
+    force, stiffness = state.try_(1e-3 * np.stack((np.cos(angles), np.sin(angles)), axis=1))
+    np.testing.assert_allclose(np.hypot(*force.T), JOINT.force_limit, rtol=1e-13)
+    along = np.einsum("ni,nij,nj->n", force, stiffness, force)
+    assert np.abs(along).max() < 1e-9 * JOINT.force_limit**2 * JOINT.tangential_stiffness
+
+
+@pytest.mark.parametrize("amplitude", [1e-8, 3e-7, 1e-6])
+def test_a_circle_loses_its_closed_form(amplitude: float) -> None:
+    """A polygon of n sides lies inside its circle: the error falls with n squared."""
+    errors = []
+    for samples in (50, 100, 200):
+        state = TWO.start(energies=True)
+        before = 0.0
+        for i, x in enumerate(circle(amplitude, samples, 4)):
+            state.try_(x)
+            state.commit()
+            if i == 3 * samples - 1:
+                before = state.dissipated_energy
+        lost = state.dissipated_energy - before
+        errors.append(abs(lost / TWO.circle_energy(amplitude) - 1.0))
+    assert errors[-1] < 3e-3
+    # What is left at last are sliders close to the circle, which settle slowly.
+    assert errors[0] / errors[-1] > 4.0
+    # Along a line it loses less: independent laws for both directions would say 2 times that.
+    assert TWO.circle_energy(amplitude) > 2.1 * JOINT.dissipated_energy(amplitude)
+
+
+def test_the_exact_density_has_that_circle() -> None:
+    """E = integral of w(u) u 2 pi sqrt(a^2 - u^2) du over the joint's own sliders."""
+    a = 3e-7
+    nodes, weights = np.polynomial.legendre.leggauss(80)
+    angle = 0.25 * np.pi * (nodes + 1.0)  # u = a sin(angle) is smooth at u = a
+    u = a * np.sin(angle)
+    density = JOINT.sliders().density(u)
+    wanted = 0.25 * np.pi * weights @ (density * u * 2.0 * np.pi * (a * np.cos(angle)) ** 2)
+    fine = ms.IsotropicJoint(JOINT, 2000)
+    assert fine.circle_energy(a) == pytest.approx(wanted, rel=1e-4)
+    assert TWO.circle_energy(a) == pytest.approx(wanted, rel=2e-2)
+
+
+def test_a_turned_path_turns_the_force(kernel: ModuleType) -> None:
+    np.testing.assert_allclose(
+        TWO.force(PATH @ TURN.T), TWO.force(PATH) @ TURN.T, rtol=0, atol=1e-12 * JOINT.force_limit
+    )
+    np.testing.assert_allclose(
+        TWO.force(-PATH), -TWO.force(PATH), rtol=0, atol=1e-13 * JOINT.force_limit
+    )
+
+
+def test_one_straight_step_is_as_good_as_many(kernel: ModuleType) -> None:
+    state = TWO.start()
+    for x in PATH[:10]:
+        state.try_(x)
+        state.commit()
+    other = state.copy()
+    for share in np.linspace(0.0, 1.0, 8)[1:]:
+        other.try_(PATH[9] + share * (PATH[10] - PATH[9]))
+        other.commit()
+    force, _ = state.try_(PATH[10])
+    np.testing.assert_allclose(other.force, force, rtol=0, atol=1e-12 * JOINT.force_limit)
+
+
+def test_the_tangent_is_that_of_the_step(kernel: ModuleType) -> None:
+    state = TWO.start()
+    h = 1e-13
+    for x in PATH:
+        _, stiffness = state.try_(x)
+        slope = np.array(
+            [(state.try_(x + e)[0] - state.try_(x - e)[0]) / (2.0 * h) for e in h * np.eye(2)]
+        ).T
+        np.testing.assert_allclose(
+            stiffness / JOINT.tangential_stiffness, slope / JOINT.tangential_stiffness,
+            rtol=0, atol=1e-7,
+        )  # fmt: skip
+        state.try_(x)
+        state.commit()
+
+
+def test_energy_is_never_lost_to_less_than_nothing() -> None:
+    """Work is what is stored and what is lost; each step loses something or nothing."""
+    state = TWO.start(energies=True)
+    work, last, force, lost = 0.0, np.zeros(2), np.zeros(2), 0.0
+    for x in PATH[:12]:
+        for share in np.linspace(0.0, 1.0, 201)[1:]:
+            new, _ = state.try_(last + share * (x - last))
+            work += 0.5 * (new + force) @ (x - last) / 200
+            state.commit()
+            assert state.dissipated_energy >= lost
+            lost, force = state.dissipated_energy, new
+        last = x
+    assert state.stored_energy + lost == pytest.approx(work, rel=1e-4)
+    big = TWO.start(energies=True)
+    for x in PATH[:12]:
+        big.try_(x)
+        big.commit()
+    assert big.dissipated_energy == pytest.approx(lost, rel=1e-10), "whatever the steps"
+
+
+def test_batches_are_single_joints(kernel: ModuleType) -> None:
+    paths = RNG.normal(size=(10, 3, 2)) * 2e-7
+    state = TWO.start(nodes=3)
+    for i in range(10):
+        force, stiffness = state.try_(paths[i])
+        state.commit()
+    for node in range(3):
+        wanted = TWO.force(paths[:, node])
+        np.testing.assert_allclose(force[node], wanted[-1], rtol=0, atol=1e-13 * TWO.force_limit)
+    assert stiffness.shape == (3, 2, 2)
+
+
+def jacobian_by_differences(call: Any, x: np.ndarray, h: float) -> np.ndarray:
+    found = []
+    for index in np.ndindex(x.shape):
+        e = np.zeros(x.shape)
+        e[index] = h
+        found.append((call(x + e) - call(x - e)) / (2.0 * h))
+    return np.array(found)
+
+
+def test_harmonics_have_their_jacobian(kernel: ModuleType) -> None:
+    x = 3e-7 * np.array([[0.1, 1.0, 0.3], [-0.2, 0.4, 0.9]])
+    two = ms.IsotropicJoint(JOINT, 6)
+    force, jacobian = two.harmonics(x, samples=12, tolerance=1e-3)
+    found = jacobian_by_differences(
+        lambda c: two.harmonics(c, samples=12, tolerance=1e-3)[0], x, 1e-13
+    )
+    for k in range(2):
+        for column in range(3):
+            np.testing.assert_allclose(
+                jacobian[:, k, :, column] / JOINT.tangential_stiffness,
+                found[3 * k + column] / JOINT.tangential_stiffness, rtol=0, atol=1e-7,
+            )  # fmt: skip
+    assert force.shape == (2, 3)
+    cycle = two.periodic(circle(3e-7, 24))
+    assert cycle.force.shape == (24, 2)
+    slopes = cycle.derivative(np.ones((24, 1)))
+    assert slopes.shape == (24, 2, 2)
+
+
+# -- nodes whose separation varies
+
+NODES, SAMPLES = 4, 32
+FIELD = ms.JointField(
+    JOINT.surface, [0.3, 0.5, 0.2, 0.7], areas=1e-5, pressures=[3e6, 2e7, 1e7, 6e6]
+)
+T = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+BASIS = np.stack((np.ones(SAMPLES), np.cos(T), np.sin(T)))
+X = 3e-7 * RNG.normal(size=(NODES, 3))
+D = 1e-7 * RNG.normal(size=(NODES, 3)) + np.array([1.0, 0.0, 0.0]) * FIELD.separations[:, None]
+NEAREST = float((D @ BASIS).min()) - 1e-8
+
+
+def test_nodes_along_a_line_are_the_coupled_joint() -> None:
+    """The load curve as a polygon of chords: the error falls with the square of their number."""
+    x, d = X @ BASIS, D @ BASIS
+    wanted = FIELD.periodic(x, d)
+    errors, told = [], []
+    for sliders in (32, 64, 128, 256):
+        two = FIELD.two_directions(sliders, nearest=NEAREST)
+        found = two.periodic(np.multiply.outer(x, WAY), d)
+        scale = (FIELD.friction[:, None] * wanted.load).max()
+        np.testing.assert_allclose(found.force @ ACROSS, 0.0, atol=1e-12 * scale)
+        np.testing.assert_allclose(found.load, wanted.load, rtol=1e-12)
+        errors.append(np.abs(found.force @ WAY - wanted.force).max() / scale)
+        told.append(two.load_error)
+    assert np.log2(errors[0] / errors[-1]) / 3.0 > 1.7, errors
+    assert (np.array(errors) < 2.0 * np.array(told)).all()
+
+
+def test_nodes_at_held_separations_are_isotropic_joints() -> None:
+    """Node by node the sliders of the polygon, as any law's."""
+    two = FIELD.two_directions(60, nearest=NEAREST)
+    state = two.start(energies=True)
+    path = RNG.normal(size=(8, NODES, 2)) * 2e-7
+    for x in path:
+        force, _ = state.try_(x)
+        state.commit()
+    for i in range(NODES):
+        ahead = two.knots[1:] > FIELD.separations[i]
+        yields = (two.knots[1:][ahead] - FIELD.separations[i]) * FIELD._slip[i]
+        springs = two._weights[ahead] * two._scales[i] / FIELD._slip[i]
+        same = ms.IsotropicJoint(ms.Iwan(springs, springs * yields), 60)
+        np.testing.assert_allclose(
+            force[i], same.force(path[:, i])[-1], rtol=0, atol=1e-11 * same.force_limit
+        )
+    assert (state.dissipated_energy > 0.0).all()
+
+
+def test_nodes_step_as_one_or_many(kernel: ModuleType) -> None:
+    two = FIELD.two_directions(40, nearest=NEAREST)
+    state = two.start()
+    x, d = RNG.normal(size=(6, NODES, 2)) * 2e-7, (D @ BASIS)[:, ::6].T
+    for i in range(5):
+        state.try_(x[i], d[i])
+        state.commit()
+    other = state.copy()
+    for share in np.linspace(0.0, 1.0, 6)[1:]:
+        other.try_(x[4] + share * (x[5] - x[4]), d[4] + share * (d[5] - d[4]))
+        other.commit()
+    answer = state.try_(x[5], d[5])
+    scale = (FIELD.friction * answer.load)[:, None]
+    np.testing.assert_allclose(other.force / scale, answer.force / scale, rtol=0, atol=1e-11)
+    h = 1e-13
+    for k in range(3):
+        move = [h * np.eye(3)[k, :2], h * np.eye(3)[k, 2]]
+        up = state.try_(x[5] + move[0], d[5] + move[1])
+        down = state.try_(x[5] - move[0], d[5] - move[1])
+        slope = np.concatenate((up.force - down.force, (up.load - down.load)[:, None]), axis=1)
+        size = np.abs(answer.tangent).max()
+        np.testing.assert_allclose(
+            slope / (2.0 * h) / size, answer.tangent[:, :, k] / size, rtol=0, atol=1e-7
+        )
+
+
+def test_harmonics_of_nodes_have_their_jacobian() -> None:
+    two = FIELD.two_directions(24, nearest=NEAREST)
+    x = np.stack((X, 0.7 * np.roll(X, 1, axis=0)), axis=1)
+    force, load, jacobian = two.harmonics(x, separations=D, samples=SAMPLES)
+    h, size = 1e-13, np.abs(jacobian).max()
+    for k in range(3):
+        for column in range(3):
+            e, f = np.zeros((2, 3)), np.zeros(3)
+            if k < 2:
+                e[k, column] = h
+            else:
+                f[column] = h
+            up = two.harmonics(x + e, separations=D + f, samples=SAMPLES)
+            down = two.harmonics(x - e, separations=D - f, samples=SAMPLES)
+            slope = np.concatenate((up[0] - down[0], (up[1] - down[1])[:, None]), axis=1)
+            np.testing.assert_allclose(
+                slope / (2.0 * h) / size, jacobian[:, :, k, :, column] / size, rtol=0, atol=2e-7
+            )
+    held, own = two.harmonics(x, samples=SAMPLES)
+    assert held.shape == force.shape
+    assert load.shape == (NODES, 3)
+    assert own.shape == (NODES, 2, 2, 3, 3)
+
+
+CALLS: list[tuple[Any, str]] = [
+    (lambda: ms.IsotropicJoint(3.0), "joint must be a backbone law"),
+    (lambda: ms.IsotropicJoint(JOINT, 0), "sliders must be an integer from 1 to"),
+    (lambda: ms.IsotropicJoint(ms.Coulomb(1.0)), "rigid"),
+    (lambda: TWO.start(nodes=0), "nodes must be a whole number above zero"),
+    (lambda: TWO.start().try_([1.0, 2.0, 3.0]), r"shape \(1, 2\), or \(2,\), got \(3,\)"),
+    (lambda: TWO.start().try_([1.0, np.nan]), "must be finite"),
+    (lambda: TWO.start().try_([0.0, 0.0], 1.0), "separations have no meaning"),
+    (lambda: TWO.start().commit(), "commit needs a trial"),
+    (lambda: TWO.start().dissipated_energy, "not counted"),
+    (lambda: TWO.force([1.0, 2.0]), r"shape \(samples, 2\)"),
+    (lambda: TWO.circle_energy(-1.0), "must not be negative"),
+    (lambda: TWO.harmonics([[0.0, 1.0]]), r"shape \(2, 3\)"),
+    (lambda: TWO.periodic(PATH, tolerance=0.0), "tolerance must be above zero"),
+    (lambda: FIELD.two_directions(1), "integer from 2 to"),
+    (lambda: FIELD.two_directions(nearest=1.0), "not be above the smallest separation at rest"),
+    (lambda: FIELD.two_directions().start().try_([0.0, 0.0], -1e-3), "nearest one .* at node 0"),
+    (lambda: FIELD.two_directions().periodic(PATH), r"shape \(4, samples, 2\)"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("call", "message"), CALLS)
+def test_bad_input(call: Any, message: str) -> None:
+    with pytest.raises(ms.InputError, match=message):
+        call()

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, floats, plain, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
-from microslip.friction.base import BackboneLaw
+from microslip.friction.base import BackboneLaw, CellModel
 from microslip.friction.field_cycles import _orders, _samples, _transform
-from microslip.friction.iwan import Iwan
 from microslip.friction.vector_cycles import SETTLED, VectorCycle, settle, transform_slopes
 from microslip.memory.vector_state import VectorState
 
@@ -64,7 +63,7 @@ class IsotropicJoint(Locked):
         _ = self.line  # which refuses what it cannot be
 
     @cached_property
-    def line(self) -> Iwan:
+    def line(self) -> CellModel:
         """The law along any line: its sliders as Iwan's cells, whose ``fit`` tells their errors."""
         reach = self.joint.force_limit / self.joint.tangential_stiffness
         low = self.smallest_amplitude

@@ -28,7 +28,6 @@ STILL_CIRCULAR: frozenset[tuple[str, str]] = frozenset(
     {
         ("microslip.friction.coupled_cycles", "microslip.friction.interface"),
         ("microslip.friction.cycles", "microslip.friction.base"),
-        ("microslip.friction.field_cycles", "microslip.friction.field"),
         ("microslip.friction.harmonics", "microslip.friction.base"),
         ("microslip.study.schema", "microslip.results.predicted.result"),
         ("microslip.study.schema", "microslip.results.predicted.run"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,10 +14,8 @@ from microslip import kernels
 from microslip._core.checks import Floats, floats, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
+from microslip.friction.field_nodes import FieldNodes
 from microslip.kernels import twin_field
-
-if TYPE_CHECKING:
-    from microslip.friction.field import JointField
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +32,7 @@ class FieldCycle(Locked):
     """Normal loads N [N], shape (nodes, samples)."""
     stiffness: Floats
     """Tangent stiffnesses dT/d(displacement) of each sample's step [N/m], (nodes, samples)."""
-    _field: JointField
+    _field: FieldNodes
     _places: Floats
     _steps: Floats | None
     _from_mean: bool
@@ -110,7 +108,7 @@ class FieldCycle(Locked):
 
 
 def periodic(
-    field: JointField, displacements: ArrayLike, separations: ArrayLike | None, rest: Any
+    field: FieldNodes, displacements: ArrayLike, separations: ArrayLike | None, rest: Any
 ) -> FieldCycle:
     """See :meth:`microslip.JointField.periodic`."""
     x = _cycles(field, "displacements", displacements)
@@ -138,7 +136,7 @@ def periodic(
 
 
 def harmonics(
-    field: JointField,
+    field: FieldNodes,
     coefficients: ArrayLike,
     orders: Any,
     separations: ArrayLike | None,
@@ -182,7 +180,7 @@ def harmonics(
 
 
 def _slopes(
-    field: JointField,
+    field: FieldNodes,
     places: Floats,
     steps: Floats | None,
     by_place: Floats,
@@ -205,7 +203,7 @@ def _slopes(
         kernels.active.field_slopes(*arguments, *profile.arguments)
 
 
-def _profile(field: JointField, steps: Floats | None) -> Any:
+def _profile(field: FieldNodes, steps: Floats | None) -> Any:
     low = float(field._steps.min())
     if steps is not None:
         low = min(low, float((steps + field._steps[:, None]).min()))
@@ -215,7 +213,7 @@ def _profile(field: JointField, steps: Floats | None) -> Any:
 # -- what comes in --------------------------------------------------------------------------------
 
 
-def _cycles(field: JointField, name: str, value: ArrayLike) -> Floats:
+def _cycles(field: FieldNodes, name: str, value: ArrayLike) -> Floats:
     """One cycle a node, or one for all, as (nodes, samples)."""
     array = floats(name, value)
     if array.ndim not in (1, 2) or (array.ndim == 2 and array.shape[0] != field.size):
@@ -226,7 +224,7 @@ def _cycles(field: JointField, name: str, value: ArrayLike) -> Floats:
     return np.ascontiguousarray(np.broadcast_to(array, (field.size, array.shape[-1])))
 
 
-def _coefficients(field: JointField, name: str, value: ArrayLike, count: int) -> Floats:
+def _coefficients(field: FieldNodes, name: str, value: ArrayLike, count: int) -> Floats:
     array = floats(name, value)
     if array.shape not in ((count,), (field.size, count)):
         raise InputError(
@@ -236,13 +234,13 @@ def _coefficients(field: JointField, name: str, value: ArrayLike, count: int) ->
     return np.broadcast_to(array, (field.size, count))
 
 
-def _steps(field: JointField, separations: Floats) -> Floats:
+def _steps(field: FieldNodes, separations: Floats) -> Floats:
     """Separations from each node's own at rest."""
     field._check_separations(separations)
     return np.ascontiguousarray(separations - field.separations[:, None])
 
 
-def _rest(field: JointField, rest: Any, x: Floats) -> tuple[Floats, bool]:
+def _rest(field: FieldNodes, rest: Any, x: Floats) -> tuple[Floats, bool]:
     """Displacements at rest, and whether they are the means of the cycles."""
     if isinstance(rest, str):
         if rest != "mean":

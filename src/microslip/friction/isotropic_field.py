@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,11 +13,9 @@ from microslip._core.checks import Floats, floats
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.field_cycles import _coefficients, _orders, _samples, _transform
+from microslip.friction.field_nodes import FieldNodes
 from microslip.friction.vector_cycles import SETTLED, VectorCycle, settle, transform_slopes
 from microslip.memory.vector_state import VectorState
-
-if TYPE_CHECKING:
-    from microslip.friction.field import JointField
 
 _GRID = 4000  # places at which the load curve is looked at
 _LIGHTEST = 1e-3  # of the lightest node's load: knots are laid evenly down to it
@@ -38,7 +36,7 @@ class IsotropicField(Locked):
     joint, at held separations the isotropic one, both with the load curve drawn as a polygon.
     """
 
-    field: JointField
+    field: FieldNodes
     knots: Floats
     """Separations [m] between which the load curve is straight."""
 
@@ -257,7 +255,7 @@ class IsotropicField(Locked):
         return f"IsotropicField({self.field!r}, sliders={self._tops.size})"
 
 
-def knots_of(field: JointField, sliders: int, nearest: float) -> Floats:
+def knots_of(field: FieldNodes, sliders: int, nearest: float) -> Floats:
     """Knots from the nearest separation to where nothing is left, even in relative error.
 
     A chord of width h lies above N by h^2 N''/8 at most: knots that part the integral of

@@ -16,7 +16,7 @@ from microslip._core.quantities import QUANTITIES, UNITS
 from microslip.results.predicted.arrays import contents
 
 PAGE = (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8")
-FORMATS = ('formats = ["csv"]', "")
+FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv", "svg", "png"]')
 HISTORY = 'history = { file = "record.csv", column = "x" }'
 LOADS_VARY = (
     "load_variation = { share = 0.2 }\n"

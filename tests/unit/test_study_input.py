@@ -300,7 +300,7 @@ def test_an_oscillator_is_read() -> None:
 
 def test_all_formats_and_the_report_are_written_unless_told() -> None:
     output = ms.Study.from_toml(edited(('[output]\nformats = ["csv"]\n', ""))).output
-    assert output.formats == ("netcdf", "csv", "svg", "png")
+    assert output.formats == ("netcdf", "csv", "svg")
     assert output.report is True
     output = ms.Study.from_toml(edited(('["csv"]', '["png", "netcdf"]\nreport = false'))).output
     assert output.formats == ("png", "netcdf")
@@ -456,3 +456,24 @@ def test_a_table_of_loads_with_keys_of_another_law_gets_its_line(tmp_path: Path)
         "joint.toml: surface.separation: missing; write for example"
     )
     assert "internal" not in str(caught.value)
+
+
+def test_usual_units_are_what_pint_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those known without pint, in every spelling, agree with it in factor and dimension."""
+    from itertools import product
+
+    from microslip._core import units
+
+    names = [f"{prefix}{base}" for prefix, base in product(units._PREFIX, ("m", "N", "Pa"))]
+    written = [
+        *names,
+        *(f"{name}^{n}" for name, n in product(names, (2, 3))),
+        *(f"1/{name}" for name in names), *(f"1/{name}^2" for name in names),
+        *(f"{top}/{prefix}m" for top, prefix in product(names, units._PREFIX)),
+    ]  # fmt: skip
+    quick = {unit: units._simple(unit) for unit in written}
+    assert all(found is not None for found in quick.values())
+    assert all(units._simple(unit) is None for unit in ("mm2", "inch", "1/m/s", "%", "deg", "1"))
+    monkeypatch.setattr(units, "_simple", lambda unit: None)
+    for unit, found in quick.items():
+        assert found == units._parse.__wrapped__(unit), unit

@@ -228,8 +228,20 @@ def _registry() -> Any:
 # Units that nearly all input is in, with their powers of length, mass and time: pint, which knows
 # all others, takes longer to load than most commands take.
 _SIMPLE = {"m": (1, 0, 0), "N": (1, 1, -2), "s": (0, 0, 1), "Hz": (0, 0, -1), "Pa": (-1, 1, -2)}
-_PREFIX = {"": 0, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6, "G": 9}
-_FACTOR = re.compile(r"(n|u|µ|μ|m|k|M|G|)(m|N|s|Hz|Pa)(?:\^([1-4]))?")
+_PREFIX = {
+    "": 0,
+    "p": -12,
+    "c": -2,
+    "n": -9,
+    "u": -6,
+    "µ": -6,
+    "μ": -6,
+    "m": -3,
+    "k": 3,
+    "M": 6,
+    "G": 9,
+}
+_FACTOR = re.compile(r"(p|c|n|u|µ|μ|m|k|M|G|)(m|N|s|Hz|Pa)(?:\^([1-4]))?")
 
 
 def _simple(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
@@ -238,7 +250,9 @@ def _simple(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
         return None
     exponent, powers = 0, [0, 0, 0]
     for sign, part in zip((1, -1), unit.split("/"), strict=False):
-        match = _FACTOR.fullmatch(part)
+        if sign > 0 and part.strip() in ("", "1") and "/" in unit:
+            continue
+        match = _FACTOR.fullmatch(part.strip())
         if match is None:
             return None
         power = sign * int(match[3] or 1)

@@ -55,11 +55,10 @@ def test_command(folder: Path) -> None:
     for text in ("friction coefficient μ", "spread of the heights σ", "Reduced χ²", "Correlations"):
         assert text in outcome.stdout
     assert "--contact-area" in outcome.stdout  # how density and radius would come apart
-    assert outcome.stdout.endswith("10 files in out\n")
+    assert outcome.stdout.endswith("7 files in out\n")
     names = sorted(path.name for path in (folder / "out").iterdir())
     assert names == [
-        "intervals.png", "intervals.svg", "joint.toml", "loops.png", "loops.svg", "profiles.png",
-        "profiles.svg", "report.html", "residuals.csv", "summary.json",
+        "intervals.svg", "joint.toml", "loops.svg", "profiles.svg", "report.html", "residuals.csv", "summary.json",
     ]  # fmt: skip
     written = json.loads((folder / "out/summary.json").read_text("utf-8"))
     assert sorted(written["files"]) == names

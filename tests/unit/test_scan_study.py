@@ -191,7 +191,7 @@ def test_heights_by_a_table_of_their_density(home: Path) -> None:
     assert isinstance(surface, ms.GreenwoodWilliamson)
     wanted = ms.TabulatedHeights([-1e-6, 0.0, 1e-6], [0.0, 2e6, 0.0])
     assert surface.heights.partial_moment(1.5, 2e-7) == wanted.partial_moment(1.5, 2e-7)
-    units = {item["key"]: item["unit"] for item in preview(study)["quantities"]}
+    units = {item["key"]: item["unit"] for item in preview(study).data["quantities"]}
     assert units["surface.heights.height"] == "m"
     assert units["surface.heights.density"] == "1/m"
     assert units["surface.density"] == "1/m^2"

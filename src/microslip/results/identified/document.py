@@ -208,7 +208,7 @@ def document(found: Identified, say: Say = str, files: bool = False) -> Document
     names: list[str] = []
     if files:
         names = ["residuals.csv", *(["joint.toml"] if toml is not None else [])]
-        names += [f"{picture.name}.{kind}" for picture in pictures for kind in ("svg", "png")]
+        names += [f"{picture.name}.svg" for picture in pictures]
         names += ["report.html", "summary.json"]
     summary = summarise(found, say, names)
     fit, comparison = summary["identification"], summary["comparison"]

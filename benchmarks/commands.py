@@ -40,12 +40,12 @@ scan = random_surface((256, 256), 1e-6, m0=2.5e-13, m2=1e-3, m4=2e7, seed=0)
 np.save("scan.npy", scan.heights)
 """
 COMMANDS = {
-    "predict, three loads": ("predict", "joint.toml", "-o", "out"),
-    "measure, one record": ("measure", RIG, "-o", "out"),
-    "identify, one record": ("identify", RIG, "--law", "jenkins", "-o", "out"),
+    "predict, three loads": ("predict", "joint.toml", "-o", "predicted"),
+    "measure, one record": ("measure", RIG, "-o", "measured"),
+    "identify, one record": ("identify", RIG, "--law", "jenkins", "-o", "identified"),
     "surface, 256 by 256 points": (
         *("surface", "scan.npy", "--pixel", "1 um", "--unit", "m"),
-        *("--cutoff", "4 um", "-o", "out"),
+        *("--cutoff", "4 um", "-o", "scanned"),
     ),
 }
 

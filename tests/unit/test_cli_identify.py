@@ -58,7 +58,8 @@ def test_command(folder: Path) -> None:
     assert outcome.stdout.endswith("7 files in out\n")
     names = sorted(path.name for path in (folder / "out").iterdir())
     assert names == [
-        "intervals.svg", "joint.toml", "loops.svg", "profiles.svg", "report.html", "residuals.csv", "summary.json",
+        "intervals.svg", "joint.toml", "loops.svg", "profiles.svg", "report.html",
+        "residuals.csv", "summary.json",
     ]  # fmt: skip
     written = json.loads((folder / "out/summary.json").read_text("utf-8"))
     assert sorted(written["files"]) == names

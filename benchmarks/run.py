@@ -19,6 +19,7 @@ os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
 os.environ["MKL_NUM_THREADS"] = os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
 
 import argparse
+import functools
 import json
 import math
 import platform
@@ -214,6 +215,7 @@ def measure_kernel(name: str) -> list[Row]:
         rows.append(Row(task, name, SAMPLES / seconds, True, wanted if compiled else 2e6))
 
     rows += measure_varying_load(joint, name)
+    rows += measure_fields(name)
     add("loop(), 1024 samples", best(lambda: joint.loop(3e-7, 1024), 7, 200), 50e-6)
 
     # Many different joints, so that nothing is found ready made; the time is that of a mean one.
@@ -317,6 +319,57 @@ def measure_varying_load(joint: ms.Interface, name: str) -> list[Row]:
             state.commit()
 
     rows.append(Row("state.try_() with a load and commit(), a step", name, best(steps, 3) / 5000))
+    return rows
+
+
+def measure_fields(name: str) -> list[Row]:
+    """Thousands of nodes at once, and sliders in two directions."""
+    rng, compiled = np.random.default_rng(3), name == KERNELS["compiled"]
+    rows: list[Row] = []
+
+    def wanted(value: float) -> float | None:
+        return value if compiled else None
+
+    surface = make_surface()
+    pressures = rng.uniform(1e5, 2e7, 100_000)
+    build = best(lambda: ms.JointField(surface, 0.3, areas=1e-5, pressures=pressures), 3)
+    rows.append(Row("JointField of 100 000 nodes", name, build, wanted=wanted(0.5)))
+    field = ms.JointField(surface, 0.3, areas=1e-5, pressures=pressures[:1000])
+    shape = np.array([0.5, 1.0, 1.0, 0.4, 0.4, 0.3, 0.3])
+    x = 4e-7 * shape * rng.normal(size=(1000, 7))
+    d = 1e-7 * shape * rng.normal(size=(1000, 7))
+    d[:, 0] += field.separations
+    for what, separations, seconds in (("a held load", None, 0.02), ("separations", d, 0.1)):
+        call = functools.partial(
+            field.harmonics, x, (0, 1, 2, 3), separations=separations, samples=128
+        )
+        task = f"harmonics() with Jacobian, 1000 nodes of 128 samples, {what}"
+        rows.append(Row(task, name, best(call, 5), wanted=wanted(seconds)))
+    moves = 2e-7 * np.sin(0.1 * np.arange(64)[:, None] + rng.uniform(0.0, 6.0, 1000))
+    breathing = field.separations + 0.5 * moves
+    for what, paths, rate in (("a held load", None, 1e7), ("separations", breathing, 2e6)):
+
+        def steps(paths: Floats | None = paths) -> None:
+            state = field.start()
+            for i, move in enumerate(moves):
+                state.try_(move, None if paths is None else paths[i])
+                state.commit()
+
+        task = f"try_() and commit() of 1000 nodes, a node step, {what}"
+        rows.append(Row(task, name, moves.size / best(steps, 5), True, wanted(rate)))
+    two = ms.IsotropicJoint(ms.Interface(surface, 0.55, normal_load=2000.0))
+    plane = 2e-7 * rng.normal(size=(8, 1000, 2))
+
+    def turns() -> None:
+        state = two.start(1000)
+        for move in plane:
+            state.try_(move)
+            state.commit()
+
+    rows.append(
+        Row("two directions, 64 sliders, a node step", name, 8000 / best(turns, 3), True,
+            wanted(5e5))
+    )  # fmt: skip
     return rows
 
 

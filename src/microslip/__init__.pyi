@@ -6,6 +6,7 @@ from .friction import BackboneLaw as BackboneLaw
 from .friction import BoucWen as BoucWen
 from .friction import Coulomb as Coulomb
 from .friction import CoupledCycle as CoupledCycle
+from .friction import CoupledHarmonics as CoupledHarmonics
 from .friction import CoupledResponse as CoupledResponse
 from .friction import FieldCycle as FieldCycle
 from .friction import FirstLoading as FirstLoading

@@ -21,7 +21,9 @@ from microslip.friction.coupled import (
     respond_to_force,
 )
 from microslip.friction.coupled_cycles import CoupledCycle, coupled_cycle
+from microslip.friction.coupled_harmonics import CoupledHarmonics, coupled_harmonics
 from microslip.friction.cycles import PeriodicResponse, Rest
+from microslip.friction.harmonics import HarmonicForce
 from microslip.friction.responses import Sliders
 from microslip.friction.straight_step import FirstLoading, loaded
 from microslip.friction.validity import Verdict, validity
@@ -496,6 +498,83 @@ class Interface(BackboneLaw):
         if normal_load is None and separation is None:
             return super().periodic(displacement_cycle, rest)
         return coupled_cycle(self, displacement_cycle, rest, normal_load, separation)
+
+    @overload
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+        *,
+        rtol: float = 1e-10,
+    ) -> HarmonicForce: ...
+
+    @overload
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+        *,
+        rtol: float = 1e-10,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+        samples: int = 256,
+    ) -> CoupledHarmonics: ...
+
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+        *,
+        rtol: float = 1e-10,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+        samples: int = 256,
+    ) -> HarmonicForce | CoupledHarmonics:
+        """Fourier coefficients of the settled forces with their Jacobian: balance of harmonics.
+
+        Parameters
+        ----------
+        coefficients : array_like
+            Coefficients of the displacement [m] in the order of ``harmonics``, one-dimensional:
+            [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
+        harmonics : sequence of int, optional
+            Numbers of the harmonics, rising; 0 is the mean.
+        rest : float or "mean", optional
+            As for :meth:`periodic`.
+        rtol : float, optional
+            Error of the coefficients [-] at a constant load, as for
+            :meth:`microslip.BackboneLaw.harmonics`.
+        normal_load, separation : array_like, optional
+            Coefficients of the normal load [N] or the separation [m] in the same order, one of
+            them; without them the load is constant. Without harmonic 0 their mean is 0.
+        samples : int, optional
+            Equidistant samples of the period [-] under a varying load.
+
+        Returns
+        -------
+        HarmonicForce or CoupledHarmonics
+            At a constant load ``force`` [N] and ``jacobian`` [N/m]; under a varying one ``force``
+            and ``normal_load`` [N], and the ``jacobian`` of both by both, shape (2, 2, n, n).
+
+        Raises
+        ------
+        InputError
+            Another shape, not finite, harmonics that do not rise, too few samples, both of load and
+            separation, one that the surface cannot carry.
+
+        Notes
+        -----
+        Under a load that varies the path between samples is straight: the error falls with the
+        square of their number. The Jacobian is exactly that of the sampled cycle.
+        """
+        if normal_load is None and separation is None:
+            return super().harmonics(coefficients, harmonics, rest, rtol=rtol)
+        return coupled_harmonics(
+            self, coefficients, harmonics, rest, normal_load, separation, samples
+        )
 
     def first_loading(
         self,

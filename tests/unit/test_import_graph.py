@@ -26,9 +26,6 @@ STILL_UPWARDS: frozenset[tuple[str, str]] = frozenset(
 )
 STILL_CIRCULAR: frozenset[tuple[str, str]] = frozenset(
     {
-        ("microslip.friction.coupled_cycles", "microslip.friction.interface"),
-        ("microslip.friction.cycles", "microslip.friction.base"),
-        ("microslip.friction.harmonics", "microslip.friction.base"),
         ("microslip.study.schema", "microslip.results.predicted.result"),
         ("microslip.study.schema", "microslip.results.predicted.run"),
         ("microslip.study.schema", "microslip.study.load"),

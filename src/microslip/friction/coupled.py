@@ -29,26 +29,32 @@ _REACHES = 1.1 ** np.arange(-60.0, 150.0)  # decay lengths
 _FAINT = 1e-30  # of the largest load: what is lighter counts as none
 
 
-class _Coupled(Protocol):
+class Joint(Protocol):
     """A joint whose normal load may vary, as :class:`microslip.Interface` is one."""
 
     @property
-    def surface(self) -> NormalLaw: ...
+    def surface(self) -> NormalLaw:
+        """Its normal load law."""
 
     @property
-    def friction_coefficient(self) -> float: ...
+    def friction_coefficient(self) -> float:
+        """Coefficient mu [-]."""
 
     @property
-    def normal_load(self) -> float: ...
+    def normal_load(self) -> float:
+        """Its own load [N]."""
 
     @property
-    def separation(self) -> float: ...
+    def separation(self) -> float:
+        """Its own separation [m]."""
 
     @property
-    def normal_stiffness(self) -> float: ...
+    def normal_stiffness(self) -> float:
+        """-N' there [N/m]."""
 
     @property
-    def slip_per_indentation(self) -> float: ...
+    def slip_per_indentation(self) -> float:
+        """Kappa [-]."""
 
     @property
     def _friction(self) -> float: ...
@@ -60,7 +66,7 @@ class _Coupled(Protocol):
 class Coupling:
     """What the memory of a varying load asks of an interface; separations count from its own."""
 
-    def __init__(self, joint: _Coupled) -> None:
+    def __init__(self, joint: Joint) -> None:
         self._joint = joint
         self._law = joint.surface
         self.origin = joint.separation
@@ -372,14 +378,14 @@ class CoupledResponse(Locked):
         return count, (size - 1) % count
 
 
-def forces(joint: _Coupled, displacement: ArrayLike, normal_load: Any, separation: Any) -> Floats:
+def forces(joint: Joint, displacement: ArrayLike, normal_load: Any, separation: Any) -> Floats:
     """See :meth:`microslip.Interface.coupled_force`."""
     x = record("displacement", displacement).reshape(-1)
     return _forces(joint._coupling, x, steps_of_history(joint, x.size, normal_load, separation))
 
 
 def respond(
-    joint: _Coupled, displacement: ArrayLike, normal_load: Any, separation: Any
+    joint: Joint, displacement: ArrayLike, normal_load: Any, separation: Any
 ) -> CoupledResponse:
     """See :meth:`microslip.Interface.coupled_response`."""
     x = record("displacement", displacement).reshape(-1)
@@ -388,7 +394,7 @@ def respond(
 
 
 def respond_to_force(
-    joint: _Coupled, force: ArrayLike, normal_load: Any, separation: Any
+    joint: Joint, force: ArrayLike, normal_load: Any, separation: Any
 ) -> CoupledResponse:
     """The same under force control."""
     f = record("force", force).reshape(-1)
@@ -417,7 +423,7 @@ def _forces(coupling: Coupling, x: Floats, steps: Floats) -> Floats:
     return values
 
 
-def _response(joint: _Coupled, x: Floats, force: Floats, steps: Floats) -> CoupledResponse:
+def _response(joint: Joint, x: Floats, force: Floats, steps: Floats) -> CoupledResponse:
     coupling = joint._coupling
     return CoupledResponse(
         lock(x.copy()),
@@ -429,7 +435,7 @@ def _response(joint: _Coupled, x: Floats, force: Floats, steps: Floats) -> Coupl
     )
 
 
-def steps_of_history(joint: _Coupled, size: int, normal_load: Any, separation: Any) -> Floats:
+def steps_of_history(joint: Joint, size: int, normal_load: Any, separation: Any) -> Floats:
     """Separations from the joint's own along the history."""
     if (normal_load is None) == (separation is None):
         came = "neither" if normal_load is None else "both"

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,12 +23,9 @@ from microslip import kernels
 from microslip._core.checks import Floats, record
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
-from microslip.friction.coupled import Coupling, steps_of_history
+from microslip.friction.coupled import Coupling, Joint, steps_of_history
 from microslip.friction.cycles import Rest, rest_of, rows_of
 from microslip.memory import Diagram
-
-if TYPE_CHECKING:
-    from microslip.friction.interface import Interface
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +196,7 @@ class _Trace:
 
 
 def coupled_cycle(
-    joint: Interface,
+    joint: Joint,
     displacement_cycle: ArrayLike,
     rest: Rest,
     normal_load: Any,

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, show
 from microslip.errors import InputError
+from microslip.friction.coupled import Joint
 from microslip.friction.coupled_cycles import coupled_cycle
 from microslip.friction.cycles import Rest
 from microslip.friction.harmonics import Basis, coefficients_of
-
-if TYPE_CHECKING:
-    from microslip.friction.interface import Interface
 
 _MOST_SAMPLES = 1 << 20
 
@@ -36,7 +34,7 @@ class CoupledHarmonics(NamedTuple):
 
 
 def coupled_harmonics(
-    joint: Interface,
+    joint: Joint,
     coefficients: ArrayLike,
     harmonics: Any,
     rest: Rest,

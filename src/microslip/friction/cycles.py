@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,11 +12,18 @@ from microslip._core.checks import Floats, floats, number, record, show
 from microslip.errors import InputError
 from microslip.memory import Memory
 
-if TYPE_CHECKING:
-    from microslip.friction.base import BackboneLaw
-
 Rest: TypeAlias = float | Literal["mean"]
 """Displacement at which a joint began, without force: a number [m], or the mean of its cycle."""
+
+
+class Backbone(Protocol):
+    """What a settled cycle asks of its law, for displacements u >= 0 [m]."""
+
+    def _backbone(self, u: Floats) -> Floats:
+        """T0 [N]."""
+
+    def _slope(self, u: Floats) -> Floats:
+        """T0' [N/m]."""
 
 
 class _Cycle(NamedTuple):
@@ -108,7 +115,7 @@ def rest_of(rest: Any, cycle: Floats) -> tuple[float, bool]:
 
 
 def settled_cycle(
-    law: BackboneLaw, displacement_cycle: ArrayLike, rest: Rest = 0.0
+    law: Backbone, displacement_cycle: ArrayLike, rest: Rest = 0.0
 ) -> PeriodicResponse:
     """See :meth:`microslip.BackboneLaw.periodic`."""
     x = record("displacement_cycle", displacement_cycle).reshape(-1)

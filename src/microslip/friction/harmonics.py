@@ -9,18 +9,15 @@ c = dx/dp on the branch that began at reversal r, D = D_r + k (c - c_r), k the b
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, number, show
 from microslip.errors import InputError
-from microslip.friction.cycles import Rest
+from microslip.friction.cycles import Backbone, Rest
 from microslip.numerics.quadrature import gauss_legendre
-
-if TYPE_CHECKING:
-    from microslip.friction.base import BackboneLaw
 
 _NODES, _WEIGHTS = gauss_legendre(16)
 # Towards both ends of a piece the places lie as of a cosine: roots there are smooth then.
@@ -28,6 +25,18 @@ _SHARES = np.sin(0.5 * math.pi * _NODES) ** 2
 _SHARE_WEIGHTS = 0.5 * math.pi * np.sin(math.pi * _NODES) * _WEIGHTS
 _MOST = 1 << 15  # pieces at a time
 _LEVELS = 48
+
+
+class KinkedBackbone(Backbone, Protocol):
+    """A law whose backbone is smooth between kinks that it tells."""
+
+    @property
+    def tangential_stiffness(self) -> float:
+        """Stiffness at rest [N/m]."""
+
+    @property
+    def _kinks(self) -> Floats:
+        """Displacements [m], rising, at which T0 is not smooth."""
 
 
 class HarmonicForce(NamedTuple):
@@ -104,7 +113,7 @@ def coefficients_of(name: str, given: ArrayLike, basis: Basis) -> Floats:
 
 
 def harmonic_force(
-    law: BackboneLaw, coefficients: ArrayLike, harmonics: Any, rest: Rest, rtol: float
+    law: KinkedBackbone, coefficients: ArrayLike, harmonics: Any, rest: Rest, rtol: float
 ) -> HarmonicForce:
     """See :meth:`microslip.BackboneLaw.harmonics`."""
     basis = Basis(harmonics)
@@ -212,7 +221,7 @@ def solve(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
     return t
 
 
-def _held(law: BackboneLaw, motion: _Motion) -> HarmonicForce:
+def _held(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
     """A displacement that rests: what small cycles around it tend to."""
     basis = motion.basis
     x = float(motion.at(np.zeros(1))[0])
@@ -237,7 +246,7 @@ class _Piece(NamedTuple):
 class _Cycle:
     """Branches of a settled cycle, from the displacement of largest size on."""
 
-    def __init__(self, law: BackboneLaw, motion: _Motion) -> None:
+    def __init__(self, law: KinkedBackbone, motion: _Motion) -> None:
         self.law, self.motion = law, motion
         self.times = motion.turns
         self.x = motion.at(self.times)

@@ -477,3 +477,35 @@ def test_usual_units_are_what_pint_says(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(units, "_simple", lambda unit: None)
     for unit, found in quick.items():
         assert found == units._parse.__wrapped__(unit), unit
+
+
+@pytest.mark.parametrize("extra", ["", '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N/m"\n'])
+def test_a_study_predicts_with_a_friction_law_of_its_own_parameters(
+    extra: str, tmp_path: Path
+) -> None:
+    study = ms.Study.from_toml(
+        'schema = 1\n[joint]\nlaw = "jenkins"\nstiffness = "50 N/um"\nforce_limit = "100 N"\n'
+        '[excitation]\namplitudes = ["1 um", "5 um"]\n[output]\nformats = ["netcdf", "csv"]\n'
+        + extra
+    )
+    result = study.run()
+    law = ms.Jenkins(stiffness=5e7, force_limit=100.0)
+    energies = [row["dissipated_energy"] for row in result.summary["joints"][0]["amplitudes"]]
+    assert energies == list(law.dissipated_energy([1e-6, 5e-6]))
+    assert result.summary["joints"][0]["normal_load"] is None
+    result.save(tmp_path / "out")
+    assert (tmp_path / "out" / "report.html").read_text(encoding="utf-8").count("jenkins") >= 1
+
+
+@pytest.mark.parametrize(
+    ("lines", "place"),
+    [
+        ('law = "jenkins"\nstiffness = "50 N/um"', "joint.force_limit: missing"),
+        ('law = "jenkin"', 'joint.law: wanted "interface", "coulomb", "jenkins"'),
+        ('law = "coulomb"\nforce_limit = "1 m"', "joint.force_limit: wanted a force"),
+    ],
+)
+def test_wrong_friction_laws_get_their_line(lines: str, place: str) -> None:
+    with pytest.raises(ms.StudyError) as caught:
+        ms.Study.from_toml(f"schema = 1\n[joint]\n{lines}\n")
+    assert place in str(caught.value)

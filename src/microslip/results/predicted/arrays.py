@@ -15,7 +15,13 @@ from microslip._core.quantities import QUANTITIES
 from microslip._version import __version__
 from microslip.report.netcdf import Contents
 from microslip.results.predicted.columns import Columns, Floats
-from microslip.results.predicted.numbers import KIND, SUMMARY_SCHEMA, scalars, verdicts
+from microslip.results.predicted.numbers import (
+    KIND,
+    SUMMARY_SCHEMA,
+    scalars,
+    slip_scale_of,
+    verdicts,
+)
 from microslip.results.predicted.prediction import Prediction
 
 WORDS = ("ok", "watch", "outside", "not judged")
@@ -50,7 +56,7 @@ def contents(result: Prediction) -> Contents:
     by_force = result.study.excitation.force_amplitudes is not None
     driven = "force_amplitude" if by_force else "amplitude"
     rows, curves = result.rows, result.curves
-    loads = np.array([joint.normal_load for joint in result.joints])
+    loads = np.array([getattr(joint, "normal_load", np.nan) for joint in result.joints])
     dims = {
         "load": len(loads),
         driven: rows[0].amplitude.size,
@@ -105,7 +111,7 @@ def _scalars(result: Prediction) -> dict[str, Variable]:
         if any(value is not None for value in values):
             array = np.array([np.nan if value is None else value for value in values])
             variables[name] = _variable(("load",), array, name)
-    comment = {"comment": result.joints[0]._slip_scale[1]}
+    comment = {"comment": slip_scale_of(result.joints[0])[1]}
     return {**variables, "slip_scale": _with(variables["slip_scale"], comment)}
 
 
@@ -113,7 +119,9 @@ def _validity(result: Prediction) -> dict[str, Variable]:
     """Verdicts: of each its value, the index of its word and, where it varies, the load."""
     variables = {}
     judged = [verdicts(result.study, joint) for joint in result.joints]
-    for place, (verdict, _) in enumerate(judged[0][: len(result.joints[0].validity)]):
+    for place, (verdict, _) in enumerate(
+        judged[0][: len(getattr(result.joints[0], "validity", ()))]
+    ):
         name = "validity_" + re.sub(r"\W+", "_", verdict.name)
         found, loads = zip(*(each[place] for each in judged), strict=True)
         values = np.array([np.nan if each.value is None else float(each.value) for each in found])

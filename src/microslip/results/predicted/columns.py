@@ -131,7 +131,7 @@ class AmplitudeCurve(Columns):
     ) -> AmplitudeCurve:
         if force is None:
             force = np.asarray(joint.backbone(amplitude))
-        contact = joint.contact_area
+        contact = getattr(joint, "contact_area", None)  # a law alone has no contacts
         stick = None if contact is None else np.asarray(joint.stick_area(amplitude))
         return cls(
             amplitude=amplitude.copy(),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -57,7 +57,7 @@ def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False, title: s
     plot.legend_title = title + (f" ({left_out} more in the tables)" if left_out else "")
     plot.legend = tuple(
         Entry(
-            engineering(result.joints[index].normal_load, "N", trim=True),
+            _label(result.joints[index]),
             look.color,
             look.dash if dashed else (),
             None if dashed else look.marker,
@@ -169,3 +169,10 @@ def _coincide(line: Floats, other: Floats) -> bool:
     both = np.isfinite(line[1]) & np.isfinite(other[1])
     near = np.allclose(line[:, both], other[:, both], rtol=5e-3, atol=0.0)
     return bool(both.any() and near)
+
+
+def _label(joint: Any) -> str:
+    """Its normal load; the name of a law that knows none."""
+    if not hasattr(joint, "normal_load"):
+        return type(joint).__name__
+    return engineering(joint.normal_load, "N", trim=True)

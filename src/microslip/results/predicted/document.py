@@ -49,12 +49,14 @@ def document(result: Prediction) -> Document:
     joints = summary["joints"]
     varies = study.excitation.load_varies
     by_force = study.excitation.force_amplitudes is not None
-    judged = [(joint.normal_load, verdicts(study, joint)) for joint in result.joints]
+    judged = [
+        (getattr(joint, "normal_load", 0.0), verdicts(study, joint)) for joint in result.joints
+    ]
     cycles: list[Block] = [cycle_table(joints, by_force=by_force, varies=bool(result.varying))]
     if result.varying:
         cycles.append(varying_table(joints))
     sections = [
-        Section("Joint at rest", (joint_table(joints, study.surface.law),)),
+        Section("Joint at rest", (joint_table(joints, _law(study)),)),
         Section("Cycles", tuple(cycles)),
     ]
     if result.oscillators:
@@ -75,14 +77,12 @@ def document(result: Prediction) -> Document:
 def answer(result: Prediction) -> str:
     """Say in a sentence what was computed."""
     study = result.study
-    loads = [joint.normal_load for joint in result.joints]
     if study.excitation.force_amplitudes is not None:
         what, unit, values = "force amplitude", "N", result.rows[0].force_amplitude
     else:
         what, unit, values = "displacement amplitude", "m", result.rows[0].amplitude
     sentence = (
-        f"Hysteresis, stiffness and damping {_LAWS[study.surface.law]}, friction coefficient "
-        f"{study.joint.friction_coefficient:g}, at {_several('normal load', loads, 'N')}, "
+        f"Hysteresis, stiffness and damping {_of(study)}, "
         f"cycled at {_several(what, values.tolist(), unit)}"
     )
     if result.histories:
@@ -90,6 +90,15 @@ def answer(result: Prediction) -> str:
     if result.oscillators:
         sentence += ", and in an oscillator"
     return sentence + "."
+
+
+def _of(study: Study) -> str:
+    """The joint, its friction and its loads."""
+    if not study.joint.loads:
+        return f"by the friction law {study.joint.law}"
+    surface = _LAWS.get(study.surface.law, f"of the surface {study.surface.law}")
+    loads = _several("normal load", [*study.joint.loads], "N")
+    return f"{surface}, friction coefficient {study.joint.friction_coefficient:g}, at {loads}"
 
 
 def _several(what: str, values: list[float], unit: str) -> str:
@@ -108,7 +117,7 @@ def equations(result: Prediction) -> str:
     holds = {_law(result.study)}
     if result.oscillators:
         holds.add("oscillator")
-    if result.joints[0].contact_area is not None:
+    if getattr(result.joints[0], "contact_area", None) is not None:
         holds.add("contacts")
     text = Path(__file__).with_name("equations.html").read_text(encoding="utf-8")
     # Parts are headed by a comment that names what they need.
@@ -120,6 +129,8 @@ def equations(result: Prediction) -> str:
 def _law(study: Study) -> str:
     """The law whose equation holds: a scan gives one of two."""
     surface = study.surface
+    if surface is None:
+        return str(study.joint.law)
     if not isinstance(surface, ScanSurface):
         return str(surface.law)
     return "population" if surface.estimate == "population" else "greenwood-williamson"

@@ -365,7 +365,7 @@ FIGURES: dict[str, Callable[[Prediction], Plot]] = {
 def names(result: Prediction) -> tuple[str, ...]:
     """Names of the figures that a result has something to show in."""
     shows = {
-        "contact_state": result.joints[0].contact_area is not None,
+        "contact_state": getattr(result.joints[0], "contact_area", None) is not None,
         "history": bool(result.histories),
         "oscillator": bool(result.oscillators),
     }

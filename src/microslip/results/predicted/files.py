@@ -55,7 +55,7 @@ def loop_blocks(result: Prediction) -> Blocks:
         for loop, amplitude, force_amplitude in amplitudes:
             size = len(loop.displacement)
             yield {
-                "normal_load": np.full(size, joint.normal_load),
+                "normal_load": np.full(size, getattr(joint, "normal_load", np.nan)),
                 "amplitude": np.full(size, amplitude),
                 # By what was given the rows of a loop are found.
                 **({"force_amplitude": np.full(size, force_amplitude)} if by_force else {}),
@@ -74,5 +74,7 @@ def _blocks(result: Prediction, tables: tuple[Columns, ...]) -> Blocks:
         columns = table.columns()
         size = len(next(iter(columns.values())))
         for piece in blocks(size):
-            load = np.full(min(piece.stop, size) - piece.start, joint.normal_load)
+            load = np.full(
+                min(piece.stop, size) - piece.start, getattr(joint, "normal_load", np.nan)
+            )
             yield {"normal_load": load, **{name: a[piece] for name, a in columns.items()}}

@@ -83,7 +83,11 @@ def files(study: Study) -> tuple[str, ...]:
     tables += ["varying"] if study.excitation.load_variation is not None else []
     figures = ["loops", "backbone", "energy_damping", "force_damping"]
     # A table of loads says nothing of contacts.
-    figures += [] if isinstance(study.surface, u.TableSurface) else ["contact_state"]
+    figures += (
+        []
+        if study.surface is None or isinstance(study.surface, u.TableSurface)
+        else ["contact_state"]
+    )
     figures += ["slider_density", *(["history"] if history else [])]
     figures += ["oscillator"] if oscillator else []
     pictures = [kind for kind in ("svg", "png") if kind in formats]
@@ -196,18 +200,18 @@ def scalars(study: Study, joint: Interface) -> dict[str, float | None]:
     dict
         Numbers by name [SI units].
     """
-    area, contact = _area(study), joint.contact_area
+    area, contact = _area(study), getattr(joint, "contact_area", None)
     return {
-        "separation": joint.separation,
-        "standardised_separation": joint.standardised_separation,
-        "contact_count": joint.contact_count,
+        "separation": getattr(joint, "separation", None),
+        "standardised_separation": getattr(joint, "standardised_separation", None),
+        "contact_count": getattr(joint, "contact_count", None),
         "contact_area": contact,
         "contact_area_fraction": contact / area if contact is not None and area else None,
-        "normal_stiffness": joint.normal_stiffness,
+        "normal_stiffness": getattr(joint, "normal_stiffness", None),
         "tangential_stiffness": joint.tangential_stiffness,
         "force_limit": joint.force_limit,
-        "slip_per_indentation": joint.slip_per_indentation,
-        "slip_scale": joint.slip_scale,
+        "slip_per_indentation": getattr(joint, "slip_per_indentation", None),
+        "slip_scale": slip_scale_of(joint)[0],
     }
 
 
@@ -236,9 +240,9 @@ def joint_entry(study: Study, joint: Interface) -> dict[str, Any]:
     """
     varies = study.excitation.load_varies
     return {
-        "normal_load": _plain(joint.normal_load),
+        "normal_load": _plain(getattr(joint, "normal_load", None)),
         **{name: _plain(value) for name, value in scalars(study, joint).items()},
-        "slip_scale_meaning": joint._slip_scale[1],
+        "slip_scale_meaning": slip_scale_of(joint)[1],
         "validity": [
             {
                 "name": verdict.name,
@@ -251,6 +255,16 @@ def joint_entry(study: Study, joint: Interface) -> dict[str, Any]:
             for verdict, load in verdicts(study, joint)
         ],
     }
+
+
+def slip_scale_of(joint: Any) -> tuple[float, str]:
+    """Displacement [m] over which a joint goes from sticking to sliding, and what that is."""
+    if isinstance(joint, Interface):
+        return joint._slip_scale
+    stiffness = joint.tangential_stiffness
+    if math.isinf(stiffness):  # it slides at once, so any length will do
+        return 1e-6, "1 um, since the law is rigid at rest"
+    return joint.force_limit / stiffness, "force_limit / tangential_stiffness"
 
 
 def verdicts(study: Study, joint: Interface) -> list[tuple[Verdict, float | None]]:
@@ -269,6 +283,8 @@ def verdicts(study: Study, joint: Interface) -> list[tuple[Verdict, float | None
         Those of the joint, then what a scan adds, each with the load [N] that it is for; None where
         it is the same at every load.
     """
+    if not study.joint.loads:
+        return []
     surface = study.surface
     scanned = surface.verdicts() if isinstance(surface, u.ScanSurface) else ()
     loads = extremes(study.excitation, joint.normal_load)

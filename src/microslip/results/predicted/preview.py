@@ -82,10 +82,17 @@ def preview(study: Study) -> Document:
         "units": dict(UNITS),
         "files": list(files(study)),
     }
-    judged = [(joint.normal_load, verdicts(study, joint)) for joint in joints]
+    judged = [(getattr(joint, "normal_load", 0.0), verdicts(study, joint)) for joint in joints]
     sections = [
         Section("Quantities", (_quantity_table(data["quantities"]),)),
-        Section("Joint at rest", (joint_table(data["joints"], study.surface.law),)),
+        Section(
+            "Joint at rest",
+            (
+                joint_table(
+                    data["joints"], (study.joint if study.surface is None else study.surface).law
+                ),
+            ),
+        ),
         Section("Validity", (validity(judged, varies=excitation.load_varies),)),
     ]
     if data["notes"]:

@@ -18,7 +18,7 @@ from microslip.results.predicted.columns import (
     Progress,
     blocks,
 )
-from microslip.results.predicted.numbers import Defaults, oscillator_of, summarise
+from microslip.results.predicted.numbers import Defaults, oscillator_of, slip_scale_of, summarise
 from microslip.results.predicted.result import Result
 from microslip.results.predicted.varying import VaryingCycles, VaryingLoop
 from microslip.study.build import blame, build_joints, check_loads
@@ -59,7 +59,7 @@ def run(study: Study, progress: Progress | None = None) -> Result:
         if history is not None and record is not None:
             with blame(study, "excitation.history"):
                 histories.append(HistoryResponse.of(joint, record, history.quantity, history.loads))
-        limits.append(_limits(joint, joint.slip_scale))
+        limits.append(_limits(joint, slip_scale_of(joint)[0]))
         steps.of(0.0, 1.0)(1.0)
     result = Result(
         study=study,
@@ -128,7 +128,7 @@ def _varying_loops(
 
 def defaults_of(study: Study, joints: list[Interface]) -> Defaults:
     """Scale of the amplitudes that are not given: the largest slip scale, to two digits."""
-    scales = [joint._slip_scale for joint in joints]
+    scales = [slip_scale_of(joint) for joint in joints]
     largest = max(scales)
     return Defaults(
         scale=float(f"{largest[0]:.1e}"),

@@ -7,6 +7,7 @@ from pydantic import BaseModel
 from microslip.report.cells import quantity
 from microslip.report.document import Facts
 from microslip.results.predicted.varying import in_words
+from microslip.study.parametric import labels_of
 from microslip.study.scanned_surface import NO_CUTOFF
 from microslip.study.schema import Study
 from microslip.study.surfaces import TableHeights
@@ -72,10 +73,15 @@ def study_facts(study: Study) -> tuple[Facts, ...]:
     for name, material in study.material.items():
         groups.append(Facts(f"Material {name}", _rows(material) or (("Body", "rigid"),)))
     surface = study.surface
-    first, second = surface.materials
-    bodies = (("Bodies", f"{first} on {second}"), ("Normal law", _LAWS[surface.law]))
-    groups.append(Facts("Surface", bodies + _rows(surface)))
-    groups.append(Facts("Joint", _rows(study.joint)))
+    own: tuple[tuple[str, str], ...] = ()
+    if surface is None:
+        own = (("Friction law", study.joint.law),)
+    else:
+        first, second = surface.materials
+        law = _LAWS.get(surface.law, surface.law)
+        bodies = (("Bodies", f"{first} on {second}"), ("Normal law", law))
+        groups.append(Facts("Surface", bodies + _rows(surface)))
+    groups.append(Facts("Joint", own + _rows(study.joint)))
     groups.append(Facts("Excitation", _rows(study.excitation)))
     if study.oscillator is not None:
         groups.append(Facts("Oscillator", _rows(study.oscillator)))
@@ -85,6 +91,7 @@ def study_facts(study: Study) -> tuple[Facts, ...]:
 def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
     """What the keys of a part stand for and hold, those of the parts in it included."""
     rows: list[tuple[str, str]] = []
+    labels = labels_of(part)
     for name in type(part).model_fields:
         value = getattr(part, name)
         if name == "cutoff" and value is None:
@@ -104,7 +111,7 @@ def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
         elif isinstance(value, BaseModel):
             rows += _rows(value)
         else:
-            meaning, unit = _KEYS[name]
+            meaning, unit = _KEYS[name] if name in _KEYS else labels[name]
             if name == "density" and isinstance(part, TableHeights):
                 meaning, unit = "Their density", "1/m"
             rows.append((meaning, quantity(value, unit)))

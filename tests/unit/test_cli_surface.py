@@ -49,7 +49,7 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     assert "short-wave cut-off" in outcome.stdout
     assert "6 µm" in outcome.stdout
     assert "6.00 µm *" in outcome.stdout  # in the table over cut-offs
-    assert outcome.stdout.endswith("9 files in out\n")
+    assert outcome.stdout.endswith("13 files in out\n")
     assert sorted(path.name for path in (folder / "out").iterdir()) == FILES
     summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
     assert sorted(summary["files"]) == FILES

@@ -412,9 +412,9 @@ def test_command(folder: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert "run: 8 gross slip cycles" in outcome.stdout
     assert "light: 8 gross slip cycles" in outcome.stdout
-    assert outcome.stdout.endswith("4 files in out\n")
+    assert outcome.stdout.endswith("5 files in out\n")
     names = sorted(path.name for path in (folder / "out").iterdir())
-    assert names == ["cycles.csv", "loops.svg", "report.html", "summary.json"]
+    assert names == ["cycles.csv", "loops.png", "loops.svg", "report.html", "summary.json"]
     page = (folder / "out/report.html").read_text("utf-8")
     assert "mostly gross slip" in page.lower()
     assert page.count("<img") == 1

@@ -59,14 +59,17 @@ from .scans import read_gap_table as read_gap_table
 from .structures import Bolts as Bolts
 from .structures import Convergence as Convergence
 from .structures import Decay as Decay
+from .structures import FreeDecay as FreeDecay
 from .structures import LapJoint as LapJoint
 from .structures import MeshedJoint as MeshedJoint
 from .structures import ModalCurve as ModalCurve
+from .structures import Motion as Motion
 from .structures import Oscillator as Oscillator
 from .structures import Preload as Preload
 from .structures import ReducedJoint as ReducedJoint
 from .structures import RingDown as RingDown
 from .structures import Structure as Structure
+from .structures import read_decay as read_decay
 from .study import Study as Study
 from .sweeps import Sweep as Sweep
 from .sweeps import sweep as sweep

@@ -107,3 +107,73 @@ def test_a_damping_matrix_damps_the_mode_as_in_theory() -> None:
     for method in ("harmonic-balance", "quasi-static"):
         found = damped.modes(0, [1e-9], method=method).damping_ratio[0]
         assert found == pytest.approx(expected, rel=1e-6)
+
+
+def series_bar() -> ms.Structure:
+    """Four masses in a row, the joint in series between the middle ones."""
+    k = 1e8
+    stiffness = k * np.array(
+        [[1.0, -1.0, 0, 0], [-1.0, 1.0, 0, 0], [0, 0, 1.0, -1.0], [0, 0, -1.0, 1.0]]
+    )
+    return ms.Structure(np.eye(4), stiffness).attach(JOINT, directions=[0.0, 1.0, -1.0, 0.0])
+
+
+def test_a_joint_in_series_rings_down_along_its_modal_curve() -> None:
+    """Frequency and damping within 1 %; a fixed shape is wrong by factors here."""
+    bar = series_bar()
+    linear = bar.linear_modes(2)
+    shape = linear.shape[:, 1]  # the first is rigid
+    amplitude = 0.3 * SLIP / abs(shape[1] - shape[2])
+    period = 1.0 / linear.frequency[1]
+    motion = bar.integrate(
+        None, np.arange(0.0, 14.0 * period, period / 400.0), displacement=amplitude * shape
+    )
+    seen = ms.read_decay(motion.time, motion.displacement @ shape)
+    # The release wakes a fast mode of the joint as well, which dies out in the first cycles.
+    late = [6, 8, 10]
+    curve = bar.modes(0, seen.amplitude[late], samples=1024)
+    assert np.allclose(seen.frequency[late], curve.frequency, rtol=1e-3)
+    assert np.allclose(seen.damping_ratio[late], curve.damping_ratio, rtol=0.01)
+
+
+def test_a_motion_s_energies_add_up_and_its_error_is_of_second_order() -> None:
+    pull = 3.0 * JOINT.force_limit
+    errors, ends = [], []
+    for steps in (1000, 2000, 4000):
+        time = np.linspace(0.0, 5e-3, steps + 1)
+        force = np.zeros((time.size, 3))
+        force[:, 2] = pull * np.sin(2.0 * np.pi * 2000.0 * time)
+        motion = chain().integrate(force, time)
+        errors.append(motion.energy_error)
+        ends.append(motion.displacement[-1, 2])
+    assert errors[-1] < 1e-4
+    assert 3.0 < (ends[1] - ends[0]) / (ends[2] - ends[1]) < 5.0
+    assert motion.joint_energy[-1] > 0.0
+    # A step that loses nothing keeps the balance to rounding.
+    exact = chain().integrate(force, time, spectral_radius=1.0)
+    assert exact.energy_error < 1e-10
+
+
+def test_a_free_structure_flies_as_a_whole() -> None:
+    bar = series_bar()
+    force = np.tile([1.0, 0.0, 0.0, 0.0], (201, 1))
+    time = np.linspace(0.0, 0.01, 201)
+    motion = bar.integrate(force, time)
+    centre = motion.displacement.mean(axis=1)
+    assert np.allclose(centre, 0.5 * 0.25 * time**2, rtol=1e-3, atol=1e-12)
+
+
+def test_a_decay_is_read_as_it_was_made() -> None:
+    """Of a linear oscillator both readings are exact but for the sampling."""
+    time = np.arange(0.0, 0.2, 2e-5)
+    omega, zeta = 2.0 * np.pi * 180.0, 0.004
+    damped = omega * np.sqrt(1.0 - zeta**2)
+    signal = 3e-5 * np.exp(-zeta * omega * time) * np.cos(damped * time + 0.3)
+    seen = ms.read_decay(time, signal)
+    assert np.allclose(seen.frequency, damped / (2.0 * np.pi), rtol=1e-6)
+    assert np.allclose(seen.damping_ratio, zeta, rtol=1e-3)
+    inner = slice(3, -3)
+    assert seen.frequency_error[inner].max() < 1e-2 * 180.0
+    assert np.allclose(
+        seen.amplitude, 3e-5 * np.exp(-zeta * omega * (seen.time)), rtol=zeta * np.pi
+    )

@@ -259,3 +259,29 @@ def test_linear_modes_are_those_of_the_matrices(chain: ms.Structure) -> None:
         assert np.allclose(found, np.sqrt(squares) / (2.0 * np.pi), rtol=1e-12)
     with pytest.raises(ms.InputError, match='joints must be "stuck" or "open"'):
         chain.linear_modes(joints="half")
+
+
+def test_motions_refuse_what_they_cannot_follow(chain: ms.Structure) -> None:
+    time = np.linspace(0.0, 1e-3, 11)
+    with pytest.raises(ms.InputError, match="rising times in even steps"):
+        chain.integrate(None, [0.0, 1.0, 3.0])
+    with pytest.raises(ms.InputError, match=r"force must have the shape \(11, 3\)"):
+        chain.integrate(np.zeros((11, 2)), time)
+    with pytest.raises(ms.InputError, match=r"displacement must have the shape \(3,\)"):
+        chain.integrate(None, time, displacement=[1.0])
+    with pytest.raises(ms.InputError, match="spectral_radius must be from 0 to 1"):
+        chain.integrate(None, time, spectral_radius=2.0)
+    by_function = chain.integrate(lambda t: [0.0, 0.0, 1e3 * t], time)
+    by_array = chain.integrate(np.outer(1e3 * time, [0.0, 0.0, 1.0]), time)
+    assert np.array_equal(by_function.displacement, by_array.displacement)
+    assert by_function.status == "solved"
+
+
+def test_a_decay_needs_cycles() -> None:
+    time = np.linspace(0.0, 1.0, 200)
+    with pytest.raises(ms.InputError, match="one value for each of the 200 times"):
+        ms.read_decay(time, np.zeros(3))
+    with pytest.raises(ms.InputError, match="at least six cycles"):
+        ms.read_decay(time, np.sin(10.0 * time))
+    with pytest.raises(ms.InputError, match="even steps"):
+        ms.read_decay(time**2, np.sin(100.0 * time))

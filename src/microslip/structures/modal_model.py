@@ -40,8 +40,8 @@ class ModalModel:
     """Squares of the angular frequencies [rad^2/s^2]."""
     damping: Floats | None
     """Modal damping matrix [1/s]; None without one."""
-    rigid: int
-    """How many rigid motions were left out."""
+    free: Floats
+    """Rigid motions (degrees of freedom, motions), of modal mass 1 kg, which no joint feels."""
     attachments: tuple[Attachment, ...]
     motions: tuple[Floats, ...]
     """Static motions of the attachments, by column [m]."""
@@ -127,14 +127,15 @@ def modal_model(
     if mass.shape[0] <= LARGEST_WHOLE:
         squares, shapes = linear_modes(held, mass)
         rigid = rigid_count(squares, held, mass)
+        free = np.ascontiguousarray(shapes[:, :rigid])
         squares, shapes = squares[rigid:], shapes[:, rigid:]
     else:
-        squares, shapes, rigid = _reduced(held, mass, columns)
+        squares, shapes, free = _reduced(held, mass, columns)
     modal_damping = None
     if damping is not None:
         modal_damping = np.asarray(shapes.T @ (damping @ shapes))
     return ModalModel(
-        np.ascontiguousarray(shapes), squares, modal_damping, rigid, attachments, tuple(motions)
+        np.ascontiguousarray(shapes), squares, modal_damping, free, attachments, tuple(motions)
     )
 
 
@@ -148,7 +149,7 @@ def stuck_stiffness(stiffness: Any, columns: Floats, stuck: Floats) -> Any:
     return stiffness + (columns * stuck) @ columns.T
 
 
-def _reduced(held: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, int]:
+def _reduced(held: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, Floats]:
     """The lowest modes and the static answers to each joint's force (mode acceleration).
 
     Their span holds the static deflection under any joint forces exactly.
@@ -171,7 +172,7 @@ def _reduced(held: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, int
     small_stiffness = basis.T @ (held @ basis)
     small_mass = basis.T @ (mass @ basis)
     squares, mix = eigh(small_stiffness, small_mass)
-    return squares, basis @ mix, rigid
+    return squares, basis @ mix, free
 
 
 def _answers(held: Any, mass: Any, columns: Floats) -> Floats:

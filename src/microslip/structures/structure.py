@@ -24,6 +24,7 @@ from microslip.structures.matrices import (
 )
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.model_files import load_matrices, save_matrices
+from microslip.structures.motion import Motion
 from microslip.structures.preload import LinearModes, Preload
 from microslip.structures.static import static_state
 from microslip.structures.structure_verdicts import judge
@@ -263,3 +264,27 @@ class Structure:
             As there; a field with gaps, whose loads a static solution must find first.
         """
         return self._undeformed.modes(index, amplitudes, **options)
+
+    def integrate(self, force: Any, time: ArrayLike, **options: Any) -> Motion:
+        """The motion in time of the structure at rest without static forces.
+
+        Parameters
+        ----------
+        force : array_like, callable or None
+            Forces [N] of shape (times, n), or a function of the time [s] that gives n forces.
+        time : array_like
+            Times [s] in even steps, one-dimensional.
+        **options
+            Those of :meth:`microslip.Preload.integrate`.
+
+        Returns
+        -------
+        Motion
+            Displacements, velocities, joint motions and forces, and the balance of energy.
+
+        Raises
+        ------
+        InputError
+            As there; a field with gaps, whose loads a static solution must find first.
+        """
+        return self._undeformed.integrate(force, time, **options)

@@ -59,6 +59,7 @@ from .scans import read_gap_table as read_gap_table
 from .structures import Bolts as Bolts
 from .structures import Convergence as Convergence
 from .structures import Decay as Decay
+from .structures import ForcedResponse as ForcedResponse
 from .structures import FreeDecay as FreeDecay
 from .structures import LapJoint as LapJoint
 from .structures import MeshedJoint as MeshedJoint

@@ -177,3 +177,69 @@ def test_a_decay_is_read_as_it_was_made() -> None:
     assert np.allclose(
         seen.amplitude, 3e-5 * np.exp(-zeta * omega * (seen.time)), rtol=zeta * np.pi
     )
+
+
+def test_a_forced_response_is_linear_where_joints_stick() -> None:
+    damped = ms.Structure(MASS, STIFFNESS, 2e-7 * STIFFNESS).attach(
+        ms.Jenkins(1e9, 1e9), directions=BETWEEN
+    )
+    force = np.array([0.0, 1.0, 2.0])
+    frequencies = np.linspace(1900.0, 2300.0, 41)
+    response = damped.forced_response(force, frequencies)
+    held = STIFFNESS + 1e9 * np.outer(BETWEEN, BETWEEN)
+    assert np.allclose(response.frequency[response.asked], frequencies, rtol=1e-12)
+    for f, x in zip(response.frequency, response.displacement[:, :, 1], strict=True):
+        w = 2.0 * np.pi * f
+        exact = np.linalg.solve(held + 2e-7j * w * STIFFNESS - w**2 * MASS, force)
+        assert np.allclose(x, exact, rtol=1e-7)
+
+
+def test_a_forced_response_is_what_integration_settles_at() -> None:
+    structure = ms.Structure(MASS, STIFFNESS, 2e-7 * STIFFNESS).attach(JOINT, directions=BETWEEN)
+    force = np.array([0.0, 0.0, 120.0])
+    response = structure.forced_response(
+        force, [2349.0, 2350.0], harmonics=[1, 3, 5, 7, 9], samples=256
+    )
+    expected = response.amplitude([0.0, 0.0, 1.0])[response.asked][-1]
+    time = np.arange(0.0, 60.0 / 2350.0, 1.0 / 2350.0 / 256)
+    wave = np.cos(2.0 * np.pi * 2350.0 * time)
+    motion = structure.integrate(np.outer(wave, force), time)
+    turn = np.exp(-2j * np.pi * 2350.0 * motion.time[-256:])
+    seen = abs(turn @ motion.displacement[-256:, 2]) * 2.0 / 256
+    assert seen == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_resonance_follows_from_the_modal_curve_in_closed_form() -> None:
+    """One mode alone, so the peaks agree to a per cent; the fold is the mode's own backbone."""
+    structure = ms.Structure(MASS, STIFFNESS, 2e-7 * STIFFNESS).attach(JOINT, directions=BETWEEN)
+    force = np.array([0.0, 0.0, 120.0])
+    whole = structure.forced_response(force, np.linspace(2200.0, 2450.0, 51))
+    curve = structure.modes(0, np.geomspace(1e-7, 1e-4, 40))
+    frequency, amplitude = curve.forced_response(force)
+    peak = np.argmax(amplitude)
+    shape = abs(curve.shape[np.argmin(abs(curve.modal_amplitude - amplitude[peak])), 2])
+    seen = whole.amplitude([0.0, 0.0, 1.0])
+    assert amplitude[peak] * shape == pytest.approx(seen.max(), rel=0.01)
+    assert frequency[peak] == pytest.approx(whole.frequency[np.argmax(seen)], rel=0.01)
+    with pytest.raises(ms.InputError, match="ends at the modal amplitude"):
+        curve.forced_response(1e4 * force)
+    with pytest.raises(ms.InputError, match="each of the 3 degrees of freedom"):
+        curve.forced_response([1.0])
+
+
+def test_a_response_is_followed_around_turning_points() -> None:
+    """A mass that bounces on its rough contact: pressure falls with opening, so the peak leans."""
+    field = ms.JointField(SURFACE, 0.3, areas=[2e-4], loads=[500.0])
+    stuck = SURFACE.stiffness(field.separations[0])
+    omega = np.sqrt(stuck)
+    structure = ms.Structure(np.eye(3), 1e-3 * stuck * np.eye(3), 0.02 * omega * np.eye(3))
+    bouncing = structure.attach(field, directions=np.eye(3).reshape(3, 1, 3))
+    frequencies = np.linspace(1.2, 0.6, 31) * omega / (2.0 * np.pi)
+    path = bouncing.forced_response([0.0, 0.0, 25.0], frequencies, harmonics=[1, 2, 3])
+    assert path.status == "solved"
+    turns = path.turning_points
+    assert turns.size == 2
+    middle = path.frequency[turns].mean()
+    assert np.count_nonzero(np.diff(path.frequency > middle)) == 3  # three motions there
+    # The mean opens with the motion, as a softening contact's does.
+    assert path.displacement[:, 2, 0].real.max() > 0.0

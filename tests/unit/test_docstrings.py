@@ -145,6 +145,7 @@ def test_parameters_of_classes(item: type) -> None:
         ms.CoupledCycle,
         ms.FieldResponse,
         ms.FieldCycle,
+        ms.ForcedResponse,
         ms.FreeDecay,
         ms.ModalCurve,
         ms.Motion,

@@ -285,3 +285,19 @@ def test_a_decay_needs_cycles() -> None:
         ms.read_decay(time, np.sin(10.0 * time))
     with pytest.raises(ms.InputError, match="even steps"):
         ms.read_decay(time**2, np.sin(100.0 * time))
+
+
+def test_forced_responses_refuse_what_they_cannot_follow(chain: ms.Structure) -> None:
+    with pytest.raises(ms.InputError, match=r"force must have the shape \(3,\)"):
+        chain.forced_response([1.0], [100.0, 200.0])
+    with pytest.raises(ms.InputError, match="rise or fall"):
+        chain.forced_response([1.0, 0.0, 0.0], [100.0, 200.0, 150.0])
+    with pytest.raises(ms.InputError, match="at least two above zero"):
+        chain.forced_response([1.0, 0.0, 0.0], [100.0])
+    with pytest.raises(ms.InputError, match="push some elastic mode"):
+        chain.forced_response([0.0, 0.0, 0.0], [100.0, 200.0])
+    response = chain.forced_response([0.0, 0.0, 1j], [100.0, 110.0])
+    turned = chain.forced_response([0.0, 0.0, 1.0], [100.0, 110.0])
+    assert np.allclose(response.displacement, 1j * turned.displacement, rtol=1e-9)
+    with pytest.raises(ms.InputError, match=r"at must have the shape \(3,\)"):
+        response.amplitude([1.0])

@@ -1,4 +1,5 @@
 from .bolts import Bolts as Bolts
+from .forced import ForcedResponse as ForcedResponse
 from .free_decay import FreeDecay as FreeDecay
 from .free_decay import read_decay as read_decay
 from .lap_joint import LapJoint as LapJoint

@@ -16,6 +16,7 @@ from microslip._core.frozen import lock
 from microslip.errors import InputError
 from microslip.structures.amplitude import Quantity, amplitude_measure, checked_amplitudes
 from microslip.structures.attachments import Attachment, FieldAttachment, all_columns
+from microslip.structures.forced import ForcedResponse, forced_response
 from microslip.structures.harmonic_basis import harmonic_basis
 from microslip.structures.matrices import linear_modes
 from microslip.structures.modal_curve import ModalCurve
@@ -222,6 +223,48 @@ class Preload:
             return quasi_static_curve(model, index, a, measure, base, balanced)
 
         return balanced() if method == "harmonic-balance" else quick()
+
+    @single_threaded
+    def forced_response(
+        self,
+        force: ArrayLike,
+        frequencies: ArrayLike,
+        *,
+        harmonics: Sequence[int] = (0, 1, 3),
+        samples: int = 64,
+    ) -> ForcedResponse:
+        """Periodic motions under a harmonic force, along a range of frequencies.
+
+        Parameters
+        ----------
+        force : array_like
+            Amplitudes F (n,) [N] of the force Re(F exp(i omega t)), complex for other phases.
+        frequencies : array_like
+            Frequencies [Hz], one-dimensional, rising or falling; between them the path takes steps
+            of its own.
+        harmonics : sequence of int, optional
+            Harmonics of the motion; its mean is always among them.
+        samples : int, optional
+            Samples of a period at which nodes of fields are looked at.
+
+        Returns
+        -------
+        ForcedResponse
+            Frequencies along the path, amplitudes of each harmonic, turning points.
+
+        Raises
+        ------
+        InputError
+            Shapes that do not fit, frequencies that are not above zero or do not rise or fall.
+
+        Notes
+        -----
+        The balance of harmonics is followed by arc length, around the turning points where the
+        response folds over (Krack and Gross 2019, DOI 10.1007/978-3-030-14023-6). Damping is that
+        of the joints and of C. A curve of :meth:`modes` gives the response near one resonance in
+        closed form.
+        """
+        return forced_response(self.model, force, frequencies, harmonics, samples)
 
     # -- motion in time ---------------------------------------------------------------------------
 

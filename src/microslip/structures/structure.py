@@ -15,6 +15,7 @@ from microslip._core.verdicts import Verdict
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
 from microslip.structures.attachments import Attachment, FieldAttachment, LawAttachment
+from microslip.structures.forced import ForcedResponse
 from microslip.structures.joint_groups import checked_law
 from microslip.structures.matrices import (
     check_mass,
@@ -264,6 +265,32 @@ class Structure:
             As there; a field with gaps, whose loads a static solution must find first.
         """
         return self._undeformed.modes(index, amplitudes, **options)
+
+    def forced_response(
+        self, force: ArrayLike, frequencies: ArrayLike, **options: Any
+    ) -> ForcedResponse:
+        """Periodic motions of the structure at rest without static forces.
+
+        Parameters
+        ----------
+        force : array_like
+            Amplitudes (n,) [N] of a harmonic force.
+        frequencies : array_like
+            Frequencies [Hz], one-dimensional, rising or falling.
+        **options
+            Those of :meth:`microslip.Preload.forced_response`.
+
+        Returns
+        -------
+        ForcedResponse
+            Frequencies along the path, amplitudes of each harmonic, turning points.
+
+        Raises
+        ------
+        InputError
+            As there; a field with gaps, whose loads a static solution must find first.
+        """
+        return self._undeformed.forced_response(force, frequencies, **options)
 
     def integrate(self, force: Any, time: ArrayLike, **options: Any) -> Motion:
         """The motion in time of the structure at rest without static forces.

@@ -243,3 +243,93 @@ def test_a_response_is_followed_around_turning_points() -> None:
     assert np.count_nonzero(np.diff(path.frequency > middle)) == 3  # three motions there
     # The mean opens with the motion, as a softening contact's does.
     assert path.displacement[:, 2, 0].real.max() > 0.0
+
+
+def test_a_nonlinear_mode_is_a_motion_in_time() -> None:
+    """Given its own damping back, the mode swings on: extrapolated time steps keep both numbers.
+
+    The net damping of that motion is what the mode's ratio is wrong by.
+    """
+    shape = chain().linear_modes(1).shape[:, 0]
+    amplitude = 0.1 * SLIP / abs(BETWEEN @ shape)
+    curve = chain().modes(0, [amplitude], harmonics=[1, 3, 5, 7, 9, 11], samples=2048)
+    frequency, damping = curve.frequency[0], curve.damping_ratio[0]
+    omega = 2.0 * np.pi * frequency
+    driven = ms.Structure(MASS, STIFFNESS, -2.0 * damping * omega * MASS).attach(
+        JOINT, directions=BETWEEN
+    )
+    first = curve.shape[0] * amplitude
+    seen = []
+    for steps in (128, 256):
+        motion = driven.integrate(
+            None,
+            np.arange(0.0, 14.0 / frequency, 1.0 / frequency / steps),
+            displacement=first.real,
+            velocity=-omega * first.imag,
+            spectral_radius=1.0,
+        )
+        decay = ms.read_decay(motion.time, motion.displacement @ MASS @ shape)
+        seen.append([decay.frequency[3:].mean(), decay.damping_ratio[3:].mean()])
+    coarse, fine = np.array(seen)
+    limit = (4.0 * fine - coarse) / 3.0
+    assert limit[0] == pytest.approx(frequency, rel=2e-6)
+    assert abs(limit[1]) < 2e-4 * damping
+
+
+def pulled_bar_loss(std: float, nodes: int) -> float:
+    """Energy a cycle of a bar on a rough base, over Coulomb's 2/3 F^3/(EA q)."""
+    length, stiffness, friction, pull = 0.1, 1e6, 5000.0, 300.0
+    step = length / nodes
+    spring = stiffness / step * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    matrix = np.zeros((nodes, nodes))
+    for i in range(nodes - 1):
+        matrix[i : i + 2, i : i + 2] += spring
+    surface = ms.GreenwoodWilliamson(
+        ms.MaterialPair(METAL, METAL),
+        ms.Gaussian(std=std),
+        radius=1e-3,
+        density=1e9 * (5e-7 / std) ** 1.5,
+        area=2e-4,
+    )
+    joint = ms.Interface(surface, 0.3, normal_load=friction * step / 0.3)
+    bar = ms.Structure(1e-3 * np.eye(nodes), matrix).attach(joint, directions=np.eye(nodes))
+    samples = 100
+    time = np.linspace(0.0, 2.25, int(2.25 * samples) + 1)
+    force = np.zeros((time.size, nodes))
+    force[:, -1] = pull * np.sin(2.0 * np.pi * time)
+    # So slow, and so damped by the method, that it is a row of static states.
+    motion = bar.integrate(force, 10.0 * time, spectral_radius=0.0)
+    x, f = motion.displacement[-samples - 1 :, -1], force[-samples - 1 :, -1]
+    loss = np.sum(0.5 * (f[1:] + f[:-1]) * np.diff(x))
+    return float(loss / (2.0 / 3.0 * pull**3 / (stiffness * friction)))
+
+
+def test_a_pulled_bar_loses_what_coulomb_friction_takes_as_roughness_fades() -> None:
+    """Extrapolated in the mesh, of first order in the roughness."""
+
+    def miss(std: float) -> float:
+        return (4.0 * pulled_bar_loss(std, 24) - pulled_bar_loss(std, 12)) / 3.0 - 1.0
+
+    rough, smooth = miss(1e-6), miss(2.5e-7)
+    assert abs(smooth) < 0.01
+    assert 0.8 < np.log(rough / smooth) / np.log(4.0) < 1.1
+
+
+def test_harmonic_tangents_are_the_differences_of_the_forces() -> None:
+    from microslip.structures.balance import Balance
+    from microslip.structures.harmonic_basis import harmonic_basis
+
+    field = ms.JointField(SURFACE, 0.3, areas=[1e-4, 1e-4], loads=[400.0, 900.0])
+    structure = ms.Structure(np.eye(6), 1e8 * np.diag([1.0, 2, 3, 4, 5, 6]))
+    structure = structure.attach(field, directions=np.eye(6).reshape(6, 2, 3))
+    structure = structure.attach(JOINT, directions=[1.0, 0.0, 0.5, 0.0, 0.0, 0.0])
+    model = structure.preload().model
+    balance = Balance(model, model.joints(np.ones(6)), harmonic_basis([0, 1, 2, 3], 64))
+    rng = np.random.default_rng(1)
+    q, way = rng.normal(size=(2, 6, 7)) * 1e-7
+    tangent = balance.tangent(balance.joint_forces(q).answers, way)
+    matrix = balance.tangent_matrix(balance.joint_forces(q).answers)
+    assert np.allclose(np.tensordot(matrix, way, axes=2), tangent, rtol=1e-10, atol=1e-12)
+    step = 1e-5
+    ahead, behind = (balance.joint_forces(q + s * way).force for s in (step, -step))
+    assert np.abs((ahead - behind) / (2 * step) - tangent).max() < 1e-7 * np.abs(tangent).max()

@@ -92,15 +92,31 @@ class ModalJoints:
             for part, group in zip(self.parts, self.groups, strict=True)
         ]
 
-    def first_loading(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Forces (coordinates,) and tangents (coordinates, coordinates) on a straight path."""
+    def first_loading(self, displacement: Floats) -> tuple[Floats, list[Floats]]:
+        """Forces (coordinates,) on a straight path, and each group's tangents (joints, c, c)."""
         force = np.zeros(self.stuck.size)
-        tangent = np.zeros((self.stuck.size, self.stuck.size))
+        slopes = []
         for part, group, u in zip(self.parts, self.groups, self.split(displacement), strict=True):
             value, slope = group.forces(u)
             force[part] = value.reshape(-1)
-            put_blocks(tangent, part.start, slope)
-        return force, tangent
+            slopes.append(slope)
+        return force, slopes
+
+    def tangent_forces(self, slopes: list[Floats], motion: Floats) -> Floats:
+        """Change of the forces beyond sticking for a change of the motion, by coordinate."""
+        result = -self.stuck * motion
+        for part, slope in zip(self.parts, slopes, strict=True):
+            joints, width = slope.shape[:2]
+            result[part] += (slope @ motion[part].reshape(joints, width, 1)).reshape(-1)
+        return np.asarray(result)
+
+    def tangent_matrix(self, slopes: list[Floats]) -> Floats:
+        """The same as a matrix (coordinates, coordinates)."""
+        result = np.zeros((self.stuck.size, self.stuck.size))
+        for part, slope in zip(self.parts, slopes, strict=True):
+            put_blocks(result, part.start, slope)
+        result[np.diag_indices_from(result)] -= self.stuck
+        return result
 
 
 def put_blocks(matrix: Floats, start: int, blocks: Floats) -> None:

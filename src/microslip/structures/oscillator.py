@@ -76,12 +76,12 @@ class Decay(Locked):
 
 @dataclass(frozen=True, eq=False)
 class Oscillator:
-    """A mass held by a spring and, parallel to it, by a joint: one mode of a jointed structure.
+    """A mass held by a spring and, parallel to it, by a joint: the smallest jointed structure.
 
     Parameters
     ----------
     mass : float
-        Mass m [kg], above zero; for a mode its modal mass.
+        Mass m [kg], above zero.
     stiffness : float
         Stiffness k of the spring beside the joint [N/m], not negative.
     joint : BackboneLaw

@@ -333,3 +333,30 @@ def test_harmonic_tangents_are_the_differences_of_the_forces() -> None:
     step = 1e-5
     ahead, behind = (balance.joint_forces(q + s * way).force for s in (step, -step))
     assert np.abs((ahead - behind) / (2 * step) - tangent).max() < 1e-7 * np.abs(tangent).max()
+
+
+def test_a_large_structure_keeps_what_the_joints_feel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forty modes and the static answers to the joint, against all modes; sparse as well."""
+    from scipy import sparse
+
+    from microslip.structures import matrices, modal_model
+
+    n = 150
+    spring = 5e9 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    stiffness = np.zeros((n, n))
+    for i in range(n - 1):
+        stiffness[i : i + 2, i : i + 2] += spring * (0.2 if i == 60 else 1.0)
+    across = np.zeros(n)
+    across[60:62] = -1.0, 1.0
+    mass = 0.05 * np.eye(n)
+
+    def curve() -> ms.ModalCurve:
+        bar = ms.Structure(sparse.csc_matrix(mass), sparse.csc_matrix(stiffness))
+        return bar.attach(JOINT, directions=across).modes(1, [1e-6, 3e-6])
+
+    whole = curve()
+    monkeypatch.setattr(modal_model, "LARGEST_WHOLE", 100)
+    monkeypatch.setattr(matrices, "LARGEST_DENSE", 100)
+    reduced = curve()
+    assert np.allclose(reduced.frequency, whole.frequency, rtol=1e-6)
+    assert np.allclose(reduced.damping_ratio, whole.damping_ratio, rtol=1e-4)

@@ -301,3 +301,21 @@ def test_forced_responses_refuse_what_they_cannot_follow(chain: ms.Structure) ->
     assert np.allclose(response.displacement, 1j * turned.displacement, rtol=1e-9)
     with pytest.raises(ms.InputError, match=r"at must have the shape \(3,\)"):
         response.amplitude([1.0])
+
+
+def test_faces_must_touch_somewhere(surface: ms.GreenwoodWilliamson) -> None:
+    field = ms.JointField(surface, 0.3, areas=[1e-4], gaps=[1e-5])
+    plain = ms.Structure(np.eye(3), 1e6 * np.eye(3))
+    lap = plain.attach(field, directions=np.eye(3).reshape(3, 1, 3))
+    with pytest.raises(ms.InputError, match="all 1 nodes of a field are open"):
+        lap.preload([0.0, 0.0, 500.0])
+    pressed = lap.preload([0.0, 0.0, -500.0])
+    assert pressed.normal_loads[0] > 300.0
+    assert pressed.gaps[0] == pytest.approx(1e-5 + pressed.displacement[2])
+
+
+def test_a_law_pushed_beyond_its_limit_has_no_state_of_rest() -> None:
+    loose = ms.Structure([[1.0]], [[0.0]]).attach(ms.Jenkins(1e6, 10.0), directions=[1.0])
+    assert loose.preload([5.0]).displacement[0] == pytest.approx(5e-6)
+    with pytest.raises(ms.InputError, match="push a law beyond its limit"):
+        loose.preload([20.0])

@@ -114,6 +114,7 @@ class _Solver:
 
     def __init__(self, stiffness: Any, mass: Any, columns: Floats, rigid: Floats) -> None:
         self._columns = columns
+        self._stiffest = np.zeros(columns.shape[0])
         self._sparse = is_sparse(stiffness) and stiffness.shape[0] > LARGEST_DENSE
         rate = fastest_rate(stiffness, mass)
         if self._sparse:
@@ -138,10 +139,12 @@ class _Solver:
         from scipy.linalg import cho_factor, cho_solve
 
         matrix = self._fixed + (self._columns * tangent) @ self._columns.T
-        shift = 0.0
+        shift, diagonal = 0.0, np.diag(matrix)
+        # What was stiff in an earlier step says how soft a shift is.
+        self._stiffest = np.maximum(self._stiffest, diagonal)
         while True:
             try:
-                factor = cho_factor(matrix + shift * np.diag(np.diag(matrix)), check_finite=False)
+                factor = cho_factor(matrix + shift * np.diag(self._stiffest), check_finite=False)
                 return np.asarray(cho_solve(factor, force, check_finite=False))
             except np.linalg.LinAlgError:
                 # Contacts that are open hold nothing yet.

@@ -223,6 +223,21 @@ class Structure:
                     f"freedom, got shape {force.shape}"
                 )
         state = static_state(self.stiffness, self.mass, self.attachments, force)
+        if state.equilibrium_error > 1e-6:
+            raise InputError(
+                f"static_force must have a state of rest: after {state.iterations} steps "
+                f"{state.equilibrium_error:.1e} of the largest force is unbalanced; it may pull "
+                "the faces apart, or push a law beyond its limit"
+            )
+        for attachment, loads in zip(self.attachments, state.forces, strict=True):
+            if isinstance(attachment, FieldAttachment) and attachment.field.gaps is not None:
+                total = -float(loads.sum())
+                if not total > 1e-12 * max(1.0, float(np.abs(force).max())):
+                    raise InputError(
+                        f"static_force must leave some contact: all {attachment.field.size} nodes "
+                        "of a field are open; press the faces together, or check the sign of "
+                        "their opening"
+                    )
         return Preload(self.mass, self.stiffness, self.damping, self.attachments, force, state)
 
     @cached_property

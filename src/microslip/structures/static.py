@@ -83,6 +83,7 @@ def static_state(
             return np.zeros(0), np.zeros(0)
         return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
 
+    held = max((a.held_load for a in attachments), default=0.0)
     x = np.zeros(static_force.size)
     error = math.inf
     converged = False
@@ -93,6 +94,7 @@ def static_state(
         gap = static_force - elastic - contact
         gap = gap - rigid @ (free.T @ gap)
         largest = max(float(np.abs(v).max(initial=0.0)) for v in (static_force, elastic, contact))
+        largest = max(largest, held)
         error = float(np.abs(gap).max()) / largest if largest else 0.0
         # Where rounding is reached, a step more changes nothing.
         if error <= 1e-15 or (error <= _ENOUGH and converged):

@@ -124,7 +124,7 @@ WRONG = [
     ("[joint]", "joint:", "line 16, column 6: not TOML: expected '=' after a key in a key/value pair"),
     # more of keys
     ("[joint]", "[Joint]", 'Joint: unknown key; did you mean "joint"?'),
-    ("[joint]", "[joint.contact]", "joint.friction_coefficient: missing; write for example friction_coefficient = 0.55 (and 2 more errors)"),
+    ("[joint]", "[joint.contact]", "joint.friction_coefficient: missing; write for example friction_coefficient = 0.55 (and 1 more error)"),
     ("[output]", "[outputs]", 'outputs: unknown key; did you mean "output"?'),
     ("[output]", '[output]\nformat = ["csv"]', 'output.format: unknown key; did you mean "formats"?'),
     ("[output]", '[oscilator]\nmass = "2 kg"\n[output]', 'oscilator: unknown key; did you mean "oscillator"?'),

@@ -57,6 +57,19 @@ QUANTITIES: dict[str, Quantity] = {
     # a history and an oscillator
     "largest_displacement": Quantity("m", "largest displacement of the history in size"),
     "largest_force": Quantity("N", "largest force of the history in size"),
+    "mode": Quantity("-", "number of the mode of the structure"),
+    "modal_frequency": Quantity("Hz", "frequency of a mode, by balance of harmonics"),
+    "modal_damping_ratio": Quantity("-", "damping ratio of a mode, by balance of harmonics"),
+    "quasi_static_frequency": Quantity("Hz", "frequency of a mode, quasi-static"),
+    "quasi_static_damping_ratio": Quantity("-", "damping ratio of a mode, quasi-static"),
+    **{
+        f"modal_{name}_{word}": Quantity(unit, f"{share} % quantile of the {meaning} of a mode")
+        for name, unit, meaning in (
+            ("frequency", "Hz", "frequency"),
+            ("damping_ratio", "-", "damping ratio"),
+        )
+        for word, share in (("low", 5), ("median", 50), ("high", 95))
+    },
     "frequency": Quantity("Hz", "natural frequency of the oscillator"),
     "interface_damping_ratio": Quantity("-", "equivalent viscous damping ratio of the interface"),
     "frequency_at_rest": Quantity("Hz", "natural frequency with the joint sticking"),

@@ -71,6 +71,10 @@ MASS = Kind("mass", "kg", ("mg", "g", "kg", "t", "lb"))
 STIFFNESS = Kind(
     "stiffness", "N/m", ("N/m", "kN/m", "MN/m", "N/mm", "kN/mm", "N/um", "N/µm", "N/nm", "lbf/in")
 )
+TORQUE = Kind("torque", "N*m", ("N m", "N*m", "kN m", "lbf in", "lbf ft"))
+MASS_DENSITY = Kind("mass per volume", "kg/m^3", ("kg/m^3", "g/cm^3", "t/m^3", "lb/in^3"))
+FREQUENCY = Kind("frequency", "Hz", ("Hz", "kHz"))
+RATIO = Kind("plain number", "", ())
 
 # Names for what came instead of what was wanted; the first of equal dimensions is used.
 _NAMED_DIMENSIONS = (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from microslip._core.checks import Floats
@@ -59,9 +61,10 @@ class FieldGroup:
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
         """See :class:`microslip.structures.joint_groups.JointGroup`."""
+        field: Any = self.field
         separations = coefficients[:, 2].copy()
         separations[:, 0] += self.field.separations
-        tangential, normal, tangent = self.field.harmonics(
+        tangential, normal, tangent = field.harmonics(
             coefficients[:, 0],
             list(basis.harmonics),
             separations=separations,
@@ -89,12 +92,13 @@ class _FieldState:
 
     def __init__(self, group: FieldGroup) -> None:
         self._group = group
-        self._state = group.field.start()
+        field: Any = group.field
+        self._state = field.start()
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
         group = self._group
         separation = group.field.separations + displacement[:, 2]
-        answer = self._state.try_(displacement[:, 0], separations=separation)
+        answer = self._state.try_(displacement[:, 0], separation=separation)
         return group._assembled(displacement, answer.force, answer.load, answer.tangent)
 
     def commit(self) -> None:

@@ -98,8 +98,9 @@ class Column(Part):
             with usable(here, "a CSV file"):
                 file = open_text(here, MAX_BYTES)
             column = find(understood(file.columns), self.column)
-            unit = _unit(column, self.unit, kind)
-            values = _values(file, column.place, factor_of(unit, kind, ""), sign, kind)
+            unit = _unit(column, self.unit, kind) if kind.unit else column.unit or "1"
+            factor = factor_of(unit, kind, "") if kind.unit else _share(unit)
+            values = _values(file, column.place, factor, sign, kind)
         except ValueError as error:
             message = str(error)
             if reading.folder and not path.is_absolute():
@@ -151,6 +152,11 @@ def _unit(column: Named, given: str | None, kind: Kind) -> str:
             f'{where}wanted unit = "{in_head}" as in the header, or no unit, got "{unit}"'
         )
     return unit
+
+
+def _share(unit: str) -> Decimal:
+    """What a plain number is multiplied with: it may be in percent."""
+    return Decimal("0.01") if unit.lower() in ("%", "percent") else Decimal(1)
 
 
 def _values(file: TextFile, place: int, factor: Decimal, sign: Sign, kind: Kind) -> list[float]:

@@ -16,6 +16,14 @@ from microslip.study.heights import HEIGHTS_TABLES, GivenHeights
 from microslip.study.joints import INTERFACE, LAW_TABLES, Joint
 from microslip.study.overrides import Override
 from microslip.study.part import KeyedError, Part
+from microslip.study.structure import (
+    AmplitudeRange,
+    BoltsPart,
+    FormPart,
+    MeasuredPart,
+    SensorPart,
+    StructurePart,
+)
 from microslip.study.surfaces import SURFACE_TABLES, Elastic, Rigid
 
 Loc = tuple[int | str, ...]
@@ -31,6 +39,12 @@ _MODELS: dict[str, type[Part]] = {
     "normal_load": s.LoadColumn,
     "oscillator": s.OscillatorPart,
     "output": s.Output,
+    "structure": StructurePart,
+    "bolts": BoltsPart,
+    "sensor": SensorPart,
+    "amplitude": AmplitudeRange,
+    "form": FormPart,
+    "measured": MeasuredPart,
     INTERFACE: Joint,
 }
 _HELD: dict[str, dict[str, type[Part]]] = {
@@ -46,6 +60,10 @@ _TABLES = {
     "load_variation": '{ amplitude = "400 N", phase = "90 deg" }',
     "normal_load": '{ column = "load", unit = "N" }',
     "oscillator": '[oscillator] with mass = "2 kg" and stiffness = "1e6 N/m"',
+    "bolts": "[structure.bolts] with positions, shank, hole, washer and tension",
+    "sensor": '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
+    "form": '{ file = "form.csv", x = "x", y = "y", gap = "gap" }',
+    "measured": '{ file = "test.csv" }',
     "parameters": "{ c = 2.0 }",
     "material": '[material.steel] with young_modulus = "210 GPa" and poisson_ratio = 0.3',
 }
@@ -217,6 +235,8 @@ def _homes() -> list[tuple[str, type[Part]]]:
         ("[joint]", Joint),
         ("[excitation]", s.Excitation),
         ("[oscillator]", s.OscillatorPart),
+        ("[structure]", StructurePart),
+        ("[structure.bolts]", BoltsPart),
         ("[output]", s.Output),
         *((f'[surface] with law = "{name}"', model) for name, model in SURFACE_TABLES.items()),
         *((f'heights with kind = "{name}"', model) for name, model in HEIGHTS_TABLES.items()),

@@ -25,6 +25,7 @@ from microslip._core.units import (
 from microslip._core.wording import did_you_mean, quoted, show
 from microslip.study.columns import FromFile
 from microslip.study.part import Check, JsonSchema
+from microslip.study.uncertain import Uncertain
 
 MAX_ITEMS = 1000
 MAX_VALUES = 1_000_000
@@ -197,6 +198,7 @@ Friction = Annotated[
         {"exclusiveMinimum": 0, "maximum": 1e6},
     ),
 ]
+UncertainFriction = Annotated[Friction, Uncertain("0.55")]
 ViscousRatio = Annotated[
     float,
     number(

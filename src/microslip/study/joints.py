@@ -11,7 +11,7 @@ from pydantic import Discriminator, Field, Tag
 from microslip._core.parameters import key_of
 from microslip.friction import LAWS, BackboneLaw, Interface
 from microslip.normal import NormalLaw
-from microslip.study.fields import Friction, Loads
+from microslip.study.fields import Loads, UncertainFriction
 from microslip.study.parametric import DescribedAlone, can_be_described, table_of
 from microslip.study.part import Part
 
@@ -24,11 +24,13 @@ class Joint(Part):
     law: Literal["interface"] = Field(
         default="interface", description="The surface decides; other laws have keys of their own."
     )
-    friction_coefficient: Friction = Field(
+    friction_coefficient: UncertainFriction = Field(
         description="Coulomb's coefficient of friction, above zero.", examples=["0.55"]
     )
     normal_load: Loads = Field(
-        description="One normal load or a list of different ones; one joint for each.",
+        default=(),
+        description="One normal load or a list of different ones; one joint for each. Only a "
+        "[structure] needs none: its bolts press.",
         examples=['["500 N", "2 kN"]'],
     )
 

@@ -17,6 +17,7 @@ from microslip.study.columns import Column, FromFile
 from microslip.study.part import Check, JsonSchema, Part
 from microslip.study.schema import Study
 from microslip.study.surfaces import Elastic
+from microslip.study.uncertain import Uncertain
 
 DRAFT = "http://json-schema.org/draft-07/schema#"
 
@@ -71,7 +72,7 @@ def _key(key: str, field: FieldInfo) -> JsonSchema:
     examples = [tomllib.loads(f"x = {text}")["x"] for text in field.examples or () if text]
     if examples:
         schema["examples"] = examples
-    if isinstance(field.default, tuple):
+    if isinstance(field.default, tuple) and field.default:
         schema["default"] = list(field.default)
     elif isinstance(field.default, (bool, int, str)) and field.default != "":
         schema["default"] = field.default
@@ -85,7 +86,7 @@ def _value(annotation: Any, metadata: list[Any]) -> JsonSchema:
         return _value(annotation, [*more, *metadata])
     schema = _type(annotation)
     for item in metadata:
-        if isinstance(item, Check):
+        if isinstance(item, (Check, Uncertain)):
             schema = item.describe(schema)
         elif isinstance(item, FromFile):
             schema = {"anyOf": [*schema.get("anyOf", [schema]), _table(Column)]}

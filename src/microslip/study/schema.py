@@ -40,10 +40,11 @@ from microslip.study.fields import (
     one_of,
     whole,
 )
-from microslip.study.joints import AnyJoint
+from microslip.study.joints import AnyJoint, Joint
 from microslip.study.metals import with_metals
 from microslip.study.part import KeyedError, Part
-from microslip.study.sense import check
+from microslip.study.sense import check, mean_load
+from microslip.study.structure import StructurePart
 from microslip.study.surfaces import AnyMaterial, AnySurface
 
 if TYPE_CHECKING:
@@ -297,6 +298,9 @@ class Study(Part):
     oscillator: OscillatorPart | None = Field(
         default=None, description="A mass on a spring that the joint holds, too."
     )
+    structure: StructurePart | None = Field(
+        default=None, description="A bolted structure that the surface holds together."
+    )
     output: Output = Field(default_factory=Output, description="What is written.")
 
     _name: str = PrivateAttr(default="study")
@@ -317,6 +321,9 @@ class Study(Part):
 
     @model_validator(mode="after")
     def _makes_sense(self) -> Self:
+        if isinstance(self.joint, Joint) and not self.joint.normal_load:
+            joint = self.joint.model_copy(update={"normal_load": (mean_load(self),)})
+            self.__dict__["joint"] = joint
         check(self)
         return self
 

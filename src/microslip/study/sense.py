@@ -14,6 +14,7 @@ from microslip.study.joints import Joint
 from microslip.study.metals import unknown
 from microslip.study.part import KeyedError
 from microslip.study.surfaces import Elastic, Rigid, TableSurface
+from microslip.study.uncertain import Spread
 
 if TYPE_CHECKING:
     from microslip.study.schema import Study
@@ -25,6 +26,23 @@ MAX_POINTS = 1_000_000
 MAX_SAMPLES = 10_000_000
 
 _NO_END = "this surface never lifts off: its heights, or the tail of its table, have no end"
+
+
+def mean_load(study: Study) -> float:
+    """Normal load [N] where none is given: bolts press the area of the surface as they do the lap.
+
+    Raises
+    ------
+    KeyedError
+        If nothing says what presses.
+    """
+    area = getattr(study.surface, "area", None)
+    if study.structure is None or area is None:
+        raise KeyedError(
+            "joint.normal_load", 'missing; write for example normal_load = ["500 N", "2 kN"]'
+        )
+    lap = study.structure.build()
+    return float(lap.bolts.tension.sum() / lap.face_area * area)
 
 
 def check(study: Study) -> None:
@@ -47,16 +65,38 @@ def check(study: Study) -> None:
         _bodies(study, study.surface)
         _loads(study, study.joint.normal_load)
         _variation(study, study.joint.normal_load)
+        _structure(study)
     else:
         _alone(study)
     _forces(study)
     _amount(study)
 
 
+def _structure(study: Study) -> None:
+    """Ranges make bands of a structure; it needs bodies that bend, and a surface of known area."""
+    part = study.structure
+    if part is None:
+        if isinstance(study.joint.friction_coefficient, Spread):
+            raise KeyedError(
+                "joint.friction_coefficient",
+                "wanted a number, got a range; ranges give bands in a study with a [structure]",
+            )
+        return
+    first = study.material[study.surface.materials[0]]
+    if isinstance(first, Rigid):
+        raise KeyedError("surface.materials, item 1", "wanted a body that bends, got a rigid one")
+    if getattr(study.surface, "area", None) is None:
+        raise KeyedError(
+            "surface", "wanted a surface with an area, which a [structure] spreads over its patches"
+        )
+
+
 def _alone(study: Study) -> None:
     """A friction law by its own parameters has no surface and no normal load."""
     law, excitation = study.joint.law, study.excitation
     because = f'the law "{law}" knows no normal load'
+    if study.structure is not None:
+        raise KeyedError("structure", f'wanted none beside joint.law = "{law}", got one; remove it')
     if study.surface is not None:
         raise KeyedError("surface", f'wanted none beside joint.law = "{law}", got one; remove it')
     if excitation.load_variation is not None:

@@ -27,6 +27,8 @@ from microslip.results.predicted.tables import (
     validity,
     varying_table,
 )
+from microslip.results.structure.document import answer as structure_answer
+from microslip.results.structure.document import sections as structure_sections
 from microslip.study.schema import Study
 from microslip.study.surfaces import ScanSurface
 
@@ -55,7 +57,8 @@ def document(result: Prediction) -> Document:
     cycles: list[Block] = [cycle_table(joints, by_force=by_force, varies=bool(result.varying))]
     if result.varying:
         cycles.append(varying_table(joints))
-    sections = [
+    sections = [] if result.structure is None else [*structure_sections(result.structure)]
+    sections += [
         Section("Joint at rest", (joint_table(joints, _law(study)),)),
         Section("Cycles", tuple(cycles)),
     ]
@@ -71,11 +74,14 @@ def document(result: Prediction) -> Document:
         Section("Study", (*study_facts(study), Listing(study.text)), brief=False),
         Section("Equations", (Markup(equations(result)),), brief=False),
     ]
-    return Document(KIND, summary["title"] or "Joint", answer(result), tuple(sections), summary)
+    title = summary["title"] or ("Joint" if result.structure is None else "Structure")
+    return Document(KIND, title, answer(result), tuple(sections), summary)
 
 
 def answer(result: Prediction) -> str:
     """Say in a sentence what was computed."""
+    if result.structure is not None:
+        return structure_answer(result.structure)
     study = result.study
     if study.excitation.force_amplitudes is not None:
         what, unit, values = "force amplitude", "N", result.rows[0].force_amplitude

@@ -21,6 +21,7 @@ from microslip.results.predicted.columns import Columns, blocks
 from microslip.results.predicted.document import document
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.varying import VaryingLoop
+from microslip.results.structure.document import columns as structure_columns
 
 
 def files(result: Prediction, destination: Path) -> tuple[File, ...]:
@@ -42,6 +43,11 @@ def files(result: Prediction, destination: Path) -> tuple[File, ...]:
             parts = partial(_blocks, result, joints)
             own.append(csv_file(f"{name}.csv", parts, rows, UNITS, width))
             numbers += rows * width
+    if result.structure is not None:
+        curves = structure_columns(result.structure)
+        rows = len(curves["mode"])
+        own.append(csv_file("structure.csv", lambda: iter([curves]), rows, UNITS, len(curves)))
+        numbers += rows * len(curves)
     own.append(netcdf_file("result.nc", partial(contents, result), numbers))
     own.append(text_file("study.toml", lambda: result.study.text_for(destination)))
     return standard_files(document(result), result.summary["files"], own)

@@ -21,6 +21,8 @@ from microslip.results.predicted.columns import (
 )
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.varying import extremes
+from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
+from microslip.results.structure.document import numbers as structure_numbers
 from microslip.structures import Oscillator
 from microslip.study import surfaces as u
 from microslip.study.schema import OscillatorPart, Study
@@ -81,7 +83,9 @@ def files(study: Study) -> tuple[str, ...]:
     tables = ["loops", "curves", *(["history"] if history else [])]
     tables += ["oscillator"] if oscillator else []
     tables += ["varying"] if study.excitation.load_variation is not None else []
-    figures = ["loops", "backbone", "energy_damping", "force_damping"]
+    tables += ["structure"] if study.structure is not None else []
+    figures = [] if study.structure is None else list(STRUCTURE_FIGURES)
+    figures += ["loops", "backbone", "energy_damping", "force_damping"]
     # A table of loads says nothing of contacts.
     figures += (
         []
@@ -135,10 +139,16 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
         "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
         "notes": notes,
         **_scan(study),
+        **_structure(result),
         "joints": [_joint(result, index) for index in range(len(result.joints))],
         "units": dict(UNITS),
         "files": list(names),
     }
+
+
+def _structure(result: Prediction) -> dict[str, Any]:
+    """What the structure does, if the study has one."""
+    return {} if result.structure is None else {"structure": structure_numbers(result.structure)}
 
 
 def _scan(study: Study) -> dict[str, Any]:

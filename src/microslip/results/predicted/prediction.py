@@ -14,6 +14,7 @@ from microslip.results.predicted.columns import (
     OscillatorCurve,
 )
 from microslip.results.predicted.varying import VaryingCycles
+from microslip.results.structure.prediction import StructurePrediction
 from microslip.study.schema import Study
 
 
@@ -46,6 +47,8 @@ class Prediction:
     varying : tuple of VaryingCycles
         For each load, the cyclic quantities of the loops where the study lets the normal load vary,
         else empty; rows and curves are at constant load all the same.
+    structure : StructurePrediction or None
+        The bolted structure of the study: tightened state, modes, bands.
     """
 
     study: Study
@@ -58,6 +61,7 @@ class Prediction:
     histories: tuple[HistoryResponse, ...] = ()
     oscillators: tuple[OscillatorCurve, ...] = ()
     varying: tuple[VaryingCycles, ...] = ()
+    structure: StructurePrediction | None = None
 
     def __repr__(self) -> str:
         parts = [
@@ -68,6 +72,7 @@ class Prediction:
             *(f"history of {_count(len(h.force), 'sample')}" for h in self.histories[:1]),
             *("oscillator" for _ in self.oscillators[:1]),
             *("varying load" for _ in self.varying[:1]),
+            *(["structure"] if self.structure is not None else []),
         ]
         return f"Result({', '.join(parts)})"
 

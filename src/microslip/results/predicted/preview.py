@@ -35,6 +35,11 @@ _UNITS = {
     "amplitude": "N",
     "phase": "rad",
     "mass": "kg",
+    **dict.fromkeys(("length", "width", "thickness", "lap", "positions", "across", "at"), "m"),
+    **dict.fromkeys(("shank", "hole", "washer", "head", "thread", "pitch"), "m"),
+    "element_size": "m",
+    "tension": "N",
+    "torque": "N m",
     "stiffness": "N/m",
 }
 """Units of the keys of a study; the others hold plain numbers."""
@@ -150,11 +155,17 @@ def _quantities(study: Study) -> Iterator[dict[str, Any]]:
     }
     for key, written, value in _walk({"material": material, **given}, found):
         unit = _UNITS.get(key.rpartition(".")[2], "-")
+        if key == "structure.density":
+            unit = "kg/m^3"
         if key == "surface.heights.density":  # of the heights, not of the summits
             unit = "1/m"
         if key == "excitation.history" and history is not None:
             value, unit = history.values.tolist(), "N" if history.quantity == "force" else "m"
-        if isinstance(written, dict):
+        if isinstance(written, dict) and "file" not in written:
+            written = ", ".join(f"{name} = {x}" for name, x in written.items())
+            ends = (value.low, value.high) if value.cv is None else (float(value),)
+            shown = {"value": list(ends) if len(ends) > 1 else ends[0]}
+        elif isinstance(written, dict):
             written = f'{written.get("file")}, column "{written.get("column")}"'
             shown = {"count": len(value), "smallest": min(value), "largest": max(value)}
         else:
@@ -177,7 +188,7 @@ def _walk(given: Any, found: Any, path: str = "") -> Iterator[tuple[str, Any, An
     """Keys that hold numbers, or that say which file holds them."""
     for key, written in given.items():
         here, value = f"{path}{key}", found.get(key)
-        if isinstance(written, dict) and "file" in written:
+        if isinstance(written, dict) and "file" in written and path != "structure.":
             if "values" in (value or {}):  # heights
                 here, value = f"{here}.values", value["values"]
             yield here, written, value

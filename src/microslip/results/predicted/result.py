@@ -44,6 +44,8 @@ class Result(Prediction):
     varying : tuple of VaryingCycles
         For each load, the cyclic quantities of the loops where the study lets the normal load vary,
         else empty; rows and curves are at constant load all the same.
+    structure : StructurePrediction or None
+        The bolted structure of the study: tightened state, modes, bands.
     """
 
     def save(

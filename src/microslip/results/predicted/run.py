@@ -21,18 +21,25 @@ from microslip.results.predicted.columns import (
 from microslip.results.predicted.numbers import Defaults, oscillator_of, slip_scale_of, summarise
 from microslip.results.predicted.result import Result
 from microslip.results.predicted.varying import VaryingCycles, VaryingLoop
+from microslip.results.structure.run import run as run_structure
 from microslip.study.build import blame, build_joints, check_loads
 from microslip.study.schema import LoadVariation, Study
 
 DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
 DEFAULT_RANGE = (1e-3, 1e2)
 DEFAULT_POINTS = 200
+_STRUCTURE = 0.95  # share of a run that a structure takes
 
 
 def run(study: Study, progress: Progress | None = None) -> Result:
     """Compute a study; see :meth:`microslip.study.schema.Study.run`."""
     joints = build_joints(study)
     check_loads(study, joints)
+    structure = None
+    if study.structure is not None:
+        whole, tell = progress, progress or (lambda share: None)
+        structure = run_structure(study, lambda share: tell(_STRUCTURE * share))
+        progress = None if whole is None else _after(whole, _STRUCTURE)
     defaults = defaults_of(study, joints)
     amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
     history = study.excitation.history
@@ -72,8 +79,14 @@ def run(study: Study, progress: Progress | None = None) -> Result:
         histories=tuple(histories),
         oscillators=tuple(oscillators),
         varying=tuple(varying),
+        structure=structure,
     )
     return replace(result, summary=summarise(result, defaults))
+
+
+def _after(progress: Progress, done: float) -> Progress:
+    """Progress of what comes once a share is done."""
+    return lambda share: progress(done + (1.0 - done) * share)
 
 
 class _Steps:

@@ -10,6 +10,7 @@ from microslip.results.predicted.varying import in_words
 from microslip.study.parametric import labels_of
 from microslip.study.scanned_surface import NO_CUTOFF
 from microslip.study.schema import Study
+from microslip.study.structure import StructurePart
 from microslip.study.surfaces import TableHeights
 
 _KEYS = {
@@ -51,6 +52,32 @@ _KEYS = {
     "amplitudes": ("Displacement amplitudes", "m"),
     "force_amplitudes": ("Force amplitudes", "N"),
     "mass": ("Mass", "kg"),
+    "length": ("Length", "m"),
+    "width": ("Width", "m"),
+    "thickness": ("Thickness", "m"),
+    "lap": ("Lap", "m"),
+    "style": ("Style", ""),
+    "patches": ("Patches", ""),
+    "element_size": ("Elements in the lap", "m"),
+    "modes": ("Modes", ""),
+    "base_damping_ratio": ("Base damping ratio", ""),
+    "samples": ("Samples for bands", ""),
+    "positions": ("Bolts along the lap", "m"),
+    "across": ("Bolts across the lap", "m"),
+    "shank": ("Shanks", "m"),
+    "hole": ("Holes", "m"),
+    "washer": ("Washers", "m"),
+    "head": ("Heads and nuts", "m"),
+    "tension": ("Bolt tension", "N"),
+    "torque": ("Tightening torque", "N m"),
+    "thread": ("Thread", "m"),
+    "nut_factor": ("Nut factor", ""),
+    "pitch": ("Pitch", "m"),
+    "thread_friction": ("Friction in the thread", ""),
+    "bearing_friction": ("Friction under the head", ""),
+    "at": ("Sensor at", "m"),
+    "direction": ("Its direction", ""),
+    "factor": ("Factor on the form", ""),
     "stiffness": ("Stiffness beside the joint", "N/m"),
     "viscous_damping_ratio": ("Viscous damping ratio", ""),
 }
@@ -64,7 +91,10 @@ _LAWS = {
     "scan": "summits of a scan",
 }
 # What is said with something else, or in the notes.
-_ELSEWHERE = ("rigid", "materials", "law", "file", "column", "unit", "start", "to", "points")
+_ELSEWHERE = (
+    "rigid", "materials", "law", "file", "column", "unit", "start", "to", "points", "measured",
+    "x", "y", "gap",
+)  # fmt: skip
 
 
 def study_facts(study: Study) -> tuple[Facts, ...]:
@@ -85,6 +115,8 @@ def study_facts(study: Study) -> tuple[Facts, ...]:
     groups.append(Facts("Excitation", _rows(study.excitation)))
     if study.oscillator is not None:
         groups.append(Facts("Oscillator", _rows(study.oscillator)))
+    if study.structure is not None:
+        groups.append(Facts("Structure", _rows(study.structure)))
     return tuple(group for group in groups if group.rows)
 
 
@@ -112,6 +144,8 @@ def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
             rows += _rows(value)
         else:
             meaning, unit = _KEYS[name] if name in _KEYS else labels[name]
+            if name == "density" and isinstance(part, StructurePart):
+                meaning, unit = "Mass density", "kg/m³"
             if name == "density" and isinstance(part, TableHeights):
                 meaning, unit = "Their density", "1/m"
             rows.append((meaning, quantity(value, unit)))

@@ -1,0 +1,226 @@
+"""What is said of a bolted structure: its answer, its sections, its numbers and its table."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.units import engineering
+from microslip.report import cells
+from microslip.report.document import Block, Column, Facts, Note, Picture, Section, Table
+from microslip.results.structure.pictures import (
+    curve_plot,
+    loss_plot,
+    pressure_plot,
+    shape_plot,
+    slip_plot,
+)
+from microslip.results.structure.prediction import Mode, StructurePrediction
+
+FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
+"""Names of the figures."""
+
+_BANDS = (
+    "Bands are the 5, 50 and 95 % of quasi-static curves over Sobol' points, on one reduced model, "
+    "moved to where the balance of harmonics has the middle."
+)
+
+
+def answer(found: StructurePrediction) -> str:
+    """The result in a sentence."""
+    mode = found.modes[0]
+    last = _last(mode)
+    curve = mode.curve
+    band = ""
+    if mode.bands is not None:
+        low, _, high = mode.bands.damping_ratio[:, last]
+        band = f" (5–95 %: {cells.ratio(low)} to {cells.ratio(high)})"
+    return (
+        f"Mode {mode.number} lies at {curve.linear_frequency:.5g} Hz while all sticks; at "
+        f"{engineering(float(curve.amplitude[last]), 'm', 3)} at the sensor it is at "
+        f"{curve.frequency[last]:.5g} Hz, and its damping ratio is "
+        f"{cells.ratio(float(curve.damping_ratio[last]))}{band}."
+    )
+
+
+def sections(found: StructurePrediction) -> tuple[Section, ...]:
+    """The parts of a document that are about the structure, the first ones to read."""
+    parts = [Section("Structure", (_model(found),))]
+    blocks: list[Block] = [_table(mode) for mode in found.modes]
+    ranking = [_ranking(mode) for mode in found.modes if mode.bands is not None]
+    parts.append(Section("Frequency and damping", (*blocks, Note(_remark(found), small=True))))
+    if ranking:
+        parts.append(Section("What decides", tuple(ranking)))
+    parts.append(Section("Structure in figures", pictures(found), brief=False))
+    return tuple(parts)
+
+
+def pictures(found: StructurePrediction) -> tuple[Picture, ...]:
+    """The figures."""
+    told = " Markers are the test." if found.part.measured is not None else ""
+    bands = " Shaded: 5 to 95 % of what is not known." if found.inputs else ""
+    return (
+        Picture(
+            "modal_curves",
+            "Frequency and damping ratio of each mode against the displacement amplitude at the "
+            f"sensor, by balance of harmonics; dashed: quasi-static.{bands}{told}",
+            lambda: curve_plot(found),
+            "Frequency and damping of the modes against amplitude",
+        ),
+        Picture(
+            "pressure_map",
+            "Mean pressure on each patch after tightening, seen from above.",
+            lambda: pressure_plot(found),
+            "Pressure on the contact patches",
+        ),
+        Picture(
+            "slip_map",
+            "Relative tangential amplitude of the two faces at each patch, at the largest "
+            "amplitude: where it slips.",
+            lambda: slip_plot(found),
+            "Relative motion of the contact patches",
+        ),
+        Picture(
+            "loss_map",
+            "Share of each patch in the energy lost a cycle, at the largest amplitude: there the "
+            "patches should be fine, and there form and friction count.",
+            lambda: loss_plot(found),
+            "Loss of the contact patches",
+        ),
+        Picture(
+            "mode_shapes",
+            "The modes at the largest amplitude, seen from the side, or from above where they bend "
+            "that way; the motion is exaggerated.",
+            lambda: shape_plot(found),
+            "Shapes of the modes",
+        ),
+    )
+
+
+def numbers(found: StructurePrediction) -> dict[str, Any]:
+    """What the summary holds of the structure: plain values in SI units."""
+    joint, state = found.joint, found.state
+    return {
+        "answer": answer(found),
+        "degrees_of_freedom": {"elements": joint.full_size, "reduced": joint.size},
+        "equilibrium_error": state.equilibrium_error,
+        "bolt_tension": joint.tensions(state.displacement, state.static_force).tolist(),
+        "uncertain": dict(found.inputs),
+        "patches": [
+            dict(zip(("x", "y"), map(float, centre), strict=True))
+            | {"area": float(area), "gap": float(gap), "normal_load": float(load)}
+            for centre, area, gap, load in zip(
+                joint.patch_centres, joint.patch_areas, joint.patch_gaps, state.normal_loads,
+                strict=True,
+            )
+        ],
+        "modes": [_mode_numbers(mode) for mode in found.modes],
+    }  # fmt: skip
+
+
+def columns(found: StructurePrediction) -> dict[str, Floats]:
+    """The curves of all modes in long form, for a CSV file."""
+    parts: list[dict[str, Floats]] = []
+    for mode in found.modes:
+        size = mode.curve.amplitude.size
+        part = {
+            "mode": np.full(size, float(mode.number)),
+            "amplitude": mode.curve.amplitude,
+            "modal_frequency": mode.curve.frequency,
+            "modal_damping_ratio": mode.curve.damping_ratio,
+            "quasi_static_frequency": mode.quick.frequency,
+            "quasi_static_damping_ratio": mode.quick.damping_ratio,
+        }
+        if mode.bands is not None:
+            for name, values in (
+                ("frequency", mode.bands.frequency),
+                ("damping_ratio", mode.bands.damping_ratio),
+            ):
+                for word, row in zip(("low", "median", "high"), values, strict=True):
+                    part[f"modal_{name}_{word}"] = row
+        parts.append(part)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _mode_numbers(mode: Mode) -> dict[str, Any]:
+    curve, bands = mode.curve, mode.bands
+    result: dict[str, Any] = {
+        "mode": mode.number,
+        "linear_frequency": curve.linear_frequency,
+        "message": curve.message,
+        "amplitude": _plain(curve.amplitude),
+        "modal_frequency": _plain(curve.frequency),
+        "modal_damping_ratio": _plain(curve.damping_ratio),
+        "quasi_static_damping_ratio": _plain(mode.quick.damping_ratio),
+        "loss_share": _plain(mode.loss()),
+    }
+    if bands is not None:
+        result["modal_frequency_bands"] = [_plain(row) for row in bands.frequency]
+        result["modal_damping_ratio_bands"] = [_plain(row) for row in bands.damping_ratio]
+        result["ranking"] = dict(bands.ranking)
+    return result
+
+
+def _plain(values: Floats) -> list[float | None]:
+    return [float(v) if math.isfinite(v) else None for v in values]
+
+
+def _last(mode: Mode) -> int:
+    return int(np.flatnonzero(mode.curve.converged)[-1])
+
+
+def _model(found: StructurePrediction) -> Facts:
+    joint, state, part = found.joint, found.state, found.part
+    tensions = joint.tensions(state.displacement, state.static_force)
+    pressed = int((state.normal_loads > 0.0).sum())
+    rows = [
+        ("Finite elements", f"{joint.full_size} degrees of freedom"),
+        ("Reduced to", f"{joint.patches} patches, {len(tensions)} bolts, {joint.size} in all"),
+        ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
+        ("Patches in contact", f"{pressed} of {joint.patches}"),
+        ("Largest pressure", engineering(float(state.pressures.max()), "Pa", 3)),
+        ("Balance of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),
+        ("Base damping, an input", cells.ratio(part.base_damping_ratio)),
+    ]
+    rows += [(f"Not known exactly: {name}", text) for name, text in found.inputs]
+    return Facts("Model", tuple(rows))
+
+
+def _table(mode: Mode) -> Table:
+    curve, bands = mode.curve, mode.bands
+    listed = [
+        Column("amplitude", "Amplitude at the sensor", "m", 3, short="amplitude"),
+        Column("modal_frequency", "Frequency", "Hz", write=lambda f: f"{f:.5g}", short="Hz"),
+        Column("modal_damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ"),
+        Column("quasi_static_damping_ratio", "ζ, quasi-static", "", write=cells.ratio),
+    ]
+    values = [curve.amplitude, curve.frequency, curve.damping_ratio, mode.quick.damping_ratio]
+    if bands is not None:
+        for name, row in zip(("5 %", "50 %", "95 %"), bands.damping_ratio, strict=True):
+            listed.append(Column(f"damping_{name}", f"ζ, {name}", "", write=cells.ratio))
+            values.append(row)
+    rows = tuple(
+        tuple(v if math.isfinite(v) else None for v in row) for row in zip(*values, strict=True)
+    )
+    title = f"Mode {mode.number}, {curve.linear_frequency:.5g} Hz while all sticks"
+    return Table(title, tuple(listed), rows, caption=curve.message, noun="amplitudes")
+
+
+def _remark(found: StructurePrediction) -> str:
+    worst = max(
+        (float(np.nanmax(abs(m.curve.damping_difference))) for m in found.modes), default=0.0
+    )
+    text = f"The quasi-static damping differs from the balance of harmonics by up to {worst:.0%}."
+    return f"{text} {_BANDS}" if found.inputs else text
+
+
+def _ranking(mode: Mode) -> Table:
+    assert mode.bands is not None  # who calls has looked
+    listed = (
+        Column("input", "Not known exactly"),
+        Column("share", "Share in the scatter of ln ζ", "", write=cells.percent),
+    )
+    return Table(f"Mode {mode.number}", listed, mode.bands.ranking, noun="inputs")

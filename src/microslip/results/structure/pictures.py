@@ -1,0 +1,164 @@
+"""Figures of a bolted structure: curves with bands, maps of patches, shapes of modes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.units import prefix
+from microslip.report.plot import COLORS, DASHED, Area, Axis, Entry, Panel, Pixels, Plot
+from microslip.results.structure.prediction import Mode, StructurePrediction
+
+_LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
+_PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
+
+
+def curve_plot(found: StructurePrediction) -> Plot:
+    """Frequency over its value at rest, and damping ratio, against amplitude."""
+    letter_scale, letter = prefix(float(found.modes[0].curve.amplitude[-1]))
+    amplitude = Axis(f"Amplitude at the sensor [{letter}m]", log=True, margin=0.0)
+    upper = Panel(amplitude, Axis("Frequency change [%]"))
+    lower = Panel(
+        Axis(f"Amplitude at the sensor [{letter}m]", log=True, margin=0.0),
+        Axis("Damping ratio ζ [–]", log=True),
+    )
+    legend = []
+    for index, mode in enumerate(found.modes):
+        color, pale = COLORS[index % len(COLORS)], _PALE[index % len(_PALE)]
+        x = mode.curve.amplitude / letter_scale
+        rest = mode.curve.linear_frequency
+        for panel, name, change in ((upper, "frequency", True), (lower, "damping_ratio", False)):
+            if mode.bands is not None:
+                low, _, high = getattr(mode.bands, name)
+                outline = np.concatenate([low, high[::-1]])
+                outline = 100.0 * (outline / rest - 1.0) if change else outline
+                panel.add(Area(np.concatenate([x, x[::-1]]), outline, pale))
+            for curve, dash in ((mode.quick, DASHED), (mode.curve, ())):
+                y = getattr(curve, name)
+                panel.line(x, 100.0 * (y / rest - 1.0) if change else y, color, dash=dash)
+        legend.append(Entry(f"mode {mode.number}, {rest:.5g} Hz at rest", color))
+    if found.part.measured is not None:
+        test = found.part.measured
+        number = [mode.number for mode in found.modes].index(test.mode)
+        rest, color = found.modes[number].curve.linear_frequency, COLORS[number % len(COLORS)]
+        x, frequency, damping = test.table.T
+        upper.marks(x / letter_scale, 100.0 * (frequency / rest - 1.0), color)
+        lower.marks(x / letter_scale, damping, color)
+        legend.append(Entry(f"test of mode {test.mode}", color, marker="o", line=False))
+    legend.append(Entry("quasi-static", COLORS[0], DASHED))
+    upper.cell, lower.cell = (0, 0, 0, 0), (1, 1, 0, 0)
+    upper.x.bare = True
+    return Plot([upper, lower], 6.2, heights=(1.0, 1.3), legend=tuple(legend))
+
+
+def pressure_plot(found: StructurePrediction) -> Plot:
+    """Pressures after tightening."""
+    scale, letter = prefix(float(found.state.pressures.max()))
+    return _maps(found, [("", found.state.pressures / scale)], f"Pressure [{letter}Pa]")
+
+
+def slip_plot(found: StructurePrediction) -> Plot:
+    """Relative tangential amplitudes."""
+    slips = [(f"Mode {mode.number}", mode.slip(found.joint)) for mode in found.modes]
+    scale, letter = prefix(max(float(slip.max()) for _, slip in slips))
+    return _maps(
+        found, [(name, slip / scale) for name, slip in slips], f"Relative amplitude [{letter}m]"
+    )
+
+
+def loss_plot(found: StructurePrediction) -> Plot:
+    """Shares in the loss."""
+    losses = [(f"Mode {mode.number}", 100.0 * mode.loss()) for mode in found.modes]
+    return _maps(found, losses, "Share of the loss [%]")
+
+
+def _maps(found: StructurePrediction, maps: list[tuple[str, Floats]], label: str) -> Plot:
+    """Patches in plan, coloured by values, with the bolts and one scale of colours."""
+    joint = found.joint
+    most = max(float(values.max()) for _, values in maps) or 1.0
+    lap = found.part.build()
+    boxes = 1e3 * joint.patch_boxes
+    panels = []
+    for row, (title, values) in enumerate(maps):
+        last = row == len(maps) - 1
+        panel = Panel(
+            Axis("Along the lap [mm]", boxes[:, 0].min(), boxes[:, 1].max(), bare=not last),
+            Axis("Across [mm]", boxes[:, 2].min(), boxes[:, 3].max()),
+            note=title,
+            grid=False,
+            equal=True,
+            cell=(row, row, 0, 0),
+        )
+        for (x0, x1, y0, y1), value in zip(boxes, values, strict=True):
+            panel.add(
+                Area(np.array([x0, x1, x1, x0]), np.array([y0, y0, y1, y1]), _color(value / most))
+            )
+        turn = np.linspace(0.0, 2.0 * np.pi, 49)
+        for x, y in lap.bolts.positions:
+            hole = 500.0 * lap.bolts.hole
+            panel.add(Area(1e3 * x + hole * np.cos(turn), 1e3 * y + hole * np.sin(turn), "#ffffff"))
+        panels.append(panel)
+    wide = np.ptp(boxes[:, 2:]) / np.ptp(boxes[:, :2])
+    high = min(max(6.0 * float(wide), 1.2), 3.5)
+    bar = Panel(
+        Axis(label, 0.0, most),
+        Axis(low=0.0, high=1.0, ticks=()),
+        grid=False,
+        cell=(len(maps), len(maps), 0, 0),
+        items=[Pixels(_ramp(), 0.0, most, 0.0, 1.0)],
+    )
+    heights = (*([1.0] * len(maps)), 0.14 / high)
+    return Plot([*panels, bar], high * len(maps) + 1.4, heights=heights)
+
+
+def _ramp() -> NDArray[np.uint8]:
+    share = np.linspace(0.0, 1.0, 256)[None, :, None]
+    ramp: NDArray[np.uint8] = np.rint(_LIGHT + share * (_DARK - _LIGHT)).astype(np.uint8)
+    return ramp
+
+
+def _color(share: float) -> str:
+    red, green, blue = np.rint(_LIGHT + min(max(share, 0.0), 1.0) * (_DARK - _LIGHT)).astype(int)
+    return f"#{red:02x}{green:02x}{blue:02x}"
+
+
+def shape_plot(found: StructurePrediction) -> Plot:
+    """Each mode from the side that shows it, exaggerated, over the structure at rest."""
+    panels = []
+    for row, mode in enumerate(found.modes):
+        last = row == len(found.modes) - 1
+        panels.append(_shape(found, mode, row, last))
+    return Plot(panels, 1.5 * len(panels) + 0.7, heights=tuple([1.0] * len(panels)))
+
+
+def _shape(found: StructurePrediction, mode: Mode, row: int, last: bool) -> Panel:
+    outside = found.joint.surface
+    solved = int(np.flatnonzero(mode.curve.converged)[-1])
+    shape = mode.curve.shape[solved]
+    turned = (shape * np.exp(-1j * np.angle(shape[np.argmax(abs(shape))]))).real
+    motion = outside.motion.astype(float) @ turned
+    points = outside.points.astype(float)
+    up = 2 if np.ptp(motion[:, 2]) >= np.ptp(motion[:, 1]) else 1  # seen from the side, or above
+    hidden = 3 - up
+    near = points[:, hidden].min() if hidden == 1 else points[:, hidden].max()
+    size = np.ptp(points[:, 0])
+    seen = outside.facets[(abs(points[outside.facets][:, :, hidden] - near) < 1e-6).all(axis=1)]
+    if up == 1:  # heads hide the plates: take the plane where most facets lie
+        heights = np.round(points[outside.facets][:, :, 2].mean(axis=1), 6)
+        flat = np.ptp(points[outside.facets][:, :, 2], axis=1) < 1e-6
+        levels, counts = np.unique(heights[flat], return_counts=True)
+        seen = outside.facets[flat & (heights == levels[np.argmax(counts)])]
+    grown = points + 0.08 * size / abs(motion).max() * motion
+    panel = Panel(
+        Axis("Along [mm]", bare=not last),
+        Axis("Up [mm]" if up == 2 else "Across [mm]"),
+        note=f"Mode {mode.number}, {mode.curve.frequency[solved]:.5g} Hz",
+        cell=(row, row, 0, 0),
+        equal=True,
+        grid=False,
+    )
+    for places, color in ((points, "#e4e4e4"), (grown, "#4c8fc0")):
+        for facet in seen:
+            panel.add(Area(1e3 * places[facet, 0], 1e3 * places[facet, up], color))
+    return panel

@@ -1,0 +1,311 @@
+"""Floor 10: a bolted structure in a study: its drawing, its bolts, and what is not known of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, Field, PrivateAttr, ValidationInfo, model_validator
+
+from microslip._core.checks import Floats
+from microslip._core.units import FORCE, FREQUENCY, LENGTH, MASS_DENSITY, TORQUE
+from microslip.errors import InputError
+from microslip.study.columns import Column, FileName
+from microslip.study.fields import (
+    Friction,
+    Line,
+    ViscousRatio,
+    array,
+    different,
+    number,
+    one_of,
+    quantity,
+    whole,
+)
+from microslip.study.part import KeyedError, Part
+from microslip.study.uncertain import Uncertain
+
+if TYPE_CHECKING:
+    from microslip.structures import LapJoint
+
+MOST_MODES, MOST_POINTS, MOST_SAMPLES = 10, 100, 4096
+
+Size = Annotated[float, quantity(LENGTH, "25 mm")]
+Place = Annotated[float, quantity(LENGTH, "30 mm", "any")]
+Places = Annotated[tuple[Place, ...], array('["-30 mm", "0 mm", "30 mm"]', 200, single=True)]
+Tension = Annotated[float, quantity(FORCE, "12 kN"), Uncertain('"12 kN"')]
+Torque = Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')]
+_FACTOR = number("a finite number such as 1.0", lambda value: True, {})
+_SHARE = number(
+    "a number above 0 and at most 1 such as 0.2",
+    lambda value: 0.0 < value <= 1.0,
+    {"exclusiveMinimum": 0, "maximum": 1},
+)
+
+
+class BoltsPart(Part):
+    """Equal bolts through the lap: places from its middle, diameters, tension or torque."""
+
+    positions: Places = Field(
+        description="Places along the lap, from its middle.",
+        examples=['["-30 mm", "0 mm", "30 mm"]'],
+    )
+    across: Places | None = Field(
+        default=None,
+        description="Places across the lap, one a bolt; all in the middle unless given.",
+        examples=['["0 mm", "0 mm", "0 mm"]'],
+    )
+    shank: Size = Field(description="Diameter of the shanks.", examples=['"8 mm"'])
+    hole: Size = Field(description="Diameter of the holes.", examples=['"8.4 mm"'])
+    washer: Size = Field(
+        description="Outer diameter of the washers, or of the heads.", examples=['"17 mm"']
+    )
+    head: Size | None = Field(
+        default=None,
+        description="Height of a head and of a nut with its washer; 0.8 shank diameters unless "
+        "given.",
+        examples=['"7 mm"'],
+    )
+    tension: Tension | None = Field(
+        default=None, description="Tension of each bolt.", examples=['"12 kN"']
+    )
+    torque: Torque | None = Field(
+        default=None, description="Tightening torque instead of the tension.", examples=['"20 N m"']
+    )
+    thread: Size | None = Field(
+        default=None,
+        description="Nominal diameter of the thread, for a torque.",
+        examples=['"8 mm"'],
+    )
+    nut_factor: Annotated[float, _SHARE] | None = Field(
+        default=None,
+        description="K of torque = K d tension, such as 0.2 for dry steel.",
+        examples=["0.2"],
+    )
+    pitch: Size | None = Field(
+        default=None, description="Pitch of the thread, with two frictions.", examples=['"1.25 mm"']
+    )
+    thread_friction: Friction | None = Field(
+        default=None, description="Friction in the thread.", examples=["0.12"]
+    )
+    bearing_friction: Friction | None = Field(
+        default=None, description="Friction under the turned head or nut.", examples=["0.12"]
+    )
+
+    @model_validator(mode="after")
+    def _places(self) -> Self:
+        if self.across is not None and len(self.across) != len(self.positions):
+            raise KeyedError(
+                "structure.bolts.across",
+                f"wanted one place a bolt, {len(self.positions)} of them, got {len(self.across)}",
+            )
+        return self
+
+
+class SensorPart(Part):
+    """Where amplitudes are meant, as a test's sensor shows them."""
+
+    at: Annotated[tuple[Place, Place, Place], array('["0.36 m", "0 m", "0 m"]', 3)] = Field(
+        description="Its place from the middle of the lap: along, across, upwards.",
+        examples=['["0.36 m", "0 m", "0 m"]'],
+    )
+    direction: Annotated[Literal["x", "y", "z"], one_of("x", "y", "z")] = Field(
+        default="z", description="Along (x), across (y) or upwards (z)."
+    )
+
+
+class AmplitudeRange(Part):
+    """Displacement amplitudes at the sensor [m], evenly spaced on a log axis."""
+
+    start: Size = Field(alias="from", description="Smallest amplitude.", examples=['"0.1 um"'])
+    to: Size = Field(description="Largest amplitude.", examples=['"30 um"'])
+    points: Annotated[
+        int, whole(f"a whole number from 2 to {MOST_POINTS}, such as 10", 2, MOST_POINTS)
+    ] = Field(default=10, description="How many.")
+
+    @model_validator(mode="after")
+    def _rising(self) -> Self:
+        if not self.start < self.to:
+            raise KeyedError("structure.amplitude.to", "wanted more than `from`")
+        return self
+
+
+class FormPart(Part):
+    """How far the faces stand apart where nothing presses: columns x, y and gap of a CSV file."""
+
+    file: FileName = Field(
+        description="CSV file with a line of column names; relative to the folder of the study.",
+        examples=['"form.csv"'],
+    )
+    x: Line = Field(
+        default="x", description="Column of the places along the lap.", examples=['"x"']
+    )
+    y: Line = Field(default="y", description="Column of the places across it.", examples=['"y"'])
+    gap: Line = Field(default="gap", description="Column of the gaps.", examples=['"gap"'])
+    factor: Annotated[float, _FACTOR, Uncertain("1.0")] = Field(
+        default=1.0,
+        description="What the gaps are multiplied with: 0 is flat, -1 the reversed form.",
+        examples=["1.0"],
+    )
+    _table: Floats = PrivateAttr(default_factory=lambda: np.zeros((0, 3)))
+
+    @model_validator(mode="after")
+    def _read(self, info: ValidationInfo) -> Self:
+        read = [
+            Column(file=self.file, column=name).read(LENGTH, "any", info, f"structure.form.{key}")
+            for key, name in (("x", self.x), ("y", self.y), ("gap", self.gap))
+        ]
+        self._table = np.array(read).T
+        return self
+
+    @property
+    def table(self) -> Floats:
+        """Columns x, y and gap [m]."""
+        return self._table
+
+
+class MeasuredPart(Part):
+    """A test of one mode as a CSV file, drawn over the prediction."""
+
+    file: FileName = Field(
+        description="CSV file with a line of column names; relative to the folder of the study.",
+        examples=['"test.csv"'],
+    )
+    amplitude: Line = Field(
+        default="amplitude",
+        description="Column of the displacement amplitudes at the sensor.",
+        examples=['"amplitude"'],
+    )
+    frequency: Line = Field(
+        default="frequency",
+        description="Column of the frequencies.",
+        examples=['"frequency"'],
+    )
+    damping_ratio: Line = Field(
+        default="damping_ratio",
+        description="Column of the damping ratios, in percent where its header says so.",
+        examples=['"damping_ratio"'],
+    )
+    mode: Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)] = Field(
+        default=1, description="The mode that was tested, counted from 1."
+    )
+    _table: Floats = PrivateAttr(default_factory=lambda: np.zeros((0, 3)))
+
+    @model_validator(mode="after")
+    def _read(self, info: ValidationInfo) -> Self:
+        from microslip._core.units import RATIO
+
+        read = [
+            Column(file=self.file, column=name, unit=unit).read(
+                kind, "positive", info, f"structure.measured.{key}"
+            )
+            for key, name, kind, unit in (
+                ("amplitude", self.amplitude, LENGTH, None),
+                ("frequency", self.frequency, FREQUENCY, None),
+                ("damping_ratio", self.damping_ratio, RATIO, "1"),
+            )
+        ]
+        self._table = np.array(read).T
+        return self
+
+    @property
+    def table(self) -> Floats:
+        """Columns amplitude [m], frequency [Hz] and damping ratio [-]."""
+        return self._table
+
+
+class StructurePart(Part):
+    """Two beams or plates, bolted where they overlap; the first body of the surface below."""
+
+    length: Size = Field(description="From end to end.", examples=['"720 mm"'])
+    width: Size = Field(description="Across.", examples=['"25.4 mm"'])
+    thickness: Size = Field(description="Of each part, outside the lap.", examples=['"25.4 mm"'])
+    lap: Size = Field(description="Length of the overlap.", examples=['"120 mm"'])
+    style: Annotated[Literal["half-lap", "single-lap"], one_of("half-lap", "single-lap")] = Field(
+        default="half-lap",
+        description="Parts half as thick in the overlap, or whole plates on each other.",
+    )
+    density: Annotated[float, quantity(MASS_DENSITY, "7850 kg/m^3")] = Field(
+        description="Mass density of the parts.", examples=['"7850 kg/m^3"']
+    )
+    bolts: BoltsPart = Field(description="The bolts.", examples=[""])
+    patches: Annotated[
+        tuple[Annotated[int, whole("a whole number from 1 to 100", 1, 100)], ...],
+        array("[15, 2]", 2),
+    ] = Field(default=(15, 2), description="Contact patches along and across the lap.")
+    element_size: Size | None = Field(
+        default=None,
+        description="Size of the finite elements in the lap; a 24th of the lap or a quarter of the "
+        "width, what is less, unless given.",
+        examples=['"5 mm"'],
+    )
+    form: FormPart | None = Field(default=None, description="Form of the faces; flat unless given.")
+    modes: Annotated[
+        tuple[Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)], ...],
+        array("[1, 3]", MOST_MODES),
+        AfterValidator(different),
+    ] = Field(default=(1,), description="Elastic modes, counted from 1.")
+    amplitude: AmplitudeRange | None = Field(
+        default=None,
+        description="Amplitudes at the sensor; from 1e-7 to 5e-5 of the length unless given.",
+    )
+    sensor: SensorPart | None = Field(
+        default=None, description="Where amplitudes are meant; the right end unless given."
+    )
+    base_damping_ratio: ViscousRatio = Field(
+        default=0.0,
+        description="Damping of all but the joint, which is added: an input, no result.",
+        examples=["0.0005"],
+    )
+    samples: Annotated[
+        int, whole(f"a whole number from 8 to {MOST_SAMPLES}, such as 64", 8, MOST_SAMPLES)
+    ] = Field(default=64, description="Samples for the bands, where something is given as a range.")
+    measured: MeasuredPart | None = Field(
+        default=None, description="A test, drawn over the prediction."
+    )
+
+    @model_validator(mode="after")
+    def _drawn(self) -> Self:
+        if len(self.patches) != 2:
+            raise KeyedError("structure.patches", f"wanted two numbers, got {len(self.patches)}")
+        if self.measured is not None and self.measured.mode not in self.modes:
+            raise KeyedError(
+                "structure.measured.mode",
+                f"wanted one of structure.modes, got {self.measured.mode}",
+            )
+        try:
+            self.build()
+        except InputError as error:
+            raise KeyedError("structure", str(error)) from None
+        return self
+
+    @property
+    def amplitudes(self) -> Floats:
+        """Amplitudes at the sensor [m]."""
+        span = self.amplitude
+        if span is None:
+            return np.geomspace(1e-7 * self.length, 5e-5 * self.length, 10)
+        return np.geomspace(span.start, span.to, span.points)
+
+    @property
+    def sensing(self) -> tuple[tuple[float, float, float], str]:
+        """Place [m] and direction of the sensor."""
+        if self.sensor is None:
+            upwards = 0.0 if self.style == "half-lap" else 0.5 * self.thickness
+            return (0.5 * self.length, 0.0, upwards), "z"
+        return self.sensor.at, self.sensor.direction
+
+    def build(self) -> LapJoint:
+        """The lap joint."""
+        from microslip.structures import Bolts, LapJoint
+
+        given: dict[str, Any] = {
+            name: getattr(self.bolts, name)
+            for name in type(self.bolts).model_fields
+            if name not in ("positions", "across")
+        }
+        places: Any = self.bolts.positions
+        if self.bolts.across is not None:
+            places = np.stack([places, self.bolts.across], axis=1)
+        bolts = Bolts(places, **{k: v for k, v in given.items() if v is not None})
+        return LapJoint(self.length, self.width, self.thickness, self.lap, bolts, self.style)

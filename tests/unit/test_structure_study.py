@@ -1,0 +1,213 @@
+"""A bolted structure in a study: what it answers, what it refuses, what its files hold."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import microslip as ms
+from microslip.report.plot import Area, Marks
+from microslip.results.predicted.document import document
+from microslip.results.predicted.preview import preview
+from microslip.results.structure.pictures import curve_plot, shape_plot
+from microslip.study.uncertain import Spread
+
+STUDY = """
+schema = 1
+title = "A bolted strip"
+
+[surface]
+materials = ["steel", "steel"]
+law = "greenwood-williamson"
+heights = { kind = "gaussian", std = "1 um" }
+radius = "1 mm"
+density = "50 1/mm^2"
+area = "2 cm^2"
+
+[joint]
+friction_coefficient = { low = 0.1, high = 0.6 }
+
+[structure]
+length = "200 mm"
+width = "20 mm"
+thickness = "12 mm"
+lap = "30 mm"
+density = "7800 kg/m^3"
+element_size = "12 mm"
+patches = [3, 2]
+amplitude = { from = "0.1 um", to = "10 um", points = 3 }
+base_damping_ratio = 0.0005
+samples = 16
+form = { file = "form.csv", factor = { low = 0.0, high = 1.0 } }
+measured = { file = "test.csv" }
+
+[structure.bolts]
+positions = ["0 mm"]
+shank = "6 mm"
+hole = "6.6 mm"
+washer = "12 mm"
+tension = { mean = "5 kN", cv = 0.15 }
+"""
+FORM = "x [mm],y [mm],gap [um]\n" + "".join(
+    f"{x},{y},{1e-3 * x * x}\n" for x in range(-15, 16, 5) for y in (-10, 0, 10)
+)
+TEST = "amplitude [um],frequency [Hz],damping_ratio [%]\n1,900,0.08\n10,899,0.11\n"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A study with its files."""
+    folder = tmp_path_factory.mktemp("strip")
+    (folder / "strip.toml").write_text(STUDY, encoding="utf-8")
+    (folder / "form.csv").write_text(FORM, encoding="utf-8")
+    (folder / "test.csv").write_text(TEST, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(folder: Path) -> ms.Result:
+    """It, run once."""
+    return ms.Study.load(folder / "strip.toml").run()
+
+
+def test_the_structure_is_told_first(result: ms.Result) -> None:
+    told = document(result)
+    assert [s.title for s in told.sections][:4] == [
+        "Structure", "Frequency and damping", "What decides", "Structure in figures",
+    ]  # fmt: skip
+    assert told.answer.startswith("Mode 1 lies at ")
+    assert "5–95 %" in told.answer
+
+
+def test_curves_are_those_of_the_library(result: ms.Result, folder: Path) -> None:
+    structure = result.structure
+    assert structure is not None
+    mode = structure.modes[0]
+    joint = structure.part.build().reduce(
+        ms.Material.named("steel"), 7800.0, (3, 2), element_size=0.012,
+        sensors={"sensor": ((0.1, 0.0, 0.0), "z")},
+    )  # fmt: skip
+    form = np.loadtxt(folder / "form.csv", delimiter=",", skiprows=1) * [1e-3, 1e-3, 1e-6]
+    state = joint.with_form(form, 0.5).tightened(result.joints[0].surface, 0.35)
+    curve = state.modes(0, [1e-7, 1e-6, 1e-5], at=joint.sensor("sensor"), damping_ratio=5e-4)
+    np.testing.assert_allclose(mode.curve.frequency, curve.frequency, rtol=1e-9)
+    np.testing.assert_allclose(mode.curve.damping_ratio, curve.damping_ratio, rtol=1e-6)
+    np.testing.assert_allclose(state.normal_loads.sum(), 5e3, rtol=1e-9)
+
+
+def test_bands_hold_what_was_drawn_and_inputs_are_ranked(result: ms.Result) -> None:
+    assert result.structure is not None
+    mode = result.structure.modes[0]
+    assert mode.bands is not None
+    low, middle, high = mode.bands.damping_ratio
+    assert (low < middle).all()
+    assert (middle < high).all()
+    assert (low >= 0.99 * 5e-4).all(), "base damping is in all of them"
+    names, shares = zip(*mode.bands.ranking, strict=True)
+    assert set(names) == {"friction coefficient", "bolt tension", "factor on the form"}
+    assert math.isclose(sum(shares), 1.0)
+    assert list(shares) == sorted(shares, reverse=True)
+
+
+def test_the_joint_beside_it_bears_the_mean_pressure(result: ms.Result) -> None:
+    face = 0.03 * 0.02 - 0.25 * math.pi * 0.0066**2
+    np.testing.assert_allclose(result.joints[0].normal_load, 5e3 / face * 2e-4)
+
+
+def test_pictures_show_bands_and_the_test(result: ms.Result) -> None:
+    assert result.structure is not None
+    plot = curve_plot(result.structure)
+    for panel in plot.panels:
+        assert sum(isinstance(item, Area) for item in panel.items) == 1
+        (marks,) = [item for item in panel.items if isinstance(item, Marks)]
+        np.testing.assert_allclose(marks.x, [1.0, 10.0])
+    np.testing.assert_allclose(marks.y, [8e-4, 1.1e-3])
+    (panel,) = shape_plot(result.structure).panels
+    assert sum(isinstance(item, Area) for item in panel.items) > 20
+
+
+def test_files_are_written(result: ms.Result, tmp_path: Path) -> None:
+    result.save(tmp_path / "out")
+    summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
+    assert summary["structure"]["modes"][0]["mode"] == 1
+    assert len(summary["structure"]["patches"]) == 6
+    table = np.genfromtxt(tmp_path / "out/structure.csv", delimiter=",", names=True)
+    assert len(table) == 3
+    for name in ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes"):
+        assert (tmp_path / f"out/{name}.svg").is_file()
+    page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
+    assert page.index("Frequency and damping") < page.index("Joint at rest")
+
+
+def test_check_explains(folder: Path) -> None:
+    told = preview(ms.Study.load(folder / "strip.toml"))
+    rows = {q["key"]: q for q in told.data["quantities"]}
+    assert rows["joint.friction_coefficient"]["value"] == [0.1, 0.6]
+    assert rows["structure.bolts.tension"]["value"] == 5e3
+    assert rows["structure.density"]["unit"] == "kg/m^3"
+
+
+def test_spreads_are_the_distributions_that_they_are_called() -> None:
+    shares = np.array([0.05, 0.3, 0.5, 0.95])
+    between = Spread.between(0.1, 0.6)
+    assert float(between) == pytest.approx(0.35)
+    np.testing.assert_allclose(between.quantiles(shares), stats.uniform(0.1, 0.5).ppf(shares))
+    about = Spread.about(12e3, 0.15)
+    width = math.sqrt(math.log1p(0.15**2))
+    wanted = stats.lognorm(width, scale=12e3 * math.exp(-0.5 * width**2))
+    assert wanted.mean() == pytest.approx(12e3)
+    assert wanted.std() == pytest.approx(0.15 * 12e3)
+    np.testing.assert_allclose(about.quantiles(shares), wanted.ppf(shares))
+
+
+# ruff: noqa: E501
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("low = 0.1, high = 0.6", "low = 0.6, high = 0.1", "joint.friction_coefficient: wanted low below high"),
+        ("low = 0.1, high = 0.6", "low = 0.6", "joint.friction_coefficient: wanted a value such as 0.55, { low"),
+        ("low = 0.1, high = 0.6", "low = -0.6, high = 1.0", "joint.friction_coefficient: wanted a positive number"),
+        ("cv = 0.15", "cv = 15", "structure.bolts.tension: wanted cv above 0 and at most 1, such as 0.15, got 15"),
+        ('mean = "5 kN", cv', 'mean = "5 mm", cv', "structure.bolts.tension: wanted a force"),
+        ('positions = ["0 mm"]', 'positions = ["40 mm"]', "structure: bolt 1 at (0.04, 0) m lies outside the lap"),
+        ('tension = { mean = "5 kN", cv = 0.15 }', 'torque = "8 N m"', "structure: a torque needs the nominal diameter of the thread"),
+        ('tension = { mean = "5 kN", cv = 0.15 }', "", "structure: bolts need their tension"),
+        ('washer = "12 mm"', 'washr = "12 mm"', 'structure.bolts.washr: unknown key; did you mean "washer"?'),
+        ('length = "200 mm"', "", 'structure.length: missing; write for example length = "720 mm"'),
+        ('law = "greenwood-williamson"\nheights = { kind = "gaussian", std = "1 um" }\nradius = "1 mm"\ndensity = "50 1/mm^2"\narea = "2 cm^2"',
+         'law = "sphere"\nradius = "5 mm"', "joint.normal_load: missing"),
+        ('file = "form.csv"', 'file = "none.csv"', "structure.form: none.csv: no such file"),
+        ('file = "test.csv"', 'file = "test.csv", frequency = "f"', "structure.measured: test.csv: "),
+        ('file = "test.csv"', 'file = "test.csv", mode = 3', "structure.measured.mode: wanted one of structure.modes, got 3"),
+        ("patches = [3, 2]", "patches = [3]", "structure.patches: wanted two numbers, got 1"),
+        ("samples = 16", "samples = 0", "structure.samples: wanted a whole number from 8"),
+    ],
+)  # fmt: skip
+def test_each_wrong_structure_gets_its_own_line(
+    old: str, new: str, message: str, folder: Path
+) -> None:
+    assert old in STUDY
+    with pytest.raises(ms.StudyError) as error:
+        ms.Study.from_toml(STUDY.replace(old, new), "strip.toml", folder=folder)
+    assert str(error.value).startswith(f"strip.toml: {message}"), str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_ranges_without_a_structure_are_refused() -> None:
+    text = STUDY.partition("[structure]")[0] + 'normal_load = "1 kN"\n'
+    with pytest.raises(ms.StudyError, match=r"ranges give bands in a study with a \[structure\]"):
+        ms.Study.from_toml(text)
+
+
+def test_a_structure_needs_no_law_of_its_own(folder: Path) -> None:
+    given: dict[str, Any] = {"law": "jenkins", "stiffness": "1e6 N/m", "force_limit": "10 N"}
+    keys = "\n".join(f"{k} = {json.dumps(v)}" for k, v in given.items())
+    text = STUDY.replace("friction_coefficient = { low = 0.1, high = 0.6 }", keys)
+    with pytest.raises(ms.StudyError, match="structure: wanted none beside joint"):
+        ms.Study.from_toml(text, folder=folder)

@@ -37,6 +37,8 @@ def virtual(amplitude: float = 5e-6, load: float = 2000.0, cycles: int = 8, **ho
 RECORD = virtual()
 TWO = virtual(cycles=2)
 MEASURED = ms.measure(RECORD, model=JOINT)
+WAVE = np.sin(2.0 * np.pi * np.arange(801) / 100)
+SOFT = ms.Record(5e-6 * WAVE, 50.0 * np.tanh(5.0 * WAVE), name="soft")
 
 # -- cycles ----------------------------------------------------------------------------------------
 
@@ -274,6 +276,10 @@ def test_without_a_load() -> None:
          "confidence must be a number above 0 and below 1 such as 0.95, got 1"),
         (lambda: ms.measure(RECORD, rig_stiffness=-1.0),
          "rig_stiffness must be above zero [N/m], got -1"),
+        (lambda: ms.measure(SOFT, rig_stiffness=40.0),
+         "rig_stiffness 40.0 N/m gives way by 1.25 m under the force amplitude of 50.0 N, more "
+         "than all of the measured amplitude of 5.00 µm; a number alone is in N/m, so 40 N/um is "
+         "rig_stiffness=40000000.0"),
         (lambda: thresholds(3), "model must be a backbone law, "  # type: ignore[arg-type]
          "such as an Interface, got 3"),
         (lambda: ms.measure(RECORD, model=ms.Coulomb(1.0)),
@@ -448,7 +454,7 @@ def test_command_turns_signs_and_takes_units(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "value"), [("1e10", 1e10), ("1e4 N/um", 1e10), (" 5 kN/mm ", 5e6), ("500 N/um", 5e8)]
+    ("text", "value"), [("1e10", 1e10), ("1e4 N/um", 1e10), (" 5 kN/um ", 5e9), ("500 N/um", 5e8)]
 )
 def test_command_takes_a_rig_with_its_unit(folder: Path, text: str, value: float) -> None:
     summary = json.loads(run("measure", "run.csv", "--json", "--rig-stiffness", text).stdout)
@@ -460,6 +466,21 @@ def test_command_wants_a_stiffness(folder: Path, text: str) -> None:
     outcome = run("measure", "run.csv", "--rig-stiffness", text)
     assert outcome.exit_code == 2
     assert outcome.stderr.startswith("error: --rig-stiffness: wanted a ")
+
+
+def test_a_rig_softer_than_the_record_is_refused(folder: Path) -> None:
+    SOFT.to_csv("soft.csv")
+    outcome = run("measure", "soft.csv", "--rig-stiffness", "40")
+    assert (outcome.exit_code, outcome.stdout) == (2, "")
+    assert outcome.stderr == (
+        "error: soft.csv: --rig-stiffness 40.0 N/m gives way by 1.25 m under the force amplitude "
+        "of 50.0 N, more than all of the measured amplitude of 5.00 µm; a number alone is in N/m, "
+        "so 40 N/um is --rig-stiffness 4e+07\n"
+    )
+    # Just stiff enough for a contact that moves by a hundredth of what was measured.
+    assert ms.measure(SOFT, rig_stiffness=1e7 / 0.99).mean["amplitude"].value == pytest.approx(
+        5e-8, rel=0.02
+    )
 
 
 def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:

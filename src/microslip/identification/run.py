@@ -32,6 +32,7 @@ from microslip.identification.result import Identification
 from microslip.identification.rig_stiffness import is_rigid
 from microslip.identification.rules import MISFIT
 from microslip.materials import MaterialPair
+from microslip.numerics.threads import single_threaded
 from microslip.tribometer.record import Record
 
 _MOST_FORCES = 1 << 15
@@ -41,6 +42,7 @@ _IN_TIME, _LATEST = 1e-5, 1.0  # rad
 _CERTAIN, _ALIKE = 5.0, 0.2  # standard deviations; correlation of force and displacement
 
 
+@single_threaded
 def identify(
     records: Record | Iterable[Record],
     law: Any = "interface",

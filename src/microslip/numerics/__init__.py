@@ -1,1 +1,1 @@
-"""Quadrature and inversion that do not cancel; no physics."""
+"""Quadrature and inversion that do not cancel, small systems without threads; no physics."""

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, exact, number, show
 from microslip._core.frozen import lock
 from microslip.errors import InputError
+from microslip.numerics.threads import single_threaded
 from microslip.structures.amplitude import Quantity, amplitude_measure, checked_amplitudes
 from microslip.structures.attachments import Attachment, FieldAttachment, all_columns
 from microslip.structures.harmonic_basis import harmonic_basis
@@ -22,7 +23,6 @@ from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_model import ModalModel, modal_model
 from microslip.structures.mode_solvers import balanced_curve, quasi_static_curve
 from microslip.structures.static import StaticState
-from microslip.structures.threads import single_threaded
 
 Method = Literal["harmonic-balance", "quasi-static"]
 

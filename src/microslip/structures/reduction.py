@@ -11,11 +11,11 @@ import numpy as np
 
 from microslip._core.checks import Floats, floats, positive, show
 from microslip.errors import InputError
+from microslip.numerics.threads import single_threaded
 from microslip.structures.mesh import FACETS, JointMesh, check_count
 from microslip.structures.reduction_elements import Elements
 from microslip.structures.reduction_model import ReducedJoint, Surface
 from microslip.structures.reduction_patches import patches_of
-from microslip.structures.threads import single_threaded
 
 _COLUMNS = 32  # forces at once, and
 _ROWS = 4096  # rows at once: bounds on memory

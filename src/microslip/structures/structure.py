@@ -14,6 +14,7 @@ from microslip._core.checks import floats, show
 from microslip._core.verdicts import Verdict
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
+from microslip.numerics.threads import single_threaded
 from microslip.structures.attachments import Attachment, FieldAttachment, LawAttachment
 from microslip.structures.joint_groups import checked_law
 from microslip.structures.matrices import (
@@ -27,7 +28,6 @@ from microslip.structures.model_files import load_matrices, save_matrices
 from microslip.structures.preload import LinearModes, Preload
 from microslip.structures.static import static_state
 from microslip.structures.structure_verdicts import judge
-from microslip.structures.threads import single_threaded
 
 
 @dataclass(frozen=True, eq=False, init=False)

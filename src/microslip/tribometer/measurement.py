@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.frozen import lock
+from microslip._core.units import engineering
 from microslip.errors import Argument, InputError, Phrase
 from microslip.friction import BackboneLaw
 from microslip.tribometer.cycle_columns import UNITS, columns_of
@@ -181,7 +182,8 @@ def measure(
     ------
     InputError
         Not a record, a displacement without a full cycle or that does not move, spikes in every
-        cycle, a value out of its range, a model without finite stiffness.
+        cycle, a value out of its range, a model without finite stiffness, a rig that would give way
+        by more than the measured displacement.
 
     Notes
     -----
@@ -223,6 +225,8 @@ def measure(
         )
     sign = -1.0 if cycles.flipped else 1.0
     columns = columns_of(sign * x, sign * force, record.normal_load, cycles)
+    if rig_stiffness is not None:
+        _refuse_soft(rig_stiffness, record.displacement, columns["force_amplitude"], cycles)
     for name in ("displacement_offset", "force_offset"):
         columns[name] = sign * columns[name]
     if float(np.median(columns["dissipated_energy"])) < 0.0:
@@ -271,6 +275,22 @@ def measure(
 
 
 # -- the record as a whole ------------------------------------------------------------------------
+
+
+def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, cycles: Cycles) -> None:
+    """Refuse a rig that would give way by more than all the displacement that was measured."""
+    moved = 0.5 * float(np.median(np.abs(x[cycles.peaks] - x[cycles.troughs])))
+    pushed = float(np.median(np.abs(force_amplitude)))
+    if pushed < rig_stiffness * moved:
+        return
+    raise InputError(
+        Argument("rig_stiffness"),
+        f" {engineering(rig_stiffness, 'N/m')} gives way by "
+        f"{engineering(pushed / rig_stiffness, 'm')} under the force amplitude of "
+        f"{engineering(pushed, 'N')}, more than all of the measured amplitude of "
+        f"{engineering(moved, 'm')}; a number alone is in N/m, so {exact(rig_stiffness)} N/um is ",
+        Argument("rig_stiffness", 1e6 * rig_stiffness),
+    )
 
 
 def _frequency(record: Record, cycles: Cycles) -> float | None:

@@ -1,13 +1,19 @@
-"""One BLAS thread for small systems, where a second one costs twenty times what it saves."""
+"""One BLAS thread for small systems, where a second one costs many times what it saves."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, wraps
+from threading import Lock
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+# The limit is one of the process. Who sets it takes it back, and who comes meanwhile, from within
+# or in another thread, leaves it alone: else calls that overlap would take each other's limit for
+# what was before, and leave it behind.
+_HELD = Lock()
 
 
 @cache
@@ -24,7 +30,12 @@ def single_threaded(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:
-        with _controller().limit(limits=1, user_api="blas"):
+        if not _HELD.acquire(blocking=False):
             return function(*args, **kwargs)
+        try:
+            with _controller().limit(limits=1, user_api="blas"):
+                return function(*args, **kwargs)
+        finally:
+            _HELD.release()
 
     return limited

@@ -52,6 +52,7 @@ from .normal import SphereOnFlat as SphereOnFlat
 from .normal import TabulatedNormalLaw as TabulatedNormalLaw
 from .normal import TightenedSurface as TightenedSurface
 from .results import Result as Result
+from .results import Study as Study
 from .scans import GapTable as GapTable
 from .scans import Scan as Scan
 from .scans import Summits as Summits
@@ -67,7 +68,6 @@ from .structures import Preload as Preload
 from .structures import ReducedJoint as ReducedJoint
 from .structures import RingDown as RingDown
 from .structures import Structure as Structure
-from .study import Study as Study
 from .sweeps import Sweep as Sweep
 from .sweeps import sweep as sweep
 from .tribometer import Measurement as Measurement

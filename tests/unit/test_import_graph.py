@@ -16,23 +16,6 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "microslip"
 
-# What is still to go: an import that is removed has to leave this list as well.
-STILL_UPWARDS: frozenset[tuple[str, str]] = frozenset(
-    {
-        ("microslip.study.schema", "microslip.results.predicted.columns"),
-        ("microslip.study.schema", "microslip.results.predicted.result"),
-        ("microslip.study.schema", "microslip.results.predicted.run"),
-    }
-)
-STILL_CIRCULAR: frozenset[tuple[str, str]] = frozenset(
-    {
-        ("microslip.study.schema", "microslip.results.predicted.result"),
-        ("microslip.study.schema", "microslip.results.predicted.run"),
-        ("microslip.study.schema", "microslip.study.load"),
-        ("microslip.study.sense", "microslip.study.schema"),
-    }
-)
-
 
 class Import(NamedTuple):
     """An import statement: which module imports which one, and where it stands."""
@@ -166,11 +149,10 @@ def circle(edges: Mapping[str, list[Import]]) -> list[Import] | None:
     return shortest
 
 
-def graph(without: frozenset[tuple[str, str]] = frozenset()) -> dict[str, list[Import]]:
+def graph() -> dict[str, list[Import]]:
     edges: dict[str, list[Import]] = {}
     for item in imports():
-        if item.pair not in without:
-            edges.setdefault(item.importer, []).append(item)
+        edges.setdefault(item.importer, []).append(item)
     return edges
 
 
@@ -198,23 +180,14 @@ def test_nothing_imports_upwards() -> None:
     for item in imports():
         here, there = floor_of(item.importer), floor_of(item.imported)
         upwards = here is not None and (there is None or there > here)
-        if upwards and item.pair not in STILL_UPWARDS:
+        if upwards:
             wrong.append(f"from floor {here} to {there}:\n{drawn([item], closed=False)}")
     assert not wrong, "imports that go upwards:\n" + "\n".join(wrong)
 
 
 def test_there_are_no_circles() -> None:
-    path = circle(graph(without=STILL_CIRCULAR))
+    path = circle(graph())
     assert path is None, "imports in a circle:\n" + drawn(path, closed=True)
-
-
-def test_what_is_still_to_go_is_still_there() -> None:
-    pairs = {item.pair for item in imports()}
-    gone = (STILL_UPWARDS | STILL_CIRCULAR) - pairs
-    assert not gone, f"no longer imported, so strike it off the list: {sorted(gone)}"
-    for pair in STILL_CIRCULAR:
-        path = circle(graph(without=STILL_CIRCULAR - {pair}))
-        assert path is not None, f"in no circle any more, so strike it off the list: {pair}"
 
 
 def test_a_circle_is_found_and_drawn() -> None:

@@ -368,7 +368,7 @@ def models(annotation: Any) -> Iterator[type[BaseModel]]:
     "model",
     sorted(
         {p for name in ("surface", "joint", "excitation", "oscillator", "material")
-         for m in models(schema.Study.model_fields[name].annotation) for p in parts(m)},
+         for m in models(schema.StudyTables.model_fields[name].annotation) for p in parts(m)},
         key=lambda model: model.__name__,  # a set has no order that two processes agree on
     ),
     ids=lambda model: model.__name__,

@@ -17,7 +17,7 @@ from microslip.cli.spelling import as_options
 from microslip.cli.work import progress, stoppable
 
 if TYPE_CHECKING:
-    from microslip.study.schema import Study
+    from microslip.study.description import StudyDescription
     from microslip.tribometer import Record
 
 LAWS = ("interface", "jenkins", "iwan", "segalman", "bouc-wen")
@@ -203,10 +203,10 @@ def identify(
         click.echo(f"{len(told.data['files'])} files in {folder}")
 
 
-def _study(path: Path) -> Study:
-    from microslip.study.load import read
+def _study(path: Path) -> StudyDescription:
+    from microslip.study.description import StudyDescription
 
-    return read(path)
+    return StudyDescription.load(path)
 
 
 def _read(paths: Sequence[str], reading: Reading, report: Any) -> list[Record]:

@@ -101,9 +101,9 @@ def measure(
 def _joints(study: Path) -> list[Interface]:
     """The joints of a study, one for each of its loads."""
     from microslip.study.build import build_joints
-    from microslip.study.load import read
+    from microslip.study.description import StudyDescription
 
-    return build_joints(read(study))
+    return build_joints(StudyDescription.load(study))
 
 
 def _at_the_load_of(record: Record, joints: list[Interface]) -> Interface | None:

@@ -14,7 +14,7 @@ from microslip.cli.shell import complete_key, complete_study
 from microslip.cli.work import progress, stoppable
 
 if TYPE_CHECKING:
-    from microslip.study.schema import Study
+    from microslip.results import Study
 
 LAWS = ("greenwood-williamson", "population", "sphere", "table")
 
@@ -72,9 +72,9 @@ def predict(
     """
 
     def read() -> Study:
-        from microslip.study.load import read
+        from microslip.results import Study
 
-        return read(study, overrides)
+        return Study.load(study, overrides)
 
     _predict(read, folder or Path(f"{study.stem}-result"), overwrite, as_json)
 
@@ -88,10 +88,10 @@ def demo(folder: Path | None, overwrite: bool, overrides: tuple[str, ...], as_js
     """
 
     def read() -> Study:
-        from microslip.study.load import parse
+        from microslip.results import Study
         from microslip.study.new import demo_text
 
-        return parse(demo_text(), "demo.toml", overrides)
+        return Study.from_toml(demo_text(), "demo.toml", overrides)
 
     _predict(read, folder or Path("microslip-demo"), overwrite, as_json)
 
@@ -142,9 +142,9 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     """
     with stoppable(), progress("Checking"):
         from microslip.results.predicted.preview import next_step, preview
-        from microslip.study.load import read
+        from microslip.study.description import StudyDescription
 
-        found = preview(read(study, overrides))
+        found = preview(StudyDescription.load(study, overrides))
     if as_json:
         echo_json(found.data)
     else:

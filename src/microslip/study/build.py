@@ -11,18 +11,18 @@ from microslip.errors import InputError, StudyError
 from microslip.friction import Interface
 from microslip.materials import MaterialPair
 from microslip.normal import NormalLaw
+from microslip.study.description import StudyDescription
 from microslip.study.joints import Joint
 from microslip.study.part import KeyedError, as_key
-from microslip.study.schema import Study
 from microslip.study.sense import lifting
 
 
-def build_surface(study: Study) -> NormalLaw:
+def build_surface(study: StudyDescription) -> NormalLaw:
     """Normal law of a study.
 
     Parameters
     ----------
-    study : Study
+    study : StudyDescription
         A validated study.
 
     Returns
@@ -49,12 +49,12 @@ def build_surface(study: Study) -> NormalLaw:
         return law
 
 
-def build_joints(study: Study) -> list[Interface]:
+def build_joints(study: StudyDescription) -> list[Interface]:
     """Joints of a study: one for each normal load, or the law that it gives by its parameters.
 
     Parameters
     ----------
-    study : Study
+    study : StudyDescription
         A validated study.
 
     Returns
@@ -80,12 +80,12 @@ def build_joints(study: Study) -> list[Interface]:
     return joints
 
 
-def check_loads(study: Study, joints: Sequence[Interface]) -> None:
+def check_loads(study: StudyDescription, joints: Sequence[Interface]) -> None:
     """See that the surface can carry the loads that vary; the others its joints have.
 
     Parameters
     ----------
-    study : Study
+    study : StudyDescription
         A validated study.
     joints : sequence of Interface
         Its joints.
@@ -105,7 +105,7 @@ def check_loads(study: Study, joints: Sequence[Interface]) -> None:
 
 
 @contextmanager
-def blame(study: Study, key: str, names: Iterable[str] = ()) -> Iterator[None]:
+def blame(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Iterator[None]:
     """Say of which key an error of the physics speaks."""
     try:
         yield

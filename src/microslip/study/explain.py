@@ -1,4 +1,4 @@
-"""Floor 8: what pydantic found wrong with a study, as one line that says what to write instead."""
+"""Floor 10: what pydantic found wrong with a study, as one line that says what to write instead."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def explain(error: ValidationError, data: dict[str, Any], changes: Sequence[Over
     Parameters
     ----------
     error : pydantic.ValidationError
-        What :class:`~microslip.study.schema.Study` raised.
+        What the models of a study raised.
     data : dict
         What it was given.
     changes : sequence of Override
@@ -129,14 +129,14 @@ def _is_tag(loc: Loc, index: int) -> bool:
 
 def _place(loc: Loc) -> int:
     """Rank of the top-level table, so that the first error is the first in reading order."""
-    order = [field.alias or name for name, field in s.Study.model_fields.items()]
+    order = [field.alias or name for name, field in s.StudyTables.model_fields.items()]
     return order.index(str(loc[0])) if loc and loc[0] in order else -1
 
 
 def _model_at(loc: Loc) -> type[Part]:
     """Table whose key is the last part of a location."""
     if len(loc) == 1:
-        return s.Study
+        return s.StudyTables
     table, place = str(loc[-2]), str(loc[-3]) if len(loc) > 2 else ""
     # What is no table of its own is a list that a column of a file stands for.
     return _HELD.get(place, {}).get(table) or _MODELS.get(table, Column)
@@ -230,7 +230,7 @@ def _unknown(loc: Loc) -> str:
 def _homes() -> list[tuple[str, type[Part]]]:
     """Where the keys belong, in words."""
     return [
-        ("the top level", s.Study),
+        ("the top level", s.StudyTables),
         ("[material.NAME]", Elastic),
         ("[joint]", Joint),
         ("[excitation]", s.Excitation),

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from microslip.materials import Metal, metals
 from microslip.study.columns import Column, FromFile
 from microslip.study.part import Check, JsonSchema, Part
-from microslip.study.schema import Study
+from microslip.study.schema import StudyTables
 from microslip.study.surfaces import Elastic
 from microslip.study.uncertain import Uncertain
 
@@ -38,9 +38,9 @@ def json_schema() -> JsonSchema:
         The schema: every key with its description, quantities as text with a unit, one alternative
         for each law and kind, the metals of the table by name. It holds no references, which not
         all editors follow. What spans several keys, such as a force below the force limit, and
-        the dimension of a unit are left to :class:`~microslip.study.schema.Study`.
+        the dimension of a unit are left to :class:`microslip.Study`.
     """
-    schema = _table(Study)
+    schema = _table(StudyTables)
     material = schema["properties"]["material"]
     # A metal of the table may leave its values to the table.
     material["properties"] = {name: _metal(metal) for name, metal in metals().items()}

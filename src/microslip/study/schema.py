@@ -1,13 +1,11 @@
-"""Floor 8: what a study file may hold, as a tree of frozen models.
+"""Floor 10: what a study file may hold, as a tree of frozen models.
 
 Each quantity is text with a unit in the file and an SI float here. Reading a file, and turning
-what is wrong with it into one line, is the work of :mod:`microslip.study.load`.
+what is wrong with it into one line, is the work of :mod:`microslip.study.description`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
@@ -40,18 +38,14 @@ from microslip.study.fields import (
     one_of,
     whole,
 )
-from microslip.study.joints import AnyJoint, Joint
+from microslip.study.joints import AnyJoint
 from microslip.study.metals import with_metals
 from microslip.study.part import KeyedError, Part
-from microslip.study.sense import check, mean_load
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import AnyMaterial, AnySurface
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from microslip.results.predicted.columns import Progress
-    from microslip.results.predicted.result import Result
 
 SCHEMA = 1
 MAX_POINTS = 1_000_000
@@ -262,17 +256,8 @@ class Output(Part):
     )
 
 
-class Study(Part):
-    """A validated description of one prediction; quantities are SI floats.
-
-    Made from a file by :meth:`load`, from text by :meth:`from_toml`, or in Python with the keys
-    of the file and quantities as text, ``Study(schema=1, surface={"radius": "1 mm", …}, …)``.
-
-    Raises
-    ------
-    StudyError
-        If it is no study; one line with key, what came and what was wanted.
-    """
+class StudyTables(Part):
+    """A validated description of one prediction; quantities are SI floats."""
 
     version: Annotated[int, whole("schema = 1", SCHEMA, SCHEMA)] = Field(
         alias="schema", description="Version of this format: 1.", examples=["1"]
@@ -303,146 +288,7 @@ class Study(Part):
     )
     output: Output = Field(default_factory=Output, description="What is written.")
 
-    _name: str = PrivateAttr(default="study")
-    _text: str | None = PrivateAttr(default=None)
-    _given: dict[str, Any] = PrivateAttr(default_factory=dict)
-    _notes: tuple[str, ...] = PrivateAttr(default=())
-    _folder: Path = PrivateAttr(default=Path())
-
-    def __init__(self, /, **given: Any) -> None:
-        from microslip.study.load import fill
-
-        fill(self, given)
-
     @model_validator(mode="before")
     @classmethod
     def _metals(cls, given: Any, info: ValidationInfo) -> Any:
         return with_metals(given, info) if isinstance(given, dict) else given
-
-    @model_validator(mode="after")
-    def _makes_sense(self) -> Self:
-        if isinstance(self.joint, Joint) and not self.joint.normal_load:
-            joint = self.joint.model_copy(update={"normal_load": (mean_load(self),)})
-            self.__dict__["joint"] = joint
-        check(self)
-        return self
-
-    @property
-    def name(self) -> str:
-        """Name of the file, or what stands for it in messages."""
-        return self._name
-
-    @property
-    def text(self) -> str:
-        """TOML text of the study: as it was read, overrides applied; comments are kept."""
-        if self._text is None:
-            from microslip.study.overrides import dump
-
-            self._text = dump(self._given)
-        return self._text
-
-    def text_for(self, folder: str | Path) -> str:
-        """The study as TOML for a file in another folder, from which it finds the same files.
-
-        Parameters
-        ----------
-        folder : str or pathlib.Path
-            Where it will stand.
-
-        Returns
-        -------
-        str
-            Its :attr:`text`, with the names of files that it uses seen from there.
-        """
-        from microslip.study.overrides import moved
-
-        return moved(self.text, self._folder, Path(folder))
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What was taken from elsewhere: table values and their sources, files, overrides."""
-        return self._notes
-
-    @classmethod
-    def load(cls, path: str | Path, overrides: Sequence[str] = ()) -> Study:
-        """Read a study file (TOML).
-
-        Parameters
-        ----------
-        path : str or pathlib.Path
-            The file. Files that it names are relative to its folder.
-        overrides : sequence of str
-            Keys and their values in place of those in the file, such as
-            ``'joint.normal_load="3 kN"'``. The value is TOML; what is not TOML is text.
-
-        Returns
-        -------
-        Study
-            The validated study, in SI units.
-
-        Raises
-        ------
-        StudyError
-            If the file cannot be read or is not a study; one line with file, key, what came and
-            what was wanted.
-        """
-        from microslip.study.load import read
-
-        return read(Path(path), overrides)
-
-    @classmethod
-    def from_toml(
-        cls,
-        text: str,
-        name: str = "study",
-        overrides: Sequence[str] = (),
-        folder: str | Path | None = None,
-    ) -> Study:
-        """Read a study from TOML text.
-
-        Parameters
-        ----------
-        text : str
-            What would be in the file.
-        name : str
-            What stands for the file in messages.
-        overrides : sequence of str
-            As in :meth:`load`.
-        folder : str or pathlib.Path, optional
-            Folder of the files that the study names; by default the current one.
-
-        Returns
-        -------
-        Study
-            The validated study, in SI units.
-
-        Raises
-        ------
-        StudyError
-            If the text is not a study.
-        """
-        from microslip.study.load import parse
-
-        return parse(text, name, overrides, None if folder is None else Path(folder))
-
-    def run(self, progress: Progress | None = None) -> Result:
-        """Compute every loop and curve of the study.
-
-        Parameters
-        ----------
-        progress : callable, optional
-            Called now and then with the share that is done, 0 … 1.
-
-        Returns
-        -------
-        Result
-            Joints, loops, curves and the summary.
-
-        Raises
-        ------
-        StudyError
-            If the physics has no answer, such as a load that the surface cannot carry.
-        """
-        from microslip.results.predicted.run import run
-
-        return run(self, progress)

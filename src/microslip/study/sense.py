@@ -1,10 +1,10 @@
-"""Floor 8: what only shows in the whole of a study and needs no computation."""
+"""Floor 10: what only shows in the whole of a study and needs no computation."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +13,9 @@ from microslip._core.wording import shorten
 from microslip.study.joints import Joint
 from microslip.study.metals import unknown
 from microslip.study.part import KeyedError
+from microslip.study.schema import StudyTables
 from microslip.study.surfaces import Elastic, Rigid, TableSurface
 from microslip.study.uncertain import Spread
-
-if TYPE_CHECKING:
-    from microslip.study.schema import Study
 
 VARIATION = "excitation.load_variation"
 RECORDED = "excitation.history.normal_load"
@@ -28,7 +26,7 @@ MAX_SAMPLES = 10_000_000
 _NO_END = "this surface never lifts off: its heights, or the tail of its table, have no end"
 
 
-def mean_load(study: Study) -> float:
+def mean_load(study: StudyTables) -> float:
     """Normal load [N] where none is given: bolts press the area of the surface as they do the lap.
 
     Raises
@@ -45,12 +43,12 @@ def mean_load(study: Study) -> float:
     return float(lap.bolts.tension.sum() / lap.face_area * area)
 
 
-def check(study: Study) -> None:
+def check(study: StudyTables) -> None:
     """Find what the parts of a study cannot see.
 
     Parameters
     ----------
-    study : Study
+    study : StudyTables
         A study whose parts are right.
 
     Raises
@@ -72,7 +70,7 @@ def check(study: Study) -> None:
     _amount(study)
 
 
-def _structure(study: Study) -> None:
+def _structure(study: StudyTables) -> None:
     """Ranges make bands of a structure; it needs bodies that bend, and a surface of known area."""
     part = study.structure
     if part is None:
@@ -91,7 +89,7 @@ def _structure(study: Study) -> None:
         )
 
 
-def _alone(study: Study) -> None:
+def _alone(study: StudyTables) -> None:
     """A friction law by its own parameters has no surface and no normal load."""
     law, excitation = study.joint.law, study.excitation
     because = f'the law "{law}" knows no normal load'
@@ -105,7 +103,7 @@ def _alone(study: Study) -> None:
         raise KeyedError(RECORDED, f"wanted none, got a table; {because}")
 
 
-def _bodies(study: Study, surface: Any) -> None:
+def _bodies(study: StudyTables, surface: Any) -> None:
     names = surface.materials
     for index, name in enumerate(names, start=1):
         if name not in study.material:
@@ -135,7 +133,7 @@ def _summits(surface: Any) -> None:
             )
 
 
-def _loads(study: Study, loads: Sequence[float]) -> None:
+def _loads(study: StudyTables, loads: Sequence[float]) -> None:
     """A table carries no more than its first load."""
     if not isinstance(study.surface, TableSurface):
         return
@@ -149,7 +147,7 @@ def _loads(study: Study, loads: Sequence[float]) -> None:
             )
 
 
-def _variation(study: Study, normal_loads: Sequence[float]) -> None:
+def _variation(study: StudyTables, normal_loads: Sequence[float]) -> None:
     """A load that varies does not pull, and stays within a table."""
     variation = study.excitation.load_variation
     if variation is not None:
@@ -190,12 +188,12 @@ def _variation(study: Study, normal_loads: Sequence[float]) -> None:
             )
 
 
-def lifting(study: Study, lightest: float) -> None:
+def lifting(study: StudyTables, lightest: float) -> None:
     """Find loads that go down to zero on a surface on which some summit always touches.
 
     Parameters
     ----------
-    study : Study
+    study : StudyTables
         A study whose surface is such a one: heights without an end, a table with a tail.
     lightest : float
         Its smallest normal load [N], at which it varies the most if its amplitude is given.
@@ -227,7 +225,7 @@ def lifting(study: Study, lightest: float) -> None:
             )
 
 
-def _forces(study: Study) -> None:
+def _forces(study: StudyTables) -> None:
     """No force reaches the limit at the lightest load."""
     excitation, joint = study.excitation, study.joint
     if isinstance(joint, Joint):
@@ -263,7 +261,7 @@ def _forces(study: Study) -> None:
             )
 
 
-def _amount(study: Study) -> None:
+def _amount(study: StudyTables) -> None:
     excitation, loads = study.excitation, max(len(study.joint.loads), 1)
     key = "amplitudes" if excitation.force_amplitudes is None else "force_amplitudes"
     loops = loads * len(excitation.amplitudes or excitation.force_amplitudes or ())

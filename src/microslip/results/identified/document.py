@@ -31,7 +31,7 @@ from microslip.results.identified import figures, numbers
 from microslip.results.identified.joint_study import joint_text
 from microslip.results.identified.numbers import Summary, label
 from microslip.study.build import build_joints
-from microslip.study.schema import Study
+from microslip.study.description import StudyDescription
 from microslip.tribometer import Record
 
 KIND = "microslip-identification"
@@ -73,7 +73,7 @@ class Identified:
     results: tuple[Identification, ...]
     """One for each law; the first is what the pictures and the study are of."""
     comparison: Comparison | None
-    study: Study | None
+    study: StudyDescription | None
     """The study that materials and start are from."""
 
     @property
@@ -96,7 +96,7 @@ def units_of(laws: Sequence[str]) -> dict[str, str]:
 def identified(
     records: Sequence[Record],
     laws: Sequence[str],
-    study: Study | None,
+    study: StudyDescription | None,
     options: Mapping[str, Any],
     progress: Callable[[float], None],
 ) -> Identified:

@@ -11,8 +11,8 @@ from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Identification
 from microslip.results.identified.numbers import knows_radius, label, open_of, quantity
+from microslip.study.description import StudyDescription
 from microslip.study.overrides import dump
-from microslip.study.schema import Study
 
 
 class _Found(Protocol):
@@ -21,7 +21,7 @@ class _Found(Protocol):
     @property
     def first(self) -> Identification: ...
     @property
-    def study(self) -> Study | None: ...
+    def study(self) -> StudyDescription | None: ...
 
 
 def joint_text(found: _Found, say: Callable[[str], str] = str) -> tuple[str | None, str]:

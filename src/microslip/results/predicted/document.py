@@ -29,7 +29,7 @@ from microslip.results.predicted.tables import (
 )
 from microslip.results.structure.document import answer as structure_answer
 from microslip.results.structure.document import sections as structure_sections
-from microslip.study.schema import Study
+from microslip.study.description import StudyDescription
 from microslip.study.surfaces import ScanSurface
 
 _LAWS = {
@@ -98,7 +98,7 @@ def answer(result: Prediction) -> str:
     return sentence + "."
 
 
-def _of(study: Study) -> str:
+def _of(study: StudyDescription) -> str:
     """The joint, its friction and its loads."""
     if not study.joint.loads:
         return f"by the friction law {study.joint.law}"
@@ -132,7 +132,7 @@ def equations(result: Prediction) -> str:
     return head + "".join(part for need, part in wanted if need == "always" or need in holds)
 
 
-def _law(study: Study) -> str:
+def _law(study: StudyDescription) -> str:
     """The law whose equation holds: a scan gives one of two."""
     surface = study.surface
     if surface is None:

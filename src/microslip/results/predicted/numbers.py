@@ -25,7 +25,8 @@ from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
 from microslip.results.structure.document import numbers as structure_numbers
 from microslip.structures import Oscillator
 from microslip.study import surfaces as u
-from microslip.study.schema import OscillatorPart, Study
+from microslip.study.description import StudyDescription
+from microslip.study.schema import OscillatorPart
 
 KIND = "microslip-result"
 SUMMARY_SCHEMA = 1
@@ -65,12 +66,12 @@ def oscillator_of(part: OscillatorPart, joint: Interface) -> Oscillator:
     return Oscillator(part.mass, part.stiffness, joint, part.viscous_damping_ratio)
 
 
-def files(study: Study) -> tuple[str, ...]:
+def files(study: StudyDescription) -> tuple[str, ...]:
     """Names of the files that a study writes; summary.json, which names the others, is the first.
 
     Parameters
     ----------
-    study : Study
+    study : StudyDescription
         The study.
 
     Returns
@@ -151,13 +152,13 @@ def _structure(result: Prediction) -> dict[str, Any]:
     return {} if result.structure is None else {"structure": structure_numbers(result.structure)}
 
 
-def _scan(study: Study) -> dict[str, Any]:
+def _scan(study: StudyDescription) -> dict[str, Any]:
     """What was found in a scan, if the surface comes from one."""
     surface = study.surface
     return {"scan": surface.summary()} if isinstance(surface, u.ScanSurface) else {}
 
 
-def load_notes(study: Study) -> list[str]:
+def load_notes(study: StudyDescription) -> list[str]:
     """What is at constant normal load and what is not, in sentences, and what a scan has given."""
     notes = study.surface.sentences() if isinstance(study.surface, u.ScanSurface) else []
     variation, history = study.excitation.load_variation, study.excitation.history
@@ -186,7 +187,7 @@ def load_notes(study: Study) -> list[str]:
     return notes
 
 
-def _title_notes(study: Study, names: Sequence[str]) -> list[str]:
+def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
     if study.title.isascii() or not any(name.endswith(".png") for name in names):
         return []  # what shows lines and text has fonts of its own
     from microslip.report.drawing import missing_glyphs
@@ -195,12 +196,12 @@ def _title_notes(study: Study, names: Sequence[str]) -> list[str]:
     return [f"title: the figures have no letters for {missing} and draw boxes."] if missing else []
 
 
-def scalars(study: Study, joint: Interface) -> dict[str, float | None]:
+def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None]:
     """Numbers that belong to a joint at rest; None for what is not known.
 
     Parameters
     ----------
-    study : Study
+    study : StudyDescription
         The study.
     joint : Interface
         Its joint at one load.
@@ -225,7 +226,7 @@ def scalars(study: Study, joint: Interface) -> dict[str, float | None]:
     }
 
 
-def _area(study: Study) -> float | None:
+def _area(study: StudyDescription) -> float | None:
     """Apparent area [m^2], where there is one."""
     if isinstance(study.surface, u.ScanSurface):
         return study.surface.area or study.surface.read_scan.area
@@ -233,12 +234,12 @@ def _area(study: Study) -> float | None:
     return area
 
 
-def joint_entry(study: Study, joint: Interface) -> dict[str, Any]:
+def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
     """What the summary says of a joint at rest, its verdicts included.
 
     Parameters
     ----------
-    study : Study
+    study : StudyDescription
         The study.
     joint : Interface
         Its joint at one load.
@@ -277,12 +278,12 @@ def slip_scale_of(joint: Any) -> tuple[float, str]:
     return joint.force_limit / stiffness, "force_limit / tangential_stiffness"
 
 
-def verdicts(study: Study, joint: Interface) -> list[tuple[Verdict, float | None]]:
+def verdicts(study: StudyDescription, joint: Interface) -> list[tuple[Verdict, float | None]]:
     """Verdicts on a joint at its load or, where that varies, the worst of its extremes.
 
     Parameters
     ----------
-    study : Study
+    study : StudyDescription
         The study.
     joint : Interface
         Its joint at one load.

@@ -15,7 +15,7 @@ from microslip.results.predicted.columns import (
 )
 from microslip.results.predicted.varying import VaryingCycles
 from microslip.results.structure.prediction import StructurePrediction
-from microslip.study.schema import Study
+from microslip.study.description import StudyDescription
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -24,7 +24,7 @@ class Prediction:
 
     Parameters
     ----------
-    study : Study
+    study : StudyDescription
         What was computed.
     joints : tuple of Interface
         One for each normal load.
@@ -51,7 +51,7 @@ class Prediction:
         The bolted structure of the study: tightened state, modes, bands.
     """
 
-    study: Study
+    study: StudyDescription
     joints: tuple[Interface, ...]
     loops: tuple[tuple[Loop, ...], ...]
     rows: tuple[AmplitudeCurve, ...]

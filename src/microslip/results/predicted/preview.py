@@ -14,7 +14,7 @@ from microslip.results.predicted.numbers import files, joint_entry, load_notes, 
 from microslip.results.predicted.run import DEFAULT_POINTS, defaults_of
 from microslip.results.predicted.tables import joint_table, validity
 from microslip.study.build import build_joints, check_loads
-from microslip.study.schema import Study
+from microslip.study.description import StudyDescription
 
 KIND = "microslip-check"
 MOST_ITEMS = 4
@@ -45,12 +45,12 @@ _UNITS = {
 """Units of the keys of a study; the others hold plain numbers."""
 
 
-def preview(study: Study) -> Document:
+def preview(study: StudyDescription) -> Document:
     """Look a study over without running it.
 
     Parameters
     ----------
-    study : Study
+    study : StudyDescription
         A validated study.
 
     Returns
@@ -142,7 +142,7 @@ def _list(value: Any, write: Callable[[Any], str]) -> str:
     return f"{first}, {second} … {last} ({len(value)})"
 
 
-def _quantities(study: Study) -> Iterator[dict[str, Any]]:
+def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
     """Each number of a study: its key, what was written for it, and what it is [SI unit]."""
     given = tomllib.loads(study.text)
     found = study.model_dump(by_alias=True, exclude_none=True)

@@ -23,7 +23,8 @@ from microslip.results.predicted.result import Result
 from microslip.results.predicted.varying import VaryingCycles, VaryingLoop
 from microslip.results.structure.run import run as run_structure
 from microslip.study.build import blame, build_joints, check_loads
-from microslip.study.schema import LoadVariation, Study
+from microslip.study.description import StudyDescription
+from microslip.study.schema import LoadVariation
 
 DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
 DEFAULT_RANGE = (1e-3, 1e2)
@@ -31,8 +32,8 @@ DEFAULT_POINTS = 200
 _STRUCTURE = 0.95  # share of a run that a structure takes
 
 
-def run(study: Study, progress: Progress | None = None) -> Result:
-    """Compute a study; see :meth:`microslip.study.schema.Study.run`."""
+def run(study: StudyDescription, progress: Progress | None = None) -> Result:
+    """Compute a study; see :meth:`microslip.Study.run`."""
     joints = build_joints(study)
     check_loads(study, joints)
     structure = None
@@ -106,7 +107,7 @@ class _Steps:
         return report
 
 
-def _row(study: Study, joint: Interface, amplitudes: Floats) -> AmplitudeCurve:
+def _row(study: StudyDescription, joint: Interface, amplitudes: Floats) -> AmplitudeCurve:
     if study.excitation.force_amplitudes is None:
         with blame(study, "excitation.amplitudes"):
             return AmplitudeCurve.of(joint, amplitudes)
@@ -115,7 +116,7 @@ def _row(study: Study, joint: Interface, amplitudes: Floats) -> AmplitudeCurve:
 
 
 def _loops(
-    study: Study, joint: Interface, row: AmplitudeCurve, progress: Progress
+    study: StudyDescription, joint: Interface, row: AmplitudeCurve, progress: Progress
 ) -> tuple[Loop, ...]:
     loops: list[Loop] = []
     with blame(study, "excitation.amplitudes"):
@@ -125,7 +126,7 @@ def _loops(
 
 
 def _varying_loops(
-    study: Study,
+    study: StudyDescription,
     variation: LoadVariation,
     joint: Interface,
     row: AmplitudeCurve,
@@ -139,7 +140,7 @@ def _varying_loops(
     return tuple(loops)
 
 
-def defaults_of(study: Study, joints: list[Interface]) -> Defaults:
+def defaults_of(study: StudyDescription, joints: list[Interface]) -> Defaults:
     """Scale of the amplitudes that are not given: the largest slip scale, to two digits."""
     scales = [slip_scale_of(joint) for joint in joints]
     largest = max(scales)
@@ -154,7 +155,7 @@ def defaults_of(study: Study, joints: list[Interface]) -> Defaults:
     )
 
 
-def _amplitudes(study: Study, defaults: Defaults) -> Floats:
+def _amplitudes(study: StudyDescription, defaults: Defaults) -> Floats:
     """Displacement amplitudes of the loops [m]; force amplitudes [N] where the study gives them."""
     given = study.excitation.amplitudes or study.excitation.force_amplitudes
     if given is not None:
@@ -162,7 +163,7 @@ def _amplitudes(study: Study, defaults: Defaults) -> Floats:
     return np.array([float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_AMPLITUDES])
 
 
-def _grid(study: Study, defaults: Defaults) -> Floats:
+def _grid(study: StudyDescription, defaults: Defaults) -> Floats:
     curve = study.excitation.curve
     if curve is not None:
         grid = np.geomspace(curve.start, curve.to, curve.points)

@@ -7,9 +7,9 @@ from pydantic import BaseModel
 from microslip.report.cells import quantity
 from microslip.report.document import Facts
 from microslip.results.predicted.varying import in_words
+from microslip.study.description import StudyDescription
 from microslip.study.parametric import labels_of
 from microslip.study.scanned_surface import NO_CUTOFF
-from microslip.study.schema import Study
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import TableHeights
 
@@ -97,7 +97,7 @@ _ELSEWHERE = (
 )  # fmt: skip
 
 
-def study_facts(study: Study) -> tuple[Facts, ...]:
+def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
     """Materials, surface, joint, excitation and oscillator, with what is given of each."""
     groups = []
     for name, material in study.material.items():

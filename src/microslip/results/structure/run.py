@@ -13,7 +13,7 @@ from microslip.normal import NormalLaw
 from microslip.results.structure.prediction import SHARES, Bands, Mode, StructurePrediction
 from microslip.structures import ModalCurve, Preload, ReducedJoint
 from microslip.study.build import blame, build_surface
-from microslip.study.schema import Study
+from microslip.study.description import StudyDescription
 from microslip.study.uncertain import Spread
 
 Progress = Callable[[float], None]
@@ -21,7 +21,7 @@ Progress = Callable[[float], None]
 FRICTION, TENSION, FORM = "friction coefficient", "bolt tension", "factor on the form"
 
 
-def run(study: Study, progress: Progress | None = None) -> StructurePrediction:
+def run(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
     """Reduce the structure of a study once, tighten it, and follow its modes.
 
     Parameters
@@ -70,7 +70,7 @@ def run(study: Study, progress: Progress | None = None) -> StructurePrediction:
     return StructurePrediction(part, _formed(study, joint, centre), state, modes, inputs)
 
 
-def uncertain(study: Study) -> dict[str, Spread]:
+def uncertain(study: StudyDescription) -> dict[str, Spread]:
     """What a study gives as a range, by name."""
     part = study.structure
     assert part is not None  # who calls has looked
@@ -82,7 +82,7 @@ def uncertain(study: Study) -> dict[str, Spread]:
     return {name: value for name, value in given.items() if isinstance(value, Spread)}
 
 
-def _formed(study: Study, joint: ReducedJoint, values: dict[str, float]) -> ReducedJoint:
+def _formed(study: StudyDescription, joint: ReducedJoint, values: dict[str, float]) -> ReducedJoint:
     """The joint with its form and its tension at some values of what is uncertain."""
     part = study.structure
     assert part is not None  # who calls has looked
@@ -96,13 +96,13 @@ def _formed(study: Study, joint: ReducedJoint, values: dict[str, float]) -> Redu
 
 
 def _state(
-    study: Study, joint: ReducedJoint, surface: NormalLaw, values: dict[str, float]
+    study: StudyDescription, joint: ReducedJoint, surface: NormalLaw, values: dict[str, float]
 ) -> Preload:
     friction = values.get(FRICTION, float(study.joint.friction_coefficient))
     return _formed(study, joint, values).tightened(surface, friction)
 
 
-def _quick(study: Study, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
+def _quick(study: StudyDescription, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
     part = study.structure
     assert part is not None  # who calls has looked
     return state.modes(
@@ -115,7 +115,7 @@ def _quick(study: Study, joint: ReducedJoint, state: Preload, number: int) -> Mo
 
 
 def _pair(
-    study: Study, joint: ReducedJoint, state: Preload, number: int
+    study: StudyDescription, joint: ReducedJoint, state: Preload, number: int
 ) -> tuple[ModalCurve, ModalCurve]:
     quick = _quick(study, joint, state, number)
     curve = quick.other_method
@@ -129,7 +129,7 @@ Sampled = tuple[Floats, Floats, Floats]
 
 
 def _samples(
-    study: Study,
+    study: StudyDescription,
     joint: ReducedJoint,
     surface: NormalLaw,
     spreads: dict[str, Spread],

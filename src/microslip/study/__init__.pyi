@@ -1,1 +1,0 @@
-from .schema import Study as Study

@@ -1,0 +1,218 @@
+"""Floor 10: a study, read from a file or told in one line what is wrong with it."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Self
+
+from pydantic import PrivateAttr, ValidationError, model_validator
+
+from microslip._core.wording import shorten
+from microslip.errors import StudyError
+from microslip.study.explain import explain
+from microslip.study.joints import Joint
+from microslip.study.overrides import MAX_DEPTH, Override, apply, dump, is_too_deep, moved
+from microslip.study.part import Reading
+from microslip.study.schema import StudyTables
+from microslip.study.sense import check, mean_load
+from microslip.study.textfile import read_text
+
+MAX_BYTES = 64_000_000
+
+
+class StudyDescription(StudyTables):
+    """What :class:`microslip.Study` is, before anything is computed."""
+
+    _name: str = PrivateAttr(default="study")
+    _text: str | None = PrivateAttr(default=None)
+    _given: dict[str, Any] = PrivateAttr(default_factory=dict)
+    _notes: tuple[str, ...] = PrivateAttr(default=())
+    _folder: Path = PrivateAttr(default=Path())
+
+    def __init__(self, /, **given: Any) -> None:
+        self._fill(given)
+
+    def _fill(
+        self,
+        given: dict[str, Any],
+        name: str = "study",
+        folder: Path | None = None,
+        changes: Sequence[Override] = (),
+    ) -> None:
+        """Validate keys and values as in a file into this study, which is still empty."""
+        reading = Reading(folder)
+        try:
+            self.__pydantic_validator__.validate_python(given, self_instance=self, context=reading)
+        except ValidationError as error:
+            raise StudyError(f"{name}: {explain(error, given, changes)}") from None
+        self._name = name
+        self._given = given
+        self._folder = folder or Path()
+        self._notes = (*(change.note for change in changes), *reading.notes)
+
+    @model_validator(mode="after")
+    def _makes_sense(self) -> Self:
+        if isinstance(self.joint, Joint) and not self.joint.normal_load:
+            joint = self.joint.model_copy(update={"normal_load": (mean_load(self),)})
+            self.__dict__["joint"] = joint
+        check(self)
+        return self
+
+    @property
+    def name(self) -> str:
+        """Name of the file, or what stands for it in messages."""
+        return self._name
+
+    @property
+    def text(self) -> str:
+        """TOML text of the study: as it was read, overrides applied; comments are kept."""
+        if self._text is None:
+            self._text = dump(self._given)
+        return self._text
+
+    def text_for(self, folder: str | Path) -> str:
+        """The study as TOML for a file in another folder, from which it finds the same files.
+
+        Parameters
+        ----------
+        folder : str or pathlib.Path
+            Where it will stand.
+
+        Returns
+        -------
+        str
+            Its :attr:`text`, with the names of files that it uses seen from there.
+        """
+        return moved(self.text, self._folder, Path(folder))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was taken from elsewhere: table values and their sources, files, overrides."""
+        return self._notes
+
+    @classmethod
+    def load(cls, path: str | Path, overrides: Sequence[str] = ()) -> Self:
+        """Read a study file (TOML).
+
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            The file. Files that it names are relative to its folder.
+        overrides : sequence of str
+            Keys and their values in place of those in the file, such as
+            ``'joint.normal_load="3 kN"'``. The value is TOML; what is not TOML is text.
+
+        Returns
+        -------
+        Study
+            The validated study, in SI units.
+
+        Raises
+        ------
+        StudyError
+            If the file cannot be read or is not a study; one line with file, key, what came and
+            what was wanted.
+        """
+        path = Path(path)
+        name = shorten(str(path), 200)
+        try:
+            text = read_text(path, "a study", MAX_BYTES)
+        except ValueError as error:
+            raise StudyError(f"{name}: {error}") from None
+        return cls.from_toml(text, name, overrides, path.parent)
+
+    @classmethod
+    def from_toml(
+        cls,
+        text: str,
+        name: str = "study",
+        overrides: Sequence[str] = (),
+        folder: str | Path | None = None,
+    ) -> Self:
+        """Read a study from TOML text.
+
+        Parameters
+        ----------
+        text : str
+            What would be in the file.
+        name : str
+            What stands for the file in messages.
+        overrides : sequence of str
+            As in :meth:`load`.
+        folder : str or pathlib.Path, optional
+            Folder of the files that the study names; by default the current one.
+
+        Returns
+        -------
+        Study
+            The validated study, in SI units.
+
+        Raises
+        ------
+        StudyError
+            If the text is not a study.
+        """
+        if is_too_deep(text):
+            raise StudyError(f"{name}: not a study: a key of more than {MAX_DEPTH} levels")
+        try:
+            data = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise StudyError(f"{name}: {_toml_message(str(error), text)}") from None
+        except RecursionError:
+            raise StudyError(f"{name}: not TOML that can be read: nested too deeply") from None
+        except ValueError:  # the only one of tomllib's that says nothing of the place
+            raise StudyError(f"{name}: not a study: an integer of thousands of digits") from None
+        if not data:
+            raise StudyError(
+                f"{name}: wanted a study, got none; microslip new NAME.toml writes one"
+            )
+        changes: list[Override] = []
+        if overrides:
+            try:
+                text, data, changes = apply(overrides, text, data)
+            except StudyError as error:
+                raise StudyError(f"{name}: {error}") from None
+        study = cls.__new__(cls)
+        study._fill(data, name, None if folder is None else Path(folder), changes)
+        study._text = text
+        return study
+
+
+# What tomllib says where an engineer would not see what to do.
+_CLEARER = {
+    "Invalid value": "invalid value (text and quantities stand in quotes)",
+    "Cannot overwrite a value": "this key is given twice",
+    "Illegal character '\\n'": "a text without its closing quote",
+    "Unterminated string": "a text without its closing quote",
+}
+
+# What stands where it says so, and after what, when the reason is one of these.
+_REASONS = (
+    (r"\d$", r",\d", 'the decimal sign is the point, "."'),
+    (r"\d\s*$", r"[^\W\d_]|[/%°]", 'quantities stand in quotes, such as "2 kN"'),
+    (r"[=\[,]\s*$", r"[+-]?\.\d", "write a 0 before the point"),
+    (r"[=\[,]\s*$", "[“”„«»‘’´`]", 'quotes are straight, as in "2 kN"'),
+)
+
+
+def _toml_message(message: str, text: str) -> str:
+    where = re.search(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$", message)
+    what = message[: where.start()] if where else message
+    lines = text.split("\n")
+    if where and where[1]:
+        line, column = int(where[1]), int(where[2])
+        before, after = lines[line - 1][: column - 1], lines[line - 1][column - 1 :].lstrip()
+        for end, begin, reason in _REASONS:
+            if re.search(end, before[-80:]) and re.match(begin, after):
+                what = reason
+    else:
+        lines = text.rstrip("\n").split("\n")
+        line, column = len(lines), len(lines[-1]) + 1
+    what = _CLEARER.get(what, what)
+    # tomllib shows the path of a table as a Python tuple.
+    what = re.sub(r"\('([^()]*)',?\)", lambda m: "[" + m[1].replace("', '", ".") + "]", what)
+    what = shorten(what[:1].lower() + what[1:], 120)
+    return f"line {line}, column {column}: not TOML: {what}"

@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from microslip._core.parameters import parameters_of
 from microslip._core.quantities import UNITS
 from microslip._version import __version__
 from microslip.report.cells import si
@@ -15,6 +16,7 @@ from microslip.results.predicted.run import DEFAULT_POINTS, defaults_of
 from microslip.results.predicted.tables import joint_table, validity
 from microslip.study.build import build_joints, check_loads
 from microslip.study.description import StudyDescription
+from microslip.study.parametric import Described
 
 KIND = "microslip-check"
 MOST_ITEMS = 4
@@ -42,7 +44,7 @@ _UNITS = {
     "torque": "N m",
     "stiffness": "N/m",
 }
-"""Units of the keys of a study; the others hold plain numbers."""
+"""Units of the keys of a study; parameters of classes say theirs, the others are plain numbers."""
 
 
 def preview(study: StudyDescription) -> Document:
@@ -153,8 +155,9 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
         name: {**dict.fromkeys(keys), **own.get(name, {})}
         for name, keys in found["material"].items()
     }
+    described = dict(_described(study))
     for key, written, value in _walk({"material": material, **given}, found):
-        unit = _UNITS.get(key.rpartition(".")[2], "-")
+        unit = described.get(key) or _UNITS.get(key.rpartition(".")[2], "-")
         if key == "structure.density":
             unit = "kg/m^3"
         if key == "surface.heights.density":  # of the heights, not of the summits
@@ -182,6 +185,16 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
                 "largest": float(loads.max()),
                 "unit": "N",
             }
+
+
+def _described(study: StudyDescription) -> Iterator[tuple[str, str]]:
+    """Units of the keys that stand for parameters of a law, a surface or heights."""
+    heights = getattr(study.surface, "heights", None)
+    parts = {"joint": study.joint, "surface": study.surface, "surface.heights": heights}
+    for table, part in parts.items():
+        if isinstance(part, Described):
+            for parameter in parameters_of(part.describes):
+                yield f"{table}.{parameter.name}", parameter.unit or "-"
 
 
 def _walk(given: Any, found: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:

@@ -63,11 +63,14 @@ from .structures import Decay as Decay
 from .structures import LapJoint as LapJoint
 from .structures import MeshedJoint as MeshedJoint
 from .structures import ModalCurve as ModalCurve
+from .structures import ModalIdentification as ModalIdentification
+from .structures import ModalTest as ModalTest
 from .structures import Oscillator as Oscillator
 from .structures import Preload as Preload
 from .structures import ReducedJoint as ReducedJoint
 from .structures import RingDown as RingDown
 from .structures import Structure as Structure
+from .structures import identify_modal as identify_modal
 from .sweeps import Sweep as Sweep
 from .sweeps import sweep as sweep
 from .tribometer import Measurement as Measurement

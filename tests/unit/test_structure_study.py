@@ -132,6 +132,29 @@ def test_pictures_show_bands_and_the_test(result: ms.Result) -> None:
     assert sum(isinstance(item, Area) for item in panel.items) > 20
 
 
+def test_a_fit_tells_what_the_test_knows(folder: Path) -> None:
+    text = (
+        STUDY.replace(
+            'file = "test.csv"',
+            'file = "test.csv", fit = ["friction_coefficient", "base_damping_ratio"]',
+        )
+        .replace("{ low = 0.1, high = 0.6 }", "0.35")
+        .replace("{ low = 0.0, high = 1.0 }", "0.5")
+    )
+    text = text.replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"')
+    result = ms.Study.from_toml(text, folder=folder).run()
+    told = document(result)
+    (section,) = [s for s in told.sections if s.title == "Fitted to the test"]
+    table, verdicts = section.blocks
+    assert [row[0] for row in table.rows] == ["Friction coefficient", "Base damping ratio"]
+    assert verdicts.caption.startswith("Friction coefficient and base damping ratio correlate by")
+    found = result.summary["structure"]["identified"]
+    assert set(found["values"]) == {"friction_coefficient", "base_damping_ratio"}
+    low, high = found["intervals"]["base_damping_ratio"]
+    assert low < found["values"]["base_damping_ratio"] < high
+    assert json.dumps(found, allow_nan=False)
+
+
 def test_files_are_written(result: ms.Result, tmp_path: Path) -> None:
     result.save(tmp_path / "out")
     summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
@@ -185,6 +208,7 @@ def test_spreads_are_the_distributions_that_they_are_called() -> None:
         ('file = "form.csv"', 'file = "none.csv"', "structure.form: none.csv: no such file"),
         ('file = "test.csv"', 'file = "test.csv", frequency = "f"', "structure.measured: test.csv: "),
         ('file = "test.csv"', 'file = "test.csv", mode = 3', "structure.measured.mode: wanted one of structure.modes, got 3"),
+        ('file = "test.csv"', 'file = "test.csv", fit = ["frction_coefficient"]', "structure.measured.fit, item 1: wanted "),
         ("patches = [3, 2]", "patches = [3]", "structure.patches: wanted two numbers, got 1"),
         ("samples = 16", "samples = 0", "structure.samples: wanted a whole number from 8"),
     ],

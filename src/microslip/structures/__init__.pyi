@@ -6,6 +6,9 @@ from .oscillator import Decay as Decay
 from .oscillator import Oscillator as Oscillator
 from .preload import Preload as Preload
 from .reduction_convergence import Convergence as Convergence
+from .reduction_identification import ModalIdentification as ModalIdentification
+from .reduction_identification import ModalTest as ModalTest
+from .reduction_identification import identify_modal as identify_modal
 from .reduction_model import ReducedJoint as ReducedJoint
 from .ring_down import RingDown as RingDown
 from .structure import Structure as Structure

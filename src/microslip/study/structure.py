@@ -28,6 +28,9 @@ from microslip.study.uncertain import Uncertain
 if TYPE_CHECKING:
     from microslip.structures import LapJoint
 
+FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
+"""What can be fitted to a test."""
+
 MOST_MODES, MOST_POINTS, MOST_SAMPLES = 10, 100, 4096
 
 Size = Annotated[float, quantity(LENGTH, "25 mm")]
@@ -189,6 +192,24 @@ class MeasuredPart(Part):
     mode: Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)] = Field(
         default=1, description="The mode that was tested, counted from 1."
     )
+    fit: (
+        Annotated[
+            tuple[Annotated[str, one_of(*FITTED)], ...],
+            array('["friction_coefficient", "tension"]', len(FITTED)),
+            AfterValidator(different),
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="What is fitted to the test, from the values of the study on.",
+        examples=['["friction_coefficient", "tension"]'],
+    )
+    frequency_error: Annotated[float, _SHARE] = Field(
+        default=0.003, description="Relative uncertainty of the frequencies, the model's included."
+    )
+    damping_error: Annotated[float, _SHARE] = Field(
+        default=0.05, description="Relative uncertainty of the damping ratios."
+    )
     _table: Floats = PrivateAttr(default_factory=lambda: np.zeros((0, 3)))
 
     @model_validator(mode="after")
@@ -272,6 +293,11 @@ class StructurePart(Part):
             raise KeyedError(
                 "structure.measured.mode",
                 f"wanted one of structure.modes, got {self.measured.mode}",
+            )
+        fitted = () if self.measured is None else self.measured.fit or ()
+        if "form" in fitted and self.form is None:
+            raise KeyedError(
+                "structure.measured.fit", 'wanted "form" only with a table structure.form, got none'
             )
         try:
             self.build()

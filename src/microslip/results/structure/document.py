@@ -10,7 +10,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.report import cells
-from microslip.report.document import Block, Column, Facts, Note, Picture, Section, Table
+from microslip.report.document import Block, Column, Facts, Note, Picture, Section, Table, Verdicts
 from microslip.results.structure.pictures import (
     curve_plot,
     loss_plot,
@@ -19,6 +19,7 @@ from microslip.results.structure.pictures import (
     slip_plot,
 )
 from microslip.results.structure.prediction import Mode, StructurePrediction
+from microslip.structures import ModalIdentification
 
 FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
 """Names of the figures."""
@@ -54,6 +55,8 @@ def sections(found: StructurePrediction) -> tuple[Section, ...]:
     parts.append(Section("Frequency and damping", (*blocks, Note(_remark(found), small=True))))
     if ranking:
         parts.append(Section("What decides", tuple(ranking)))
+    if found.identified is not None:
+        parts.append(_fitted(found.identified))
     parts.append(Section("Structure in figures", pictures(found), brief=False))
     return tuple(parts)
 
@@ -118,6 +121,7 @@ def numbers(found: StructurePrediction) -> dict[str, Any]:
             )
         ],
         "modes": [_mode_numbers(mode) for mode in found.modes],
+        **({} if found.identified is None else {"identified": _identified(found.identified)}),
     }  # fmt: skip
 
 
@@ -143,6 +147,16 @@ def columns(found: StructurePrediction) -> dict[str, Floats]:
                     part[f"modal_{name}_{word}"] = row
         parts.append(part)
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _identified(identified: ModalIdentification) -> dict[str, Any]:
+    return {
+        "values": dict(identified.values),
+        "intervals": {name: list(ends) for name, ends in identified.intervals.items()},
+        "correlation": identified.correlation.tolist(),
+        "misfit": identified.misfit if math.isfinite(identified.misfit) else None,
+        "verdicts": [v.word for v in identified.verdicts],
+    }
 
 
 def _mode_numbers(mode: Mode) -> dict[str, Any]:
@@ -215,6 +229,43 @@ def _remark(found: StructurePrediction) -> str:
     )
     text = f"The quasi-static damping differs from the balance of harmonics by up to {worst:.0%}."
     return f"{text} {_BANDS}" if found.inputs else text
+
+
+_FITTED = {
+    "friction_coefficient": "Friction coefficient",
+    "tension": "Bolt tension, of the study's",
+    "form": "Factor on the form",
+    "base_damping_ratio": "Base damping ratio",
+}
+
+
+def _fitted(identified: ModalIdentification) -> Section:
+    """What the test says of the joint, and what it does not."""
+    listed = (
+        Column("parameter", "Parameter"),
+        Column("value", "Value", "", write=cells.ratio),
+        Column("low", "5 %", "", write=cells.ratio),
+        Column("high", "95 %", "", write=cells.ratio),
+    )
+    rows = tuple(
+        (_FITTED[name], value, *identified.intervals[name])
+        for name, value in identified.values.items()
+    )
+    table = Table("Fitted to the test", listed, rows, noun="parameters")
+    return Section(
+        "Fitted to the test",
+        (table, Verdicts(identified.verdicts, caption=_correlated(identified))),
+    )
+
+
+def _correlated(identified: ModalIdentification) -> str:
+    """The two parameters that the test tells apart least, in words."""
+    names, matrix = tuple(identified.values), abs(identified.correlation)
+    if len(names) < 2:
+        return ""
+    first, second = divmod(int(np.argmax(np.triu(matrix, 1))), len(names))
+    value = identified.correlation[first, second]
+    return f"{_FITTED[names[first]]} and {_FITTED[names[second]].lower()} correlate by {value:.2f}."
 
 
 def _ranking(mode: Mode) -> Table:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.structures import ModalCurve, Preload, ReducedJoint
+from microslip.structures import ModalCurve, ModalIdentification, Preload, ReducedJoint
 from microslip.study.structure import StructurePart
 
 SHARES = (0.05, 0.5, 0.95)
@@ -81,6 +81,8 @@ class StructurePrediction:
         In the order of the study.
     inputs : tuple of (str, str)
         What is not known exactly, and how far it is known.
+    identified : ModalIdentification or None
+        What the test says of the joint, where the study asks for a fit.
     """
 
     part: StructurePart
@@ -88,3 +90,4 @@ class StructurePrediction:
     state: Preload
     modes: tuple[Mode, ...]
     inputs: tuple[tuple[str, str], ...]
+    identified: ModalIdentification | None = None

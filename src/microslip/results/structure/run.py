@@ -11,9 +11,17 @@ from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.results.structure.prediction import SHARES, Bands, Mode, StructurePrediction
-from microslip.structures import ModalCurve, Preload, ReducedJoint
+from microslip.structures import (
+    ModalCurve,
+    ModalIdentification,
+    ModalTest,
+    Preload,
+    ReducedJoint,
+    identify_modal,
+)
 from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
+from microslip.study.structure import MeasuredPart
 from microslip.study.uncertain import Spread
 
 Progress = Callable[[float], None]
@@ -67,7 +75,38 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
         for index, (number, (curve, quick)) in enumerate(zip(part.modes, pairs, strict=True))
     )
     inputs = tuple((name, spread.written) for name, spread in spreads.items())
-    return StructurePrediction(part, _formed(study, joint, centre), state, modes, inputs)
+    identified = None
+    if part.measured is not None and part.measured.fit:
+        with blame(study, "structure.measured.fit"):
+            identified = _identified(study, joint, surface, part.measured)
+    formed = _formed(study, joint, centre)
+    return StructurePrediction(part, formed, state, modes, inputs, identified)
+
+
+def _identified(
+    study: StudyDescription, joint: ReducedJoint, surface: NormalLaw, test: MeasuredPart
+) -> ModalIdentification:
+    """What a test says of the joint, from the values of the study on."""
+    part = study.structure
+    assert part is not None  # who calls has looked
+    amplitude, frequency, damping = test.table.T
+    return identify_modal(
+        joint,
+        surface,
+        ModalTest(
+            amplitude,
+            frequency,
+            damping,
+            mode=test.mode - 1,
+            frequency_error=test.frequency_error,
+            damping_error=test.damping_error,
+        ),
+        test.fit or (),
+        friction_coefficient=float(study.joint.friction_coefficient),
+        form=1.0 if part.form is None else float(part.form.factor),
+        base_damping_ratio=part.base_damping_ratio,
+        form_table=None if part.form is None else part.form.table,
+    )
 
 
 def uncertain(study: StudyDescription) -> dict[str, Spread]:

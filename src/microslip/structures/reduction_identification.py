@@ -1,0 +1,374 @@
+"""From a structure's test back to its joint: friction, bolt tension, form and base damping."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, number, positive, record, show
+from microslip._core.frozen import Locked, lock
+from microslip._core.verdicts import Rule, Verdict
+from microslip._core.wording import did_you_mean, quoted
+from microslip.errors import InputError
+from microslip.normal import NormalLaw
+from microslip.structures.modal_curve import ModalCurve
+from microslip.structures.preload import Preload
+from microslip.structures.reduction_model import ReducedJoint
+
+_ROUNDS = 4  # of correcting quasi-static curves by the balance of harmonics
+
+
+class _Kind(NamedTuple):
+    """A parameter that can be fitted: its range, and whether it is fitted by its logarithm."""
+
+    low: float
+    high: float
+    log: bool
+
+
+KINDS = {
+    "friction_coefficient": _Kind(0.01, 3.0, True),
+    "tension": _Kind(0.05, 5.0, True),
+    "form": _Kind(-3.0, 3.0, False),
+    "base_damping_ratio": _Kind(1e-7, 0.1, True),
+}
+"""What can be fitted: the tension as a share of the bolts' own, the form as a factor on it."""
+
+MISFIT = Rule(
+    "misfit beside the errors of the test",
+    1.5, 3.0,
+    "What is left is no more than the errors of the test.",
+    "Root of chi square a degree of freedom; the intervals are widened by it.",
+    "Look at form, base damping and patches first: what is not fitted must be right.",
+    "there are no more values than parameters",
+)  # fmt: skip
+SEPARATED = Rule(
+    "correlation of two parameters",
+    0.95, 0.99,
+    "The test tells its parameters apart.",
+    "Largest correlation of the fit by size; friction and tension move the damping alike.",
+    "Give one of them, or add a mode, or larger amplitudes.",
+    "there is one parameter",
+)  # fmt: skip
+SHARP = Rule(
+    "width of an interval",
+    1.0,
+    3.0,
+    "The test tells each parameter.",
+    "Half width of the widest 90 % interval beside its value.",
+    "Give that parameter: this test does not know it.",
+)
+INSIDE = Rule(
+    "parameters at a bound",
+    0.5,
+    0.5,
+    "No parameter is held by its bound alone.",
+    "Number of parameters at the end of their range.",
+    "The model cannot reach the test with what is given.",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ModalTest(Locked):
+    """Frequency and damping of one mode against amplitude, from a ring-down or a stepped sine.
+
+    Parameters
+    ----------
+    amplitude : array_like
+        Displacement amplitudes at the sensor [m], above zero, one-dimensional.
+    frequency : array_like
+        Frequencies [Hz], of the same shape.
+    damping_ratio : array_like
+        Damping ratios [-], of the same shape.
+    mode : int
+        Which mode of the structure, from 0.
+    sensor : str
+        Name of the sensor in the reduced joint.
+    frequency_error, damping_error : float
+        Standard uncertainties relative to the values [-]: those of the test and of the model.
+
+    Raises
+    ------
+    InputError
+        Arrays that differ in length, values that are not above zero.
+
+    Notes
+    -----
+    A finite-element model is seldom better than 0.3 % in frequency, damping in tests scatters by
+    5 % and more from assembly to assembly. Porter and Brake (2023, DOI 10.1016/j.ymssp.2023.110210)
+    hold a model of a bolted beam to such tests.
+    """
+
+    amplitude: Any
+    frequency: Any
+    damping_ratio: Any
+    mode: int = 0
+    sensor: str = "sensor"
+    frequency_error: float = 0.003
+    damping_error: float = 0.05
+
+    def __post_init__(self) -> None:
+        for name, unit in (("amplitude", "m"), ("frequency", "Hz"), ("damping_ratio", "")):
+            values = np.atleast_1d(record(name, getattr(self, name))).copy()
+            for value in values:
+                positive(name, float(value), unit)
+            object.__setattr__(self, name, lock(values))
+        sizes = {len(self.amplitude), len(self.frequency), len(self.damping_ratio)}
+        if len(sizes) != 1:
+            raise InputError(
+                "amplitude, frequency and damping_ratio must be of one length, got "
+                f"{len(self.amplitude)}, {len(self.frequency)} and {len(self.damping_ratio)}"
+            )
+        for name in ("frequency_error", "damping_error"):
+            object.__setattr__(self, name, positive(name, getattr(self, name), "", 0.05))
+        if isinstance(self.mode, bool) or not isinstance(self.mode, int) or self.mode < 0:
+            raise InputError(f"mode must be a whole number from 0 on, got {show(self.mode)}")
+
+
+@dataclass(frozen=True, eq=False)
+class ModalIdentification(Locked):
+    """What tests of a structure say of its joint; :func:`identify_modal` makes it.
+
+    Parameters
+    ----------
+    values : mapping
+        Fitted parameters by name [-]; the tension as a share of the bolts' own.
+    intervals : mapping
+        90 % intervals by name [-].
+    correlation : ndarray
+        Correlations of the parameters in the order of ``values`` [-].
+    misfit : float
+        Root of chi square a degree of freedom [-].
+    curves : tuple of ModalCurve
+        One for each test, by balance of harmonics, at its amplitudes.
+    state : Preload
+        The joint as it was found.
+    joint : ReducedJoint
+        The same, with its tension and form.
+    verdicts : tuple of Verdict
+        What the tests tell and what they do not.
+
+    Raises
+    ------
+    InputError
+        Never: it is made by what checks first.
+
+    Notes
+    -----
+    Least squares of ln(frequency) and ln(damping ratio); intervals by its linearisation, after
+    Seber and Wild, DOI 10.1002/0471725315.
+    """
+
+    values: Mapping[str, float]
+    intervals: Mapping[str, tuple[float, float]]
+    correlation: Floats
+    misfit: float
+    curves: tuple[ModalCurve, ...]
+    state: Preload
+    joint: ReducedJoint
+    verdicts: tuple[Verdict, ...]
+
+
+def identify_modal(
+    joint: ReducedJoint,
+    surface: NormalLaw,
+    tests: ModalTest | Iterable[ModalTest],
+    fit: Sequence[str] = ("friction_coefficient", "tension", "form"),
+    *,
+    friction_coefficient: float = 0.3,
+    tension: float = 1.0,
+    form: float = 1.0,
+    base_damping_ratio: float = 0.0,
+    form_table: ArrayLike | Any = None,
+) -> ModalIdentification:
+    """Fit a joint's friction, bolt tension, form and base damping to tests of modes.
+
+    Parameters
+    ----------
+    joint : ReducedJoint
+        The structure, with the sensors of the tests, flat if ``form_table`` is given.
+    surface : NormalLaw
+        The normal load law of the surface.
+    tests : ModalTest or iterable of ModalTest
+        One or several modes.
+    fit : sequence of str
+        What is not known: "friction_coefficient", "tension", "form", "base_damping_ratio".
+    friction_coefficient, tension, form, base_damping_ratio : float
+        Where the fit begins [-], or what is known; the tension is a share of the bolts' own.
+    form_table : array_like or callable, optional
+        The form of factor 1 [m], see :meth:`ReducedJoint.with_form`; the joint's own gaps, of
+        shape (patches,), unless given.
+
+    Returns
+    -------
+    ModalIdentification
+        Values, intervals, correlations and verdicts.
+
+    Raises
+    ------
+    InputError
+        Names that cannot be fitted, more parameters than values, a form to be fitted of flat faces,
+        a state that the model does not have.
+
+    Notes
+    -----
+    The curves in the fit are quasi-static (Lacayo and Allen 2019, DOI 10.1016/j.ymssp.2018.08.034)
+    and corrected by the balance of harmonics at the values found, until these stay.
+    """
+    given = [tests] if isinstance(tests, ModalTest) else list(tests)
+    names = _checked(fit, given)
+    own = joint.patch_gaps if form_table is None else form_table
+    if "form" in names and form_table is None and not joint.patch_gaps.any():
+        raise InputError("form can be fitted only where the faces are not flat; give form_table")
+    start = {
+        "friction_coefficient": positive("friction_coefficient", friction_coefficient, "", 0.3),
+        "tension": positive("tension", tension, "", 1.0),
+        "form": number("form", form),
+        "base_damping_ratio": number("base_damping_ratio", base_damping_ratio),
+    }
+    if "base_damping_ratio" in names and start["base_damping_ratio"] <= 0.0:
+        start["base_damping_ratio"] = 0.1 * min(float(t.damping_ratio.min()) for t in given)
+    return _Fit(joint, surface, given, names, start, own).run()
+
+
+def _checked(fit: Sequence[str], tests: list[ModalTest]) -> tuple[str, ...]:
+    names = (fit,) if isinstance(fit, str) else tuple(fit)
+    for name in names:
+        if name not in KINDS:
+            raise InputError(
+                f"fit must be of {quoted(KINDS)}, got {show(name)}{did_you_mean(str(name), KINDS)}"
+            )
+    if not names or len(set(names)) != len(names):
+        raise InputError("fit must name each parameter once, and at least one")
+    if not tests or not all(isinstance(test, ModalTest) for test in tests):
+        raise InputError("tests must be of ms.ModalTest, one or more")
+    count = sum(2 * len(test.amplitude) for test in tests)
+    if count < len(names):
+        raise InputError(f"{len(names)} parameters need as many values, the tests have {count}")
+    return names
+
+
+@dataclass
+class _Fit:
+    """One identification: from a vector of parameters to residuals, and to the result."""
+
+    joint: ReducedJoint
+    surface: NormalLaw
+    tests: list[ModalTest]
+    names: tuple[str, ...]
+    start: dict[str, float]
+    form: Any
+
+    def run(self) -> ModalIdentification:
+        from scipy.optimize import least_squares
+
+        kinds = [KINDS[name] for name in self.names]
+        bounds = (
+            [math.log(k.low) if k.log else k.low for k in kinds],
+            [math.log(k.high) if k.log else k.high for k in kinds],
+        )
+        vector = np.clip(self._vector(self.start), *np.array(bounds))
+        correction = self._correction(self._values(vector))
+        for _ in range(_ROUNDS):
+            before = vector
+            solved = least_squares(
+                self._residuals, vector, args=(correction,), bounds=bounds, diff_step=2e-3,
+                xtol=1e-8, ftol=1e-10, max_nfev=40,
+            )  # fmt: skip
+            vector = solved.x
+            correction = self._correction(self._values(vector))
+            if np.abs(vector - before).max() < 1e-4:
+                break
+        held = int((np.abs(solved.active_mask) > 0).sum())
+        return self._result(vector, solved.jac, self._residuals(vector, correction), held)
+
+    def _vector(self, values: Mapping[str, float]) -> Floats:
+        return np.array([math.log(values[n]) if KINDS[n].log else values[n] for n in self.names])
+
+    def _values(self, vector: Floats) -> dict[str, float]:
+        fitted = {
+            name: math.exp(v) if KINDS[name].log else float(v)
+            for name, v in zip(self.names, vector, strict=True)
+        }
+        return self.start | fitted
+
+    def _state(self, values: dict[str, float]) -> tuple[ReducedJoint, Preload]:
+        joint = self.joint.with_tension(self.joint.bolt_tension * values["tension"])
+        if np.ndim(self.form) != 1 or np.any(self.form):
+            joint = joint.with_form(self.form, values["form"])
+        return joint, joint.tightened(self.surface, values["friction_coefficient"])
+
+    def _curves(self, values: dict[str, float], method: Any) -> list[ModalCurve]:
+        joint, state = self._state(values)
+        return [
+            state.modes(
+                test.mode,
+                test.amplitude,
+                at=joint.sensor(test.sensor),
+                damping_ratio=values["base_damping_ratio"],
+                method=method,
+            )
+            for test in self.tests
+        ]
+
+    def _logs(self, curves: list[ModalCurve]) -> list[Floats]:
+        return [np.log(np.stack([c.frequency, c.damping_ratio])) for c in curves]
+
+    def _correction(self, values: dict[str, float]) -> list[Floats]:
+        """What the balance of harmonics adds to ln(frequency) and ln(damping)."""
+        quick = self._curves(values, "quasi-static")
+        exact = self._logs([curve.other_method for curve in quick])
+        pairs = zip(exact, self._logs(quick), strict=True)
+        return [np.where(np.isfinite(e), e - q, 0.0) for e, q in pairs]
+
+    def _residuals(self, vector: Floats, correction: list[Floats]) -> Floats:
+        logs = self._logs(self._curves(self._values(vector), "quasi-static"))
+        parts = []
+        for test, log, more in zip(self.tests, logs, correction, strict=True):
+            wanted = np.log(np.stack([test.frequency, test.damping_ratio]))
+            errors = np.array([[test.frequency_error], [test.damping_error]])
+            parts.append(((log + more - wanted) / errors).ravel())
+        return np.concatenate(parts)
+
+    def _result(
+        self, vector: Floats, jacobian: Floats, residuals: Floats, held: int
+    ) -> ModalIdentification:
+        free = len(residuals) - len(vector)
+        misfit = math.sqrt(float(residuals @ residuals) / free) if free > 0 else math.nan
+        covariance = np.linalg.pinv(jacobian.T @ jacobian) * max(misfit, 1.0) ** 2
+        if math.isnan(misfit):
+            covariance = np.linalg.pinv(jacobian.T @ jacobian)
+        error = np.sqrt(np.diag(covariance))
+        correlation = (
+            covariance
+            / np.where(error > 0.0, error, 1.0)[:, None]
+            / np.where(error > 0.0, error, 1.0)
+        )
+        values = self._values(vector)
+        half = 1.6448536269514722 * error  # of the normal distribution, 5 to 95 %
+        intervals = {}
+        widths = []
+        for name, v, h in zip(self.names, vector, half, strict=True):
+            ends = (v - h, v + h)
+            low, high = ((math.exp(min(e, 700.0)) if KINDS[name].log else float(e)) for e in ends)
+            intervals[name] = (low, high)
+            scale = abs(values[name]) if KINDS[name].log else max(abs(values[name]), 0.1)
+            widths.append(0.5 * (high - low) / scale)
+        apart = abs(correlation - np.diag(np.diag(correlation))).max() if len(vector) > 1 else None
+        verdicts = (
+            MISFIT.judge(misfit),
+            SEPARATED.judge(None if apart is None else float(apart)),
+            SHARP.judge(max(widths)),
+            INSIDE.judge(float(held)),
+        )
+        joint, state = self._state(values)
+        curves = tuple(self._curves(values, "harmonic-balance"))
+        fitted = {name: values[name] for name in self.names}
+        return ModalIdentification(
+            fitted, intervals, lock(correlation), misfit, curves, state, joint, verdicts
+        )

@@ -1,0 +1,125 @@
+"""From a structure's test back to its joint: what was put in comes out, and what cannot is told."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+from laps import STEEL, small_joint
+
+import microslip as ms
+
+AMPLITUDES = [5e-7, 3e-6, 1e-5]
+TRUE = {"friction_coefficient": 0.25, "tension": 1.3, "form": 0.6}
+
+
+def bowed(x: Any, y: Any) -> Any:
+    """Faces that gape by 4.5 um at the ends of the lap."""
+    return 2e-2 * x**2
+
+
+@lru_cache
+def surface() -> ms.GreenwoodWilliamson:
+    pair = ms.MaterialPair(STEEL, STEEL)
+    return ms.GreenwoodWilliamson(pair, ms.Gaussian(1e-6), radius=1e-3, density=5e7, area=1e-4)
+
+
+@lru_cache
+def measured(noise: float) -> tuple[ms.ModalTest, ...]:
+    """Two bending modes by balance of harmonics, of other values than the fit begins with."""
+    joint = small_joint().with_form(bowed, TRUE["form"]).with_tension(5e3 * TRUE["tension"])
+    state = joint.tightened(surface(), TRUE["friction_coefficient"])
+    random = np.random.default_rng(1)
+    made = []
+    for mode in (0, 2):
+        curve = state.modes(mode, AMPLITUDES, at=joint.sensor("tip"), damping_ratio=1e-4)
+        scatter = np.exp(noise * random.standard_normal((2, len(AMPLITUDES))))
+        made.append(
+            ms.ModalTest(
+                AMPLITUDES,
+                curve.frequency * scatter[0] ** 0.01,
+                curve.damping_ratio * scatter[1],
+                mode=mode,
+                sensor="tip",
+                frequency_error=max(0.01 * noise, 1e-5),
+                damping_error=max(noise, 1e-3),
+            )
+        )
+    return tuple(made)
+
+
+def identified(noise: float, fit: tuple[str, ...], **known: float) -> ms.ModalIdentification:
+    return ms.identify_modal(
+        small_joint(), surface(), measured(noise), fit, form_table=bowed, base_damping_ratio=1e-4,
+        **known,
+    )  # fmt: skip
+
+
+def test_what_was_put_in_comes_out_without_noise() -> None:
+    found = identified(0.0, tuple(TRUE))
+    for name, value in TRUE.items():
+        assert found.values[name] == pytest.approx(value, rel=2e-3)
+    assert found.misfit < 0.2
+    for curve, test in zip(found.curves, measured(0.0), strict=True):
+        np.testing.assert_allclose(curve.damping_ratio, test.damping_ratio, rtol=2e-3)
+
+
+def test_noise_widens_the_intervals_and_they_hold_the_truth() -> None:
+    found = identified(0.05, tuple(TRUE))
+    for name, value in TRUE.items():
+        low, high = found.intervals[name]
+        spread = high - low
+        assert low - 0.5 * spread < value < high + 0.5 * spread
+    assert 0.3 < found.misfit < 2.0
+    words = {verdict.name: verdict.word for verdict in found.verdicts}
+    assert words["misfit beside the errors of the test"] == "ok"
+    assert words["parameters at a bound"] == "ok"
+
+
+def test_a_wrong_assumption_is_seen_in_the_misfit() -> None:
+    found = identified(
+        0.0, ("friction_coefficient",)
+    )  # tension and form are held where they are not
+    words = {verdict.name: verdict.word for verdict in found.verdicts}
+    assert words["misfit beside the errors of the test"] == "outside"
+    assert words["correlation of two parameters"] == "not judged"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"fit": ("frictoin_coefficient",)}, 'did you mean "friction_coefficient"'),
+        ({"fit": ()}, "fit must name each parameter once"),
+        ({"fit": ("form", "form")}, "fit must name each parameter once"),
+        ({"tests": []}, "tests must be of ms.ModalTest"),
+        ({"form_table": None}, "form can be fitted only where the faces are not flat"),
+        ({"friction_coefficient": 0.0}, "friction_coefficient must be above zero"),
+        (
+            {"tests": ms.ModalTest([1e-6], [900.0], [1e-3], sensor="tip")},
+            "3 parameters need as many values, the tests have 2",
+        ),
+    ],
+)
+def test_fits_that_are_none(changes: dict[str, Any], message: str) -> None:
+    given: dict[str, Any] = {
+        "tests": measured(0.0),
+        "fit": tuple(TRUE),
+        "form_table": bowed,
+    } | changes
+    with pytest.raises(ms.InputError, match=message):
+        ms.identify_modal(small_joint(), surface(), **given)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (([1e-6, 2e-6], [900.0], [1e-3]), "must be of one length, got 2, 1 and 1"),
+        (([1e-6], [900.0], [-1e-3]), "damping_ratio must be above zero"),
+        (([1e-6], [900.0], [1e-3], -1), "mode must be a whole number"),
+    ],
+)
+def test_tests_that_are_none(given: tuple[Any, ...], message: str) -> None:
+    with pytest.raises(ms.InputError, match=message):
+        ms.ModalTest(*given)

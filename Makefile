@@ -30,7 +30,7 @@ KERNEL := $(wildcard src/microslip/kernels/*.[ch])
 # An editable install sees edits of the Python sources by itself, a built one does not.
 SOURCES := $(if $(INSTALL),,$(shell find src/microslip -type f ! -name '*.so' ! -name '*.pyc'))
 
-.PHONY: help install demo test slow lint format format-check types check bench reference coverage docs dist lock clean \
+.PHONY: help install demo test slow attack attack-sanitized lint format format-check types check bench reference coverage docs dist lock clean \
     distclean
 
 help:  ## list the targets
@@ -89,6 +89,16 @@ test: $(READY)  ## run the tests, but for the slow ones
 slow: $(READY)  ## run the slow tests
 	@"$(PY)" -m pytest -m slow $(PYTEST_ARGS) $(TESTS) || { \
 	    code=$$?; [ $$code -eq 5 ] || exit $$code; echo "There are no slow tests."; }
+
+# make attack INPUTS=1000000 TABLE=docs/attack.md writes the table of the page
+INPUTS ?= 20000
+TABLE ?=
+attack: $(READY)  ## attack everything public with generated input
+	@cd tests && PYTHONPATH=../benchmarks:. OPENBLAS_NUM_THREADS=1 "$(abspath $(PY))" -m attack --inputs $(INPUTS) \
+	    $(if $(TABLE),--table $(abspath $(TABLE)))
+
+attack-sanitized: $(READY)  ## the same on a kernel built with sanitizers
+	@tools/sanitize.sh "$(abspath $(PY))" --only histories --only states --only varying --inputs $(INPUTS)
 
 lint: $(READY)  ## look for mistakes (ruff)
 	@"$(PY)" -m ruff check

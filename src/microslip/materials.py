@@ -227,7 +227,7 @@ class MaterialPair:
             if not isinstance(getattr(self, name), Material):
                 raise InputError(
                     Argument(name),
-                    f" must be a Material, got {getattr(self, name)!r}; "
+                    f" must be a Material, got {show(getattr(self, name))}; "
                     "write MaterialPair(Material(69e9, 0.33), Material(210e9, 0.3))",
                 )
         if self.first.is_rigid and self.second.is_rigid:

@@ -107,3 +107,256 @@ def test_a_damping_matrix_damps_the_mode_as_in_theory() -> None:
     for method in ("harmonic-balance", "quasi-static"):
         found = damped.modes(0, [1e-9], method=method).damping_ratio[0]
         assert found == pytest.approx(expected, rel=1e-6)
+
+
+def series_bar() -> ms.Structure:
+    """Four masses in a row, the joint in series between the middle ones."""
+    k = 1e8
+    stiffness = k * np.array(
+        [[1.0, -1.0, 0, 0], [-1.0, 1.0, 0, 0], [0, 0, 1.0, -1.0], [0, 0, -1.0, 1.0]]
+    )
+    return ms.Structure(np.eye(4), stiffness).attach(JOINT, directions=[0.0, 1.0, -1.0, 0.0])
+
+
+def test_a_joint_in_series_rings_down_along_its_modal_curve() -> None:
+    """Frequency and damping within 1 %; a fixed shape is wrong by factors here."""
+    bar = series_bar()
+    linear = bar.linear_modes(2)
+    shape = linear.shape[:, 1]  # the first is rigid
+    amplitude = 0.3 * SLIP / abs(shape[1] - shape[2])
+    period = 1.0 / linear.frequency[1]
+    motion = bar.integrate(
+        None, np.arange(0.0, 14.0 * period, period / 400.0), displacement=amplitude * shape
+    )
+    seen = ms.read_decay(motion.time, motion.displacement @ shape)
+    # The release wakes a fast mode of the joint as well, which dies out in the first cycles.
+    late = [6, 8, 10]
+    curve = bar.modes(0, seen.amplitude[late], samples=1024)
+    assert np.allclose(seen.frequency[late], curve.frequency, rtol=1e-3)
+    assert np.allclose(seen.damping_ratio[late], curve.damping_ratio, rtol=0.01)
+
+
+def test_a_motion_s_energies_add_up_and_its_error_is_of_second_order() -> None:
+    pull = 3.0 * JOINT.force_limit
+    errors, ends = [], []
+    for steps in (1000, 2000, 4000):
+        time = np.linspace(0.0, 5e-3, steps + 1)
+        force = np.zeros((time.size, 3))
+        force[:, 2] = pull * np.sin(2.0 * np.pi * 2000.0 * time)
+        motion = chain().integrate(force, time)
+        errors.append(motion.energy_error)
+        ends.append(motion.displacement[-1, 2])
+    assert errors[-1] < 1e-4
+    assert 3.0 < (ends[1] - ends[0]) / (ends[2] - ends[1]) < 5.0
+    assert motion.joint_energy[-1] > 0.0
+    # A step that loses nothing keeps the balance to rounding.
+    exact = chain().integrate(force, time, spectral_radius=1.0)
+    assert exact.energy_error < 1e-10
+
+
+def test_a_free_structure_flies_as_a_whole() -> None:
+    bar = series_bar()
+    force = np.tile([1.0, 0.0, 0.0, 0.0], (201, 1))
+    time = np.linspace(0.0, 0.01, 201)
+    motion = bar.integrate(force, time)
+    centre = motion.displacement.mean(axis=1)
+    assert np.allclose(centre, 0.5 * 0.25 * time**2, rtol=1e-3, atol=1e-12)
+
+
+def test_a_decay_is_read_as_it_was_made() -> None:
+    """Of a linear oscillator both readings are exact but for the sampling."""
+    time = np.arange(0.0, 0.2, 2e-5)
+    omega, zeta = 2.0 * np.pi * 180.0, 0.004
+    damped = omega * np.sqrt(1.0 - zeta**2)
+    signal = 3e-5 * np.exp(-zeta * omega * time) * np.cos(damped * time + 0.3)
+    seen = ms.read_decay(time, signal)
+    assert np.allclose(seen.frequency, damped / (2.0 * np.pi), rtol=1e-6)
+    assert np.allclose(seen.damping_ratio, zeta, rtol=1e-3)
+    inner = slice(3, -3)
+    assert seen.frequency_error[inner].max() < 1e-2 * 180.0
+    assert np.allclose(
+        seen.amplitude, 3e-5 * np.exp(-zeta * omega * (seen.time)), rtol=zeta * np.pi
+    )
+
+
+def test_a_forced_response_is_linear_where_joints_stick() -> None:
+    damped = ms.Structure(MASS, STIFFNESS, 2e-7 * STIFFNESS).attach(
+        ms.Jenkins(1e9, 1e9), directions=BETWEEN
+    )
+    force = np.array([0.0, 1.0, 2.0])
+    frequencies = np.linspace(1900.0, 2300.0, 41)
+    response = damped.forced_response(force, frequencies)
+    held = STIFFNESS + 1e9 * np.outer(BETWEEN, BETWEEN)
+    assert np.allclose(response.frequency[response.asked], frequencies, rtol=1e-12)
+    for f, x in zip(response.frequency, response.displacement[:, :, 1], strict=True):
+        w = 2.0 * np.pi * f
+        exact = np.linalg.solve(held + 2e-7j * w * STIFFNESS - w**2 * MASS, force)
+        assert np.allclose(x, exact, rtol=1e-7)
+
+
+def test_a_forced_response_is_what_integration_settles_at() -> None:
+    structure = ms.Structure(MASS, STIFFNESS, 2e-7 * STIFFNESS).attach(JOINT, directions=BETWEEN)
+    force = np.array([0.0, 0.0, 120.0])
+    response = structure.forced_response(
+        force, [2349.0, 2350.0], harmonics=[1, 3, 5, 7, 9], samples=256
+    )
+    expected = response.amplitude([0.0, 0.0, 1.0])[response.asked][-1]
+    time = np.arange(0.0, 60.0 / 2350.0, 1.0 / 2350.0 / 256)
+    wave = np.cos(2.0 * np.pi * 2350.0 * time)
+    motion = structure.integrate(np.outer(wave, force), time)
+    turn = np.exp(-2j * np.pi * 2350.0 * motion.time[-256:])
+    seen = abs(turn @ motion.displacement[-256:, 2]) * 2.0 / 256
+    assert seen == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_resonance_follows_from_the_modal_curve_in_closed_form() -> None:
+    """One mode alone, so the peaks agree to a per cent; the fold is the mode's own backbone."""
+    structure = ms.Structure(MASS, STIFFNESS, 2e-7 * STIFFNESS).attach(JOINT, directions=BETWEEN)
+    force = np.array([0.0, 0.0, 120.0])
+    whole = structure.forced_response(force, np.linspace(2200.0, 2450.0, 51))
+    curve = structure.modes(0, np.geomspace(1e-7, 1e-4, 40))
+    frequency, amplitude = curve.forced_response(force)
+    peak = np.argmax(amplitude)
+    shape = abs(curve.shape[np.argmin(abs(curve.modal_amplitude - amplitude[peak])), 2])
+    seen = whole.amplitude([0.0, 0.0, 1.0])
+    assert amplitude[peak] * shape == pytest.approx(seen.max(), rel=0.01)
+    assert frequency[peak] == pytest.approx(whole.frequency[np.argmax(seen)], rel=0.01)
+    with pytest.raises(ms.InputError, match="ends at the modal amplitude"):
+        curve.forced_response(1e4 * force)
+    with pytest.raises(ms.InputError, match="each of the 3 degrees of freedom"):
+        curve.forced_response([1.0])
+
+
+def test_a_response_is_followed_around_turning_points() -> None:
+    """A mass that bounces on its rough contact: pressure falls with opening, so the peak leans."""
+    field = ms.JointField(SURFACE, 0.3, areas=[2e-4], loads=[500.0])
+    stuck = SURFACE.stiffness(field.separations[0])
+    omega = np.sqrt(stuck)
+    structure = ms.Structure(np.eye(3), 1e-3 * stuck * np.eye(3), 0.02 * omega * np.eye(3))
+    bouncing = structure.attach(field, directions=np.eye(3).reshape(3, 1, 3))
+    frequencies = np.linspace(1.2, 0.6, 31) * omega / (2.0 * np.pi)
+    path = bouncing.forced_response([0.0, 0.0, 25.0], frequencies, harmonics=[1, 2, 3])
+    assert path.status == "solved"
+    turns = path.turning_points
+    assert turns.size == 2
+    middle = path.frequency[turns].mean()
+    assert np.count_nonzero(np.diff(path.frequency > middle)) == 3  # three motions there
+    # The mean opens with the motion, as a softening contact's does.
+    assert path.displacement[:, 2, 0].real.max() > 0.0
+
+
+def test_a_nonlinear_mode_is_a_motion_in_time() -> None:
+    """Given its own damping back, the mode swings on: extrapolated time steps keep both numbers.
+
+    The net damping of that motion is what the mode's ratio is wrong by.
+    """
+    shape = chain().linear_modes(1).shape[:, 0]
+    amplitude = 0.1 * SLIP / abs(BETWEEN @ shape)
+    curve = chain().modes(0, [amplitude], harmonics=[1, 3, 5, 7, 9, 11], samples=2048)
+    frequency, damping = curve.frequency[0], curve.damping_ratio[0]
+    omega = 2.0 * np.pi * frequency
+    driven = ms.Structure(MASS, STIFFNESS, -2.0 * damping * omega * MASS).attach(
+        JOINT, directions=BETWEEN
+    )
+    first = curve.shape[0] * amplitude
+    seen = []
+    for steps in (128, 256):
+        motion = driven.integrate(
+            None,
+            np.arange(0.0, 14.0 / frequency, 1.0 / frequency / steps),
+            displacement=first.real,
+            velocity=-omega * first.imag,
+            spectral_radius=1.0,
+        )
+        decay = ms.read_decay(motion.time, motion.displacement @ MASS @ shape)
+        seen.append([decay.frequency[3:].mean(), decay.damping_ratio[3:].mean()])
+    coarse, fine = np.array(seen)
+    limit = (4.0 * fine - coarse) / 3.0
+    assert limit[0] == pytest.approx(frequency, rel=2e-6)
+    assert abs(limit[1]) < 2e-4 * damping
+
+
+def pulled_bar_loss(std: float, nodes: int) -> float:
+    """Energy a cycle of a bar on a rough base, over Coulomb's 2/3 F^3/(EA q)."""
+    length, stiffness, friction, pull = 0.1, 1e6, 5000.0, 300.0
+    step = length / nodes
+    spring = stiffness / step * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    matrix = np.zeros((nodes, nodes))
+    for i in range(nodes - 1):
+        matrix[i : i + 2, i : i + 2] += spring
+    surface = ms.GreenwoodWilliamson(
+        ms.MaterialPair(METAL, METAL),
+        ms.Gaussian(std=std),
+        radius=1e-3,
+        density=1e9 * (5e-7 / std) ** 1.5,
+        area=2e-4,
+    )
+    joint = ms.Interface(surface, 0.3, normal_load=friction * step / 0.3)
+    bar = ms.Structure(1e-3 * np.eye(nodes), matrix).attach(joint, directions=np.eye(nodes))
+    samples = 100
+    time = np.linspace(0.0, 2.25, int(2.25 * samples) + 1)
+    force = np.zeros((time.size, nodes))
+    force[:, -1] = pull * np.sin(2.0 * np.pi * time)
+    # So slow, and so damped by the method, that it is a row of static states.
+    motion = bar.integrate(force, 10.0 * time, spectral_radius=0.0)
+    x, f = motion.displacement[-samples - 1 :, -1], force[-samples - 1 :, -1]
+    loss = np.sum(0.5 * (f[1:] + f[:-1]) * np.diff(x))
+    return float(loss / (2.0 / 3.0 * pull**3 / (stiffness * friction)))
+
+
+def test_a_pulled_bar_loses_what_coulomb_friction_takes_as_roughness_fades() -> None:
+    """Extrapolated in the mesh, of first order in the roughness."""
+
+    def miss(std: float) -> float:
+        return (4.0 * pulled_bar_loss(std, 24) - pulled_bar_loss(std, 12)) / 3.0 - 1.0
+
+    rough, smooth = miss(1e-6), miss(2.5e-7)
+    assert abs(smooth) < 0.01
+    assert 0.8 < np.log(rough / smooth) / np.log(4.0) < 1.1
+
+
+def test_harmonic_tangents_are_the_differences_of_the_forces() -> None:
+    from microslip.structures.balance import Balance
+    from microslip.structures.harmonic_basis import harmonic_basis
+
+    field = ms.JointField(SURFACE, 0.3, areas=[1e-4, 1e-4], loads=[400.0, 900.0])
+    structure = ms.Structure(np.eye(6), 1e8 * np.diag([1.0, 2, 3, 4, 5, 6]))
+    structure = structure.attach(field, directions=np.eye(6).reshape(6, 2, 3))
+    structure = structure.attach(JOINT, directions=[1.0, 0.0, 0.5, 0.0, 0.0, 0.0])
+    model = structure.preload().model
+    balance = Balance(model, model.joints(np.ones(6)), harmonic_basis([0, 1, 2, 3], 64))
+    rng = np.random.default_rng(1)
+    q, way = rng.normal(size=(2, 6, 7)) * 1e-7
+    tangent = balance.tangent(balance.joint_forces(q).answers, way)
+    matrix = balance.tangent_matrix(balance.joint_forces(q).answers)
+    assert np.allclose(np.tensordot(matrix, way, axes=2), tangent, rtol=1e-10, atol=1e-12)
+    step = 1e-5
+    ahead, behind = (balance.joint_forces(q + s * way).force for s in (step, -step))
+    assert np.abs((ahead - behind) / (2 * step) - tangent).max() < 1e-7 * np.abs(tangent).max()
+
+
+def test_a_large_structure_keeps_what_the_joints_feel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forty modes and the static answers to the joint, against all modes; sparse as well."""
+    from scipy import sparse
+
+    from microslip.structures import matrices, modal_model
+
+    n = 150
+    spring = 5e9 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    stiffness = np.zeros((n, n))
+    for i in range(n - 1):
+        stiffness[i : i + 2, i : i + 2] += spring * (0.2 if i == 60 else 1.0)
+    across = np.zeros(n)
+    across[60:62] = -1.0, 1.0
+    mass = 0.05 * np.eye(n)
+
+    def curve() -> ms.ModalCurve:
+        bar = ms.Structure(sparse.csc_matrix(mass), sparse.csc_matrix(stiffness))
+        return bar.attach(JOINT, directions=across).modes(1, [1e-6, 3e-6])
+
+    whole = curve()
+    monkeypatch.setattr(modal_model, "LARGEST_WHOLE", 100)
+    monkeypatch.setattr(matrices, "LARGEST_DENSE", 100)
+    reduced = curve()
+    assert np.allclose(reduced.frequency, whole.frequency, rtol=1e-6)
+    assert np.allclose(reduced.damping_ratio, whole.damping_ratio, rtol=1e-4)

@@ -279,7 +279,7 @@ def test_loop_amplitude(amplitude: object, message: str) -> None:
 
 @pytest.mark.parametrize("samples", [4, 0, -1, 5.0, 512.5, "512", None, True, [512], math.nan])
 def test_loop_samples(samples: object) -> None:
-    message = f"samples must be an integer of at least 5, got {samples!r}"
+    message = f"samples must be an integer from 5 to 10000000, got {samples!r}"
     for joint in JOINTS.values():
         assert refusal(joint.loop, 1e-7, samples) == message
 

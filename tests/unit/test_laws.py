@@ -414,7 +414,7 @@ def test_bouc_wen_refuses_what_others_refuse() -> None:
         "displacement must be finite: 1 of 2 values are not, the first is nan at index 1"
     )
     assert refusal(BOUC_WEN.loop, 0.0) == "amplitude must be one number above zero [m], got 0.0"
-    assert refusal(BOUC_WEN.loop, 1e-6, 4) == "samples must be an integer of at least 5, got 4"
+    assert refusal(BOUC_WEN.loop, 1e-6, 4) == "samples must be an integer from 5 to 10000000, got 4"
 
 
 def test_bouc_wen_is_frozen_and_pickles() -> None:

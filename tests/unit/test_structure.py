@@ -259,3 +259,63 @@ def test_linear_modes_are_those_of_the_matrices(chain: ms.Structure) -> None:
         assert np.allclose(found, np.sqrt(squares) / (2.0 * np.pi), rtol=1e-12)
     with pytest.raises(ms.InputError, match='joints must be "stuck" or "open"'):
         chain.linear_modes(joints="half")
+
+
+def test_motions_refuse_what_they_cannot_follow(chain: ms.Structure) -> None:
+    time = np.linspace(0.0, 1e-3, 11)
+    with pytest.raises(ms.InputError, match="rising times in even steps"):
+        chain.integrate(None, [0.0, 1.0, 3.0])
+    with pytest.raises(ms.InputError, match=r"force must have the shape \(11, 3\)"):
+        chain.integrate(np.zeros((11, 2)), time)
+    with pytest.raises(ms.InputError, match=r"displacement must have the shape \(3,\)"):
+        chain.integrate(None, time, displacement=[1.0])
+    with pytest.raises(ms.InputError, match="spectral_radius must be from 0 to 1"):
+        chain.integrate(None, time, spectral_radius=2.0)
+    by_function = chain.integrate(lambda t: [0.0, 0.0, 1e3 * t], time)
+    by_array = chain.integrate(np.outer(1e3 * time, [0.0, 0.0, 1.0]), time)
+    assert np.array_equal(by_function.displacement, by_array.displacement)
+    assert by_function.status == "solved"
+
+
+def test_a_decay_needs_cycles() -> None:
+    time = np.linspace(0.0, 1.0, 200)
+    with pytest.raises(ms.InputError, match="one value for each of the 200 times"):
+        ms.read_decay(time, np.zeros(3))
+    with pytest.raises(ms.InputError, match="at least six cycles"):
+        ms.read_decay(time, np.sin(10.0 * time))
+    with pytest.raises(ms.InputError, match="even steps"):
+        ms.read_decay(time**2, np.sin(100.0 * time))
+
+
+def test_forced_responses_refuse_what_they_cannot_follow(chain: ms.Structure) -> None:
+    with pytest.raises(ms.InputError, match=r"force must have the shape \(3,\)"):
+        chain.forced_response([1.0], [100.0, 200.0])
+    with pytest.raises(ms.InputError, match="rise or fall"):
+        chain.forced_response([1.0, 0.0, 0.0], [100.0, 200.0, 150.0])
+    with pytest.raises(ms.InputError, match="at least two above zero"):
+        chain.forced_response([1.0, 0.0, 0.0], [100.0])
+    with pytest.raises(ms.InputError, match="push some elastic mode"):
+        chain.forced_response([0.0, 0.0, 0.0], [100.0, 200.0])
+    response = chain.forced_response([0.0, 0.0, 1j], [100.0, 110.0])
+    turned = chain.forced_response([0.0, 0.0, 1.0], [100.0, 110.0])
+    assert np.allclose(response.displacement, 1j * turned.displacement, rtol=1e-9)
+    with pytest.raises(ms.InputError, match=r"at must have the shape \(3,\)"):
+        response.amplitude([1.0])
+
+
+def test_faces_must_touch_somewhere(surface: ms.GreenwoodWilliamson) -> None:
+    field = ms.JointField(surface, 0.3, areas=[1e-4], gaps=[1e-5])
+    plain = ms.Structure(np.eye(3), 1e6 * np.eye(3))
+    lap = plain.attach(field, directions=np.eye(3).reshape(3, 1, 3))
+    with pytest.raises(ms.InputError, match="all 1 nodes of a field are open"):
+        lap.preload([0.0, 0.0, 500.0])
+    pressed = lap.preload([0.0, 0.0, -500.0])
+    assert pressed.normal_loads[0] > 300.0
+    assert pressed.gaps[0] == pytest.approx(1e-5 + pressed.displacement[2])
+
+
+def test_a_law_pushed_beyond_its_limit_has_no_state_of_rest() -> None:
+    loose = ms.Structure([[1.0]], [[0.0]]).attach(ms.Jenkins(1e6, 10.0), directions=[1.0])
+    assert loose.preload([5.0]).displacement[0] == pytest.approx(5e-6)
+    with pytest.raises(ms.InputError, match="push a law beyond its limit"):
+        loose.preload([20.0])

@@ -20,7 +20,10 @@ LARGEST, SMALLEST = 1e40, 1e-40
 
 def show(value: Any) -> str:
     """A value as an error message shows it: short, whatever it is."""
-    text = " ".join(repr(value).split())
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # what came is not ours: its repr may raise anything, or never end a depth
+        text = f"a {type(value).__name__} that cannot be shown"
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -39,9 +42,10 @@ def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float
         hint = f", for example {name}={example:g}" if isinstance(value, str) else ""
         raise InputError(Argument(name), f" must be {wanted}, got {show(value)}{hint}")
     try:
-        result = float(value)
-    except OverflowError:
-        result = math.inf
+        with np.errstate(over="ignore"):
+            result = float(value)
+    except Exception:  # an integer beyond all floats, or a conversion that raises what it likes
+        result = math.nan
     if not math.isfinite(result):
         raise InputError(Argument(name), f" must be {wanted}, got {show(value)}")
     return result
@@ -64,13 +68,14 @@ def positive(name: str, value: Any, unit: str = "", example: float = 1.0) -> flo
 def floats(name: str, value: ArrayLike) -> Floats:
     """Finite numbers of any shape as a contiguous float64 array; empty ones are refused."""
     try:
-        if np.ma.is_masked(value):
+        if _is_text(value) or np.ma.is_masked(value):
             raise TypeError
         array = np.asarray(value)
         if array.dtype.kind not in "iuf":
             raise TypeError
-        array = np.ascontiguousarray(array, dtype=float).reshape(array.shape)
-    except (TypeError, ValueError, OverflowError):
+        with np.errstate(over="ignore"):  # beyond double is infinite, and refused as that
+            array = np.ascontiguousarray(array, dtype=float).reshape(array.shape)
+    except Exception:  # an object's own conversion may raise anything
         raise InputError(
             Argument(name), f" must be a number or an array of numbers, got {show(value)}"
         ) from None
@@ -88,6 +93,26 @@ def floats(name: str, value: ArrayLike) -> Floats:
                 f"the first is {array.flat[bad[0]]} at index {bad[0]}",
             )
     return array
+
+
+def _is_text(value: Any) -> bool:
+    """Whether something is bytes, which NumPy takes for small integers."""
+    if isinstance(value, memoryview):
+        return value.format in ("B", "b", "c")
+    return isinstance(value, (bytes, bytearray))
+
+
+def is_whole(value: Any) -> bool:
+    """Whether something is an integer: not a truth value, not a span of time."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, (bool, np.timedelta64))
+
+
+def whole(name: str, value: Any, least: int = 1, most: int | None = None) -> int:
+    """An integer in a range, or an error that says which; the bound on work is in it."""
+    if not is_whole(value) or value < least or (most is not None and value > most):
+        span = f"of at least {least}" if most is None else f"from {least} to {most}"
+        raise InputError(Argument(name), f" must be an integer {span}, got {show(value)}")
+    return int(value)
 
 
 def record(name: str, value: ArrayLike) -> Floats:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import exact, positive, show
+from microslip._core.checks import exact, positive, whole
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw, CellModel, SegalmanFit
 
@@ -26,16 +26,12 @@ def to_iwan(
     """See :meth:`BackboneLaw.to_iwan`."""
     from microslip.friction.cells import discretise, discretise_over
 
-    whole = isinstance(cells, (int, np.integer)) and not isinstance(cells, bool)
-    if not whole or not 1 <= cells <= MOST_CELLS:
-        raise InputError(
-            Argument("cells"), f" must be an integer from 1 to {MOST_CELLS}, got {show(cells)}"
-        )
+    count = whole("cells", cells, 1, MOST_CELLS)
     law._check_not_rigid("Iwan's cells")
     if smallest_amplitude is None and largest_amplitude is None:
-        return discretise(law, int(cells))
+        return discretise(law, count)
     low, high = _range(law, smallest_amplitude, largest_amplitude)
-    return discretise_over(law, int(cells), low, high)
+    return discretise_over(law, count, low, high)
 
 
 def to_segalman(

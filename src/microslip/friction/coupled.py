@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, exact, record, show
+from microslip._core.checks import Floats, exact, is_whole, record, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
 from microslip.friction.curves import curve_of
@@ -362,9 +362,7 @@ class CoupledResponse(Locked):
 
     def _cycles(self, samples_per_cycle: int) -> tuple[int, int]:
         """Samples in a cycle, checked, and the sample at which the first whole cycle begins."""
-        if isinstance(samples_per_cycle, bool) or not isinstance(
-            samples_per_cycle, (int, np.integer)
-        ):
+        if not is_whole(samples_per_cycle):
             raise InputError(
                 Argument("samples_per_cycle"),
                 f" must be a whole number, got {show(samples_per_cycle)}",

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from microslip import kernels
 from microslip._core.checks import Floats
 from microslip.friction.interface import Interface
+from microslip.kernels.profile import Profile
 from microslip.memory import Slips
 from microslip.normal import NormalLaw
 from microslip.normal.grids import pairs_of
-
-if TYPE_CHECKING:
-    from microslip.kernels.profile import Profile
 
 _FAINT = 1e-30  # of the load at the origin: what is lighter counts as none
 
@@ -32,6 +30,7 @@ class FieldCurve:
         self.origin = nearest if self._loaded(nearest) else self._middle()
         # Its friction is of no account: only the load curve of this joint is made use of.
         self._coupling = Interface(surface, 1.0, separation=self.origin)._coupling
+        self._kinked: Profile | None = None
 
     def _middle(self) -> float:
         """A separation with many contacts."""
@@ -45,7 +44,24 @@ class FieldCurve:
 
     def profile(self, low: float) -> Profile | None:
         """The curve from ``low`` on to where nothing is left; None where it cannot be a profile."""
-        return self._coupling.profile(min(low, 0.0), self._far)
+        known = self._coupling.profile(min(low, 0.0), self._far)
+        if known is None and self.surface._small_kinks.size:
+            return self._kinked_profile(min(low, 0.0))
+        return known
+
+    def _kinked_profile(self, low: float) -> Profile | None:
+        """The same for heights whose density is a table of many points."""
+        known = self._kinked
+        if known is None or low < known.low:
+            surface, origin = self.surface, self.origin
+            edge, top = surface._edge - origin, surface._top - origin
+            if low < edge or not math.isfinite(top):
+                return None
+            begin = max(low - 0.2 * (top - low), edge)
+            self._kinked = Profile.sample_kinked(
+                lambda x, order: surface._derivative(x + origin, order), begin, top, edge
+            )
+        return self._kinked
 
     @property
     def _far(self) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip import kernels
-from microslip._core.checks import Floats, floats, show
+from microslip._core.checks import Floats, floats, is_whole, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.field_nodes import FieldNodes
@@ -251,9 +251,7 @@ def _rest(field: FieldNodes, rest: Any, x: Floats) -> tuple[Floats, bool]:
 
 def _orders(value: Any) -> tuple[int, ...]:
     given = list(value) if hasattr(value, "__iter__") and not isinstance(value, str) else None
-    whole = given is not None and all(
-        isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= 0 for n in given
-    )
+    whole = given is not None and all(is_whole(n) and n >= 0 for n in given)
     if given is None or not whole or not given or sorted(set(given)) != given:
         raise InputError(
             "harmonics must be whole numbers that rise, 0 for the mean, such as [0, 1, 3], "
@@ -263,9 +261,8 @@ def _orders(value: Any) -> tuple[int, ...]:
 
 
 def _samples(samples: Any, orders: tuple[int, ...]) -> int:
-    whole = isinstance(samples, (int, np.integer)) and not isinstance(samples, bool)
     least = 2 * orders[-1] + 1
-    if not whole or not least <= samples <= 1 << 20:
+    if not is_whole(samples) or not least <= samples <= 1 << 20:
         raise InputError(
             f"samples must be a whole number, at least {least} for harmonic {orders[-1]}, "
             f"got {show(samples)}"

@@ -9,7 +9,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, floats, number, plain, positive, show
+from microslip._core.checks import LARGEST, Floats, exact, floats, number, plain, positive, show
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
@@ -213,7 +213,8 @@ class Interface(BackboneLaw):
             Not finite, empty, or a surface that does not know its contacts.
         """
         x = floats("displacement", displacement)
-        area = self.surface.contact_area(self.separation + np.abs(x) / self.slip_per_indentation)
+        place = np.minimum(np.abs(x), LARGEST * min(self.slip_per_indentation, 1.0))
+        area = self.surface.contact_area(self.separation + place / self.slip_per_indentation)
         return plain(np.asarray(area))
 
     # -- the backbone and what it gives -----------------------------------------------------------

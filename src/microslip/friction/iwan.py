@@ -9,10 +9,10 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, show
+from microslip._core.checks import Floats, whole
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction.base import CellModel
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.responses import Sliders
@@ -170,12 +170,7 @@ class Iwan(Locked, CellModel):
             Data of another kind, no closed cycle, a force that does not vary; cells that are no
             number from 1 to 1000.
         """
-        whole = isinstance(cells, (int, np.integer)) and not isinstance(cells, bool)
-        if not whole or not 1 <= cells <= 1000:
-            raise InputError(
-                Argument("cells"), f" must be an integer from 1 to 1000, got {show(cells)}"
-            )
-        yields = yield_grid(data, int(cells))
+        yields = yield_grid(data, whole("cells", cells, 1, 1000))
         found = cell_stiffnesses(data, yields)
         real = found > 1e-12 * found.max()
         return cls(found[real], found[real] * yields[real])

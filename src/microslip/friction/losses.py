@@ -32,7 +32,7 @@ _ROOTS: Rule = (
     0.5 * math.pi * _WEIGHTS * np.sin(2.0 * _ANGLES),
 )
 _NONE = 1e-32  # of the largest load: no loss is left
-_MOST_RUNGS = 4096
+_MOST_RUNGS = 4096  # and kinks, each small
 _PARABOLAS: Rule = gauss_legendre(2)
 
 
@@ -42,7 +42,10 @@ class Losses:
     def __init__(self, law: NormalLaw, origin: float) -> None:
         self._law, self._origin = law, origin
         self._pairs = pairs_of(law)
-        self._kinks = law._kinks - origin
+        small = law._small_kinks
+        # Very many make a curve that a rule takes for smooth.
+        kinks = np.union1d(law._kinks, small) if small.size <= _MOST_RUNGS else law._kinks
+        self._kinks = kinks - origin
         self._marks, self._low, self._top = self._kinks, math.inf, math.inf
         spheres = law._spheres
         self._spheres: Spheres | None = None

@@ -6,24 +6,23 @@ from functools import lru_cache
 
 import numpy as np
 
-from microslip._core.checks import Floats, floats, show
+from microslip._core.checks import Floats, floats, show, whole
 from microslip._core.frozen import lock
 from microslip.errors import Argument, InputError
 from microslip.loops import unit_cycle
 
+MOST_SAMPLES = 10_000_000
+
 
 def checked_cycle(amplitude: float, samples: int) -> tuple[float, Floats, int]:
     """An amplitude, the samples of a cycle of amplitude one, and the index of -1 among them."""
-    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 5:
-        raise InputError(
-            Argument("samples"), f" must be an integer of at least 5, got {show(samples)}"
-        )
+    count = whole("samples", samples, 5, MOST_SAMPLES)
     a = floats("amplitude", amplitude)
     if a.ndim > 0 or a <= 0.0:
         raise InputError(
             Argument("amplitude"), f" must be one number above zero [m], got {show(amplitude)}"
         )
-    return (float(a), *shape_of(int(samples)))
+    return (float(a), *shape_of(count))
 
 
 @lru_cache(maxsize=32)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -42,3 +44,18 @@ def along(name: str, given: ArrayLike, size: int) -> Floats:
             f" must be one number or one for each of the {size} samples, got shape {values.shape}",
         )
     return np.ascontiguousarray(np.broadcast_to(values.reshape(-1), (size,)))
+
+
+def saved_array(arrays: Mapping[str, ArrayLike], key: str, width: int | None) -> Floats:
+    """One of the arrays that a state was saved in, checked for its shape."""
+    try:
+        array = np.array(arrays[key], dtype=float)
+    except (KeyError, TypeError, ValueError, IndexError):
+        raise InputError(f"arrays must hold {key!r}, as to_arrays() of a state gives it") from None
+    right = array.shape == (7,) if width is None else array.ndim == 2 and array.shape[1] == width
+    if not right or not np.all(np.isfinite(array)):
+        shape = "(7,)" if width is None else f"(n, {width})"
+        raise InputError(
+            f"arrays must hold finite {key!r} of shape {shape}, got shape {array.shape}"
+        )
+    return array

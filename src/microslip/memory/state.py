@@ -8,15 +8,18 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, number, record, show
+from microslip._core.checks import LARGEST, Floats, exact, number, record, show
 from microslip.errors import Argument, InputError
 from microslip.kernels.profile import Profile
 from microslip.kernels.table import Table
-from microslip.memory.along import along, loads_along
+from microslip.memory.along import along, loads_along, saved_array
 from microslip.memory.diagram import Diagram, Step
 from microslip.memory.ledger import Ledger
 from microslip.memory.record import Memory
 from microslip.memory.trial import Trial
+from microslip.memory.turn import Turn, one_at_a_time
+
+_SAVED = (("now", None), ("reversals", 2), ("rows", 4))
 
 
 class Load(Protocol):
@@ -93,17 +96,16 @@ class State:
         forces = state.advance(chunk)  # whole pieces of a record, committed at once
 
     Every trial starts from the last committed state, never from another trial. Where the law has a
-    surface, each trial may come with a normal load of its own.
+    surface, each trial may come with a normal load of its own. Threads that share it take turns.
     """
 
-    __slots__ = ("_diagram", "_law", "_ledger", "_lost", "_memory", "_trial")
+    __slots__ = ("_diagram", "_law", "_ledger", "_lost", "_memory", "_trial", "_turn")
 
     def __init__(self, law: Law) -> None:
         if not hasattr(law, "_backbone_at"):
-            raise InputError(
-                Argument("law"), f" must be a backbone law, got {show(law)}; write joint.start()"
-            )
-        self._law = law
+            what = f" must be a backbone law, got {show(law)}; write joint.start()"
+            raise InputError(Argument("law"), what)
+        self._law, self._turn = law, Turn()
         self._memory = Memory()
         # Once the load has varied, this is the memory.
         self._diagram: Diagram | None = None
@@ -158,6 +160,7 @@ class State:
         """
         return self._memory.depth if self._diagram is None else self._diagram.depth
 
+    @one_at_a_time
     def try_(
         self,
         displacement: float,
@@ -204,6 +207,7 @@ class State:
         self._trial = x, trial.force, move
         return trial
 
+    @one_at_a_time
     def commit(self) -> None:
         """Make the last trial the state.
 
@@ -229,10 +233,12 @@ class State:
             memory.move(*self._trial)
         self._trial = None
 
+    @one_at_a_time
     def rollback(self) -> None:
         """Forget the last trial, if there is one."""
         self._trial = None
 
+    @one_at_a_time
     def advance(
         self,
         displacement: ArrayLike,
@@ -274,6 +280,7 @@ class State:
         self._close(x)
         return self._memory.respond(x, self._law._backbone, self._law._table)
 
+    @one_at_a_time
     def copy(self) -> State:
         """An independent state at the same place, an open trial included."""
         other = State(self._law)
@@ -291,6 +298,7 @@ class State:
 
     # -- plain arrays -----------------------------------------------------------------------------
 
+    @one_at_a_time
     def to_arrays(self) -> dict[str, Floats]:
         """All that the state is, as plain arrays: what ``numpy.savez`` takes.
 
@@ -340,7 +348,7 @@ class State:
             Arrays that are missing, of other shapes, not finite, or not a memory.
         """
         state = cls(law)
-        now, reversals, rows = (_saved(arrays, key, width) for key, width in _SAVED)
+        now, reversals, rows = (saved_array(arrays, key, width) for key, width in _SAVED)
         memory = state._memory
         memory.stack, memory.depth = np.vstack((reversals, np.empty((8, 2)))), len(reversals)
         memory.last, memory.value, memory.direction = float(now[0]), float(now[1]), int(now[2])
@@ -374,7 +382,8 @@ class State:
         """Count what the loops lose that a record from here on closes."""
         closed = self._memory.closed(x)
         if closed.size:
-            energy = self._law._energy(np.abs(closed))
+            # Moves beyond all joints must not lose beyond all floats.
+            energy = self._law._energy(np.minimum(np.abs(closed), LARGEST))
             self._lost += float(np.where(closed < 0.0, 0.5 * energy, energy).sum())
 
     def _here(self) -> Trial:
@@ -479,21 +488,3 @@ class State:
             f"State(displacement={self.displacement:g}, force={self.force:g}, "
             f"open_reversals={self.open_reversals})"
         )
-
-
-_SAVED = (("now", None), ("reversals", 2), ("rows", 4))
-
-
-def _saved(arrays: Mapping[str, ArrayLike], key: str, width: int | None) -> Floats:
-    """One of the arrays that a state was saved in, checked for its shape."""
-    try:
-        array = np.array(arrays[key], dtype=float)
-    except (KeyError, TypeError, ValueError, IndexError):
-        raise InputError(f"arrays must hold {key!r}, as to_arrays() of a state gives it") from None
-    right = array.shape == (7,) if width is None else array.ndim == 2 and array.shape[1] == width
-    if not right or not np.all(np.isfinite(array)):
-        shape = "(7,)" if width is None else f"(n, {width})"
-        raise InputError(
-            f"arrays must hold finite {key!r} of shape {shape}, got shape {array.shape}"
-        )
-    return array

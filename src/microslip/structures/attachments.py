@@ -28,6 +28,10 @@ class Attachment(Protocol):
         It tells which motions the joints hold at all; columns that hold nothing have a zero.
         """
 
+    @property
+    def held_load(self) -> float:
+        """Largest load that is there without static forces [N]: what rounding stands beside."""
+
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
         """Forces [N] and stiffnesses [N/m] by column at a static motion by column [m]."""
 
@@ -54,6 +58,11 @@ class LawAttachment:
     def holding(self) -> Floats:
         """See :class:`Attachment`."""
         return np.full(self.directions.shape[1], self.law.tangential_stiffness)
+
+    @property
+    def held_load(self) -> float:
+        """See :class:`Attachment`."""
+        return 0.0
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
         """See :class:`Attachment`."""
@@ -87,6 +96,11 @@ class FieldAttachment:
         result = np.zeros(self.directions.shape[1:])
         result[:, 2] = 1.0  # how stiffly it will hold is not known before it is pressed
         return result.reshape(-1)
+
+    @property
+    def held_load(self) -> float:
+        """See :class:`Attachment`."""
+        return 0.0 if self.field.gaps is not None else float(self.field.normal_loads.max())
 
     @property
     def _undeformed(self) -> Floats:

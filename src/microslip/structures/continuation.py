@@ -49,9 +49,10 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Followed:
                 gap = math.log(target / track[-1][0])
                 ahead = min(stride, gap)
                 at = target if ahead == gap else track[-1][0] * math.exp(ahead)
-                found = equations.solve(_predicted(track, at), at)
+                guess = _predicted(track, at)
+                found = equations.solve(guess, at)
                 iterations, steps = iterations + found.iterations, steps + 1
-                if found.converged:
+                if found.converged and _same_mode(found.point, guess):
                     track.append((at, found.point))
                     if at == target:
                         solution = found
@@ -76,9 +77,10 @@ def _begin(equations: ModeEquations, target: float) -> tuple[Solution | None, in
     iterations = steps = 0
     start = target
     while start > 0.9 * _SMALLEST * target:
-        found = equations.solve(_stuck(equations, start), start)
+        guess = _stuck(equations, start)
+        found = equations.solve(guess, start)
         iterations, steps = iterations + found.iterations, steps + 1
-        if found.converged:
+        if found.converged and _same_mode(found.point, guess):
             if start == target:
                 return found, iterations, steps
             climb = follow(
@@ -87,6 +89,13 @@ def _begin(equations: ModeEquations, target: float) -> tuple[Solution | None, in
             return climb.solutions[-1], iterations + climb.iterations, steps + climb.steps
         start *= 0.1
     return None, iterations, steps
+
+
+def _same_mode(point: ModePoint, guess: ModePoint) -> bool:
+    """Whether Newton's method stayed near its guess: it may land on a motion far away."""
+    a, b = point.coefficients[:, 1:3].ravel(), guess.coefficients[:, 1:3].ravel()
+    likeness = abs(float(a @ b)) / float(np.linalg.norm(a) * np.linalg.norm(b))
+    return likeness > 0.8 and 0.7 < point.omega / guess.omega < 1.4
 
 
 def _stuck(equations: ModeEquations, amplitude: float) -> ModePoint:

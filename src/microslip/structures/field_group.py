@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from microslip._core.checks import Floats
@@ -61,10 +59,9 @@ class FieldGroup:
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
         """See :class:`microslip.structures.joint_groups.JointGroup`."""
-        field: Any = self.field
         separations = coefficients[:, 2].copy()
         separations[:, 0] += self.field.separations
-        tangential, normal, tangent = field.harmonics(
+        tangential, normal, tangent = self.field.harmonics(
             coefficients[:, 0],
             list(basis.harmonics),
             separations=separations,
@@ -92,13 +89,12 @@ class _FieldState:
 
     def __init__(self, group: FieldGroup) -> None:
         self._group = group
-        field: Any = group.field
-        self._state = field.start()
+        self._state = group.field.start()
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
         group = self._group
         separation = group.field.separations + displacement[:, 2]
-        answer = self._state.try_(displacement[:, 0], separation=separation)
+        answer = self._state.try_(displacement[:, 0], separations=separation)
         return group._assembled(displacement, answer.force, answer.load, answer.tangent)
 
     def commit(self) -> None:

@@ -96,7 +96,7 @@ class ModalCurve(Locked):
         Parameters
         ----------
         force : array_like
-            Amplitudes of a harmonic force in phase everywhere [N], one a degree of freedom.
+            Amplitudes (n,) of a harmonic force in phase everywhere [N], one a degree of freedom.
         samples : int, optional
             Amplitudes on each side of the peak.
 

@@ -40,8 +40,8 @@ class ModalModel:
     """Squares of the angular frequencies [rad^2/s^2]."""
     damping: Floats | None
     """Modal damping matrix [1/s]; None without one."""
-    rigid: int
-    """How many rigid motions were left out."""
+    free: Floats
+    """Rigid motions (degrees of freedom, motions), of modal mass 1 kg, which no joint feels."""
     attachments: tuple[Attachment, ...]
     motions: tuple[Floats, ...]
     """Static motions of the attachments, by column [m]."""
@@ -92,15 +92,31 @@ class ModalJoints:
             for part, group in zip(self.parts, self.groups, strict=True)
         ]
 
-    def first_loading(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Forces (coordinates,) and tangents (coordinates, coordinates) on a straight path."""
+    def first_loading(self, displacement: Floats) -> tuple[Floats, list[Floats]]:
+        """Forces (coordinates,) on a straight path, and each group's tangents (joints, c, c)."""
         force = np.zeros(self.stuck.size)
-        tangent = np.zeros((self.stuck.size, self.stuck.size))
+        slopes = []
         for part, group, u in zip(self.parts, self.groups, self.split(displacement), strict=True):
             value, slope = group.forces(u)
             force[part] = value.reshape(-1)
-            put_blocks(tangent, part.start, slope)
-        return force, tangent
+            slopes.append(slope)
+        return force, slopes
+
+    def tangent_forces(self, slopes: list[Floats], motion: Floats) -> Floats:
+        """Change of the forces beyond sticking for a change of the motion, by coordinate."""
+        result = -self.stuck * motion
+        for part, slope in zip(self.parts, slopes, strict=True):
+            joints, width = slope.shape[:2]
+            result[part] += (slope @ motion[part].reshape(joints, width, 1)).reshape(-1)
+        return np.asarray(result)
+
+    def tangent_matrix(self, slopes: list[Floats]) -> Floats:
+        """The same as a matrix (coordinates, coordinates)."""
+        result = np.zeros((self.stuck.size, self.stuck.size))
+        for part, slope in zip(self.parts, slopes, strict=True):
+            put_blocks(result, part.start, slope)
+        result[np.diag_indices_from(result)] -= self.stuck
+        return result
 
 
 def put_blocks(matrix: Floats, start: int, blocks: Floats) -> None:
@@ -127,14 +143,15 @@ def modal_model(
     if mass.shape[0] <= LARGEST_WHOLE:
         squares, shapes = linear_modes(held, mass)
         rigid = rigid_count(squares, held, mass)
+        free = np.ascontiguousarray(shapes[:, :rigid])
         squares, shapes = squares[rigid:], shapes[:, rigid:]
     else:
-        squares, shapes, rigid = _reduced(held, mass, columns)
+        squares, shapes, free = _reduced(held, mass, columns)
     modal_damping = None
     if damping is not None:
         modal_damping = np.asarray(shapes.T @ (damping @ shapes))
     return ModalModel(
-        np.ascontiguousarray(shapes), squares, modal_damping, rigid, attachments, tuple(motions)
+        np.ascontiguousarray(shapes), squares, modal_damping, free, attachments, tuple(motions)
     )
 
 
@@ -148,7 +165,7 @@ def stuck_stiffness(stiffness: Any, columns: Floats, stuck: Floats) -> Any:
     return stiffness + (columns * stuck) @ columns.T
 
 
-def _reduced(held: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, int]:
+def _reduced(held: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, Floats]:
     """The lowest modes and the static answers to each joint's force (mode acceleration).
 
     Their span holds the static deflection under any joint forces exactly.
@@ -171,7 +188,7 @@ def _reduced(held: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, int
     small_stiffness = basis.T @ (held @ basis)
     small_mass = basis.T @ (mass @ basis)
     squares, mix = eigh(small_stiffness, small_mass)
-    return squares, basis @ mix, rigid
+    return squares, basis @ mix, free
 
 
 def _answers(held: Any, mass: Any, columns: Floats) -> Floats:

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import LARGEST, Floats, exact, number, plain, positive, show
+from microslip._core.checks import LARGEST, Floats, exact, number, plain, positive, show, whole
 from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
 from microslip.friction import LAWS, BackboneLaw
@@ -76,12 +76,12 @@ class Decay(Locked):
 
 @dataclass(frozen=True, eq=False)
 class Oscillator:
-    """A mass held by a spring and, parallel to it, by a joint: one mode of a jointed structure.
+    """A mass held by a spring and, parallel to it, by a joint: the smallest jointed structure.
 
     Parameters
     ----------
     mass : float
-        Mass m [kg], above zero; for a mode its modal mass.
+        Mass m [kg], above zero.
     stiffness : float
         Stiffness k of the spring beside the joint [N/m], not negative.
     joint : BackboneLaw
@@ -349,16 +349,8 @@ class Oscillator:
         """
         a = positive("amplitude", amplitude, "m", 1e-6)
         length = _length("ring_down", cycles, duration)
-        if (
-            isinstance(samples_per_cycle, bool)
-            or not isinstance(samples_per_cycle, (int, np.integer))
-            or samples_per_cycle < 8
-        ):
-            raise InputError(
-                Argument("samples_per_cycle"),
-                f" must be an integer of at least 8, got {show(samples_per_cycle)}",
-            )
-        return ring_down(self, a, length.cycles, length.duration, int(samples_per_cycle))
+        per_cycle = whole("samples_per_cycle", samples_per_cycle, 8)
+        return ring_down(self, a, length.cycles, length.duration, per_cycle)
 
 
 def balanced_stiffness(joint: BackboneLaw, a: Floats) -> Floats:
@@ -390,9 +382,4 @@ def _length(name: str, cycles: Any, duration: Any) -> _Length:
         raise InputError(f"{name} needs cycles=... or duration=... [s], one of them, got {came}")
     if cycles is None:
         return _Length(None, positive("duration", duration, "s"))
-    whole = isinstance(cycles, (int, np.integer)) and not isinstance(cycles, bool)
-    if not whole or not 1 <= cycles <= MOST_CYCLES:
-        raise InputError(
-            Argument("cycles"), f" must be an integer from 1 to {MOST_CYCLES}, got {show(cycles)}"
-        )
-    return _Length(int(cycles), None)
+    return _Length(whole("cycles", cycles, 1, MOST_CYCLES), None)

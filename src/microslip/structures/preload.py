@@ -17,11 +17,13 @@ from microslip.errors import InputError
 from microslip.numerics.threads import single_threaded
 from microslip.structures.amplitude import Quantity, amplitude_measure, checked_amplitudes
 from microslip.structures.attachments import Attachment, FieldAttachment, all_columns
+from microslip.structures.forced import ForcedResponse, forced_response
 from microslip.structures.harmonic_basis import harmonic_basis
 from microslip.structures.matrices import linear_modes
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_model import ModalModel, modal_model
 from microslip.structures.mode_solvers import balanced_curve, quasi_static_curve
+from microslip.structures.motion import Motion, integrate
 from microslip.structures.static import StaticState
 
 Method = Literal["harmonic-balance", "quasi-static"]
@@ -221,6 +223,98 @@ class Preload:
             return quasi_static_curve(model, index, a, measure, base, balanced)
 
         return balanced() if method == "harmonic-balance" else quick()
+
+    @single_threaded
+    def forced_response(
+        self,
+        force: ArrayLike,
+        frequencies: ArrayLike,
+        *,
+        harmonics: Sequence[int] = (0, 1, 3),
+        samples: int = 64,
+    ) -> ForcedResponse:
+        """Periodic motions under a harmonic force, along a range of frequencies.
+
+        Parameters
+        ----------
+        force : array_like
+            Amplitudes F (n,) [N] of the force Re(F exp(i omega t)), complex for other phases.
+        frequencies : array_like
+            Frequencies [Hz], one-dimensional, rising or falling; between them the path takes steps
+            of its own.
+        harmonics : sequence of int, optional
+            Harmonics of the motion; its mean is always among them.
+        samples : int, optional
+            Samples of a period at which nodes of fields are looked at.
+
+        Returns
+        -------
+        ForcedResponse
+            Frequencies along the path, amplitudes of each harmonic, turning points.
+
+        Raises
+        ------
+        InputError
+            Shapes that do not fit, frequencies that are not above zero or do not rise or fall.
+
+        Notes
+        -----
+        The balance of harmonics is followed by arc length, around the turning points where the
+        response folds over (Krack and Gross 2019, DOI 10.1007/978-3-030-14023-6). Damping is that
+        of the joints and of C. A curve of :meth:`modes` gives the response near one resonance in
+        closed form.
+        """
+        return forced_response(self.model, force, frequencies, harmonics, samples)
+
+    # -- motion in time ---------------------------------------------------------------------------
+
+    @single_threaded
+    def integrate(
+        self,
+        force: Any,
+        time: ArrayLike,
+        *,
+        displacement: ArrayLike | None = None,
+        velocity: ArrayLike | None = None,
+        spectral_radius: float = 0.9,
+    ) -> Motion:
+        """The motion in time under forces besides the static ones, or after a release.
+
+        Parameters
+        ----------
+        force : array_like, callable or None
+            Forces [N] of shape (times, n), or a function of the time [s] that gives n forces.
+        time : array_like
+            Times [s] in even steps, one-dimensional: the steps of the method.
+        displacement : array_like, optional
+            Displacements at the beginning (n,) [m] from the state of rest; the joints are loaded
+            straight to them.
+        velocity : array_like, optional
+            Velocities at the beginning (n,) [m/s].
+        spectral_radius : float, optional
+            What a step leaves of very fast motion, 0 to 1; 1 adds no damping of its own.
+
+        Returns
+        -------
+        Motion
+            Displacements, velocities, joint motions and forces, and the balance of energy.
+
+        Raises
+        ------
+        InputError
+            Shapes that do not fit, times in uneven steps.
+
+        Notes
+        -----
+        The generalised-alpha method (Chung and Hulbert 1993, DOI 10.1115/1.2900803), of second
+        order: 256 steps a period leave some 1e-4 of the frequency, four times as many a sixteenth
+        of it. Nodes of fields move along their line as in :meth:`modes`, that of the motion at the
+        beginning or of the strongest force.
+        """
+        return integrate(
+            self.model, self.mass, self.stiffness, force, time, displacement, velocity,
+            spectral_radius,
+        )  # fmt: skip
 
     def __repr__(self) -> str:
         return f"Preload({self.static_force.size} degrees of freedom, {self.message})"

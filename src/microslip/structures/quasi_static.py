@@ -16,10 +16,12 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.structures.amplitude import AmplitudeMeasure
+from microslip.structures.gmres import gmres
 from microslip.structures.modal_model import ModalJoints, ModalModel
 
 _ITERATIONS = 30
 _STEP = 1e-11
+_LARGEST_DIRECT = 150  # modes up to which the equations are solved by elimination
 
 
 class StaticPoint(NamedTuple):
@@ -107,27 +109,15 @@ class QuasiStatic:
         v = start.shape * (q / reached if reached else q)
         square = start.square
         flat, stuck, squares = self.joints.flat, self.joints.stuck, self.model.squares
-        scale = np.maximum(squares, square)
         size = math.inf
         for _ in range(_ITERATIONS):
             self.iterations += 1
             motion = flat.T @ v
-            force, tangent = self.joints.first_loading(motion)
-            short = force - stuck * motion
-            gap = (squares - square) * v + flat @ short
-            # Where the joints fall short of sticking, they alone couple the modes.
-            tangent[np.diag_indices_from(tangent)] -= stuck
-            matrix = np.zeros((modes + 1, modes + 1))
-            matrix[:modes, :modes] = flat @ (tangent @ flat.T)
-            matrix[np.arange(modes), np.arange(modes)] += squares - square
-            matrix[:modes, modes] = -v / q
-            matrix[modes, :modes] = 2.0 * v / q
+            force, slopes = self.joints.first_loading(motion)
+            gap = (squares - square) * v + flat @ (force - stuck * motion)
             right = np.append(gap / q, float(v @ v) / q**2 - 1.0)
-            matrix[:modes] /= scale[:, None]
-            right[:modes] /= scale
-            try:
-                step = np.linalg.solve(matrix, right)
-            except np.linalg.LinAlgError:
+            step = self._newton_step(v / q, square, slopes, right)
+            if step is None:
                 return None
             move, before = step[:modes] * q, size
             size = max(float(np.abs(move).max()) / q, abs(step[modes]) / square)
@@ -139,6 +129,46 @@ class QuasiStatic:
             if size < _STEP or (size < 1e-8 and size >= before):
                 return StaticPoint(v, square)
         return None
+
+    def _newton_step(
+        self, shape: Floats, square: float, slopes: list[Floats], right: Floats
+    ) -> Floats | None:
+        """Solve for the change of the shape and of lambda: by GMRES where there are many modes."""
+        modes, joints = self.model.size, self.joints
+        differences = self.model.squares - square
+        # Rows of stiff modes, compared by the motion they mean.
+        scale = np.append(np.maximum(self.model.squares, square), 1.0)
+        if modes > _LARGEST_DIRECT:
+            weights = np.maximum(differences, 0.05 * scale[:modes])
+            index = self.index
+
+            def precondition(y: Floats) -> Floats:
+                x = y * scale
+                x[:modes] /= weights
+                # The mode's own row gives lambda, the row of the amplitude the mode's own motion.
+                own = shape[index]
+                x[index], x[modes] = y[modes] / (2.0 * own), -y[index] * scale[index] / own
+                return np.asarray(x)
+
+            def product(y: Floats) -> Floats:
+                x = precondition(y)
+                moved = joints.tangent_forces(slopes, joints.flat.T @ x[:modes])
+                rows = differences * x[:modes] + joints.flat @ moved - shape * x[modes]
+                return np.asarray(np.append(rows, 2.0 * float(shape @ x[:modes])) / scale)
+
+            answer = gmres(product, right / scale, 1e-8, 120)
+            if answer is not None:
+                return precondition(answer)
+        matrix = np.zeros((modes + 1, modes + 1))
+        tangent = joints.tangent_matrix(slopes)
+        matrix[:modes, :modes] = joints.flat @ (tangent @ joints.flat.T)
+        matrix[np.arange(modes), np.arange(modes)] += differences
+        matrix[:modes, modes] = -shape
+        matrix[modes, :modes] = 2.0 * shape
+        try:
+            return np.asarray(np.linalg.solve(matrix / scale[:, None], right / scale))
+        except np.linalg.LinAlgError:
+            return None
 
     def _point(self, sides: dict[float, StaticPoint], q: float) -> QuasiStaticPoint:
         ahead, behind = sides[1.0], sides[-1.0]

@@ -83,6 +83,7 @@ def static_state(
             return np.zeros(0), np.zeros(0)
         return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
 
+    held = max((a.held_load for a in attachments), default=0.0)
     x = np.zeros(static_force.size)
     error = math.inf
     converged = False
@@ -93,6 +94,7 @@ def static_state(
         gap = static_force - elastic - contact
         gap = gap - rigid @ (free.T @ gap)
         largest = max(float(np.abs(v).max(initial=0.0)) for v in (static_force, elastic, contact))
+        largest = max(largest, held)
         error = float(np.abs(gap).max()) / largest if largest else 0.0
         # Where rounding is reached, a step more changes nothing.
         if error <= 1e-15 or (error <= _ENOUGH and converged):
@@ -114,6 +116,7 @@ class _Solver:
 
     def __init__(self, stiffness: Any, mass: Any, columns: Floats, rigid: Floats) -> None:
         self._columns = columns
+        self._stiffest = np.zeros(columns.shape[0])
         self._sparse = is_sparse(stiffness) and stiffness.shape[0] > LARGEST_DENSE
         rate = fastest_rate(stiffness, mass)
         if self._sparse:
@@ -138,10 +141,12 @@ class _Solver:
         from scipy.linalg import cho_factor, cho_solve
 
         matrix = self._fixed + (self._columns * tangent) @ self._columns.T
-        shift = 0.0
+        shift, diagonal = 0.0, np.diag(matrix)
+        # What was stiff in an earlier step says how soft a shift is.
+        self._stiffest = np.maximum(self._stiffest, diagonal)
         while True:
             try:
-                factor = cho_factor(matrix + shift * np.diag(np.diag(matrix)), check_finite=False)
+                factor = cho_factor(matrix + shift * np.diag(self._stiffest), check_finite=False)
                 return np.asarray(cho_solve(factor, force, check_finite=False))
             except np.linalg.LinAlgError:
                 # Contacts that are open hold nothing yet.

@@ -16,6 +16,7 @@ from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
 from microslip.numerics.threads import single_threaded
 from microslip.structures.attachments import Attachment, FieldAttachment, LawAttachment
+from microslip.structures.forced import ForcedResponse
 from microslip.structures.joint_groups import checked_law
 from microslip.structures.matrices import (
     check_mass,
@@ -25,6 +26,7 @@ from microslip.structures.matrices import (
 )
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.model_files import load_matrices, save_matrices
+from microslip.structures.motion import Motion
 from microslip.structures.preload import LinearModes, Preload
 from microslip.structures.static import static_state
 from microslip.structures.structure_verdicts import judge
@@ -221,6 +223,21 @@ class Structure:
                     f"freedom, got shape {force.shape}"
                 )
         state = static_state(self.stiffness, self.mass, self.attachments, force)
+        if state.equilibrium_error > 1e-6:
+            raise InputError(
+                f"static_force must have a state of rest: after {state.iterations} steps "
+                f"{state.equilibrium_error:.1e} of the largest force is unbalanced; it may pull "
+                "the faces apart, or push a law beyond its limit"
+            )
+        for attachment, loads in zip(self.attachments, state.forces, strict=True):
+            if isinstance(attachment, FieldAttachment) and attachment.field.gaps is not None:
+                total = -float(loads.sum())
+                if not total > 1e-12 * max(1.0, float(np.abs(force).max())):
+                    raise InputError(
+                        f"static_force must leave some contact: all {attachment.field.size} nodes "
+                        "of a field are open; press the faces together, or check the sign of "
+                        "their opening"
+                    )
         return Preload(self.mass, self.stiffness, self.damping, self.attachments, force, state)
 
     @cached_property
@@ -263,3 +280,53 @@ class Structure:
             As there; a field with gaps, whose loads a static solution must find first.
         """
         return self._undeformed.modes(index, amplitudes, **options)
+
+    def forced_response(
+        self, force: ArrayLike, frequencies: ArrayLike, **options: Any
+    ) -> ForcedResponse:
+        """Periodic motions of the structure at rest without static forces.
+
+        Parameters
+        ----------
+        force : array_like
+            Amplitudes (n,) [N] of a harmonic force.
+        frequencies : array_like
+            Frequencies [Hz], one-dimensional, rising or falling.
+        **options
+            Those of :meth:`microslip.Preload.forced_response`.
+
+        Returns
+        -------
+        ForcedResponse
+            Frequencies along the path, amplitudes of each harmonic, turning points.
+
+        Raises
+        ------
+        InputError
+            As there; a field with gaps, whose loads a static solution must find first.
+        """
+        return self._undeformed.forced_response(force, frequencies, **options)
+
+    def integrate(self, force: Any, time: ArrayLike, **options: Any) -> Motion:
+        """The motion in time of the structure at rest without static forces.
+
+        Parameters
+        ----------
+        force : array_like, callable or None
+            Forces [N] of shape (times, n), or a function of the time [s] that gives n forces.
+        time : array_like
+            Times [s] in even steps, one-dimensional.
+        **options
+            Those of :meth:`microslip.Preload.integrate`.
+
+        Returns
+        -------
+        Motion
+            Displacements, velocities, joint motions and forces, and the balance of energy.
+
+        Raises
+        ------
+        InputError
+            As there; a field with gaps, whose loads a static solution must find first.
+        """
+        return self._undeformed.integrate(force, time, **options)

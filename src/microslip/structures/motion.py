@@ -1,0 +1,205 @@
+"""A motion in time of a structure with joints, and where its energy goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, exact, floats, number, record, show
+from microslip._core.frozen import Locked, lock
+from microslip.errors import InputError
+from microslip.structures.modal_model import ModalModel
+from microslip.structures.time_steps import TimeSteps
+
+Force = Callable[[float], ArrayLike]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion(Locked):
+    """A motion in time; made by ``structure.integrate(...)``. Displacements count from rest.
+
+    By the generalised-alpha method (Chung and Hulbert 1993, DOI 10.1115/1.2900803).
+    """
+
+    time: Floats
+    """Times [s]; fewer than asked for where the method stopped."""
+    displacement: Floats
+    """(times, n) [m]."""
+    velocity: Floats
+    """(times, n) [m/s]."""
+    joint_motion: Floats
+    """Relative motions of the joints, (times, coordinates) [m]."""
+    joint_force: Floats
+    """Forces of the joints beyond those at rest, (times, coordinates) [N]."""
+    work: Floats
+    """Work of the forces up to each time, with the energy of the start [J]."""
+    kinetic_energy: Floats
+    """[J]."""
+    elastic_energy: Floats
+    """Of the structure without its joints [J]."""
+    joint_energy: Floats
+    """What went into the joints, stored or lost: the work of their forces [J]."""
+    viscous_energy: Floats
+    """Lost by the damping matrix [J]."""
+    message: str
+    """What came of it; where and why it stopped, and what to try."""
+
+    @property
+    def energy_error(self) -> float:
+        """Largest gap in work = kinetic + elastic + joints + viscous, over the largest of them [-].
+
+        It is the error of the steps: of second order in their length.
+        """
+        parts = (self.kinetic_energy, self.elastic_energy, self.joint_energy, self.viscous_energy)
+        largest = max(float(np.abs(part).max()) for part in (*parts, self.work))
+        gap = float(np.abs(self.work - np.sum(parts, axis=0)).max())
+        return gap / largest if largest else 0.0
+
+    @property
+    def status(self) -> str:
+        """``solved``, or ``stopped`` before the last time."""
+        return "solved" if self.message.startswith("solved") else "stopped"
+
+    def __repr__(self) -> str:
+        return f"Motion({self.time.size} times to {self.time[-1]:g} s, {self.message})"
+
+
+def integrate(
+    model: ModalModel,
+    mass: Any,
+    stiffness: Any,
+    force: Any,
+    time: ArrayLike,
+    displacement: ArrayLike | None,
+    velocity: ArrayLike | None,
+    radius: float,
+) -> Motion:
+    """See :meth:`microslip.Preload.integrate`."""
+    times = record("time", time)
+    size = model.shapes.shape[0]
+    steps = np.diff(times)
+    if times.size < 2 or steps.min() <= 0.0 or np.ptp(steps) > 1e-6 * steps.mean():
+        raise InputError(
+            "time must hold at least two rising times in even steps, such as "
+            "np.linspace(0.0, 0.1, 10001)"
+        )
+    radius = number("spectral_radius", radius)
+    if not 0.0 <= radius <= 1.0:
+        raise InputError(f"spectral_radius must be from 0 to 1, got {exact(radius)}")
+    forces = _forces(force, times, size)
+    start = _vector("displacement", displacement, size)
+    speed = _vector("velocity", velocity, size)
+    shapes = np.concatenate([model.shapes, model.free], axis=1)
+    modal_force = forces @ shapes
+    to_modal = np.asarray((mass @ shapes).T)
+    q, v = to_modal @ start, to_modal @ speed
+    line = _line(model, q, v, modal_force)
+    joints = model.joints(line)
+    stepper = TimeSteps(model, joints, float(steps.mean()), radius)
+    stepper.place(q)
+    a = stepper.acceleration(q, v, modal_force[0])
+    count = times.size
+    rows = [np.empty((count, width)) for width in (q.size, q.size, stepper.motion.size)]
+    rows.append(np.empty_like(rows[2]))
+    done = 0
+    for i in range(count):
+        if i:
+            moved = stepper.advance(q, v, a, modal_force[i - 1], modal_force[i])
+            if moved is None:
+                break
+            q, v, a = moved
+        total = stepper.short + joints.stuck * stepper.motion
+        for row, value in zip(rows, (q, v, stepper.motion, total), strict=True):
+            row[i] = value
+        done = i + 1
+    message = f"solved in {count - 1} steps"
+    if done < count:
+        message = (
+            f"stopped at {times[done - 1]:.6g} s: the joints' motion in the next step was not "
+            "found; try shorter steps"
+        )
+    modal, speeds, motion, pull = (row[:done] for row in rows)
+    return _told(
+        times[:done],
+        modal,
+        speeds,
+        motion,
+        pull,
+        forces[:done],
+        shapes,
+        stiffness,
+        stepper,
+        message,
+    )
+
+
+def _told(
+    times: Floats,
+    modal: Floats,
+    speeds: Floats,
+    motion: Floats,
+    pull: Floats,
+    forces: Floats,
+    shapes: Floats,
+    stiffness: Any,
+    stepper: TimeSteps,
+    message: str,
+) -> Motion:
+    """The result, with its energies by the trapezoidal rule."""
+    x, speed = modal @ shapes.T, speeds @ shapes.T
+    kinetic = 0.5 * np.sum(speeds**2, axis=1)
+    elastic = 0.5 * np.sum(x * np.asarray(stiffness @ x.T).T, axis=1)
+
+    def along(force: Floats, path: Floats) -> Floats:
+        means = 0.5 * (force[1:] + force[:-1])
+        return np.append(0.0, np.cumsum(np.sum(means * np.diff(path, axis=0), axis=1)))
+
+    start = motion[0] if motion.size else np.zeros(0)
+    joint = along(pull, motion) + 0.5 * float(pull[0] @ start)
+    viscous = along(speeds @ stepper.damping, modal)
+    work = along(forces, x) + kinetic[0] + elastic[0] + joint[0]
+    for values in (times, x, speed, motion, pull, work, kinetic, elastic, joint, viscous):
+        lock(values)
+    return Motion(times, x, speed, motion, pull, work, kinetic, elastic, joint, viscous, message)
+
+
+def _line(model: ModalModel, q: Floats, v: Floats, force: Floats) -> Floats:
+    """A motion along which the joints will move most: that of the start, or of the force."""
+    elastic = slice(0, model.size)
+    if q[elastic].any():
+        return q[elastic]
+    if v[elastic].any():
+        return np.asarray(v[elastic] / np.sqrt(model.squares))
+    strongest = force[int(np.argmax(np.abs(force).sum(axis=1))), elastic]
+    if strongest.any():
+        return np.asarray(strongest / model.squares)
+    result = np.zeros(model.size)
+    result[:1] = 1.0
+    return result
+
+
+def _forces(force: Any, times: Floats, size: int) -> Floats:
+    """Forces at each time, (times, n)."""
+    if force is None:
+        return np.zeros((times.size, size))
+    values = [force(float(t)) for t in times] if callable(force) else force
+    array = floats("force", values)
+    if array.shape != (times.size, size):
+        raise InputError(
+            f"force must have the shape ({times.size}, {size}), a row for each time, or be a "
+            f"function of the time that gives {size} forces, got {array.shape}"
+        )
+    return array
+
+
+def _vector(name: str, value: ArrayLike | None, size: int) -> Floats:
+    if value is None:
+        return np.zeros(size)
+    array = floats(name, value)
+    if array.shape != (size,):
+        raise InputError(f"{name} must have the shape ({size},), got {show(array.shape)}")
+    return array

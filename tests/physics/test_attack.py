@@ -1,0 +1,75 @@
+"""A small part of the standing attack: ``make attack`` makes more inputs of the same kinds."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from attack import ATTACKS
+from attack.campaign import LONGEST_MESSAGE, Tally, demand, run
+from attack.files import seeds
+from attack.memory_by_rule import ExactContact
+
+import microslip as ms
+
+NAMES = [name for name in ATTACKS if name != "disks"]
+needs_signals = pytest.mark.skipif(os.name == "nt", reason="no alarms on this platform")
+
+
+@needs_signals
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_is_wrong(name: str) -> None:
+    tally = run(ATTACKS[name].attack, 120, seed=1)
+    assert tally.wrong == []
+    assert tally.tried >= 120
+
+
+@needs_signals
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_is_wrong_in_many(name: str) -> None:
+    tally = run(ATTACKS[name].attack, 6000, seed=2)
+    assert tally.wrong == []
+
+
+@needs_signals
+@pytest.mark.slow
+def test_disks_and_kills() -> None:
+    assert run(ATTACKS["disks"].attack, 6, seed=3).wrong == []
+
+
+@needs_signals
+def test_the_attack_sees_what_is_wrong() -> None:
+    """Wrong answers, other errors, warnings, long messages and hangs all count."""
+
+    def refuse_at_length() -> None:
+        raise ms.InputError("x" * (LONGEST_MESSAGE + 1))
+
+    tally = Tally()
+    tally.attempt("wrong", lambda: demand(False, "not right"))
+    tally.attempt("error", lambda: 1 / 0)
+    tally.attempt("warning", lambda: np.float64(1.0) / np.float64(0.0))
+    tally.attempt("long", refuse_at_length)
+    assert [text.partition(":")[0] for text in tally.wrong] == ["wrong", "error", "warning", "long"]
+    assert (tally.tried, tally.refused) == (4, 1)
+
+
+def test_files_are_sound_before_they_are_mutated(tmp_path: Path) -> None:
+    for name, content, read in seeds():
+        path = tmp_path / name
+        path.write_bytes(content)
+        assert read(path) is not None
+
+
+def test_the_rule_by_hand() -> None:
+    """One sphere: mu N (1 - (1 - x)^1.5) on the first loading, Masing's rule after it."""
+    pair = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
+    joint = ms.Interface(ms.SphereOnFlat(pair, 5e-3), 0.5, separation=-1e-6)
+    contact = ExactContact(joint)
+    reach = joint.slip_per_indentation * 1e-6
+    forces = [contact.step(-1e-6, share * reach) for share in (0.5, -0.5, 0.5, 2.0)]
+    half, full = 1.0 - 0.5**1.5, 1.0
+    wanted = joint.force_limit * np.array([half, -half, half, full])
+    np.testing.assert_allclose(forces, wanted, rtol=1e-13)

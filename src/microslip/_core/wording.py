@@ -7,10 +7,15 @@ from datetime import date, time
 from difflib import get_close_matches
 
 
+def one_line(text: str) -> str:
+    """Text on one line, printable."""
+    # Escaping keeps a message on one line and the terminal safe from control characters.
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def shorten(text: str, length: int) -> str:
     """Text on one line, printable, and cut to a length."""
-    # Escaping keeps a message on one line and the terminal safe from control characters.
-    text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    text = one_line(text)
     return text if len(text) <= length else text[: length - 1] + "…"
 
 

@@ -134,6 +134,7 @@ def identify(
     study: Path | None,
     folder: Path | None,
     overwrite: bool,
+    png: bool,
     as_json: bool,
     fix: tuple[str, ...],
     bound: tuple[str, ...],
@@ -191,7 +192,7 @@ def identify(
                     f"{failed.law}: {failed.status}: {failed.message} (--accept-unconverged shows "
                     "it all the same)"
                 )
-            told = document(found, spell, files=stage is not None)
+            told = document(found, spell, files=stage is not None, png=png)
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     write(told, found, stage, report, spell)

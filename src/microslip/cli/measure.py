@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Measure the loops in a tribometer's records.")
 @click.argument("records", metavar="RECORD...", nargs=-1, required=True, type=click.Path())
-@writes("report, table and figure", "measurement", png=True)
+@writes("report, table and figure", "measurement")
 @reads()
 @offers(RIG_STIFFNESS)
 @click.option(

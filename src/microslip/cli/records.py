@@ -65,8 +65,8 @@ class Reading(NamedTuple):
         )
 
 
-def writes(files: str, earlier: str, png: bool = False) -> Callable[[Command], Command]:
-    """Give a command the options of what it writes: `folder`, `overwrite` and `as_json`."""
+def writes(files: str, earlier: str) -> Callable[[Command], Command]:
+    """Give a command the options of what it writes: `folder`, `overwrite`, `png`, `as_json`."""
     options = (
         click.option(
             "-o",
@@ -79,7 +79,7 @@ def writes(files: str, earlier: str, png: bool = False) -> Callable[[Command], C
         click.option(
             "--overwrite", is_flag=True, help=f"Replace an earlier {earlier} in that folder."
         ),
-        *(click.option("--png", is_flag=True, help="Write the figures as pixels, too."),) * png,
+        click.option("--png", is_flag=True, help="Write the figures as pixels, too."),
         click.option(
             "--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables."
         ),

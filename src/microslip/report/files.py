@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from microslip._core import netcdf
 from microslip._core.kernel_choice import kernel_name
+from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.report.document import Document
 from microslip.report.folder import staged
@@ -21,6 +22,11 @@ from microslip.report.pictures import Drawn
 
 Progress = Callable[[float], None]
 Blocks = Iterator[Mapping[str, NDArray[np.float64]]]
+
+_FORMULAS = tuple(
+    "=+-@\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH PLUS SIGN}"
+    "\N{FULLWIDTH HYPHEN-MINUS}\N{FULLWIDTH COMMERCIAL AT}"
+)
 
 # Seconds, more or less, for the sake of progress: a number as text, a number, a figure, anything.
 TEXT, NUMBER, FIGURE, FILE = 6e-7, 9e-8, 0.02, 1e-3
@@ -180,6 +186,17 @@ def save(
     with staged(Path(folder), overwrite, kind, what) as stage:
         write_all(files, stage, progress)
     return tuple(Path(folder) / file.name for file in files)
+
+
+def text_cell(text: str) -> str:
+    """A name as a quoted cell of a CSV file, on one line, that no spreadsheet takes for a formula.
+
+    What would begin one (=, +, -, @, also in full width) gets an apostrophe in front.
+    """
+    text = one_line(text)
+    if text.lstrip()[:1] in _FORMULAS:
+        text = f"'{text}"
+    return '"' + text.replace('"', '""') + '"'
 
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:

@@ -39,6 +39,8 @@ _PLAIN = str.maketrans(
         "…": "...",
     }
 )
+# Names of files and records may hold what would move the cursor or paint the terminal.
+_CONTROLS = {code: f"\\x{code:02x}" for code in (*range(32), *range(127, 160)) if code != 10}
 _UNICODE_NEEDED = "µμηζνΣπ²ₜ–…─"
 _WORD_STYLE = {"ok": "green", "watch": "yellow", "outside": "bold red"}
 _WIDE = 10_000
@@ -81,6 +83,7 @@ class Printer:
         return self._narrow.width
 
     def _fit(self, text: str) -> str:
+        text = text.translate(_CONTROLS)
         if self._ascii:
             text = text.translate(_PLAIN)
         try:
@@ -173,8 +176,8 @@ class Printer:
         # Nothing after the last word of a line in a pipe.
         with self._wide.capture() as printed:
             self._wide.print(table)
-        for line in printed.get().splitlines():
-            self.path(line.rstrip())
+        for line in printed.get().splitlines():  # with its colours, and its cells fitted
+            self._wide.print(Text(line.rstrip()), soft_wrap=True)
 
     def _build(
         self,

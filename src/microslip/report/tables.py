@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from microslip._core.units import engineering, significant
+from microslip._core.wording import one_line
 from microslip.report.cells import UNKNOWN
 from microslip.report.document import Column, Judged, Table, Value
 from microslip.report.scales import evenly
@@ -58,7 +59,7 @@ def cell(column: Column, value: Value) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, str):
-        return value
+        return one_line(value)
     if column.unit:
         return engineering(value, column.unit, column.digits)
     return str(value) if isinstance(value, int) else significant(value, column.digits)

@@ -19,7 +19,7 @@ from microslip.report.document import (
     Section,
     Table,
 )
-from microslip.report.files import header, standard_files, text_file, write_all
+from microslip.report.files import header, standard_files, text_cell, text_file, write_all
 from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
 from microslip.report.scales import evenly, length_prefix
 from microslip.tribometer import Measurement
@@ -188,12 +188,12 @@ def _cycles(measurements: Sequence[Measurement]) -> str:
     def lines() -> Iterator[str]:
         yield ",".join(["record", "cycle", *heads, "regime"])
         for measured in measurements:
-            name = measured.name.replace('"', '""')
+            name = text_cell(measured.name)
             values = [measured.cycles.get(column) for column in columns]
             for i, regime in enumerate(measured.regimes):
                 numbers = [None if column is None else float(column[i]) for column in values]
                 cells = ["" if v is None or v != v else repr(v) for v in numbers]
-                yield ",".join([f'"{name}"', str(i + 1), *cells, regime])
+                yield ",".join([name, str(i + 1), *cells, regime])
 
     return "\n".join(lines()) + "\n"
 

@@ -26,7 +26,7 @@ from microslip.report.document import (
     Table,
     Verdicts,
 )
-from microslip.report.files import header, standard_files, text_file, write_all
+from microslip.report.files import header, standard_files, text_cell, text_file, write_all
 from microslip.results.identified import figures, numbers
 from microslip.results.identified.joint_study import joint_text
 from microslip.results.identified.numbers import Summary, label
@@ -198,17 +198,19 @@ def _compared(comparison: Comparison) -> dict[str, Any]:
 # -- the document ---------------------------------------------------------------------------------
 
 
-def document(found: Identified, say: Say = str, files: bool = False) -> Document:
+def document(found: Identified, say: Say = str, files: bool = False, png: bool = False) -> Document:
     """What was identified, and what was not.
 
-    With ``files`` it goes into a folder, whose files the summary then lists.
+    With ``files`` it goes into a folder, whose files the summary then lists; with ``png`` the
+    figures are there as pixels, too.
     """
     toml, why = joint_text(found, say)
     pictures = figures.pictures(found.first)
     names: list[str] = []
     if files:
         names = ["residuals.csv", *(["joint.toml"] if toml is not None else [])]
-        names += [f"{picture.name}.svg" for picture in pictures]
+        kinds = ("svg", "png")[: 1 + png]
+        names += [f"{picture.name}.{kind}" for picture in pictures for kind in kinds]
         names += ["report.html", "summary.json"]
     summary = summarise(found, say, names)
     fit, comparison = summary["identification"], summary["comparison"]
@@ -423,7 +425,7 @@ def _residuals(result: Identification) -> str:
     heads = "phase [rad],displacement [m],measured force [N],model force [N],residual [N]"
     lines = [f"record,normal load [N],{heads}"]
     for record in result.records:
-        name = record.name.replace('"', '""')
+        name = text_cell(record.name)
         load = "" if record.normal_load is None else repr(float(record.normal_load))
         columns = (
             record.phase,
@@ -433,5 +435,5 @@ def _residuals(result: Identification) -> str:
             record.residual,
         )
         for row in zip(*(column.tolist() for column in columns), strict=True):
-            lines.append(",".join([f'"{name}"', load, *map(repr, row)]))
+            lines.append(",".join([name, load, *map(repr, row)]))
     return "\n".join(lines) + "\n"

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from textwrap import wrap
 from typing import Any, Protocol
 
+from microslip._core.wording import shorten
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Identification
@@ -63,7 +64,7 @@ def _remarks(found: _Found, say: Callable[[str], str]) -> str:
     summary = found.first.summary()
     lines = [f"Identified by microslip {__version__} from:"]
     lines += [
-        f"  {record['name']}, N = {quantity(record['normal_load'], 'N')}, "
+        f"  {shorten(record['name'], 60)}, N = {quantity(record['normal_load'], 'N')}, "
         f"amplitude {quantity(record['amplitude'], 'm')}, {record['cycles']} cycles"
         for record in summary["records"]
     ]

@@ -1,0 +1,250 @@
+"""Names with markup, quotes, formulas and control characters stay text wherever they go."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import tomllib
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import h5py
+import numpy as np
+import pytest
+from command import run
+
+import microslip as ms
+from microslip._core.wording import one_line
+from microslip.report.files import text_cell
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="files cannot have such names here")
+
+RUN = "document.documentElement.dataset.ran=1"
+SCRIPT, IMAGE = f"<script>{RUN}</script>", f"<img src=x onerror={RUN}>"
+TITLE = f'</title>{SCRIPT}{IMAGE} "& =1+1 $\\frac{{$'
+FORMULA = f'=HYPERLINK(1){IMAGE}"&'
+NEWLINE = '-2"\ntitle = "mine"\x1b[31m\x9b31m$\\frac{$'
+CALL = "=cmd|' /C calc'!A0"
+STUDY = f"""\
+schema = 1
+title = {json.dumps(TITLE)}
+[material.{json.dumps(SCRIPT)}]
+young_modulus = "69 GPa"
+poisson_ratio = 0.33
+[material.{json.dumps(CALL)}]
+young_modulus = "210 GPa"
+poisson_ratio = 0.3
+[surface]
+materials = [{json.dumps(SCRIPT)}, {json.dumps(CALL)}]
+law = "greenwood-williamson"
+heights = {{ kind = "gaussian", std = "0.5 um" }}
+radius = "1 mm"
+density = "100 1/mm^2"
+area = "2 cm^2"
+[joint]
+friction_coefficient = 0.55
+normal_load = "2 kN"
+[excitation]
+amplitudes = ["0.1 um", "1 um"]
+[excitation.history]
+file = {json.dumps(FORMULA + ".csv")}
+column = "displacement"
+normal_load = {{ column = {json.dumps(CALL)} }}
+"""
+
+
+class Left(NamedTuple):
+    """What the commands leave behind."""
+
+    folders: dict[str, Path]
+    printed: str
+
+
+@pytest.fixture(scope="module")
+def left() -> Left:
+    """Folders of every command that was given such names, and all that they printed."""
+    home, before = Path(tempfile.mkdtemp()), Path.cwd()
+    os.chdir(home)
+    try:
+        Path("study.toml").write_text(STUDY, encoding="utf-8")
+        rig = ms.VirtualTribometer(ms.Interface.examples()[0], noise=0.003, sample_rate=2560)
+        for amplitude, name in ((4e-6, FORMULA), (8e-6, NEWLINE)):
+            record = rig.record(amplitude=amplitude, frequency=10.0, cycles=6)
+            record.to_csv(f"{name}.csv")
+            text = Path(f"{name}.csv").read_text(encoding="utf-8")
+            text = text.replace("normal_load [N]", f'"{CALL} [N]"')
+            Path(f"{name}.csv").write_text(text, encoding="utf-8")
+        records = [f"{FORMULA}.csv", f"{NEWLINE}.csv"]
+        rows = np.random.default_rng(1).normal(size=(40, 40))
+        smooth = sum(np.roll(rows, shift, axis) for axis in (0, 1) for shift in range(-3, 4))
+        np.savetxt(f"{FORMULA}.txt", 0.2 * smooth)
+        load = ["--normal-load", CALL]
+        commands = {
+            "predict": ["study.toml"],
+            "measure": [*load, "--png", "--", *records],
+            "identify": [*load, "--study", "study.toml", "--rig-stiffness=rigid", "--", *records],
+            "surface": ["--cutoff=none", "--pixel=2 um", "--unit=um", "--", f"{FORMULA}.txt"],
+        }
+        printed = ""
+        for command, given in commands.items():
+            outcome = run(command, "-o", command, *given)
+            assert outcome.exit_code == 0, (command, outcome.output)
+            printed += outcome.output
+        return Left({command: home / command for command in commands}, printed)
+    finally:
+        os.chdir(before)
+
+
+class Page(HTMLParser):
+    """Elements and words of a page."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.words, self.images = "", list[str]()
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        assert tag not in ("script", "iframe", "object", "embed", "link", "base", "form"), tag
+        for name, value in attrs:
+            assert not name.startswith("on"), (tag, name)
+            if name in ("href", "src"):
+                assert (value or "").startswith(("#", "https://doi.org/", "data:image/svg+xml;"))
+            if name == "src":
+                self.images.append(value or "")
+
+    def handle_data(self, data: str) -> None:
+        self.words += data
+
+
+@pytest.mark.parametrize(
+    ("command", "names"),
+    [
+        ("predict", [TITLE, SCRIPT, CALL, FORMULA]),
+        ("measure", [FORMULA]),
+        ("identify", [FORMULA, SCRIPT, CALL]),
+        ("surface", [FORMULA]),
+    ],
+)
+def test_pages_hold_names_as_text(left: Left, command: str, names: list[str]) -> None:
+    """No element, attribute or address is made of a name, and each name can be read."""
+    page = Page(left.folders[command] / "report.html")
+    for name in names:
+        assert name in page.words
+    assert page.images
+    for image in page.images:
+        harmless(base64.b64decode(image.partition(",")[2]))
+
+
+def harmless(svg: bytes) -> str:
+    """The words of a figure, in which nothing can run."""
+    root = ElementTree.fromstring(svg)
+    for element in root.iter():
+        assert "script" not in element.tag
+        assert "foreignObject" not in element.tag
+        assert not any(name.startswith("on") for name in element.attrib)
+    return "".join(root.itertext())
+
+
+def test_figures_hold_names_as_text(left: Left) -> None:
+    """Figures open in a browser, too."""
+    figures = {path: harmless(path.read_bytes()) for path in left.folders["predict"].glob("*.svg")}
+    assert len(figures) >= 6
+    assert all(TITLE[:20] in words for words in figures.values())
+    assert (left.folders["measure"] / "loops.png").stat().st_size > 10_000
+
+
+def browser() -> str:
+    """The browser to look with."""
+    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
+    found = next(filter(None, map(shutil.which, names)), None)
+    if found is None:
+        pytest.skip("no chromium is installed, so no browser reads the pages")
+    return found
+
+
+def as_read(page: Path, profile: Path) -> str:
+    """The elements of a page after a browser has read it and run what it holds."""
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-sync"]
+    options += ["--disable-background-networking", f"--user-data-dir={profile}", "--dump-dom"]
+    done = subprocess.run(
+        [browser(), *options, page.as_uri()], capture_output=True, timeout=120, check=True
+    )
+    return done.stdout.decode("utf-8")
+
+
+def test_nothing_runs_in_a_browser(left: Left, tmp_path: Path) -> None:
+    """All pages in one, so that the browser starts once; and it would run what is not escaped."""
+    pages = {command: folder / "report.html" for command, folder in left.folders.items()}
+    whole = "".join(page.read_text(encoding="utf-8") for page in pages.values())
+    (tmp_path / "all.html").write_text(whole, encoding="utf-8")
+    read = as_read(tmp_path / "all.html", tmp_path / "profile")
+    assert read.count("<figure>") >= 10
+    assert "data-ran" not in read
+    wrong = pages["measure"].read_text(encoding="utf-8").replace("&lt;", "<").replace("&gt;", ">")
+    (tmp_path / "wrong.html").write_text(wrong, encoding="utf-8")
+    assert 'data-ran="1"' in as_read(tmp_path / "wrong.html", tmp_path / "profile")
+
+
+def test_tables_hold_no_formulas(left: Left) -> None:
+    """A spreadsheet computes nothing, and nothing else is lost of a name than its controls."""
+    tables = [path for folder in left.folders.values() for path in folder.glob("*.csv")]
+    assert {"cycles.csv", "residuals.csv", "history.csv", "summits.csv"} <= {p.name for p in tables}
+    for path in tables:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.reader(file))
+        assert len({len(row) for row in rows}) == 1
+        for row in rows:
+            for cell in row:
+                assert "\n" not in cell
+                if cell.lstrip()[:1] in tuple("=+-@"):
+                    float(cell)
+        if path.name in ("cycles.csv", "residuals.csv"):
+            names = [one_line(NEWLINE), FORMULA]
+            assert {row[0] for row in rows[1:]} == {f"'{name}" for name in names}
+
+
+@pytest.mark.parametrize("name", ["=1", "+1", "-1", "@a", "  =1", "\N{FULLWIDTH EQUALS SIGN}1"])
+def test_a_cell_is_no_formula(name: str) -> None:
+    """Also behind spaces and in full width; what is no formula stays as it is."""
+    assert text_cell(name) == f'"\'{name}"'
+    assert text_cell(f"a{name}") == f'"a{name}"'
+    assert text_cell('a"b\tc') == '"a""b\\tc"'
+
+
+def test_data_hold_names_as_they_are(left: Left) -> None:
+    """JSON and netCDF have quotes of their own."""
+    summary = json.loads((left.folders["predict"] / "summary.json").read_text(encoding="utf-8"))
+    assert summary["title"] == TITLE
+    assert set(summary["study"]["material"]) == {SCRIPT, CALL}
+    with h5py.File(left.folders["predict"] / "result.nc") as file:
+        assert file.attrs["title"].decode("utf-8") == TITLE
+    records = json.loads((left.folders["measure"] / "summary.json").read_text(encoding="utf-8"))
+    assert [record["name"] for record in records["records"]] == [FORMULA, NEWLINE]
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [("predict", "study.toml"), ("identify", "joint.toml"), ("surface", "surface.toml")],
+)
+def test_studies_hold_names_as_text(left: Left, command: str, name: str) -> None:
+    """What is left to go on with is read as it was meant, comments of it included."""
+    study = tomllib.loads((left.folders[command] / name).read_text(encoding="utf-8"))
+    if command == "surface":
+        assert study["surface"]["scan"] == f"../{FORMULA}.txt"
+        return
+    assert study["title"].startswith(TITLE)
+    assert set(study["material"]) == {SCRIPT, CALL}
+    assert run("check", str(left.folders[command] / name)).exit_code == 0
+
+
+def test_a_terminal_is_not_painted(left: Left) -> None:
+    """Control characters of a name are shown, not sent."""
+    assert not {c for c in left.printed if not c.isprintable()} - {"\n", "\N{NO-BREAK SPACE}"}
+    assert "\\x1b" in left.printed

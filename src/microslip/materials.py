@@ -171,18 +171,7 @@ def metals() -> Mapping[str, Metal]:
 
 
 def metal(name: str) -> Metal:
-    """One metal of the table, as :meth:`Material.named` finds it.
-
-    Parameters
-    ----------
-    name : str
-        Name in the table; capitals, spaces and underscores are read as the table writes them.
-
-    Raises
-    ------
-    InputError
-        A name that is not in the table; the message says which one was probably meant.
-    """
+    """One metal of the table, as :meth:`Material.named` finds it."""
     if not isinstance(name, str):
         raise InputError(Argument("name"), f" must be a text such as 'steel', got {show(name)}")
     table = metals()

@@ -18,25 +18,7 @@ def reason(error: Exception) -> str:
 
 @contextmanager
 def whole_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
-    """A name beside the file to be, which takes its place when all has gone well.
-
-    Parameters
-    ----------
-    path : str or pathlib.Path
-        The file to be.
-    overwrite : bool
-        Whether a file in its place may be replaced.
-
-    Yields
-    ------
-    pathlib.Path
-        A file to make; it is removed whenever something fails.
-
-    Raises
-    ------
-    InputError
-        The file is there already, or it cannot be written.
-    """
+    """A name beside the file to be, which takes its place when all has gone well."""
     target = Path(path)
     try:
         if target.is_dir() or (target.exists() and not overwrite):

@@ -28,35 +28,7 @@ def write(
     attributes: Mapping[str, Any],
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Write a new netCDF-4 file that xarray, netCDF4, h5py and MATLAB read.
-
-    Parameters
-    ----------
-    path : str or pathlib.Path
-        A file that is not there yet.
-    dims : mapping
-        Lengths of the dimensions by name.
-    coords, variables : mapping
-        Arrays by name: numbers, or text (dtype ``str`` or ``object``). A coordinate that has the
-        name of its only dimension labels that dimension; the names of others are added to the
-        attribute ``coordinates`` of each variable that has their dimensions, as the CF conventions
-        want it.
-    attributes : mapping
-        Text and numbers about the whole file; like those of variables without empty texts, which
-        the format does not have.
-    progress : callable, optional
-        Called after each array with the share that is done, 0 … 1.
-
-    Raises
-    ------
-    OSError
-        The file is there already, or cannot be written.
-
-    Notes
-    -----
-    Nothing of time or place goes into the file: equal numbers give equal bytes with the same
-    libraries. Arrays of more than a few kB are compressed without loss.
-    """
+    """Write a new netCDF-4 file that xarray, netCDF4, h5py and MATLAB read."""
     import h5netcdf
 
     auxiliary = {name: set(v.dims) for name, v in coords.items() if v.dims != (name,)}

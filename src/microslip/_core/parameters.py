@@ -249,13 +249,7 @@ def dimension_of(unit: str) -> tuple[int, int] | None:
 
 
 def rescaled(kind: type, values: Mapping[str, Any], force: float, length: float) -> dict[str, Any]:
-    """Values of a class in units of force [N] and length [m] that are so many times as large.
-
-    Raises
-    ------
-    InputError
-        A unit that is not made of newtons and metres.
-    """
+    """Values of a class in units of force [N] and length [m] that are so many times as large."""
     result = {}
     for item in parameters_of(kind):
         dimension = item.dimension

@@ -106,30 +106,7 @@ _NAMED_DIMENSIONS = (
 
 
 def to_si(given: object, kind: Kind, example: str, sign: Sign = "positive") -> float:
-    """Turn a quantity written with its unit into a float in SI units.
-
-    Parameters
-    ----------
-    given : object
-        What came, such as the text "0.5 um".
-    kind : Kind
-        What is wanted.
-    example : str
-        A usable value, named in the error messages.
-    sign : {"positive", "any"}
-        Values that are allowed.
-
-    Returns
-    -------
-    float
-        Value [SI unit of `kind`], the double nearest to the decimal number written.
-
-    Raises
-    ------
-    QuantityError
-        If `given` is not text, has no unit, an unknown one or one of another dimension, or is
-        not a finite number of that sign.
-    """
+    """Turn a quantity written with its unit into a float in SI units."""
     wanted = f'wanted {kind.with_article} such as "{example}", got '
     if isinstance(given, (int, float)) and not isinstance(given, bool):
         raise QuantityError(f"{wanted}{show(given)} (a number without a unit)")
@@ -168,27 +145,7 @@ def is_unit(text: str) -> bool:
 
 
 def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
-    """SI value of one `unit`.
-
-    Parameters
-    ----------
-    unit : str
-        A unit, such as "um".
-    kind : Kind
-        What is wanted.
-    message : str
-        What an error begins with.
-
-    Returns
-    -------
-    decimal.Decimal
-        Its value [SI unit of `kind`].
-
-    Raises
-    ------
-    QuantityError
-        If there is no such unit or it is of another dimension.
-    """
+    """SI value of one `unit`."""
     usual = {text.casefold(): text for text in kind.usual}
     near = usual.get(unit.casefold().replace(" ", ""))
     parsed = _parse(unit)
@@ -297,18 +254,7 @@ _PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3:
 
 
 def prefix(value: float) -> tuple[float, str]:
-    """Power of a thousand, and its SI prefix, that suits a number.
-
-    Parameters
-    ----------
-    value : float
-        A number in the unit without prefix.
-
-    Returns
-    -------
-    tuple of float and str
-        Such as (1e-6, "µ"); divide by the first, put the second before the unit.
-    """
+    """Power of a thousand, and its SI prefix, that suits a number."""
     if value == 0.0 or not math.isfinite(value):
         return 1.0, ""
     # Rounded first, so that 999.96 becomes "1.00 k" and not "1000".
@@ -318,24 +264,7 @@ def prefix(value: float) -> tuple[float, str]:
 
 
 def engineering(value: float | None, unit: str, digits: int = 3, *, trim: bool = False) -> str:
-    """Write a number with an SI prefix, such as "1.10 kN"; "–" for None.
-
-    Parameters
-    ----------
-    value : float or None
-        A number [unit].
-    unit : str
-        A unit that takes prefixes with the power one.
-    digits : int
-        Significant digits.
-    trim : bool
-        Whether to drop zeros at the end, as for a number that somebody chose: "1.1 kN".
-
-    Returns
-    -------
-    str
-        The number, a space, prefix and unit.
-    """
+    """Write a number with an SI prefix, such as "1.10 kN"; "–" for None."""
     if value is None:
         return "–"
     factor, letter = prefix(value)
@@ -348,20 +277,7 @@ def engineering(value: float | None, unit: str, digits: int = 3, *, trim: bool =
 
 
 def significant(value: float | None, digits: int = 3) -> str:
-    """Write a number with so many significant digits, without an exponent where it is readable.
-
-    Parameters
-    ----------
-    value : float or None
-        Any number; "–" stands for None.
-    digits : int
-        Significant digits.
-
-    Returns
-    -------
-    str
-        The number as text.
-    """
+    """Write a number with so many significant digits, without an exponent where it is readable."""
     if value is None:
         return "–"
     if value == 0.0 or not math.isfinite(value):

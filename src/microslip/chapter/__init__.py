@@ -41,23 +41,7 @@ LEFT_OUT = MappingProxyType({"19.5": "a photograph of the sample"})
 
 
 def select(only: Iterable[str] = ()) -> tuple[Plate, ...]:
-    """Figures by their numbers.
-
-    Parameters
-    ----------
-    only : iterable of str
-        Numbers such as "19.13", also several in one text, with commas; all figures if empty.
-
-    Returns
-    -------
-    tuple of Plate
-        In the order of the chapter, each once.
-
-    Raises
-    ------
-    InputError
-        A number that is not there.
-    """
+    """Figures by their numbers."""
     wanted = [number.strip() for text in only for number in text.split(",")]
     known = {plate.number: plate for plate in PLATES}
     for number in wanted:
@@ -71,28 +55,7 @@ def select(only: Iterable[str] = ()) -> tuple[Plate, ...]:
 def write(
     plates: Sequence[Plate], folder: Path, progress: Callable[[float], None] | None = None
 ) -> dict[str, Any]:
-    """Draw figures and write them: SVG, PNG, the data as CSV, and a summary of all.
-
-    Parameters
-    ----------
-    plates : sequence of Plate
-        Which.
-    folder : pathlib.Path
-        An existing folder.
-    progress : callable, optional
-        Called after each figure with the share that is done, 0 … 1.
-
-    Returns
-    -------
-    dict
-        What summary.json holds: of each figure its number, title, caption, parameters, the command
-        that makes it and its files.
-
-    Raises
-    ------
-    OSError
-        If a file cannot be written.
-    """
+    """Draw figures and write them: SVG, PNG, the data as CSV, and a summary of all."""
     figures = []
     for index, plate in enumerate(plates):
         figures.append(

@@ -103,34 +103,12 @@ class Plate:
         return figure, body
 
     def draw(self) -> Drawn:
-        """Draw it.
-
-        Returns
-        -------
-        Drawn
-            The figure and the data behind it.
-        """
+        """Draw it."""
         with style.context(LOOK):
             return self.drawing(self)
 
     def write(self, folder: Path) -> list[str]:
-        """Draw it and write it as SVG and PNG, and its data as CSV.
-
-        Parameters
-        ----------
-        folder : pathlib.Path
-            An existing folder.
-
-        Returns
-        -------
-        list of str
-            The names of the files.
-
-        Raises
-        ------
-        OSError
-            If a file cannot be written.
-        """
+        """Draw it and write it as SVG and PNG, and its data as CSV."""
         names = [f"{self.stem}.svg", f"{self.stem}.png"]
         with style.context(LOOK), warnings.catch_warnings():
             warnings.filterwarnings("error", "constrained_layout not applied", UserWarning)

@@ -32,20 +32,7 @@ class Group(click.Group):
         standalone_mode: bool = True,
         **extra: Any,
     ) -> Any:
-        """Run a command, and exit.
-
-        Parameters
-        ----------
-        args : sequence of str, optional
-            The words after the name of the program; by default those of this process.
-        prog_name, complete_var, standalone_mode, **extra
-            As in click.
-
-        Returns
-        -------
-        Any
-            Only without `standalone_mode`: what the command returns.
-        """
+        """Run a command, and exit."""
         if not standalone_mode:
             return super().main(args, prog_name, complete_var, False, **extra)
         try:
@@ -144,15 +131,7 @@ def echo_json(values: Any) -> None:
 
 
 def fail(message: str, code: int) -> NoReturn:
-    """Say in one line what went wrong, and exit.
-
-    Parameters
-    ----------
-    message : str
-        What came and what was wanted.
-    code : int
-        Exit code of the process.
-    """
+    """Say in one line what went wrong, and exit."""
     with suppress(OSError):
         click.echo(f"error: {' '.join(message.split())}", err=True)
     sys.exit(code)

@@ -47,20 +47,7 @@ class CommandOption(click.Option):
 
 
 def offers(*options: Option, **changes: Any) -> Callable[[Command], Command]:
-    """Give a command some options, in their order.
-
-    Parameters
-    ----------
-    *options : Option
-        The options; the command gets each by its name, in SI units.
-    **changes : object, optional
-        What click is told otherwise, for all of them.
-
-    Returns
-    -------
-    callable
-        A decorator.
-    """
+    """Give a command some options, in their order."""
 
     def give(command: Command) -> Command:
         for option in reversed(options):

@@ -45,20 +45,7 @@ _TABLE: Mapping[str, Rules] = {
 
 
 def as_options(command: str | None, message: str) -> str:
-    """A message of the package as a command would say it.
-
-    Parameters
-    ----------
-    command : str or None
-        Name of the command; of one that has no table, nothing is changed.
-    message : str
-        What the package says.
-
-    Returns
-    -------
-    str
-        The same with options in place of arguments.
-    """
+    """A message of the package as a command would say it."""
     for argument, option in _TABLE.get(command or "", ()):
         message = re.sub(argument, option, message)
     return message

@@ -72,18 +72,7 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def progress(name: str) -> Iterator[Report]:
-    """A bar on the terminal once the command has taken a second; nothing in a pipe.
-
-    Parameters
-    ----------
-    name : str
-        What is done.
-
-    Yields
-    ------
-    Report
-        To be called now and then.
-    """
+    """A bar on the terminal once the command has taken a second; nothing in a pipe."""
     if not _is_live(sys.stderr):
         yield lambda share: None
         return

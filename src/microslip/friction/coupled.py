@@ -169,14 +169,7 @@ class Coupling:
         return float(self.steps_of(np.array([load]), numbered=False)[0])
 
     def steps_of(self, load: Floats, numbered: bool = True) -> Floats:
-        """Separations at loads >= 0 [N]; without a load, that at which the last contact parts.
-
-        Raises
-        ------
-        InputError
-            A load that the surface cannot carry; the first sample with one where samples are
-            ``numbered``.
-        """
+        """Separations at loads >= 0 [N]; without a load, that at which the last contact parts."""
         own = load == self._joint.normal_load
         steps = np.zeros_like(load)
         none = load == 0.0

@@ -22,21 +22,7 @@ from microslip.memory import Memory
 def energies_along(
     joint: BackboneLaw, displacement: Floats, force: Floats
 ) -> tuple[Floats, Floats]:
-    """Energy that a joint has stored, and that it has dissipated, along a record from rest.
-
-    Parameters
-    ----------
-    joint : BackboneLaw
-        Any law that obeys Masing's rules.
-    displacement, force : ndarray
-        Displacements [m] in the order of time and the joint's forces there [N], one-dimensional.
-
-    Returns
-    -------
-    tuple of ndarray
-        Stored and dissipated energies [J] at each sample. Their sum is the work done on the joint,
-        exactly, however far apart the samples lie.
-    """
+    """Energy that a joint has stored, and that it has dissipated, along a record from rest."""
     half, sign, parent = Memory().tree(displacement)
     energy, backbone = joint._energy(half), joint._backbone(half)
     above = np.maximum(parent, 0)
@@ -50,23 +36,7 @@ def energies_along(
 
 
 def dissipated_along(joint: BackboneLaw, displacement: Floats, record: Floats) -> Floats:
-    """Energy that a joint has dissipated along a record from rest.
-
-    Parameters
-    ----------
-    joint : BackboneLaw
-        Any law that obeys Masing's rules.
-    displacement : ndarray
-        Displacements [m] in the order of time, one-dimensional.
-    record : ndarray
-        What was prescribed, displacements [m] or forces [N]: it says where loops close, which
-        displacements that were found from forces do only up to rounding.
-
-    Returns
-    -------
-    ndarray
-        Energies [J] at each sample, never falling but for rounding.
-    """
+    """Energy that a joint has dissipated along a record from rest."""
     _, sign, parent = Memory().tree(record)
     first = parent < 0
     half = 0.5 * np.abs(displacement - displacement[np.maximum(parent, 0)])

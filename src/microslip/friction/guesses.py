@@ -67,13 +67,7 @@ class Features(NamedTuple):
 
 
 def all_features(data: Any) -> list[Features]:
-    """Features of a loop, of a record, or of each of several.
-
-    Raises
-    ------
-    InputError
-        Nothing with displacement and force; no closed cycle; a force that never varies.
-    """
+    """Features of a loop, of a record, or of each of several."""
     return [_features(*pair) for pair in _pairs(data)]
 
 
@@ -189,13 +183,7 @@ def _smoothed(x: Floats, turns: int) -> Floats:
 
 
 def loads_of(loads: Any, count: int, data: Any = None) -> list[float]:
-    """Normal loads [N] as one for each of ``count`` loops: as given, or those of the records.
-
-    Raises
-    ------
-    InputError
-        A load that is missing or not above zero; another number of loads.
-    """
+    """Normal loads [N] as one for each of ``count`` loops: as given, or those of the records."""
     if loads is None and data is not None:
         several = list(data) if isinstance(data, (list, tuple)) else [data]
         known = [getattr(item, "normal_load", None) for item in several]
@@ -260,14 +248,7 @@ def best_of(rows: Callable[[Floats], Floats], force: Floats, low: float, high: f
 
 
 def guessed_law(kind: Any, data: Any) -> Any:
-    """A law of any kind that says its parameters: the one closest to the branches of loops.
-
-    Raises
-    ------
-    InputError
-        As :func:`all_features`; a kind that says no parameters, or others than plain numbers with
-        units of newtons and metres.
-    """
+    """A law of any kind that says its parameters: the one closest to the branches of loops."""
     said = parameters_of(kind)
     if not says_all(kind) or any(item.many or item.dimension is None for item in said):
         raise InputError(

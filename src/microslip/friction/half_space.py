@@ -32,24 +32,7 @@ _NODES, _WEIGHTS = gauss_legendre(16)
 
 
 def potentials(k: float, outer: float, removed: float, r: Floats) -> tuple[Floats, Floats]:
-    """Potential and deviator of a Hertz layer that is cut out inside.
-
-    Parameters
-    ----------
-    k : float
-        Traction over radius [Pa/m].
-    outer : float
-        Radius a [m].
-    removed : float
-        a^2 - c^2 [m^2], above zero; a^2 for a whole Hertz layer.
-    r : ndarray
-        Distances from the centre [m], one-dimensional.
-
-    Returns
-    -------
-    phi, psi : ndarray
-        [Pa m], one for each distance.
-    """
+    """Potential and deviator of a Hertz layer that is cut out inside."""
     inner = math.sqrt(max(outer * outer - removed, 0.0))
     far = np.maximum(r, np.finfo(float).tiny)  # the sine is 1 at the centre
     sine, edge = np.minimum(inner / far, 1.0), np.minimum(outer / far, 1.0)

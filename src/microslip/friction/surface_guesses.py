@@ -44,13 +44,7 @@ class Shape:
 
 
 def shape_of(heights: HeightDistribution, pair: MaterialPair) -> tuple[Shape, tuple[float, float]]:
-    """The shape of heights, and the standardised separations between which loads are.
-
-    Raises
-    ------
-    InputError
-        Heights that are all alike.
-    """
+    """The shape of heights, and the standardised separations between which loads are."""
     unit = heights.spread
     if not unit > 0.0:
         raise InputError(Argument("heights"), f" must differ from one another, got {show(heights)}")
@@ -125,18 +119,6 @@ def conventional_radius(density_root: float, std: float) -> float:
     density * radius * std is a few hundredths, as in Greenwood and Williamson (1966,
     DOI 10.1098/rspa.1966.0242). It is a convention, not a result: no loop depends on it, contact
     counts and areas do.
-
-    Parameters
-    ----------
-    density_root : float
-        Product of density and root of the radius [m^-1.5].
-    std : float
-        Standard deviation of the heights [m].
-
-    Returns
-    -------
-    float
-        Radius [m].
     """
     return (_SPREAD / (density_root * std)) ** 2
 

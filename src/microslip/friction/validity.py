@@ -76,26 +76,7 @@ def validity(joint: _Joint) -> tuple[Verdict, ...]:
 def worst_validity(
     joint: _Joint, normal_loads: Iterable[float]
 ) -> tuple[tuple[Verdict, float | None], ...]:
-    """Verdicts on an interface under several normal loads: of each the worst, and at which load.
-
-    Parameters
-    ----------
-    joint : Interface
-        An interface at one of them.
-    normal_loads : iterable of float
-        Normal loads [N], at least one, zero or more; without a load nothing touches.
-
-    Returns
-    -------
-    tuple of tuple of Verdict and float or None
-        In the order of :func:`validity`, each with its load [N]; None where it is the same at all.
-        Of two with the same word the one that is nearer to the end of it is the worse.
-
-    Raises
-    ------
-    InputError
-        A load that the surface cannot carry.
-    """
+    """Verdicts on an interface under several normal loads: of each the worst, and at which load."""
     loads = [float(load) for load in normal_loads]
     by_load = [_verdicts(joint.surface, _separation(joint, load)) for load in loads]
     result: list[tuple[Verdict, float | None]] = []

@@ -82,13 +82,7 @@ def _directions(name: str, value: ArrayLike, samples: int) -> Floats:
 def settle(
     bank: Bank, places: Floats, steps: Floats, by_place: Floats, by_step: Floats, tolerance: Any
 ) -> tuple[Floats, Floats, Integers]:
-    """Forces (nodes, samples, 2) of settled cycles, their derivatives, and the passes made.
-
-    Raises
-    ------
-    InputError
-        A cycle that does not settle.
-    """
+    """Forces (nodes, samples, 2) of settled cycles, their derivatives, and the passes made."""
     small_enough = positive("tolerance", tolerance, example=SETTLED)
     nodes, samples = steps.shape
     columns = 2 * by_place.shape[1] + by_step.shape[1]

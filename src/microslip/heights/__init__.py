@@ -37,13 +37,7 @@ HEIGHTS: tuple[type[HeightDistribution], ...] = (
 
 
 def as_heights(value: Any) -> HeightDistribution:
-    """A height distribution from what a user has: one, a frozen scipy.stats one, or an array.
-
-    Raises
-    ------
-    InputError
-        Nothing of the kind; a distribution whose 3/2-moment is infinite.
-    """
+    """A height distribution from what a user has: one, a frozen scipy.stats one, or an array."""
     if isinstance(value, HeightDistribution):
         return value
     if hasattr(value, "sf"):

@@ -31,13 +31,7 @@ class HeightDistribution(Parametric, ABC):
     """Height [m] of the lower end of a bounded distribution: the moments are not smooth there."""
 
     def _scaled(self, factor: float) -> HeightDistribution:
-        """The distribution of ``factor`` times the heights, by the units of its parameters.
-
-        Raises
-        ------
-        InputError
-            Parameters that it does not say.
-        """
+        """The distribution of ``factor`` times the heights, by the units of its parameters."""
         kind = type(self)
         if not says_all(kind):
             raise InputError(

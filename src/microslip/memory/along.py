@@ -12,13 +12,7 @@ from microslip.errors import Argument, InputError
 
 
 def loads_along(name: str, given: ArrayLike, size: int) -> Floats:
-    """Normal loads [N] >= 0 of a record of ``size`` samples: one for each, or one for all.
-
-    Raises
-    ------
-    InputError
-        Not finite, negative, or another number of them.
-    """
+    """Normal loads [N] >= 0 of a record of ``size`` samples: one for each, or one for all."""
     values = along(name, given, size)
     if values.min() < 0.0:
         i = int(np.argmax(values < 0.0))
@@ -30,13 +24,7 @@ def loads_along(name: str, given: ArrayLike, size: int) -> Floats:
 
 
 def along(name: str, given: ArrayLike, size: int) -> Floats:
-    """Numbers along a record of ``size`` samples: one for each, or one for all.
-
-    Raises
-    ------
-    InputError
-        Not finite, or another number of them.
-    """
+    """Numbers along a record of ``size`` samples: one for each, or one for all."""
     values = floats(name, given)
     if values.ndim > 1 or values.size not in (1, size):
         raise InputError(

@@ -137,13 +137,7 @@ MODELS: dict[str, type[SummitModel]] = {
 
 
 def model_of(name: str, pair: MaterialPair, yield_stress: float) -> SummitModel:
-    """The model of a name.
-
-    Raises
-    ------
-    InputError
-        Another name; two rigid bodies are no pair, so one of them can yield.
-    """
+    """The model of a name."""
     if not isinstance(name, str) or name not in MODELS:
         known = ", ".join(f'"{key}"' for key in MODELS)
         raise InputError(Argument("model"), f" must be one of {known}, got {show(name)}")

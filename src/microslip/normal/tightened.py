@@ -360,13 +360,7 @@ class TightenedSurface(NormalLaw):
 
 
 def yield_stress_of(yield_stress: float | None, hardness: float | None) -> float:
-    """The yield stress [Pa] that one of both gives.
-
-    Raises
-    ------
-    InputError
-        Both or neither; a value not above zero.
-    """
+    """The yield stress [Pa] that one of both gives."""
     if (yield_stress is None) == (hardness is None):
         came = "neither" if hardness is None else "both"
         raise InputError(

@@ -55,41 +55,12 @@ def _flagged(first: Path, second: Path, flag: int) -> bool:
 
 
 def swap(first: Path, second: Path) -> bool:
-    """Let two folders change places in one step: at no moment is either name without one.
-
-    Parameters
-    ----------
-    first, second : pathlib.Path
-        The folders, on one file system.
-
-    Returns
-    -------
-    bool
-        False where the system cannot do it; then nothing has happened.
-
-    Raises
-    ------
-    OSError
-        If they cannot be renamed.
-    """
+    """Let two folders change places in one step: at no moment is either name without one."""
     return _flagged(first, second, _SWAP)
 
 
 def move(folder: Path, target: Path) -> None:
-    """Rename a folder to a name that is free.
-
-    Parameters
-    ----------
-    folder, target : pathlib.Path
-        The folder and its name to be, on one file system.
-
-    Raises
-    ------
-    FileExistsError
-        If the name is taken.
-    OSError
-        If it cannot be renamed.
-    """
+    """Rename a folder to a name that is free."""
     if _flagged(folder, target, _NEW):
         return
     # Elsewhere an empty folder in the way may be replaced, which loses nothing.
@@ -103,19 +74,7 @@ def move(folder: Path, target: Path) -> None:
 
 @contextmanager
 def held(folder: Path) -> Iterator[bool | None]:
-    """Hold a folder, so that others know that its owner lives; a killed process holds nothing.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        A folder that is there. It stays held when it is renamed.
-
-    Yields
-    ------
-    bool or None
-        Whether it is held now. False if another holds it or it is gone, None if the system cannot
-        say.
-    """
+    """Hold a folder, so that others know that its owner lives; a killed process holds nothing."""
     handle, mine = _hold(folder)
     try:
         yield mine

@@ -50,28 +50,7 @@ class _Place(NamedTuple):
 def staged(
     folder: Path, overwrite: bool = False, kind: str = "microslip-result", what: str = "result"
 ) -> Iterator[Path]:
-    """Give a temporary folder that takes the place of `folder` when all has gone well.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        The result folder to be. Parents that are missing are made.
-    overwrite : bool
-        Whether a result that is there may be replaced.
-    kind, what : str
-        What summary.json says of it, and how messages call it.
-
-    Yields
-    ------
-    pathlib.Path
-        An empty folder beside the one to be; it is removed whenever something fails.
-
-    Raises
-    ------
-    StudyError
-        Before anything is computed, if the folder exists and may not be replaced, or if nothing
-        can be written there; afterwards, if writing fails.
-    """
+    """Give a temporary folder that takes the place of `folder` when all has gone well."""
     name = shorten(str(folder), 200)
     target = Path(os.path.abspath(folder))  # noqa: PTH100 - resolve() would follow the links
     place = _Place(target, name, kind, what, overwrite)

@@ -39,22 +39,7 @@ _FILES = {
 
 
 def page(document: Document, drawn: Drawn, progress: Callable[[float], None] | None = None) -> str:
-    """Make the page of a document.
-
-    Parameters
-    ----------
-    document : Document
-        What to tell.
-    drawn : Drawn
-        Pictures that files share with the page.
-    progress : callable, optional
-        Called after each figure with the share that is done, 0 … 1.
-
-    Returns
-    -------
-    str
-        Without scripts and without anything to fetch; every word that is not ours is escaped.
-    """
+    """Make the page of a document."""
     style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
     sections = [*document.sections, *_provenance(document)]

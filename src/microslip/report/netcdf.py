@@ -18,13 +18,7 @@ class Contents(NamedTuple):
 
 
 def dataset(contents: Contents) -> Any:
-    """The same as an `xarray.Dataset`: what xarray reads from the file.
-
-    Raises
-    ------
-    StudyError
-        If xarray is not installed.
-    """
+    """The same as an `xarray.Dataset`: what xarray reads from the file."""
     try:
         import xarray
     except ImportError:

@@ -25,13 +25,7 @@ MOST_ROWS = 40
 
 
 def show(document: Document, stream: TextIO | None) -> None:
-    """Print what is brief in a document.
-
-    Raises
-    ------
-    OSError
-        If the stream cannot be written.
-    """
+    """Print what is brief in a document."""
     out = Printer(stream)
     out.line(document.title, style="bold")
     if document.answer:
@@ -46,26 +40,14 @@ def show(document: Document, stream: TextIO | None) -> None:
 
 
 def show_command(text: str, command: str, stream: TextIO | None) -> None:
-    """Print what to type next.
-
-    Raises
-    ------
-    OSError
-        If the stream cannot be written.
-    """
+    """Print what to type next."""
     out = Printer(stream)
     out.line(text)
     out.path(f"  {command}")
 
 
 def show_files(names: Sequence[str], folder: Path, stream: TextIO | None) -> None:
-    """Print what was written: files by what they are for; a figure once, whatever its formats.
-
-    Raises
-    ------
-    OSError
-        If the stream cannot be written.
-    """
+    """Print what was written: files by what they are for; a figure once, whatever its formats."""
     out = Printer(stream)
     out.path(f"Written to {shorten(str(folder), 1000)}:")
     for head, group in file_groups(names).items():

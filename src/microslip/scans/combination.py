@@ -12,20 +12,7 @@ from microslip.scans.summit_statistics import BY_LOAD, RadiusBy, SummitStatistic
 
 
 def moments_from(summits: SummitStatistics) -> Moments:
-    """The moments of the isotropic Gaussian surface that has these summits.
-
-    Parameters
-    ----------
-    summits : SummitStatistics
-        Density, radius and std; a radius by load is turned into one by curvature.
-
-    Returns
-    -------
-    Moments
-        The moments of which :meth:`Moments.mccool` makes these parameters: McCool (1987),
-        DOI 10.1115/1.3261349, solved for them. The mean height follows from these, too, and is
-        not asked.
-    """
+    """The moments of the isotropic Gaussian surface that has these summits."""
     m4 = (0.375 / summits.mean_radius) ** 2 * math.pi
     m2 = m4 / (6.0 * math.pi * math.sqrt(3.0) * summits.density)
     return Moments(summits.std**2 + SUMMIT_SHARE * m2 * m2 / m4, m2, m4)

@@ -92,20 +92,7 @@ class CutoffTable(Locked):
 
 
 def default_cutoffs(scan: HeightMap) -> Floats:
-    """Cut-offs from none over four pixels to an eighth of the shorter side; of a small scan, more.
-
-    Parameters
-    ----------
-    scan : Scan
-        A scan, or a profile.
-
-    Returns
-    -------
-    ndarray
-        Cut-offs [m] in geometric steps, 0 for none first; above the cut-off that the scan has. On
-        scans of less than 128 pixels they go up to sixteen pixels or a third of the side; they
-        are as many as steps of a quarter allow, eight at most.
-    """
+    """Cut-offs from none over four pixels to an eighth of the shorter side, or more of it."""
     low = max(_LEAST * max(scan.pixel), 1.25 * (scan.cutoff or 0.0))
     side = min(scan.size)
     high = max(side / 8.0, min(side / 3.0, 4.0 * low))

@@ -64,57 +64,19 @@ class Fit:
     tail: float = math.nan
 
     def distribution(self) -> Any:
-        """The same as a frozen distribution of scipy.stats, of the mirrored heights if so.
-
-        Returns
-        -------
-        scipy.stats.rv_frozen
-            The distribution [m].
-        """
+        """The same as a frozen distribution of scipy.stats, of the mirrored heights if so."""
         from scipy import stats
 
         family = next(family[1] for family in _FAMILIES if family[0] == self.name)
         return getattr(stats, family)(*self.shapes, loc=self.place, scale=self.scale)
 
     def density(self, height: ArrayLike) -> Any:
-        """Probability density of the fit.
-
-        Parameters
-        ----------
-        height : array_like
-            Heights [m], of any shape.
-
-        Returns
-        -------
-        float or ndarray
-            Density [1/m], of the shape of `height`.
-
-        Raises
-        ------
-        InputError
-            Heights that are not finite numbers.
-        """
+        """Probability density of the fit."""
         z = floats("height", height)
         return plain(np.asarray(self.distribution().pdf(-z if self.mirrored else z)))
 
     def share_below(self, height: ArrayLike) -> Any:
-        """Distribution function of the fit.
-
-        Parameters
-        ----------
-        height : array_like
-            Heights [m], of any shape.
-
-        Returns
-        -------
-        float or ndarray
-            Share [-] of the points below, of the shape of `height`.
-
-        Raises
-        ------
-        InputError
-            Heights that are not finite numbers.
-        """
+        """Distribution function of the fit."""
         z, law = floats("height", height), self.distribution()
         return plain(np.asarray(law.sf(-z) if self.mirrored else law.cdf(z)))
 

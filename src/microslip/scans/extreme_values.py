@@ -29,24 +29,7 @@ class ExtremeShares(NamedTuple):
 
 
 def extreme_shares(scan: HeightMap) -> ExtremeShares:
-    """How much of each moment few points carry.
-
-    Parameters
-    ----------
-    scan : Scan
-        A scan, or a profile.
-
-    Returns
-    -------
-    ExtremeShares
-        Shares of m0, m2 and m4 in the largest 0.1 % of the heights (from their mean), slopes and
-        curvatures; at least one value of each.
-
-    Raises
-    ------
-    InputError
-        Heights that are all the same or along a straight line; no three points in a row present.
-    """
+    """How much of each moment few points carry."""
     heights = scan.heights
     scan.moments()  # says what is wrong with heights that have none
     shares = [_share([np.abs(heights - np.nanmean(heights))])]

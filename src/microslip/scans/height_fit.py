@@ -108,27 +108,7 @@ class HeightFit(Locked):
 
 
 def height_distribution(scan: HeightMap, *, bins: int = 200) -> HeightFit:
-    """Density of the heights of a scan, as it is, and how well the usual distributions fit it.
-
-    Parameters
-    ----------
-    scan : Scan
-        A scan, or a profile: level it first.
-    bins : int
-        Bins of the density.
-
-    Returns
-    -------
-    HeightFit
-        Density and fits. The Gaussian has the mean and the rms of the heights; the others make the
-        mean square difference of the distribution functions least, which extreme points hardly
-        move (Cramér and von Mises' distance, DOI 10.1080/03461238.1928.10416862).
-
-    Raises
-    ------
-    InputError
-        Heights that are all the same; fewer than 20 points.
-    """
+    """Density of the heights of a scan, as it is, and how well the usual distributions fit it."""
     return height_distribution_of(scan.heights, bins=bins)
 
 

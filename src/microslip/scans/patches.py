@@ -172,25 +172,7 @@ def patch_errors(
 
 
 def cut(scan: Map, patches: tuple[int, int] | int = (3, 3)) -> list[Map]:
-    """Patches of a scan, of the same size but for a point.
-
-    Parameters
-    ----------
-    scan : Scan
-        A scan, or a profile.
-    patches : tuple of int or int
-        Rows and columns of patches; of a profile, their number.
-
-    Returns
-    -------
-    list of Scan
-        The patches that hold points, row by row.
-
-    Raises
-    ------
-    InputError
-        Fewer than two patches, or some of fewer than eight points along a side.
-    """
+    """Patches of a scan, of the same size but for a point."""
     counts = _counts(patches, scan.heights.ndim)
     if math.prod(counts) < 2:
         raise InputError(Argument("patches"), f" must be two or more, got {show(patches)}")

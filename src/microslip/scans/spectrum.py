@@ -48,25 +48,7 @@ class AxisSpectrum(Locked):
         return 2.0 * math.pi / self.wavenumber
 
     def moment(self, order: int, *, differences: bool = False) -> float:
-        """Spectral moment of the profiles.
-
-        Parameters
-        ----------
-        order : int
-            0, 2 or 4; of order 0 it is the sum of the power.
-        differences : bool
-            Whether to take what finite differences see, (2/h) sin(q h/2), in place of q.
-
-        Returns
-        -------
-        float
-            m0 [m^2], m2 [-] or m4 [1/m^2].
-
-        Raises
-        ------
-        InputError
-            Another order.
-        """
+        """Spectral moment of the profiles."""
         if order not in (0, 2, 4):
             raise InputError(Argument("order"), f" must be 0, 2 or 4, got {show(order)}")
         q = self.wavenumber

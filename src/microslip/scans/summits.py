@@ -47,48 +47,7 @@ def find_summits(
     level: Level | None = None,
     window: int = 3,
 ) -> Summits:
-    """Find the summits of a scan.
-
-    Parameters
-    ----------
-    scan : Scan
-        An area.
-    cutoff : float, str or None
-        Short-wave cut-off [m], or such as "10 um". None has to be written: then the pixel decides.
-        What :meth:`Scan.condition` has cut off counts: the scan is not filtered twice.
-    method : {"watershed", "neighbours"}
-        "watershed": peaks prominent enough, their shape by a quadric through the points around
-        them. "neighbours": every point above its eight neighbours, curvatures by differences.
-    prominence : float or str, optional
-        Least rise above the saddle to a higher summit [m], or such as "2 nm". By default, of
-        "watershed", :data:`TIMES_NOISE` standard deviations of the noise that passes the cut-off.
-    level : {"plane", "quadratic", "cylinder", "mean"}, optional
-        Form to be removed before.
-    window : int
-        Points along a side of the square that a quadric is fitted to: 3, 5, 7 ... 15.
-
-    Returns
-    -------
-    Summits
-        Positions, heights and radii.
-
-    Raises
-    ------
-    InputError
-        A profile; a word or a number that is not understood; a cut-off shorter than the one the
-        scan has; no summit found.
-
-    Notes
-    -----
-    The threshold stands on the noise and not on the 5 % of the total height that ISO 25178-3 gives,
-    because one scratch changes the total height, and all that is counted with it.
-
-    An elliptic summit with principal curvatures k1 and k2 becomes a sphere of radius 1/sqrt(k1 k2),
-    as by Greenwood (2006), Wear 261, 191-200. Hertz's load at a given indentation is then low by
-    1 % for k1/k2 = 2, by 2.4 % for 3 and by 10 % for 10; a sphere of the mean curvature is off by
-    9 % for 3 and by 32 % for 10. Fits that do not curve down in every direction are dropped and
-    counted.
-    """
+    """Find the summits of a scan."""
     if not isinstance(scan, HeightMap):
         raise InputError(Argument("scan"), f" must be a Scan, got {show(scan)}")
     if scan.is_profile:

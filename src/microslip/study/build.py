@@ -18,23 +18,7 @@ from microslip.study.sense import lifting
 
 
 def build_surface(study: StudyDescription) -> NormalLaw:
-    """Normal law of a study.
-
-    Parameters
-    ----------
-    study : StudyDescription
-        A validated study.
-
-    Returns
-    -------
-    NormalLaw
-        Its surface.
-
-    Raises
-    ------
-    StudyError
-        If the physics refuses what the schema lets pass.
-    """
+    """Normal law of a study."""
     materials = {}
     for name, material in study.material.items():
         with blame(study, f"material.{name}", type(material).model_fields):
@@ -50,23 +34,7 @@ def build_surface(study: StudyDescription) -> NormalLaw:
 
 
 def build_joints(study: StudyDescription) -> list[Interface]:
-    """Joints of a study: one for each normal load, or the law that it gives by its parameters.
-
-    Parameters
-    ----------
-    study : StudyDescription
-        A validated study.
-
-    Returns
-    -------
-    list of Interface
-        In the order of the loads; or the one law, which has its backbone only.
-
-    Raises
-    ------
-    StudyError
-        If the physics refuses what the schema lets pass, such as a load that cannot be carried.
-    """
+    """Joints of a study: one for each normal load, or the law that it gives by its parameters."""
     if not isinstance(study.joint, Joint):
         return [cast(Interface, study.joint.build())]
     surface = build_surface(study)
@@ -81,20 +49,7 @@ def build_joints(study: StudyDescription) -> list[Interface]:
 
 
 def check_loads(study: StudyDescription, joints: Sequence[Interface]) -> None:
-    """See that the surface can carry the loads that vary; the others its joints have.
-
-    Parameters
-    ----------
-    study : StudyDescription
-        A validated study.
-    joints : sequence of Interface
-        Its joints.
-
-    Raises
-    ------
-    StudyError
-        If contact is lost on a surface without an end.
-    """
+    """See that the surface can carry the loads that vary; the others its joints have."""
     first = joints[0]
     if not study.joint.loads or math.isfinite(first.surface._top):
         return

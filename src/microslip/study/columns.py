@@ -65,31 +65,7 @@ class Column(Part):
     )
 
     def read(self, kind: Kind, sign: Sign, info: ValidationInfo, what: str) -> SiValues:
-        """Values of the column.
-
-        Parameters
-        ----------
-        kind : Kind
-            What the column holds.
-        sign : {"positive", "any"}
-            Values that are allowed.
-        info : pydantic.ValidationInfo
-            Its context is the :class:`~microslip.study.part.Reading`, which knows the folder and
-            takes a note.
-        what : str
-            What is read, for the note.
-
-        Returns
-        -------
-        SiValues
-            The value of each row [SI unit of `kind`].
-
-        Raises
-        ------
-        ValueError
-            If the file, the column, its unit or a cell cannot be used; the message names file,
-            line and column.
-        """
+        """Values of the column."""
         reading = info.context if isinstance(info.context, Reading) else Reading()
         name = shorten(self.file, 100)
         path = Path(self.file)

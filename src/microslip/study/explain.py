@@ -71,22 +71,7 @@ _NOT_A_TABLE = ("model_type", "model_attributes_type", "dict_type")
 
 
 def explain(error: ValidationError, data: dict[str, Any], changes: Sequence[Override] = ()) -> str:
-    """First thing that is wrong, and how many more there are.
-
-    Parameters
-    ----------
-    error : pydantic.ValidationError
-        What the models of a study raised.
-    data : dict
-        What it was given.
-    changes : sequence of Override
-        Keys that took the place of others; one that is to blame is named.
-
-    Returns
-    -------
-    str
-        "key: what was wanted, what came", on one line.
-    """
+    """First thing that is wrong, and how many more there are."""
     found: list[dict[str, Any]] = [dict(item) for item in error.errors(include_url=False)]
     found = [item for item in found if not _is_echo(item, found)]
     found.sort(key=lambda item: _place(item["loc"]))

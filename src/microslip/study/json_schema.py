@@ -30,16 +30,7 @@ _PLAIN: dict[Any, JsonSchema] = {
 
 
 def json_schema() -> JsonSchema:
-    """JSON Schema (draft 7) of a study file.
-
-    Returns
-    -------
-    dict
-        The schema: every key with its description, quantities as text with a unit, one alternative
-        for each law and kind, the metals of the table by name. It holds no references, which not
-        all editors follow. What spans several keys, such as a force below the force limit, and
-        the dimension of a unit are left to :class:`microslip.Study`.
-    """
+    """JSON Schema (draft 7) of a study file."""
     schema = _table(StudyTables)
     material = schema["properties"]["material"]
     # A metal of the table may leave its values to the table.

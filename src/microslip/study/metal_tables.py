@@ -18,37 +18,13 @@ _DOCUMENT = re.compile(r".*?(?::|, )(?:19|20)\d\d\b")
 
 
 def as_dict(metal: Metal) -> dict[str, Any]:
-    """What is known of a metal, in plain values.
-
-    Parameters
-    ----------
-    metal : Metal
-        One of the table.
-
-    Returns
-    -------
-    dict
-        Its description, its values [Pa, -, Pa] by their names, and the source of each.
-    """
+    """What is known of a metal, in plain values."""
     values = {key: getattr(metal, key) for key in _KEYS}
     return {"description": metal.description, **values, "sources": dict(metal.sources)}
 
 
 def show_all(metals: Sequence[Metal], stream: TextIO) -> None:
-    """Print the whole table.
-
-    Parameters
-    ----------
-    metals : sequence of Metal
-        Its rows.
-    stream : file object
-        Such as `sys.stdout`.
-
-    Raises
-    ------
-    OSError
-        If the stream cannot be written.
-    """
+    """Print the whole table."""
     out = Printer(stream)
     found = [_document(source) for metal in metals for source in metal.sources.values()]
     numbers = {document: n for n, document in enumerate(dict.fromkeys(found), start=1)}
@@ -74,20 +50,7 @@ def show_all(metals: Sequence[Metal], stream: TextIO) -> None:
 
 
 def show_one(metal: Metal, stream: TextIO) -> None:
-    """Print one metal with the source of each value.
-
-    Parameters
-    ----------
-    metal : Metal
-        One of the table.
-    stream : file object
-        Such as `sys.stdout`.
-
-    Raises
-    ------
-    OSError
-        If the stream cannot be written.
-    """
+    """Print one metal with the source of each value."""
     out = Printer(stream)
     out.line(f"{metal.name}: {metal.description}", style="bold")
     out.line()

@@ -16,20 +16,7 @@ _KEYS = ("young_modulus", "poisson_ratio", "hardness")
 
 
 def with_metals(given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-    """Complete the materials of a study by the table of metals.
-
-    Parameters
-    ----------
-    given : dict
-        The study as it came, which may be wrong in any way.
-    info : pydantic.ValidationInfo
-        Its context takes notes of what came from the table.
-
-    Returns
-    -------
-    dict
-        The study, with an entry for each metal named and entries of metals completed.
-    """
+    """Complete the materials of a study by the table of metals."""
     own = given.get("material", {})
     if not isinstance(own, dict):
         return given  # pydantic says so

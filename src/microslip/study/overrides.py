@@ -52,29 +52,7 @@ class Override:
 def apply(
     overrides: Sequence[str], text: str, data: dict[str, Any]
 ) -> tuple[str, dict[str, Any], list[Override]]:
-    """Replace keys of a study.
-
-    Parameters
-    ----------
-    overrides : sequence of str
-        Such as ``'joint.normal_load="3 kN"'``; of two for one key the last one counts.
-    text, data : str, dict
-        The study as TOML and what was read from it.
-
-    Returns
-    -------
-    text : str
-        The TOML with the new values; comments and order are kept.
-    data : dict
-        What is read from it.
-    changes : list of Override
-        What was done.
-
-    Raises
-    ------
-    StudyError
-        If one of them is no KEY=VALUE, or its key leads through what is no table.
-    """
+    """Replace keys of a study."""
     if not isinstance(overrides, (list, tuple)):
         raise StudyError(f"overrides: wanted a list such as ['{_EXAMPLE}'], got {show(overrides)}")
     changes = [_read(given) for given in overrides]
@@ -89,20 +67,7 @@ _FILES = ("file", "scan")
 
 
 def moved(text: str, folder: Path, other: Path) -> str:
-    """Name the files that a study uses as they are seen from another folder.
-
-    Parameters
-    ----------
-    text : str
-        The study as TOML.
-    folder, other : pathlib.Path
-        Where its files are looked for, and where they will be.
-
-    Returns
-    -------
-    str
-        The TOML with the new names; comments and order are kept.
-    """
+    """Name the files that a study uses as they are seen from another folder."""
     data = tomllib.loads(text)
     changes = [
         Override("", path, seen_from(other, folder / name))
@@ -221,18 +186,7 @@ def _canonical(data: dict[str, Any]) -> str:
 
 
 def dump(given: dict[str, Any]) -> str:
-    """What a study was given, as TOML.
-
-    Parameters
-    ----------
-    given : dict
-        Keys and values as in a file.
-
-    Returns
-    -------
-    str
-        TOML text.
-    """
+    """What a study was given, as TOML."""
     plain = {key: value for key, value in given.items() if not isinstance(value, dict)}
     tables = {(key,): value for key, value in given.items() if isinstance(value, dict)}
     blocks = [_lines(plain)] if plain else []

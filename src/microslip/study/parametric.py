@@ -132,28 +132,7 @@ def table_of(
     base: type[Described] = DescribedAlone,
     more: Mapping[str, Any] = MappingProxyType({}),
 ) -> type[Any]:
-    """The table of a study for a class.
-
-    Parameters
-    ----------
-    kind : type
-        A class that says its parameters.
-    tag : str
-        The key that tells it from others, such as "law" or "kind".
-    where : str
-        Path of the table, such as "surface.heights".
-    module : str
-        Name of the module that keeps it under its name, so that studies can be pickled.
-    base : type, optional
-        What it is more than a table.
-    more : mapping, optional
-        Types and fields of keys that are no parameters, which come first.
-
-    Returns
-    -------
-    type
-        A model of pydantic.
-    """
+    """The table of a study for a class."""
     meaning = (kind.__doc__ or kind.__name__).split("\n")[0]
     fields: dict[str, Any] = {tag: (Literal[key_of(kind)], Field(description=meaning)), **more}
     for parameter in parameters_of(kind):

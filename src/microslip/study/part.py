@@ -54,22 +54,7 @@ class Check(NamedTuple):
 
 
 def key(option: Option, *more: Any, **changes: Any) -> Any:
-    """Key of a study for an option: its reading, default, description, example and schema.
-
-    Parameters
-    ----------
-    option : Option
-        What is said of it, once.
-    *more : object
-        Further checks, which come first.
-    **changes : object
-        What the key has otherwise, as pydantic's `Field` takes it.
-
-    Returns
-    -------
-    Any
-        Pydantic's field, in the place of a default.
-    """
+    """Key of a study for an option: its reading, default, description, example and schema."""
     given: dict[str, Any] = {"description": option.help}
     if not option.required:
         given["default"] = option.default

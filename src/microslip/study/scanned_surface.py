@@ -182,18 +182,7 @@ class ScanSurface(Part):
         return scan
 
     def build(self, pair: MaterialPair) -> NormalLaw:
-        """Normal law of the summits.
-
-        Parameters
-        ----------
-        pair : MaterialPair
-            The two bodies.
-
-        Returns
-        -------
-        NormalLaw
-            A Greenwood–Williamson surface, or a population of the summits themselves.
-        """
+        """Normal law of the summits."""
         if self.read_scan.is_profile:
             assert self.area is not None  # checked when read
             of_moments: NormalLaw = self._of_profile().to_surface(pair, self.area)

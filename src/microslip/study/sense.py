@@ -27,13 +27,7 @@ _NO_END = "this surface never lifts off: its heights, or the tail of its table, 
 
 
 def mean_load(study: StudyTables) -> float:
-    """Normal load [N] where none is given: bolts press the area of the surface as they do the lap.
-
-    Raises
-    ------
-    KeyedError
-        If nothing says what presses.
-    """
+    """Normal load [N] where none is given: bolts press the surface as they do the lap."""
     area = getattr(study.surface, "area", None)
     if study.structure is None or area is None:
         raise KeyedError(
@@ -44,19 +38,7 @@ def mean_load(study: StudyTables) -> float:
 
 
 def check(study: StudyTables) -> None:
-    """Find what the parts of a study cannot see.
-
-    Parameters
-    ----------
-    study : StudyTables
-        A study whose parts are right.
-
-    Raises
-    ------
-    KeyedError
-        If bodies are not described or cannot be, forces or loads cannot be carried, or there is too
-        much to compute.
-    """
+    """Find what the parts of a study cannot see."""
     if isinstance(study.joint, Joint):
         if study.surface is None:
             raise KeyedError("surface", "missing; write a table [surface]")
@@ -189,20 +171,7 @@ def _variation(study: StudyTables, normal_loads: Sequence[float]) -> None:
 
 
 def lifting(study: StudyTables, lightest: float) -> None:
-    """Find loads that go down to zero on a surface on which some summit always touches.
-
-    Parameters
-    ----------
-    study : StudyTables
-        A study whose surface is such a one: heights without an end, a table with a tail.
-    lightest : float
-        Its smallest normal load [N], at which it varies the most if its amplitude is given.
-
-    Raises
-    ------
-    KeyedError
-        If a load is lost.
-    """
+    """Find loads that go down to zero on a surface on which some summit always touches."""
     variation, history = study.excitation.load_variation, study.excitation.history
     if variation is not None and variation.share_of(lightest) == 1.0:
         if variation.amplitude is None:

@@ -10,29 +10,7 @@ from microslip._core.wording import did_you_mean, shorten
 
 
 def read_text(path: Path, wanted: str, most: int, missing: str = "no such file") -> str:
-    """Read a file of UTF-8 text.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    wanted : str
-        What it should be, such as "a study", for messages.
-    most : int
-        Largest size [bytes].
-    missing : str
-        What is said of a file that is not there.
-
-    Returns
-    -------
-    str
-        The text, without a byte order mark.
-
-    Raises
-    ------
-    ValueError
-        If it cannot be read; the message names what is wrong, not the file.
-    """
+    """Read a file of UTF-8 text."""
     try:
         with path.open("rb") as file:
             content = file.read(most + 1)

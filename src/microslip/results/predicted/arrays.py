@@ -41,18 +41,7 @@ MEANINGS = {
 
 
 def contents(result: Prediction) -> Contents:
-    """Label the arrays of a result.
-
-    Parameters
-    ----------
-    result : Prediction
-        Any result.
-
-    Returns
-    -------
-    Contents
-        Dimensions, coordinates, variables and attributes of the whole; docs/results.md lists them.
-    """
+    """Label the arrays of a result."""
     by_force = result.study.excitation.force_amplitudes is not None
     driven = "force_amplitude" if by_force else "amplitude"
     rows, curves = result.rows, result.curves

@@ -90,38 +90,12 @@ class AmplitudeCurve(Columns):
     def of(
         cls, joint: Interface, amplitude: Floats, progress: Progress | None = None
     ) -> AmplitudeCurve:
-        """Evaluate a joint.
-
-        Parameters
-        ----------
-        joint : Interface
-            A joint at one normal load.
-        amplitude : ndarray
-            Displacement amplitudes [m], one-dimensional, above zero.
-        progress : callable, optional
-            Called now and then with the share that is done, 0 … 1.
-
-        Returns
-        -------
-        AmplitudeCurve
-            All quantities at these amplitudes.
-
-        Raises
-        ------
-        InputError
-            If the normal law has no answer at an amplitude.
-        """
+        """Evaluate a joint."""
         return cls._made(lambda piece: cls._at(joint, amplitude[piece]), amplitude.size, progress)
 
     @classmethod
     def of_forces(cls, joint: Interface, force_amplitude: Floats) -> AmplitudeCurve:
-        """The same at force amplitudes [N], one-dimensional, above zero.
-
-        Raises
-        ------
-        InputError
-            If a force is not below the force limit.
-        """
+        """The same at force amplitudes [N], one-dimensional, above zero."""
         amplitude = np.asarray(joint.backbone_displacement(force_amplitude))
         return cls._at(joint, amplitude, force_amplitude)
 
@@ -179,29 +153,7 @@ class HistoryResponse(Columns):
         quantity: Literal["displacement", "force"],
         loads: Floats | None = None,
     ) -> HistoryResponse:
-        """Follow a history.
-
-        Parameters
-        ----------
-        joint : Interface
-            A joint at one normal load.
-        values : ndarray
-            Displacements [m] or forces [N] in the order of time.
-        quantity : {"displacement", "force"}
-            Which of both.
-        loads : ndarray, optional
-            Normal loads [N] along the history, which starts from the joint's own.
-
-        Returns
-        -------
-        HistoryResponse
-            Both, and the energy.
-
-        Raises
-        ------
-        InputError
-            If a force is not below the force limit, or the surface cannot carry a load.
-        """
+        """Follow a history."""
         if loads is not None:
             found = joint.coupled_response(**{quantity: values}, normal_load=loads)
             energy = found.dissipated_energy

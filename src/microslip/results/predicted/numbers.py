@@ -67,18 +67,7 @@ def oscillator_of(part: OscillatorPart, joint: Interface) -> Oscillator:
 
 
 def files(study: StudyDescription) -> tuple[str, ...]:
-    """Names of the files that a study writes; summary.json, which names the others, is the first.
-
-    Parameters
-    ----------
-    study : StudyDescription
-        The study.
-
-    Returns
-    -------
-    tuple of str
-        Names in the order of writing.
-    """
+    """Files that a study writes; summary.json, which names the others, is the first."""
     formats = study.output.formats
     history, oscillator = study.excitation.history is not None, study.oscillator is not None
     tables = ["loops", "curves", *(["history"] if history else [])]
@@ -107,23 +96,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
 
 
 def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
-    """Contents of `summary.json`.
-
-    Parameters
-    ----------
-    result : Prediction
-        The result; its own summary is not looked at.
-    defaults : Defaults
-        What the study leaves open.
-
-    Returns
-    -------
-    dict
-        Plain values only: `kind` and `schema` mark a result and its version, `generator` names
-        program, version and kernel, `study` echoes the input in SI units, `notes` says what was
-        assumed and taken from elsewhere, `joints` holds one entry for each load, `units` the unit
-        of every number and `files` what lies beside the summary. docs/results.md lists all keys.
-    """
+    """Contents of `summary.json`."""
     study, names = result.study, files(result.study)
     notes = [
         *defaults.notes(),
@@ -197,20 +170,7 @@ def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
 
 
 def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None]:
-    """Numbers that belong to a joint at rest; None for what is not known.
-
-    Parameters
-    ----------
-    study : StudyDescription
-        The study.
-    joint : Interface
-        Its joint at one load.
-
-    Returns
-    -------
-    dict
-        Numbers by name [SI units].
-    """
+    """Numbers that belong to a joint at rest; None for what is not known."""
     area, contact = _area(study), getattr(joint, "contact_area", None)
     return {
         "separation": getattr(joint, "separation", None),
@@ -235,20 +195,7 @@ def _area(study: StudyDescription) -> float | None:
 
 
 def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
-    """What the summary says of a joint at rest, its verdicts included.
-
-    Parameters
-    ----------
-    study : StudyDescription
-        The study.
-    joint : Interface
-        Its joint at one load.
-
-    Returns
-    -------
-    dict
-        Plain values; numbers in SI units, None for those not known.
-    """
+    """What the summary says of a joint at rest, its verdicts included."""
     varies = study.excitation.load_varies
     return {
         "normal_load": _plain(getattr(joint, "normal_load", None)),

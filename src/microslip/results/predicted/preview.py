@@ -48,26 +48,7 @@ _UNITS = {
 
 
 def preview(study: StudyDescription) -> Document:
-    """Look a study over without running it.
-
-    Parameters
-    ----------
-    study : StudyDescription
-        A validated study.
-
-    Returns
-    -------
-    Document
-        Its data are plain values only: `quantities` with what was written and what it is in SI
-        units, `notes` on what was taken from elsewhere or assumed, `joints` at rest with their
-        verdicts as in `summary.json`, `loops`, `points` and `samples` that a run would compute for
-        all loads together, and the `files` that it would write.
-
-    Raises
-    ------
-    StudyError
-        If the physics has no answer, such as a load that the surface cannot carry.
-    """
+    """Look a study over without running it."""
     joints = build_joints(study)
     check_loads(study, joints)
     open_ends = defaults_of(study, joints)

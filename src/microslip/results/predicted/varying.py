@@ -19,20 +19,7 @@ CYCLE = 1024
 
 
 def extremes(excitation: Excitation, normal_load: float) -> tuple[float, ...]:
-    """Smallest and largest load [N] of a joint over the cycles and the history of a study.
-
-    Parameters
-    ----------
-    excitation : Excitation
-        Of the study.
-    normal_load : float
-        Normal load of the joint [N], which is the mean of the cycles and where the history starts.
-
-    Returns
-    -------
-    tuple of float
-        Both; the load of the joint alone where it does not vary.
-    """
+    """Smallest and largest load [N] of a joint over the cycles and the history of a study."""
     if not excitation.load_varies:
         return (normal_load,)
     loads = [normal_load]
@@ -45,18 +32,7 @@ def extremes(excitation: Excitation, normal_load: float) -> tuple[float, ...]:
 
 
 def in_words(variation: LoadVariation) -> str:
-    """How a load varies over a cycle.
-
-    Parameters
-    ----------
-    variation : LoadVariation
-        Of a study.
-
-    Returns
-    -------
-    str
-        Such as "±50 %, phase 90°, harmonic 1".
-    """
+    """How a load varies over a cycle."""
     size = (
         f"{100.0 * variation.share:.6g} %"
         if variation.share is not None
@@ -93,25 +69,6 @@ class VaryingLoop(Loop):
         From rest the load goes to where it begins; displacements a sin(w t) under the loads
         N + dN sin(n w t + phase) follow. Once every load and displacement has occurred the cycle
         repeats, so the second one is taken, from its largest displacement on.
-
-        Parameters
-        ----------
-        joint : Interface
-            A joint at its mean normal load.
-        amplitude : float
-            Displacement amplitude [m], above zero.
-        variation : LoadVariation
-            How the load varies.
-
-        Returns
-        -------
-        VaryingLoop
-            The cycle, its first sample repeated at the end.
-
-        Raises
-        ------
-        InputError
-            If the surface cannot carry a load, or none where its heights have no end.
         """
         mean = joint.normal_load
         share = variation.share_of(mean)
@@ -149,20 +106,7 @@ class VaryingCycles(Columns):
 
     @classmethod
     def of(cls, loops: tuple[VaryingLoop, ...], row: AmplitudeCurve) -> VaryingCycles:
-        """Read loops.
-
-        Parameters
-        ----------
-        loops : tuple of VaryingLoop
-            Of one joint.
-        row : AmplitudeCurve
-            The same amplitudes at its constant normal load.
-
-        Returns
-        -------
-        VaryingCycles
-            One entry for each loop.
-        """
+        """Read loops."""
         force = np.array([loop.force_amplitude for loop in loops])
         energy = np.array([loop.dissipated_energy for loop in loops])
         # All of a loop whose force does not move is zero.

@@ -54,19 +54,7 @@ Say = Callable[[str], str]
 def document(
     found: Findings, folder: Path | None = None, say: Say = str, png: bool = False
 ) -> Document:
-    """What a measured scan says.
-
-    Parameters
-    ----------
-    found : Findings
-        What was found.
-    folder : pathlib.Path, optional
-        Where its files will be, if there are to be any.
-    say : callable, optional
-        Spells a text that names arguments for those who read it.
-    png : bool, optional
-        Whether figures are written as pixels, too.
-    """
+    """What a measured scan says."""
     remarks = tuple(say(text) for text in _remarks(found))
     pictures = _pictures(found)
     names = () if folder is None else _names(found, pictures, png)

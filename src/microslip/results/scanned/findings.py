@@ -144,13 +144,7 @@ class Findings:
 
 
 def analyse(request: Request, progress: Progress | None = None) -> Findings:
-    """Measure a scan: parameters, spectra, summits and their dependence on the cut-off.
-
-    Raises
-    ------
-    InputError
-        A file that cannot be read, or heights that cannot be measured.
-    """
+    """Measure a scan: parameters, spectra, summits and their dependence on the cut-off."""
     report = progress or (lambda share: None)
     raw = Scan.read(request.path, **request.reading)
     report(0.1)

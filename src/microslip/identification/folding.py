@@ -14,10 +14,10 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering, significant
 from microslip.errors import Argument, InputError
 from microslip.identification.drift import Drift, drift_of
-from microslip.identification.mean_cycle import MeanCycle, places_of, turns_of
+from microslip.identification.mean_cycle import MeanCycle, Turns, all_turns, places_of
 from microslip.identification.outliers import jumps, mean_load, spared
 from microslip.loops import Loop
-from microslip.tribometer.cycles import split
+from microslip.tribometer.blocks import blocks_of
 from microslip.tribometer.record import Record
 from microslip.tribometer.spikes import Spike, spikes_of, without
 
@@ -174,26 +174,24 @@ def _fold(
     """The folded record without its spikes, and further ones."""
     record = without(record, spikes)
     x, force = record.displacement, record.force
-    cycle_set = split(x, force)
+    blocks = blocks_of(record)
     time = np.arange(x.size, dtype=float)
     if record.time is not None:
         time = record.time
     elif record.sample_rate is not None:
         time = time / record.sample_rate
-    turns, per_second = turns_of(time, x, cycle_set)
-    whole = math.floor(turns[-1] + (turns[-1] - turns[-2]) + 1e-6)
-    chosen = _settled(turns, force, whole, cycles, running_in, record.name)
-    place = np.floor(turns + 1e-9).astype(np.int64)
+    phases = all_turns(time, x, blocks)
+    turns, place, whole = phases.turns, phases.place, phases.whole
+    chosen = _settled(phases, force, cycles, running_in, record.name)
     chosen, spoilt = spared(chosen, spikes, place, FEWEST_CYCLES)
     rows = np.flatnonzero(chosen)
     cycle = np.full(whole + 2, -1)
     cycle[rows] = np.arange(rows.size)
-    inside = (place >= 0) & (place < whole)
+    inside = place >= 0
     inside[inside] = chosen[place[inside]]
     phase = 2.0 * math.pi * (turns[inside] - place[inside])
-    a_cycle = (turns.size - 1) / float(turns[-1] - turns[0])
     x, force, turns, place = x[inside], force[inside], turns[inside], cycle[place[inside]]
-    places = places_of(phase, a_cycle)
+    places = places_of(phase, phases.samples_a_cycle)
     size = int(min(bins, max(16, places.number)))
 
     # Where a cycle has a whole number of samples they lie in the middle of the bins.
@@ -218,6 +216,7 @@ def _fold(
     noise_f = curve.noise(level.rest, 1)
     load = mean_load(record, inside, place, curve)
     said = (
+        *blocks.notes,
         *spoilt,
         *load.notes,
         *_drifting("force", "N", drift, turns, force),
@@ -243,7 +242,7 @@ def _fold(
         force_noise=max(noise_f, _QUIET * 0.5 * float(np.ptp(level.mean))),
         displacement_noise=noise_x,
         normal_load=load.mean,
-        frequency=per_second if timed else None,
+        frequency=phases.rate if timed else None,
         cycles=int(rows.size),
         left_out=int(whole - rows.size),
         notes=(*record.notes, *said),
@@ -269,14 +268,10 @@ def _drifting(name: str, unit: str, drift: Drift, turns: Floats, values: Floats)
 
 
 def _settled(
-    turns: Floats,
-    force: Floats,
-    whole: int,
-    cycles: slice | None,
-    running_in: int,
-    name: str,
+    phases: Turns, force: Floats, cycles: slice | None, running_in: int, name: str
 ) -> NDArray[np.bool_]:
     """Which of the whole cycles are settled."""
+    whole = phases.whole
     if whole < 1:
         raise InputError(f"{name}: no whole cycle from one peak to the next")
     chosen = np.zeros(whole, dtype=bool)
@@ -287,12 +282,7 @@ def _settled(
             )
         chosen[cycles] = True
     else:
-        ends = np.clip(np.searchsorted(turns, np.arange(whole + 1) - 1e-9), 0, force.size - 1)
-        half = max(1, int(0.01 * (ends[-1] - ends[0]) / whole))
-        sums = np.concatenate((np.zeros(1), np.cumsum(force)))
-        low, high = np.clip(ends - half, 0, None), np.clip(ends + half + 1, None, force.size)
-        value = (sums[high] - sums[low]) / (high - low)
-        gap = np.abs(np.diff(value)) / max(float(np.ptp(value)), _span(force))
+        gap = _differences_of_ends(phases, force)
         chosen[min(running_in, whole) :] = True
         chosen &= gap <= OPEN
     if np.count_nonzero(chosen) < FEWEST_CYCLES:
@@ -302,6 +292,21 @@ def _settled(
             "those that do not close); the scatter between cycles is the measure of the noise"
         )
     return chosen
+
+
+def _differences_of_ends(phases: Turns, force: Floats) -> Floats:
+    """How far the forces at both ends of each cycle are apart, of their range."""
+    gaps, range_of_ends = [], 0.0
+    for samples, before, whole in phases.ends:
+        turns, block_force = phases.turns[samples] - before, force[samples]
+        ends = np.clip(np.searchsorted(turns, np.arange(whole + 1) - 1e-9), 0, turns.size - 1)
+        half = max(1, int(0.01 * (ends[-1] - ends[0]) / whole))
+        sums = np.concatenate((np.zeros(1), np.cumsum(block_force)))
+        low, high = np.clip(ends - half, 0, None), np.clip(ends + half + 1, None, turns.size)
+        value = (sums[high] - sums[low]) / (high - low)
+        gaps.append(np.abs(np.diff(value)))
+        range_of_ends = max(range_of_ends, float(np.ptp(value)))
+    return np.concatenate(gaps) / max(range_of_ends, _span(force))
 
 
 def _span(force: Floats) -> float:

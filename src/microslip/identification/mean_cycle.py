@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
+from microslip.tribometer.blocks import Blocks
 from microslip.tribometer.cycles import Cycles
 
 _IN_STEP, _MOST_CYCLES, _LOOKED_AT = 0.95, 32, 1 << 14
 _FEWEST, _EACH = 3, 4  # samples of a place, and of a bin where no places are the same
 _HARMONICS, _STEPS, _PIECE = 5, 4, 1 << 16
+_OWN_RATE = 5  # cycles of a block from which its own rate is known well
 _TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution within three
 
 
@@ -44,9 +46,75 @@ def turns_of(time: Floats, x: Floats, cycles: Cycles) -> tuple[Floats, float]:
         if abs(slope) * angles.size < 1e-9:
             break
     rate, offset = _by_least_squares(time[inner] - first, away, rate, float(offset), cuts.size - 1)
-    # A peak begins a cycle (a trough where more cycles are whole that way), from the first cut on.
-    turn = (time - first) * rate + offset - (0.5 if cycles.flipped else 0.0)
-    return turn - math.ceil(float(turn[cuts[0]]) - 0.02), rate
+    return _counted((time - first) * rate + offset, cycles), rate
+
+
+def _counted(turn: Floats, cycles: Cycles) -> Floats:
+    """Cycles since the first cut: a peak begins one, or a trough where cycles are cut there."""
+    turn = turn - (0.5 if cycles.flipped else 0.0)
+    return turn - math.ceil(float(turn[cycles.cuts[0]]) - 0.02)
+
+
+class Turns(NamedTuple):
+    """Cycles since the first cut at each sample of a record."""
+
+    turns: Floats
+    """Cycles, counted on over gaps of the time; of a block no sooner and no later than it is."""
+    place: NDArray[np.int64]
+    """The whole cycle to which each sample belongs, counted from 0; -1 for none."""
+    ends: tuple[tuple[slice, int, int], ...]
+    """Samples of each block, its first cycle, and how many it has."""
+    rate: float
+    """Cycles a second, or a sample where there is no time."""
+
+    @property
+    def samples_a_cycle(self) -> float:
+        """In the mean of the blocks."""
+        edges = [(samples.start, samples.stop - 1) for samples, _, _ in self.ends]
+        span = sum(float(self.turns[last] - self.turns[first]) for first, last in edges)
+        return float(sum(last - first for first, last in edges)) / span
+
+    @property
+    def whole(self) -> int:
+        """Whole cycles of all blocks."""
+        return sum(whole for _, _, whole in self.ends)
+
+
+def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
+    """The phases of a record, block by block, the cycles counted on over the gaps."""
+    parts = [
+        turns_of(time[block.samples], x[block.samples], block.cycles)
+        for block in blocks.having_cycles
+    ]
+    # A few cycles tell their rate less well than all blocks together.
+    weight = np.array([float(block.whole) ** 3 for block in blocks.having_cycles])
+    rate = float(np.dot(weight, [part[1] for part in parts]) / weight.sum())
+    turns = np.full(x.size, np.nan)
+    place = np.full(x.size, -1, dtype=np.int64)
+    ends, before = [], 0
+    for block, (turn, _) in zip(blocks.having_cycles, parts, strict=True):
+        if len(parts) > 1 and block.whole < _OWN_RATE:
+            turn = _at_rate(time[block.samples], x[block.samples], block.cycles, rate)
+        whole = math.floor(turn[-1] + (turn[-1] - turn[-2]) + 1e-6)
+        if whole < 1:
+            continue
+        own = np.floor(turn + 1e-9).astype(np.int64)
+        turns[block.samples] = turn + before
+        place[block.samples] = np.where((own >= 0) & (own < whole), own + before, -1)
+        ends.append((block.samples, before, whole))
+        before += whole
+    return Turns(turns, place, tuple(ends), rate)
+
+
+def _at_rate(time: Floats, x: Floats, cycles: Cycles, rate: float) -> Floats:
+    """Cycles since the first cut of a short block, its rate being known."""
+    inner = slice(int(cycles.cuts[0]), int(cycles.cuts[-1]))
+    turn = (time - time[inner.start]) * rate
+    angle = 2.0 * math.pi * turn[inner]
+    rows = np.stack((np.ones_like(angle), np.cos(angle), np.sin(angle)))
+    series = _solved(rows @ rows.T, rows @ x[inner])
+    offset = math.atan2(-float(series[2]), float(series[1])) / (2.0 * math.pi)
+    return _counted(turn + offset, cycles)
 
 
 def _by_least_squares(

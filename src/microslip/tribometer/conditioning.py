@@ -10,6 +10,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, exact, number, positive, show
 from microslip.errors import Argument, InputError
+from microslip.tribometer.blocks import gaps_of
 from microslip.tribometer.cycles import Cycles, split
 from microslip.tribometer.estimates import Estimate, mean_of, quantile, trend
 from microslip.tribometer.measurement import Measurement
@@ -69,6 +70,7 @@ def condition(
     delay = number("delay", delay, "s", 1e-4)
     if record.time is not None:
         steps = np.diff(record.time)
+        _without_gaps(record)
         jitter = float(steps.std() / steps.mean())
         rate = 1.0 / float(steps.mean())
         if jitter > EVEN:
@@ -153,6 +155,16 @@ def _without_trend(values: Floats, cycles: Cycles) -> tuple[Floats, float]:
     return values - slope * (np.arange(values.size) - middle.mean()), slope * cycles.period
 
 
+def _without_gaps(record: Record) -> None:
+    """Refuse a record whose time has gaps: nothing is filtered or moved across them."""
+    gaps = gaps_of(record)
+    if gaps.size and record.time is not None:
+        raise InputError(
+            f"{record.name}: the time has a gap after {exact(record.time[gaps[0]])} s, and nothing "
+            "can be evened, filtered or moved across it; take the samples of one block"
+        )
+
+
 def _low_pass(values: Floats, cutoff: float) -> Floats:
     from scipy.signal import butter, sosfiltfilt
 
@@ -190,6 +202,7 @@ def delay_of(record: Record, *, confidence: float = 0.95) -> Estimate:
     _check(record)
     rate = record.sample_rate
     if record.time is not None:
+        _without_gaps(record)
         rate = (len(record) - 1) / float(record.time[-1] - record.time[0])
     rate = _rate(rate, "delay_of")
     cycles = split(record.displacement, record.force)

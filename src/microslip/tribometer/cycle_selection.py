@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip.errors import InputError
-from microslip.tribometer.cycles import Cycles
 from microslip.tribometer.spikes import Spike
 
 OPEN = 0.25
@@ -17,13 +17,15 @@ _MOST_LOSS = 1.05 * 4.0 / math.pi  # of a rectangle; noise may make its corners 
 
 
 def counted(
-    closure: NDArray[np.float64], cycles: Cycles, spikes: tuple[Spike, ...]
+    columns: Mapping[str, NDArray[np.float64]], spikes: tuple[Spike, ...]
 ) -> tuple[NDArray[np.bool_], list[str]]:
     """The cycles that the means are of, and what to say of the others."""
     notes = []
+    closure, first = columns["closure_error"], columns["start"]
+    last = first + columns["period"]
     sound = np.ones(closure.size, dtype=bool)
     for spike in spikes:
-        sound &= (cycles.cuts[1:] < spike.first) | (cycles.cuts[:-1] > spike.last)
+        sound &= (last < spike.first) | (first > spike.last)
     shown = "; ".join(map(str, spikes[:3])) + ("; ..." if len(spikes) > 3 else "")
     if not sound.any():
         raise InputError(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -52,12 +54,27 @@ def noise_of(values: Floats) -> float:
     return float(np.median(np.abs(np.diff(piece, 3)))) / 0.6745 / math.sqrt(20.0)
 
 
-def split(displacement: Floats, force: Floats) -> Cycles:
-    """Find the cycles of a record.
+class Motion(NamedTuple):
+    """What the cycles of a record are told by, the same in all of it."""
 
-    A half cycle counts when it has crossed a band around the middle of the displacement, so that
-    noise and plateaus make none. Turning points lie in the middle between two crossings, where the
-    displacement is highest there within its noise; else where it is highest.
+    middle: float
+    """Of the displacement [m]."""
+    amplitude: float
+    """Half its range [m]."""
+    noise: float
+    """Of the displacement [m]."""
+    window: int
+    """Half width of the windows around turning points, in samples."""
+    period: float
+    """Samples a cycle."""
+    crossings: int
+    """How often the middle is crossed."""
+
+
+def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> Motion:
+    """Middle, amplitude, noise and period of a record that moves to and fro.
+
+    Its period is that between ``gaps``, samples behind which the record is interrupted.
     """
     few = displacement[:: max(1, displacement.size >> 17)]
     low, high = (float(value) for value in np.percentile(few, (1.0, 99.0)))
@@ -67,50 +84,81 @@ def split(displacement: Floats, force: Floats) -> Cycles:
             Argument("displacement"), f" must move, got {displacement[0]:g} m nearly throughout"
         )
     x = displacement - middle
-    crossings, upwards = _crossings(x, BAND * amplitude)
-    if crossings.size < 2:
+    edges = [0, *(gap + 1 for gap in gaps), x.size]
+    crossings = [_crossings(x[a:b], BAND * amplitude)[0] for a, b in pairwise(edges)]
+    number = sum(len(places) for places in crossings)
+    halves = np.concatenate([np.diff(places) for places in crossings])
+    if halves.size == 0:
         raise InputError(
             f"no full cycle: the displacement crosses its middle {middle:g} m "
-            f"{_times(crossings.size)}; a cycle needs at least two crossings"
+            f"{_times(number)}; a cycle needs at least two crossings"
         )
-    period = 2.0 * float(np.median(np.diff(crossings)))
-    if crossings.size > 2:
-        period = float(np.median(crossings[2:] - crossings[:-2]))
+    wholes = np.concatenate([places[2:] - places[:-2] for places in crossings])
+    period = float(np.median(wholes)) if wholes.size else 2.0 * float(np.median(halves))
     if period < FEWEST_SAMPLES:
         raise InputError(
             f"a cycle must have at least {FEWEST_SAMPLES} samples, got {period:.3g}: "
             "this is noise, or sampled too coarsely"
         )
-    noise = noise_of(x) / amplitude
+    noise = noise_of(x)
     spread = float(np.ptp(force[:: max(1, force.size >> 17)]))
     noise_in_force = 2.0 * noise_of(force) / spread if spread > 0.0 else 0.0
-    window = _window(max(noise, noise_in_force), period)
-    turns = _turns(x, crossings, upwards, window, 6.0 * noise * amplitude)
+    window = _window(max(noise / amplitude, noise_in_force), period)
+    return Motion(middle, amplitude, noise, window, period, number)
+
+
+def candidates(displacement: Floats, motion: Motion) -> tuple[Cycles | None, ...]:
+    """Cycles from peak to peak, trough to trough, up to up and down to down; None without any.
+
+    A half cycle counts when it has crossed a band around the middle of the displacement, so that
+    noise and plateaus make none. Turning points lie in the middle between two crossings, where the
+    displacement is highest there within its noise; else where it is highest.
+    """
+    x, period, window = displacement - motion.middle, motion.period, motion.window
+    crossings, upwards = _crossings(x, BAND * motion.amplitude)
+    if crossings.size < 2:
+        return (None,) * 4
+    turns = _turns(x, crossings, upwards, window, 6.0 * motion.noise)
     slack = max(1.5, _SLACK * period)
-    near = 2.0 * BAND * amplitude
+    near = 2.0 * BAND * motion.amplitude
     # Up-crossings, peaks, down-crossings and troughs, each with what may lie beyond the first and
     # the last that are seen: the record may begin or end on one.
     ups = _extended(crossings[upwards], period, x, 0.0, near, slack)
     downs = _extended(crossings[~upwards], period, x, 0.0, near, slack)
     tops = _extended_turns(turns, upwards[:-1], period, x, near, slack)
     bottoms = _extended_turns(turns, ~upwards[:-1], period, x, near, slack)
-    best: Cycles | None = None
-    for cuts, peaks, troughs, flipped in (
-        (tops, tops, bottoms, False),
-        (bottoms, bottoms, tops, True),
-        (ups, tops, bottoms, False),
-        (downs, bottoms, tops, True),
-    ):
-        found = _assemble(cuts, peaks, troughs, flipped, window, period)
-        if found is not None and (best is None or found.cuts.size > best.cuts.size):
-            best = found
-    if best is None:
-        raise InputError(
-            f"no full cycle: the displacement crosses its middle {middle:g} m "
-            f"{_times(crossings.size)}, and no cycle is whole from one turning "
-            "point or crossing to the next like it"
+    return tuple(
+        _assemble(cuts, peaks, troughs, flipped, window, period)
+        for cuts, peaks, troughs, flipped in (
+            (tops, tops, bottoms, False),
+            (bottoms, bottoms, tops, True),
+            (ups, tops, bottoms, False),
+            (downs, bottoms, tops, True),
         )
-    return best
+    )
+
+
+def split(displacement: Floats, force: Floats) -> Cycles:
+    """The cycles of a record without gaps, cut where most of them are whole."""
+    motion = motion_of(displacement, force)
+    found = [cycles for cycles in candidates(displacement, motion) if cycles is not None]
+    if not found:
+        raise no_cycle(motion)
+    return max(found, key=len_of)
+
+
+def len_of(cycles: Cycles | None) -> int:
+    """How many cycles these are."""
+    return 0 if cycles is None else cycles.cuts.size - 1
+
+
+def no_cycle(motion: Motion) -> InputError:
+    """What to say where the displacement moves to and fro and has no whole cycle."""
+    return InputError(
+        f"no full cycle: the displacement crosses its middle {motion.middle:g} m "
+        f"{_times(motion.crossings)}, and no cycle is whole from one turning "
+        "point or crossing to the next like it"
+    )
 
 
 def _times(count: int) -> str:

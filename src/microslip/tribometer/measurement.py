@@ -16,9 +16,10 @@ from microslip._core.frozen import lock
 from microslip._core.units import engineering
 from microslip.errors import Argument, InputError, Phrase
 from microslip.friction import BackboneLaw
+from microslip.tribometer.blocks import Block, Blocks, blocks_of
 from microslip.tribometer.cycle_columns import UNITS, columns_of
 from microslip.tribometer.cycle_selection import beyond, counted, many
-from microslip.tribometer.cycles import Cycles, split
+from microslip.tribometer.cycles import Cycles
 from microslip.tribometer.estimates import Estimate, mean_of, trend
 from microslip.tribometer.options import CONFIDENCE
 from microslip.tribometer.record import Record
@@ -189,7 +190,9 @@ def measure(
     -----
     The energy is the area of the polygon through all samples (19.29); white noise has no bias on
     it. Spikes, up to three samples in a row far from all around, are replaced by straight lines,
-    and their cycles left out of the means. A cycle that does not close is closed by its chord, and
+    and their cycles left out of the means. Where the time has gaps (a step ten times as long as
+    nine in ten of them, and over 5 % of a cycle) cycles are cut, and the frequency is that within
+    the blocks between. A cycle that does not close is closed by its chord, and
     ``closure_error`` says how far its ends are apart, of the range of the force, the noise of two
     samples included. Displacements at
     reversals are read from a parabola through the samples around, forces from one through those
@@ -217,16 +220,17 @@ def measure(
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
         x = x - force / rig_stiffness
     # Split where the transducer turns: behind a compliant rig the contact stands still for long.
-    cycles = split(record.displacement, force)
+    blocks = blocks_of(record)
+    notes += blocks.notes
     if force.min() == force.max():
         raise InputError(
             f"force must vary, got {exact(force[0])} N at all {force.size} samples: a dead sensor, "
             "or another column than the force"
         )
-    sign = -1.0 if cycles.flipped else 1.0
-    columns = columns_of(sign * x, sign * force, record.normal_load, cycles)
+    sign = -1.0 if blocks.flipped else 1.0
+    columns = _columns(sign * x, sign * force, record.normal_load, blocks)
     if rig_stiffness is not None:
-        _refuse_soft(rig_stiffness, record.displacement, columns["force_amplitude"], cycles)
+        _refuse_soft(rig_stiffness, record.displacement, columns["force_amplitude"], blocks)
     for name in ("displacement_offset", "force_offset"):
         columns[name] = sign * columns[name]
     if float(np.median(columns["dissipated_energy"])) < 0.0:
@@ -243,7 +247,7 @@ def measure(
             "in some cycles too few samples lie in the first quarter of the force after a "
             "reversal to read a stiffness"
         )
-    closed, said = counted(columns["closure_error"], cycles, spikes)
+    closed, said = counted(columns, spikes)
     notes += said
     notes += beyond(columns["loss_factor"])
     notes += _clipped(record)
@@ -257,6 +261,7 @@ def measure(
                 *(Argument("rig_stiffness"), " to take it off"),
             )
         )
+    largest = max(blocks.having_cycles, key=lambda block: block.whole)
     with_mean = [name for name in columns if name != "start"]
     return Measurement(
         name=record.name,
@@ -265,11 +270,11 @@ def measure(
         thresholds=limits,
         mean=MappingProxyType({name: mean_of(columns[name][closed], level) for name in with_mean}),
         confidence=level,
-        frequency=_frequency(record, cycles),
-        third_harmonic=_third_harmonic(record.displacement, cycles),
-        load_ripple=_ripple(record, cycles),
+        frequency=_frequency(record, blocks),
+        third_harmonic=_third_harmonic(record.displacement, largest),
+        load_ripple=_ripple(record, largest),
         rig_stiffness=rig_stiffness,
-        loop=_mean_loop(x, force, cycles, np.flatnonzero(closed)),
+        loop=_mean_loop(x, force, columns, np.flatnonzero(closed)),
         notes=tuple(notes),
     )
 
@@ -277,9 +282,14 @@ def measure(
 # -- the record as a whole ------------------------------------------------------------------------
 
 
-def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, cycles: Cycles) -> None:
+def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, blocks: Blocks) -> None:
     """Refuse a rig that would give way by more than all the displacement that was measured."""
-    moved = 0.5 * float(np.median(np.abs(x[cycles.peaks] - x[cycles.troughs])))
+    ways = [x[block.samples] for block in blocks.having_cycles]
+    each = [
+        way[block.cycles.peaks] - way[block.cycles.troughs]
+        for way, block in zip(ways, blocks.having_cycles, strict=True)
+    ]
+    moved = 0.5 * float(np.median(np.abs(np.concatenate(each))))
     pushed = float(np.median(np.abs(force_amplitude)))
     if pushed < rig_stiffness * moved:
         return
@@ -293,13 +303,29 @@ def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, cycle
     )
 
 
-def _frequency(record: Record, cycles: Cycles) -> float | None:
-    whole = cycles.cuts.size - 1
-    first, last = int(cycles.cuts[0]), int(cycles.cuts[-1])
+def _columns(
+    x: Floats, force: Floats, load: NDArray[np.float64] | float | None, blocks: Blocks
+) -> dict[str, Floats]:
+    """Columns with a value for each cycle, block after block."""
+    parts = []
+    for block in blocks.having_cycles:
+        at = block.samples
+        pressed = load[at] if isinstance(load, np.ndarray) else load
+        parts.append(columns_of(x[at], force[at], pressed, block.cycles))
+        parts[-1]["start"] += block.first
+    if len(parts) == 1:
+        return parts[0]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _frequency(record: Record, blocks: Blocks) -> float | None:
+    """Cycles a second within the blocks; what lies between them does not count."""
+    cuts = [block.first + block.cycles.cuts for block in blocks.having_cycles]
+    whole = sum(block.whole for block in blocks.having_cycles)
     if record.time is not None:
-        return whole / float(record.time[last] - record.time[first])
+        return whole / float(sum(record.time[cut[-1]] - record.time[cut[0]] for cut in cuts))
     if record.sample_rate is not None:
-        return whole * record.sample_rate / (last - first)
+        return whole * record.sample_rate / float(sum(cut[-1] - cut[0] for cut in cuts))
     return None
 
 
@@ -311,19 +337,20 @@ def _angles(cycles: Cycles, most: int = 1 << 18) -> tuple[slice, Floats]:
     return slice(int(cuts[0]), int(cuts[-1])), np.interp(place, cuts, np.arange(cuts.size)) % 1.0
 
 
-def _third_harmonic(x: Floats, cycles: Cycles) -> float:
-    piece, share = _angles(cycles)
+def _third_harmonic(x: Floats, block: Block) -> float:
+    piece, share = _angles(block.cycles)
+    x = x[block.samples]
     y = x[piece] - x[piece].mean()
     first, third = (abs(np.dot(y, np.exp(-2j * math.pi * n * share))) for n in (1, 3))
     return float(third / first)
 
 
-def _ripple(record: Record, cycles: Cycles) -> float | None:
+def _ripple(record: Record, block: Block) -> float | None:
     if not isinstance(record.normal_load, np.ndarray):
         return None
-    piece, share = _angles(cycles)
-    load = record.normal_load[piece]
-    folds = min(_FOLDS, max(4, int(cycles.period)))
+    piece, share = _angles(block.cycles)
+    load = record.normal_load[block.samples][piece]
+    folds = min(_FOLDS, max(4, int(block.cycles.period)))
     fold = np.minimum((share * folds).astype(np.int64), folds - 1)
     count = np.bincount(fold, minlength=folds)
     mean = np.bincount(fold, load, minlength=folds)[count > 0] / count[count > 0]
@@ -331,14 +358,19 @@ def _ripple(record: Record, cycles: Cycles) -> float | None:
 
 
 def _mean_loop(
-    x: Floats, force: Floats, cycles: Cycles, chosen: NDArray[np.intp], samples: int = 256
+    x: Floats,
+    force: Floats,
+    columns: Mapping[str, Floats],
+    chosen: NDArray[np.intp],
+    samples: int = 256,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Mean of up to a hundred of the chosen cycles, spread over the record; closed."""
     places = chosen[np.linspace(0, chosen.size - 1, min(100, chosen.size)).astype(int)]
     grid = np.linspace(0.0, 1.0, samples + 1)
     total = np.zeros((2, grid.size))
     for i in places:
-        first, last = int(cycles.cuts[i]), int(cycles.cuts[i + 1])
+        first = int(columns["start"][i])
+        last = first + int(columns["period"][i])
         share = np.arange(last - first + 1) / (last - first)
         for row, values in zip(total, (x, force), strict=True):
             row += np.interp(grid, share, values[first : last + 1])

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from microslip._version import __version__
-from microslip.chapter import contact, joint, rig, sketches, surface, varying_load
+from microslip.chapter import asperity_loops, contact, joint, rig, sketches, surface, varying_load
 from microslip.chapter.plate import Drawn, Plate
 from microslip.errors import InputError
 
@@ -28,6 +28,7 @@ def _place(plate: Plate) -> float:
 _ALL = (
     *sketches.PLATES,
     *contact.PLATES,
+    *asperity_loops.PLATES,
     *surface.PLATES,
     *joint.PLATES,
     *rig.PLATES,

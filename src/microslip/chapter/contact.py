@@ -1,8 +1,7 @@
-"""Floor 8: the figures of one asperity, 19.2, 19.3, 19.10 to 19.17, all from `Asperity`."""
+"""Floor 8: the figures of one contact, 19.2, 19.3 and 19.10, all from `Asperity`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -17,7 +16,6 @@ from microslip.chapter.plate import (
     BLUE,
     DOTS,
     GREEN,
-    GREY,
     HATCH,
     INK,
     LIGHT,
@@ -28,9 +26,6 @@ from microslip.chapter.plate import (
     Drawn,
     Plate,
     arrow,
-    cross,
-    mark,
-    subscripts,
     words,
 )
 from microslip.friction import Asperity, AsperityFields, Zone
@@ -73,7 +68,7 @@ def path(*corners: float, samples: int = 80) -> Floats:
 # -- tractions -------------------------------------------------------------------------------------
 
 
-def _section(joint: Asperity, *states: AsperityFields) -> Floats:
+def section(joint: Asperity, *states: AsperityFields) -> Floats:
     """Places along a diameter, close at the edges, with those of all zones among them."""
     a = joint.contact_radius
     half = np.concatenate((a * np.sin(np.linspace(0.0, np.pi / 2.0, 250)), [1.12 * a]))
@@ -93,14 +88,14 @@ def _look(zone: Zone, first: int) -> dict[str, Any]:
     return {"facecolor": BACK, "edgecolor": LIGHT, "hatch": "\\\\\\"}
 
 
-def _shade(axes: Axes, fields: AsperityFields, first: int = 1) -> None:
+def shade(axes: Axes, fields: AsperityFields, first: int = 1) -> None:
     """The zones behind a section."""
     for zone in fields.zones:
         for low, high in ((zone.inner, zone.outer), (-zone.outer, -zone.inner)):
             axes.axvspan(low / MICRO, high / MICRO, linewidth=0.0, zorder=0, **_look(zone, first))
 
 
-def _zone_handles(stuck: bool = True) -> list[Patch]:
+def zone_handles(stuck: bool = True) -> list[Patch]:
     """A legend of the fills."""
     kinds = [
         (Zone("stick", 0.0, 1.0, 0), "stick"),
@@ -118,13 +113,13 @@ def cattaneo(plate: Plate) -> Drawn:
     """Fig. 19.2."""
     joint = summit()
     fields = joint.fields(0.6 * joint.slip_limit)
-    x = _section(joint, fields)
+    x = section(joint, fields)
     r = np.abs(x)
     bound, q = joint.friction_coefficient * joint.pressure(r), fields.traction(r)
     a, c = joint.contact_radius / MICRO, fields.stick_radius / MICRO
     figure, body = plate.page(4.1)
     axes = body.subplots()
-    _shade(axes, fields)
+    shade(axes, fields)
     axes.plot(x / MICRO, bound / MEGA, color=INK, linestyle=DASHES, label="μp")
     axes.plot(x / MICRO, q / MEGA, color=BLUE, linewidth=2.0, label="q in partial slip")
     top = 1.18 * bound.max() / MEGA
@@ -146,7 +141,7 @@ def mindlin(plate: Plate) -> Drawn:
     joint = summit()
     shares = (0.25, 0.5, 0.75)
     states = [joint.fields(force=share * joint.force_limit) for share in shares]
-    x = _section(joint, *states)
+    x = section(joint, *states)
     r, a = np.abs(x), joint.contact_radius
     inside = r < a * (1.0 - 1e-9)
     welded = np.full_like(x, np.nan)
@@ -221,263 +216,10 @@ def contact_area(plate: Plate) -> Drawn:
             end = radius / a * np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
             arrow(axes, (0.0, 0.0), (float(end[0]), float(end[1])), linewidth=0.8)
             words(axes, text, *(0.72 * end))
-    body.legend(handles=_zone_handles(), loc="outside lower center", ncols=4)
+    body.legend(handles=zone_handles(), loc="outside lower center", ncols=4)
     names = ("state", "inner radius [m]", "outer radius [m]", "direction", "slips now")
     columns = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
     return Drawn(figure, columns)
-
-
-# -- paths and loops -------------------------------------------------------------------------------
-
-
-def _time(corners: int, samples: int = 80) -> Floats:
-    """Time of a record through so many corners, one for each run between two."""
-    return np.linspace(0.0, corners - 1.0, (corners - 1) * (samples - 1) + 1)
-
-
-def _levels(axes: Axes, joint: Asperity, horizontal: bool) -> None:
-    """Lines at plus and minus the slip limit."""
-    for sign, text in ((-1.0, "−δL"), (1.0, "δL")):
-        place = sign * joint.slip_limit / MICRO
-        if horizontal:
-            _level(axes, place, subscripts(text))
-        else:
-            axes.axvline(place, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
-            axes.annotate(
-                subscripts(text), (place, 0.0), (3 * sign, 4), fontsize=8.5, color=GREY,
-                xycoords=axes.get_xaxis_transform(), textcoords="offset points",
-                ha="left" if sign > 0 else "right", va="bottom",
-            )  # fmt: skip
-
-
-def _limits(axes: Axes, joint: Asperity) -> None:
-    """Lines at plus and minus the force of gross slip."""
-    for sign, text in ((-1.0, "−μN"), (1.0, "μN")):
-        _level(axes, sign * joint.force_limit, text)
-
-
-def _level(axes: Axes, place: float, text: str) -> None:
-    """A line across with its name above its beginning."""
-    axes.axhline(place, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
-    axes.annotate(
-        text, (0.0, place), (5, 1), fontsize=8.5, color=GREY,
-        xycoords=axes.get_yaxis_transform(), textcoords="offset points",
-        ha="left", va="bottom",
-    )  # fmt: skip
-
-
-def _loop_axes(axes: Axes, joint: Asperity, reach: float) -> None:
-    axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [N]")
-    cross(axes)
-    axes.set_xlim(-reach * joint.slip_limit / MICRO, reach * joint.slip_limit / MICRO)
-    axes.set_ylim(-1.25 * joint.force_limit, 1.25 * joint.force_limit)
-
-
-def johnson(plate: Plate) -> Drawn:
-    """Fig. 19.11."""
-    joint = summit()
-    peak = 0.95 * joint.force_limit
-    top = joint.backbone_displacement(peak)
-    corners = {
-        "A": [peak],
-        "B": [peak, 0.0],
-        "C": [peak, -peak],
-        "D": [peak, -peak, 0.0],
-    }
-    record = path(0.0, top, -top, top)
-    force = joint.force(record)
-    figure, body = plate.page(4.6)
-    grid = body.add_gridspec(3, 2, width_ratios=[1.35, 1.0])
-    axes = body.add_subplot(grid[:, 0])
-    axes.plot(record / MICRO, force, color=BLUE)
-    _loop_axes(axes, joint, 1.25)
-    _limits(axes, joint)
-    states = {name: joint.fields(force=forces) for name, forces in corners.items()}
-    offsets = {"A": (8, 8), "B": (11, -8), "C": (-8, -8), "D": (-11, 8)}
-    for name, fields in states.items():
-        mark(axes, name, fields.displacement / MICRO, fields.force, *offsets[name])
-    mark(axes, "O", 0.0, 0.0, 2, -12)
-    r_of = _section(joint, *states.values())
-    bound = joint.friction_coefficient * joint.pressure(np.abs(r_of))
-    columns = {"x [m]": r_of, "friction times pressure [Pa]": bound}
-    panel = None
-    for row, name in enumerate("ABC"):
-        panel = body.add_subplot(grid[row, 1], sharex=panel)
-        fields = states[name]
-        q = fields.traction(np.abs(r_of))
-        columns[f"tangential traction at {name} [Pa]"] = q
-        _shade(panel, fields)
-        for sign in (-1.0, 1.0):
-            panel.plot(
-                r_of / MICRO, sign * bound / MEGA, color=INK, linestyle=DASHES, linewidth=0.9
-            )
-        panel.plot(r_of / MICRO, q / MEGA, color=BLUE, linewidth=1.8)
-        panel.set_ylim(-1.25 * bound.max() / MEGA, 1.25 * bound.max() / MEGA)
-        panel.set_xlim(r_of[0] / MICRO, r_of[-1] / MICRO)
-        panel.set_ylabel("q [MPa]")
-        panel.text(
-            0.015, 0.93, name, transform=panel.transAxes, fontsize=10, fontweight="bold", va="top"
-        )
-        if row < 2:
-            panel.tick_params(labelbottom=False)
-        else:
-            panel.set_xlabel("Place along the force x [µm]")
-    body.legend(handles=_zone_handles(), loc="outside lower center", ncols=4)
-    return Drawn(figure, columns)
-
-
-def _draw_path(
-    axes: Axes, joint: Asperity, corners: list[float], letters: Mapping[str, tuple[float, float]]
-) -> tuple[Floats, Floats]:
-    """A displacement path over time; letters by their time and offset sign."""
-    record = path(*(corner * joint.slip_limit for corner in corners))
-    time = _time(len(corners))
-    axes.plot(time, record / MICRO, color=BLUE)
-    axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
-    axes.set(ylabel="Displacement δ [µm]", xlabel="Time [half cycles]")
-    reach = 1.35 * max(1.0, *(abs(v) for v in corners)) * joint.slip_limit / MICRO
-    axes.set_ylim(-reach, reach)
-    axes.set_xlim(-0.12, len(corners) - 1 + 0.25)
-    _levels(axes, joint, horizontal=True)
-    for name, (at, side) in letters.items():
-        mark(axes, name, at, float(np.interp(at, time, record)) / MICRO, 0, 11 * side)
-    return time, record
-
-
-def constant_path(plate: Plate) -> Drawn:
-    """Fig. 19.12."""
-    joint = summit()
-    figure, body = plate.page(3.3)
-    letters = {"O": (0.0, 1), "A": (1.0, -1), "B": (1.5, 1), "C": (2.0, 1), "D": (2.5, 1)}
-    axes = body.subplots()
-    time, record = _draw_path(axes, joint, [0.0, 0.8, -0.8, 0.8, -0.8, 0.8], letters)
-    mark(axes, "A", 3.0, record.max() / MICRO, 0, -11)
-    return Drawn(figure, {"time [half cycles]": time, "displacement [m]": record})
-
-
-def partial_loop(plate: Plate) -> Drawn:
-    """Fig. 19.13."""
-    joint = summit()
-    top = 0.8 * joint.slip_limit
-    record = path(0.0, top, -top, top)
-    force = joint.force(record)
-    figure, body = plate.page(4.3)
-    axes = body.subplots()
-    first = slice(0, 80)
-    axes.plot(
-        record[first] / MICRO, force[first], color=INK, linestyle=DASHES, label="O–A, first loading"
-    )
-    axes.plot(record[79:159] / MICRO, force[79:159], color=BLUE, label="A–B–C, unloading")
-    axes.plot(
-        record[158:] / MICRO,
-        force[158:],
-        color=RED,
-        linestyle=(0, (6, 1.5)),
-        label="C–D–A, reloading",
-    )
-    _loop_axes(axes, joint, 1.2)
-    _limits(axes, joint)
-    _levels(axes, joint, horizontal=False)
-    at_b = joint.force([top, 0.0])[-1]
-    for name, x, y, dx, dy in (
-        ("O", 0.0, 0.0, -10, -4),
-        ("A", top, joint.backbone(top), 9, 7),
-        ("B", 0.0, at_b, 10, -8),
-        ("C", -top, -joint.backbone(top), -9, -7),
-        ("D", 0.0, -at_b, -10, 8),
-    ):
-        mark(axes, name, x / MICRO, y, dx, dy)
-    body.legend(loc="outside lower center", ncols=3)
-    return Drawn(figure, {"displacement [m]": record, "force [N]": force})
-
-
-def total_loop(plate: Plate) -> Drawn:
-    """Fig. 19.14."""
-    joint = summit()
-    limit = joint.slip_limit
-    top = 1.7 * limit
-    record = path(0.0, top, -top, top, samples=160)
-    force = joint.force(record)
-    figure, body = plate.page(4.3)
-    axes = body.subplots()
-    axes.plot(record[:160] / MICRO, force[:160], color=INK, linestyle=DASHES, label="first loading")
-    axes.plot(record[159:319] / MICRO, force[159:319], color=BLUE, label="unloading")
-    axes.plot(
-        record[318:] / MICRO, force[318:], color=RED, linestyle=(0, (6, 1.5)), label="reloading"
-    )
-    _loop_axes(axes, joint, 2.1)
-    _limits(axes, joint)
-    _levels(axes, joint, horizontal=False)
-    high = 1.13 * joint.force_limit
-    arrow(axes, (limit / MICRO, high), (top / MICRO, high), both=True, linewidth=0.9)
-    words(axes, "δ₀", 0.5 * (limit + top) / MICRO, high)
-    words(axes, "sliding", 0.5 * (limit + top) / MICRO, 0.87 * joint.force_limit, color=GREY)
-    words(axes, "sliding", -0.5 * (limit + top) / MICRO, -0.87 * joint.force_limit, color=GREY)
-    body.legend(loc="outside lower center", ncols=3)
-    return Drawn(figure, {"displacement [m]": record, "force [N]": force})
-
-
-def growing(plate: Plate) -> Drawn:
-    """Fig. 19.15."""
-    joint = summit()
-    levels = (0.35, 0.7, 1.05, 1.6)
-    corners = [0.0, *(v for level in levels for v in (level, -level)), levels[-1]]
-    figure, body = plate.page(4.2)
-    left, right = body.subplots(1, 2, width_ratios=[1.0, 1.15])
-    time, record = _draw_path(left, joint, corners, {})
-    force = joint.force(record)
-    right.plot(record / MICRO, force, color=BLUE)
-    _loop_axes(right, joint, 2.4)
-    _limits(right, joint)
-    _levels(right, joint, horizontal=False)
-    left.set_title("(a)")
-    right.set_title("(b)")
-    columns = {"time [half cycles]": time, "displacement [m]": record, "force [N]": force}
-    return Drawn(figure, columns)
-
-
-VARIABLE = (0.0, 0.95, -0.6, 0.6, -0.85, 1.5, -1.5)
-
-
-def variable_path(plate: Plate) -> Drawn:
-    """Fig. 19.16."""
-    joint = summit()
-    figure, body = plate.page(3.3)
-    letters = {"O": (0.0, -1), "A": (1.0, -1), "B": (2.0, 1), "C": (3.0, -1), "D": (4.0, 1)}
-    axes = body.subplots()
-    time, record = _draw_path(axes, joint, list(VARIABLE), letters)
-    return Drawn(figure, {"time [half cycles]": time, "displacement [m]": record})
-
-
-def variable_loop(plate: Plate) -> Drawn:
-    """Fig. 19.17."""
-    joint = summit()
-    corners = [v * joint.slip_limit for v in VARIABLE]
-    record = path(*corners, samples=160)
-    force = joint.force(record)
-    figure, body = plate.page(4.6)
-    axes = body.subplots()
-    pieces = (
-        (0, 1, INK, DASHES, "O–A"),
-        (1, 2, BLUE, "-", "A–B"),
-        (2, 3, RED, (0, (6, 1.5)), "B–C"),
-        (3, 4, GREEN, (0, (6, 2, 1, 2)), "C–D"),
-        (4, 6, LIGHT, "-", "on to gross slip, both ways"),
-    )
-    for start, stop, color, line, label in pieces:
-        part = slice(159 * start, 159 * stop + 1)
-        axes.plot(
-            record[part] / MICRO, force[part], color=color, linestyle=line, label=label,
-            zorder=2.0 if color == LIGHT else 2.5,
-        )  # fmt: skip
-    _loop_axes(axes, joint, 1.75)
-    _limits(axes, joint)
-    _levels(axes, joint, horizontal=False)
-    offsets = {"O": (-9, 8), "A": (5, 10), "B": (10, -6), "C": (8, -8), "D": (-8, 9)}
-    for index, (name, (dx, dy)) in enumerate(offsets.items()):
-        mark(axes, name, corners[index] / MICRO, force[159 * index], dx, dy)
-    body.legend(loc="outside lower center", ncols=5)
-    return Drawn(figure, {"displacement [m]": record, "force [N]": force})
 
 
 PLATES = (
@@ -507,66 +249,5 @@ PLATES = (
         "the ring that slipped before moves with the stick circle.",
         assumed(),
         contact_area,
-    ),
-    Plate(
-        "19.11",
-        "load-displacement-cycle",
-        "a cycle of force with its tractions (after Johnson)",
-        "At B there is no force, yet the contact holds tractions that balance and a displacement "
-        "that stays. At C all is the mirror of A.",
-        assumed("Force between ±0.95 μN."),
-        johnson,
-    ),
-    Plate(
-        "19.12",
-        "constant-amplitude-path",
-        "loading path of constant amplitude",
-        "The displacement that Fig. 19.13 answers to: from rest at O, then to and fro between A "
-        "and C.",
-        assumed("Amplitude 0.8 δL."),
-        constant_path,
-    ),
-    Plate(
-        "19.13",
-        "partial-slip-loop",
-        "force against displacement in partial slip",
-        "First loading O–A, then the closed loop A–B–C–D: two copies of the first curve at twice "
-        "its size. It never reaches μN, and still encloses an area.",
-        assumed("Amplitude 0.8 δL."),
-        partial_loop,
-    ),
-    Plate(
-        "19.14",
-        "total-slip-loop",
-        "force against displacement with total slip",
-        "Beyond the slip limit the force stays at μN and the asperity slides by δ₀. A reversal "
-        "has to cover 2 δL before it slides back.",
-        assumed("Amplitude 1.7 δL, of which δ₀ = 0.7 δL is sliding."),
-        total_loop,
-    ),
-    Plate(
-        "19.15",
-        "growing-amplitude",
-        "growing amplitude: (a) path, (b) loops from partial to total slip",
-        "The tips of all loops lie on the first loading curve; from the third on they are flat.",
-        assumed("Amplitudes 0.35, 0.7, 1.05 and 1.6 δL."),
-        growing,
-    ),
-    Plate(
-        "19.16",
-        "variable-amplitude-path",
-        "loading path of variable amplitude",
-        "The displacement that Fig. 19.17 answers to: two small swings, then wide ones.",
-        assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
-        variable_path,
-    ),
-    Plate(
-        "19.17",
-        "variable-amplitude-loops",
-        "force against displacement, from partial to total slip",
-        "C–D passes B on the curve that A–B had begun: the loop B–C has closed and left no trace. "
-        "From D on the curve runs through A into that of first loading, and slides at μN.",
-        assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
-        variable_loop,
     ),
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from functools import cached_property
@@ -14,15 +13,12 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import lock
 from microslip._core.parameters import Parametric
-from microslip.errors import InputError
 from microslip.friction.cycle_measures import CycleMeasures
 from microslip.friction.cycles import PeriodicResponse, Rest, settled_cycle
 from microslip.friction.guesses import guessed_law
 from microslip.friction.harmonics import HarmonicForce, harmonic_force
 from microslip.friction.responses import Sliders
-from microslip.friction.unit_cycles import checked_cycle, halves_of
 from microslip.kernels.table import Table
-from microslip.loops import Loop
 from microslip.memory import Load, Memory, State
 from microslip.numerics.inversion import adaptive, invert
 
@@ -255,34 +251,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         result = Memory().respond(f.reshape(-1), self._inverse, None)
         return float(result[0]) if f.ndim == 0 else result
 
-    def loop(self, amplitude: float, samples: int = 512) -> Loop:
-        """The closed loop between +amplitude and -amplitude.
-
-        Parameters
-        ----------
-        amplitude : float
-            Displacement amplitude [m], above zero.
-        samples : int, optional
-            Number of samples, at least 5; they lie denser at the turning points, the first and the
-            last are both at +amplitude, and -amplitude is among them.
-
-        Returns
-        -------
-        Loop
-            From +amplitude down to -amplitude and up again.
-
-        Raises
-        ------
-        InputError
-            An amplitude not above zero; a number of samples that is not an integer of at least 5.
-        """
-        a, shape, turn = checked_cycle(amplitude, samples)
-        peak = self._backbone_at(a)[0]
-        rise = 2.0 * self._backbone(a * halves_of(int(samples)))
-        force = np.concatenate((peak - rise[: turn + 1], rise[turn + 1 :] - peak))
-        force[-1] = peak
-        return Loop(a * shape, force)
-
     def periodic(self, displacement_cycle: ArrayLike, rest: Rest = 0.0) -> PeriodicResponse:
         """The settled cycle of a periodic displacement: what it is after one pass from rest.
 
@@ -436,13 +404,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             self, smallest_amplitude, largest_amplitude
         )
         return found
-
-    def _check_not_rigid(self, model: str) -> None:
-        if math.isinf(self.tangential_stiffness):
-            raise InputError(
-                f"{model} need a finite stiffness at rest, "
-                f"and {type(self).__name__} friction is rigid there"
-            )
 
     @classmethod
     def guess(cls: type[Self], data: Any) -> Self:

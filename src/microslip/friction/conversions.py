@@ -6,6 +6,7 @@ them to :class:`~microslip.friction.base.BackboneLaw`; the models load when they
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ def to_iwan(
     from microslip.friction.cells import discretise, discretise_over
 
     count = whole("cells", cells, 1, MOST_CELLS)
-    law._check_not_rigid("Iwan's cells")
+    _check_not_rigid(law, "Iwan's cells")
     if smallest_amplitude is None and largest_amplitude is None:
         return discretise(law, count)
     low, high = _range(law, smallest_amplitude, largest_amplitude)
@@ -40,9 +41,18 @@ def to_segalman(
     """See :meth:`BackboneLaw.to_segalman`."""
     from microslip.friction.segalman import fit_segalman
 
-    law._check_not_rigid("the four parameters")
+    _check_not_rigid(law, "the four parameters")
     low, high = _range(law, smallest_amplitude, largest_amplitude)
     return fit_segalman(law, np.geomspace(low, high, 61))
+
+
+def _check_not_rigid(law: BackboneLaw, model: str) -> None:
+    """Springs beside each other have no place where a law is rigid at rest."""
+    if math.isinf(law.tangential_stiffness):
+        raise InputError(
+            f"{model} need a finite stiffness at rest, "
+            f"and {type(law).__name__} friction is rigid there"
+        )
 
 
 def _range(law: BackboneLaw, smallest: float | None, largest: float | None) -> tuple[float, float]:

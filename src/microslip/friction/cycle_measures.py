@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import LARGEST, Floats, floats, plain
 from microslip.errors import Argument, InputError
+from microslip.friction.unit_cycles import checked_cycle, halves_of
+from microslip.loops import Loop
 
 
 class CycleMeasures(ABC):
@@ -30,6 +32,10 @@ class CycleMeasures(ABC):
     @abstractmethod
     def _backbone(self, u: Floats) -> Floats:
         """T0 [N] for displacements u >= 0 [m], one-dimensional."""
+
+    @abstractmethod
+    def _backbone_at(self, u: float) -> tuple[float, float]:
+        """T0 [N] and its slope [N/m] at one displacement u >= 0 [m]."""
 
     @abstractmethod
     def _inverse(self, force: Floats) -> Floats:
@@ -170,3 +176,31 @@ class CycleMeasures(ABC):
             return np.divide(a * self._energy_slope(a), energy, out=nothing, where=energy > 0.0)
 
         return self._measure(amplitude, force_amplitude, exponent)
+
+    def loop(self, amplitude: float, samples: int = 512) -> Loop:
+        """The closed loop between +amplitude and -amplitude.
+
+        Parameters
+        ----------
+        amplitude : float
+            Displacement amplitude [m], above zero.
+        samples : int, optional
+            Number of samples, at least 5; they lie denser at the turning points, the first and the
+            last are both at +amplitude, and -amplitude is among them.
+
+        Returns
+        -------
+        Loop
+            From +amplitude down to -amplitude and up again.
+
+        Raises
+        ------
+        InputError
+            An amplitude not above zero; a number of samples that is not an integer of at least 5.
+        """
+        a, shape, turn = checked_cycle(amplitude, samples)
+        peak = self._backbone_at(a)[0]
+        rise = 2.0 * self._backbone(a * halves_of(int(samples)))
+        force = np.concatenate((peak - rise[: turn + 1], rise[turn + 1 :] - peak))
+        force[-1] = peak
+        return Loop(a * shape, force)

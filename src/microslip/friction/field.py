@@ -9,22 +9,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, SMALLEST, Floats, exact, floats, number, positive, show
+from microslip._core.checks import LARGEST, Floats, exact, floats, number, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.field_backbone import FieldBackbone
 from microslip.friction.field_curve import FieldCurve
-from microslip.friction.field_cycles import FieldCycle, periodic
-from microslip.friction.field_cycles import harmonics as transform
+from microslip.friction.field_input import area_of, at, check_positive, nodes_of
 from microslip.friction.isotropic import check_sliders
 from microslip.friction.isotropic_field import IsotropicField, knots_of
+from microslip.friction.settled_field import SettledField
 from microslip.memory import FieldResponse, FieldState
 from microslip.normal import NORMAL_LAWS, NormalLaw
 
 
 @dataclass(frozen=True, eq=False)
-class JointField(Locked):
+class JointField(SettledField, Locked):
     """Many joints on one kind of surface, each with its area, load and friction: *nodes*.
 
     A law depends on the pressure alone and scales with the area, so that all nodes share one load
@@ -105,14 +105,14 @@ class JointField(Locked):
                 f"got {' and '.join(rest) or 'none'}"
             )
         ((kind, held),) = rest.items()
-        nodes = _nodes({"friction_coefficient": friction_coefficient, "areas": areas, kind: held})
+        nodes = nodes_of({"friction_coefficient": friction_coefficient, "areas": areas, kind: held})
         for name, unit in (("friction_coefficient", ""), ("areas", " [m^2]")):
-            _check_positive(name, unit, nodes[name])
+            check_positive(name, unit, nodes[name])
         put = object.__setattr__
         put(self, "surface", surface)
         put(self, "friction", lock(nodes["friction_coefficient"]))
         put(self, "areas", lock(nodes["areas"]))
-        put(self, "surface_area", _area_of(surface, surface_area))
+        put(self, "surface_area", area_of(surface, surface_area))
         put(self, "gaps", lock(nodes["gaps"]) if kind == "gaps" else None)
         if kind in ("separations", "gaps"):
             self._rest_at(nodes[kind], None)
@@ -383,100 +383,6 @@ class JointField(Locked):
         """
         return FieldState(self, bool(energies))
 
-    # -- cycles ---------------------------------------------------------------------------------
-
-    def periodic(
-        self,
-        displacements: ArrayLike,
-        separations: ArrayLike | None = None,
-        rest: ArrayLike | str = 0.0,
-    ) -> FieldCycle:
-        """The settled cycles of all nodes.
-
-        Parameters
-        ----------
-        displacements : array_like
-            One period of displacements [m], its first sample not repeated, shape (nodes, samples),
-            or (samples,) for all nodes alike.
-        separations : array_like, optional
-            Separations [m] at the same samples; without them the nodes stay at their own. Contact
-            may be lost and found again.
-        rest : array_like or "mean", optional
-            Displacements [m] at which the nodes rest without a force, one number or one a node,
-            or the mean of each cycle. With a mean displacement the settled mean force depends on
-            it.
-
-        Returns
-        -------
-        FieldCycle
-            ``force`` and ``load`` [N], ``stiffness`` [N/m] and ``derivative``, see there.
-
-        Raises
-        ------
-        InputError
-            Another shape, not finite, separations outside a table.
-
-        Notes
-        -----
-        Each node goes from rest in a straight line of (separation, displacement) to the sample
-        where separation + |displacement|/kappa is largest; there all other memory is gone, and the
-        cycle that begins there has settled. Where that path pressed new contact down sticking, one
-        more cycle follows. It does not matter with which sample a cycle begins.
-        """
-        return periodic(self, displacements, separations, rest)
-
-    def harmonics(
-        self,
-        coefficients: ArrayLike,
-        harmonics: Any = (0, 1),
-        *,
-        separations: ArrayLike | None = None,
-        rest: ArrayLike | str = 0.0,
-        samples: int = 64,
-    ) -> tuple[Floats, ...]:
-        """Fourier coefficients of the settled forces with their Jacobians: balance of harmonics.
-
-        Parameters
-        ----------
-        coefficients : array_like
-            Coefficients of the displacements [m], shape (nodes, coefficients), or one row for all,
-            in the order of ``harmonics``: [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
-        harmonics : sequence of int, optional
-            Numbers of the harmonics, rising; 0 is the mean.
-        separations : array_like, optional
-            Coefficients of the separations [m], of the same shape; without them the nodes stay at
-            their own. Their mean is the mean separation, not its change.
-        rest : array_like or "mean", optional
-            As for :meth:`periodic`.
-        samples : int, optional
-            Equidistant samples of the period [-]. The coefficients are those of the sampled cycle,
-            and the Jacobian is exactly theirs; what sampling costs falls with the square of their
-            number: see the notes.
-
-        Returns
-        -------
-        force : ndarray
-            Coefficients of the forces [N], shape (nodes, coefficients).
-        load : ndarray
-            Those of the normal loads [N], only with ``separations``.
-        jacobian : ndarray
-            Derivatives [N/m] of force coefficients (rows) by displacement coefficients (columns),
-            shape (nodes, coefficients, coefficients). With ``separations`` the shape is (nodes,
-            2, 2, coefficients, coefficients): those of (force, load) by (displacement, separation).
-
-        Raises
-        ------
-        InputError
-            Another shape, not finite, harmonics that do not rise, too few samples for them,
-            separations outside a table.
-
-        Notes
-        -----
-        The derivative runs down the tree of reversals. Samples miss the true turning points by up
-        to half a step, which is the error of second order.
-        """
-        return transform(self, coefficients, harmonics, separations, rest, samples)
-
     # -- two directions -------------------------------------------------------------------------
 
     def two_directions(self, sliders: int = 128, *, nearest: float | None = None) -> IsotropicField:
@@ -557,48 +463,3 @@ class JointField(Locked):
             f"{'node' if self.size == 1 else 'nodes'}, area={self.areas.sum():g}, "
             f"normal_load={self.normal_loads.sum():g})"
         )
-
-
-def at(node: int) -> str:
-    """Where something is wrong."""
-    return f" at node {node}"
-
-
-def _nodes(given: dict[str, Any]) -> dict[str, Floats]:
-    """Arrays of one length, one number a node."""
-    arrays = {name: floats(name, value) for name, value in given.items()}
-    for name, array in arrays.items():
-        if array.ndim > 1:
-            raise InputError(Argument(name), f" must be one-dimensional, got shape {array.shape}")
-    lengths = {name: array.size for name, array in arrays.items() if array.ndim}
-    size = max(lengths.values(), default=1)
-    if any(length != size for length in lengths.values()):
-        came = ", ".join(f"{length} {name}" for name, length in lengths.items())
-        raise InputError(
-            Argument("all"), f" must be of one length, one a node, or one number, got {came}"
-        )
-    return {
-        name: np.array(np.broadcast_to(array.reshape(-1), (size,)), order="C")
-        for name, array in arrays.items()
-    }
-
-
-def _check_positive(name: str, unit: str, values: Floats) -> None:
-    off = (values <= 0.0) | (values < SMALLEST) | (values > LARGEST)
-    if off.any():
-        i = int(np.argmax(off))
-        wanted = "above zero" if values[i] <= 0.0 else f"between {SMALLEST:g} and {LARGEST:g}"
-        raise InputError(Argument(name), f" must be {wanted}{unit}, got {exact(values[i])}{at(i)}")
-
-
-def _area_of(surface: NormalLaw, given: float | None) -> float:
-    if given is not None:
-        return positive("surface_area", given, "m^2", 2e-4)
-    own = getattr(surface, "area", None)
-    if own is None:
-        raise InputError(
-            Argument("surface_area"),
-            f" must be given: the law of a {type(surface).__name__} does not tell "
-            "which apparent area it stands for; write surface_area=2e-4 [m^2]",
-        )
-    return positive("surface_area", own, "m^2")

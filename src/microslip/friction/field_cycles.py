@@ -15,7 +15,7 @@ from microslip._core.checks import Floats, floats, is_whole, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.field_nodes import FieldNodes
-from microslip.kernels import twin_field
+from microslip.kernels import twin_field_cycles
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +126,7 @@ def periodic(
     arguments = places, steps, field._steps, x.shape[1], force, load, slope
     profile = _profile(field, steps)
     if profile is None:
-        twin_field.cycle_with(field._curve, *arguments)
+        twin_field_cycles.cycle_with(field._curve, *arguments)
     else:
         kernels.active.field_cycle(*arguments, *profile.arguments)
     force *= field._weights[:, None]
@@ -198,7 +198,7 @@ def _slopes(
     )  # fmt: skip
     profile = _profile(field, steps)
     if profile is None:
-        twin_field.slopes_with(field._curve, *arguments)
+        twin_field_cycles.slopes_with(field._curve, *arguments)
     else:
         kernels.active.field_slopes(*arguments, *profile.arguments)
 

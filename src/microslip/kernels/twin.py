@@ -11,13 +11,8 @@ direction (-1, 0 or 1) of the last move. Empty, it stands for the first loading 
 
 from microslip.kernels.layout import MOMENT_TERMS, PROFILE_TERMS, TERMS
 from microslip.kernels.twin_diagram import coupled, coupled_step, diagram, step_front, trace
-from microslip.kernels.twin_field import (
-    field_commit,
-    field_cycle,
-    field_losses,
-    field_slopes,
-    field_try,
-)
+from microslip.kernels.twin_field import field_commit, field_losses, field_try
+from microslip.kernels.twin_field_cycles import field_cycle, field_slopes
 from microslip.kernels.twin_hold import hold
 from microslip.kernels.twin_losses import losses
 from microslip.kernels.twin_memory import accumulate, branches, closings, locate, respond

@@ -1,0 +1,352 @@
+"""What a joint does under a normal load that varies."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip.errors import InputError
+from microslip.friction.base import BackboneLaw
+from microslip.friction.coupled import (
+    CoupledResponse,
+    Coupling,
+    forces,
+    respond,
+    respond_to_force,
+)
+from microslip.friction.coupled_cycles import CoupledCycle, coupled_cycle
+from microslip.friction.coupled_harmonics import CoupledHarmonics, coupled_harmonics
+from microslip.friction.cycles import PeriodicResponse, Rest
+from microslip.friction.harmonics import HarmonicForce
+from microslip.friction.straight_step import FirstLoading, loaded
+from microslip.normal import NormalLaw
+
+
+class CoupledLaw(BackboneLaw):
+    """A law whose backbone comes from a load curve, so that its load may vary: an Interface."""
+
+    if TYPE_CHECKING:  # fields or properties, as a law likes
+
+        @property
+        def surface(self) -> NormalLaw:
+            """Its normal load law."""
+
+        @property
+        def friction_coefficient(self) -> float:
+            """Coefficient mu [-]."""
+
+        @property
+        def normal_load(self) -> float:
+            """Its own load [N]."""
+
+        @property
+        def separation(self) -> float:
+            """Its own separation [m]."""
+
+        @property
+        def normal_stiffness(self) -> float:
+            """-N' there [N/m]."""
+
+        @property
+        def slip_per_indentation(self) -> float:
+            """Kappa [-]."""
+
+        @property
+        def _friction(self) -> float: ...
+
+    @cached_property
+    def _coupling(self) -> Coupling:
+        return Coupling(self)
+
+    def coupled_force(
+        self,
+        displacement: ArrayLike,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> Any:
+        """Force along a record of displacement and normal load, exact within Cattaneo-Mindlin.
+
+        The record starts from rest, displacement 0 under the joint's own ``normal_load``, and moves
+        between samples in straight lines of (separation, displacement); sample a curved path as
+        finely as it asks for. Contact may be lost and found again.
+
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements [m] in the order of time, one-dimensional.
+        normal_load : array_like, optional
+            Normal loads [N], not negative: one for each sample, or one number.
+        separation : array_like, optional
+            Separations [m] in their place.
+
+        Returns
+        -------
+        ndarray or float
+            Forces [N], one for each sample.
+
+        Raises
+        ------
+        InputError
+            Both or neither of load and separation, lengths that differ, values that are not finite,
+            a load that is negative or that the surface cannot carry, no load at all where the
+            heights have no end.
+
+        Notes
+        -----
+        The superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998) carried
+        along the history: the method of memory diagrams (DOI 10.3389/fmech.2020.00030). Normal and
+        tangential load are coupled through the contact area alone; dissimilar pairs and the shear
+        across the direction of motion are approximate as in Cattaneo and Mindlin's theory.
+        Amortised O(1) a sample. Where the heights have no end, a load of less than about 1e-30 of
+        the largest of the history counts as none: the force is then 0.
+        """
+        found = forces(self, displacement, normal_load, separation)
+        return float(found[0]) if np.ndim(displacement) == 0 else found
+
+    def coupled_displacement(
+        self,
+        force: ArrayLike,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> Any:
+        """Displacement along a record of force and normal load: the inverse of coupled_force.
+
+        A load that varies moves a joint on under its force, since contacts slip when it is light.
+        Below mu N a periodic history settles in its first cycle. In gross slip, where no force
+        holds a displacement, a joint may ratchet, a step further each cycle: that is physical, and
+        :meth:`microslip.friction.CoupledResponse.ratcheting` of a response reports it.
+
+        Parameters
+        ----------
+        force : array_like
+            Forces [N] in the order of time, one-dimensional, each below mu N at its sample.
+        normal_load, separation : array_like, optional
+            As for :meth:`coupled_force`.
+
+        Returns
+        -------
+        ndarray or float
+            Displacements [m], one for each sample.
+
+        Raises
+        ------
+        InputError
+            As :meth:`coupled_force`, and for a force at or beyond mu N.
+        """
+        x = respond_to_force(self, force, normal_load, separation).displacement
+        return float(x[0]) if np.ndim(force) == 0 else x.copy()
+
+    def coupled_response(
+        self,
+        displacement: ArrayLike | None = None,
+        *,
+        force: ArrayLike | None = None,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> CoupledResponse:
+        """All of a record of displacement (or force) and normal load, its dissipation included.
+
+        Parameters
+        ----------
+        displacement, force : array_like, optional
+            Displacements [m], or forces [N]: one of them, one-dimensional.
+        normal_load, separation : array_like, optional
+            As for :meth:`coupled_force`.
+
+        Returns
+        -------
+        CoupledResponse
+            Displacement, force, normal load, separation and dissipated energy at each sample.
+
+        Raises
+        ------
+        InputError
+            As :meth:`coupled_force` and :meth:`coupled_displacement`; both or neither of
+            displacement and force.
+        """
+        if (displacement is None) == (force is None):
+            came = "neither" if force is None else "both"
+            raise InputError(
+                f"displacement [m] or force=... [N] must be given, one of them, got {came}"
+            )
+        if force is not None:
+            return respond_to_force(self, force, normal_load, separation)
+        return respond(self, displacement, normal_load, separation)  # type: ignore[arg-type]
+
+    @overload
+    def periodic(self, displacement_cycle: ArrayLike, rest: Rest = 0.0) -> PeriodicResponse: ...
+
+    @overload
+    def periodic(
+        self,
+        displacement_cycle: ArrayLike,
+        rest: Rest = 0.0,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> CoupledCycle: ...
+
+    def periodic(
+        self,
+        displacement_cycle: ArrayLike,
+        rest: Rest = 0.0,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> PeriodicResponse | CoupledCycle:
+        """The settled cycle of a periodic displacement and, if it varies, normal load.
+
+        Parameters
+        ----------
+        displacement_cycle : array_like
+            One period of displacements [m], one-dimensional, its first sample not repeated.
+        rest : float or "mean", optional
+            Displacement [m] at which the joint began, without force, under its own load; or the
+            mean of the cycle. The settled mean force depends on it.
+        normal_load, separation : array_like, optional
+            Normal loads [N] or separations [m] of the cycle, as for :meth:`coupled_force`, one of
+            them; without them the load is constant.
+
+        Returns
+        -------
+        PeriodicResponse or CoupledCycle
+            At a constant load ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root``; under a
+            varying one a :class:`microslip.CoupledCycle`, also with loads and separations. Both
+            have a ``derivative`` by whatever moves the cycle.
+
+        Raises
+        ------
+        InputError
+            Empty, several dimensions, or not finite; a rest that is neither; loads or separations
+            as for :meth:`coupled_force`.
+
+        Notes
+        -----
+        Between samples the path is straight in separation and displacement: a curved one is met to
+        second order in its spacing.
+        """
+        if normal_load is None and separation is None:
+            return super().periodic(displacement_cycle, rest)
+        return coupled_cycle(self, displacement_cycle, rest, normal_load, separation)
+
+    @overload
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+        *,
+        rtol: float = 1e-10,
+    ) -> HarmonicForce: ...
+
+    @overload
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+        *,
+        rtol: float = 1e-10,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+        samples: int = 256,
+    ) -> CoupledHarmonics: ...
+
+    def harmonics(
+        self,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+        *,
+        rtol: float = 1e-10,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+        samples: int = 256,
+    ) -> HarmonicForce | CoupledHarmonics:
+        """Fourier coefficients of the settled forces with their Jacobian: balance of harmonics.
+
+        Parameters
+        ----------
+        coefficients : array_like
+            Coefficients of the displacement [m] in the order of ``harmonics``, one-dimensional:
+            [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
+        harmonics : sequence of int, optional
+            Numbers of the harmonics, rising; 0 is the mean.
+        rest : float or "mean", optional
+            As for :meth:`periodic`.
+        rtol : float, optional
+            Error of the coefficients [-] at a constant load, as for
+            :meth:`microslip.BackboneLaw.harmonics`.
+        normal_load, separation : array_like, optional
+            Coefficients of the normal load [N] or the separation [m] in the same order, one of
+            them; without them the load is constant. Without harmonic 0 their mean is 0.
+        samples : int, optional
+            Equidistant samples of the period [-] under a varying load.
+
+        Returns
+        -------
+        HarmonicForce or CoupledHarmonics
+            At a constant load ``force`` [N] and ``jacobian`` [N/m]; under a varying one ``force``
+            and ``normal_load`` [N], and the ``jacobian`` of both by both, shape (2, 2, n, n).
+
+        Raises
+        ------
+        InputError
+            Another shape, not finite, harmonics that do not rise, too few samples, both of load and
+            separation, one that the surface cannot carry.
+
+        Notes
+        -----
+        Under a load that varies the path between samples is straight: the error falls with the
+        square of their number. The Jacobian is exactly that of the sampled cycle.
+        """
+        if normal_load is None and separation is None:
+            return super().harmonics(coefficients, harmonics, rest, rtol=rtol)
+        return coupled_harmonics(
+            self, coefficients, harmonics, rest, normal_load, separation, samples
+        )
+
+    def first_loading(
+        self,
+        displacement: ArrayLike,
+        *,
+        normal_load: ArrayLike | None = None,
+        separation: ArrayLike | None = None,
+    ) -> FirstLoading:
+        """Force, load and tangents after one straight step from rest at the joint's own load.
+
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements at the end [m], any shape.
+        normal_load : array_like, optional
+            Normal loads at the end [N], above zero, any shape that goes with it; or
+        separation : array_like, optional
+            separations at the end [m], one of the two.
+
+        Returns
+        -------
+        FirstLoading
+            ``force`` and ``normal_load`` [N], and ``tangent``, d(T, N)/d(displacement, separation)
+            [N/m]: see :func:`microslip.friction.first_loading`, which takes the separations before
+            the step, too, one for each node.
+
+        Raises
+        ------
+        InputError
+            Both or neither of load and separation; otherwise as :func:`first_loading`.
+        """
+        if (normal_load is None) == (separation is None):
+            came = "neither" if normal_load is None else "both"
+            raise InputError(
+                f"normal_load [N] or separation=... [m] must be given, one of them, got {came}"
+            )
+        if separation is None:
+            separation = self.surface.separation(normal_load)  # type: ignore[arg-type]
+        slip, own = self.slip_per_indentation, self.separation
+        return loaded(self.surface, self._friction, slip, displacement, separation, own)

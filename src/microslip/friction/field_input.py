@@ -1,0 +1,58 @@
+"""What a field of joints is given: one number a node, or one for all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import LARGEST, SMALLEST, Floats, exact, floats, positive
+from microslip.errors import Argument, InputError
+from microslip.normal import NormalLaw
+
+
+def at(node: int) -> str:
+    """Where something is wrong."""
+    return f" at node {node}"
+
+
+def nodes_of(given: dict[str, Any]) -> dict[str, Floats]:
+    """Arrays of one length, one number a node."""
+    arrays = {name: floats(name, value) for name, value in given.items()}
+    for name, array in arrays.items():
+        if array.ndim > 1:
+            raise InputError(Argument(name), f" must be one-dimensional, got shape {array.shape}")
+    lengths = {name: array.size for name, array in arrays.items() if array.ndim}
+    size = max(lengths.values(), default=1)
+    if any(length != size for length in lengths.values()):
+        came = ", ".join(f"{length} {name}" for name, length in lengths.items())
+        raise InputError(
+            Argument("all"), f" must be of one length, one a node, or one number, got {came}"
+        )
+    return {
+        name: np.array(np.broadcast_to(array.reshape(-1), (size,)), order="C")
+        for name, array in arrays.items()
+    }
+
+
+def check_positive(name: str, unit: str, values: Floats) -> None:
+    """Each number is above zero, and of a size that a joint can have."""
+    off = (values <= 0.0) | (values < SMALLEST) | (values > LARGEST)
+    if off.any():
+        i = int(np.argmax(off))
+        wanted = "above zero" if values[i] <= 0.0 else f"between {SMALLEST:g} and {LARGEST:g}"
+        raise InputError(Argument(name), f" must be {wanted}{unit}, got {exact(values[i])}{at(i)}")
+
+
+def area_of(surface: NormalLaw, given: float | None) -> float:
+    """The apparent area [m^2] that a load of the surface is for: as given, or its own."""
+    if given is not None:
+        return positive("surface_area", given, "m^2", 2e-4)
+    own = getattr(surface, "area", None)
+    if own is None:
+        raise InputError(
+            Argument("surface_area"),
+            f" must be given: the law of a {type(surface).__name__} does not tell "
+            "which apparent area it stands for; write surface_area=2e-4 [m^2]",
+        )
+    return positive("surface_area", own, "m^2")

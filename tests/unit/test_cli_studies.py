@@ -350,6 +350,14 @@ def test_the_demo_is_the_example() -> None:
     assert demo_text() == example
 
 
+def test_the_beam_is_the_example_and_fine() -> None:
+    example = Path(__file__).parents[2] / "examples/bolted_beam.toml"
+    assert demo_text(beam=True) == example.read_text(encoding="utf-8")
+    study = ms.Study.load(example)
+    assert study.structure is not None
+    assert study.structure.build().bolts.tension.tolist() == [12250.0] * 3
+
+
 def test_the_demo_runs_anywhere() -> None:
     chosen = ("--set", 'output.formats=["csv"]', "--set", "output.report=false")
     outcome = run("demo", *chosen)

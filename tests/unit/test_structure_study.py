@@ -155,6 +155,26 @@ def test_a_fit_tells_what_the_test_knows(folder: Path) -> None:
     assert json.dumps(found, allow_nan=False)
 
 
+def test_identify_takes_a_table_of_a_structure(folder: Path) -> None:
+    from click.testing import CliRunner
+
+    from microslip.cli import main
+
+    text = STUDY.replace("measured = {", "# measured = {").replace("form = {", "# form = {")
+    text = text.replace("{ low = 0.1, high = 0.6 }", "0.35")
+    (folder / "known.toml").write_text(
+        text.replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"'), encoding="utf-8"
+    )
+    table, study = str(folder / "test.csv"), str(folder / "known.toml")
+    outcome = CliRunner().invoke(main, ["identify", table, "--study", study, "--json"])
+    assert outcome.exit_code == 0, outcome.output
+    found = json.loads(outcome.stdout)
+    assert set(found["values"]) == {"friction_coefficient", "tension"}
+    outcome = CliRunner().invoke(main, ["identify", table, table, "--study", study])
+    assert outcome.exit_code == 2
+    assert "from one table of amplitude, frequency and damping ratio, got 2" in outcome.stderr
+
+
 def test_files_are_written(result: ms.Result, tmp_path: Path) -> None:
     result.save(tmp_path / "out")
     summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))

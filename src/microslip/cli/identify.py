@@ -14,6 +14,7 @@ from microslip.cli.frame import OneOf, echo_json
 from microslip.cli.records import Reading, pairs, reads, stiffness, writes
 from microslip.cli.shell import complete_study
 from microslip.cli.spelling import as_options
+from microslip.cli.structures import has_structure, identify_structure
 from microslip.cli.work import progress, stoppable
 
 if TYPE_CHECKING:
@@ -154,9 +155,15 @@ def identify(
     Values with intervals, what the records cannot tell and what would settle it, residuals and a
     comparison of laws. With -o a page, figures, tables and, given the materials by --study,
     joint.toml, which microslip predict takes as it is.
+
+    With --study of a bolted structure the RECORD is a table of amplitude, frequency and damping
+    ratio of one of its modes, and friction and bolt tension are fitted to it.
     """
     from microslip.errors import InputError
 
+    if study is not None and has_structure(study):
+        identify_structure(study, records, folder, overwrite, as_json)
+        return
     laws = tuple(dict.fromkeys(laws)) or LAWS[:1]
     with stoppable():
         from contextlib import ExitStack

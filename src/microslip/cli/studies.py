@@ -76,13 +76,16 @@ def predict(
 
         return Study.load(study, overrides)
 
-    _predict(read, folder or Path(f"{study.stem}-result"), overwrite, as_json)
+    predict_into(read, folder or Path(f"{study.stem}-result"), overwrite, as_json)
 
 
 @click.command(short_help="Predict a joint that comes with microslip.")
+@click.option("--beam", is_flag=True, help="A bolted beam: the damping of its modes, with bands.")
 @_output("microslip-demo")
-def demo(folder: Path | None, overwrite: bool, overrides: tuple[str, ...], as_json: bool) -> None:
-    """Predict a milled aluminium joint, whose study comes with microslip.
+def demo(
+    beam: bool, folder: Path | None, overwrite: bool, overrides: tuple[str, ...], as_json: bool
+) -> None:
+    """Predict a milled aluminium joint, or a bolted beam, whose study comes with microslip.
 
     The folder holds the study, too: a copy of it is a good start for one of your own.
     """
@@ -91,12 +94,14 @@ def demo(folder: Path | None, overwrite: bool, overrides: tuple[str, ...], as_js
         from microslip.results import Study
         from microslip.study.new import demo_text
 
-        return Study.from_toml(demo_text(), "demo.toml", overrides)
+        name = "demo_beam.toml" if beam else "demo.toml"
+        return Study.from_toml(demo_text(beam), name, overrides)
 
-    _predict(read, folder or Path("microslip-demo"), overwrite, as_json)
+    predict_into(read, folder or Path("microslip-demo"), overwrite, as_json)
 
 
-def _predict(read: Callable[[], Study], folder: Path, overwrite: bool, as_json: bool) -> None:
+def predict_into(read: Callable[[], Study], folder: Path, overwrite: bool, as_json: bool) -> None:
+    """Compute a study, print its tables, and write its folder."""
     from microslip.report.folder import staged
 
     unprinted: OSError | None = None

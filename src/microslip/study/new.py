@@ -193,15 +193,21 @@ def write(path: Path, law: str = "greenwood-williamson") -> None:
         raise StudyError(f"{name}: cannot be written: {reason(error)}") from None
 
 
-def demo_text() -> str:
-    """The study that comes with the package, a milled aluminium joint.
+def demo_text(beam: bool = False) -> str:
+    """A study that comes with the package: a milled aluminium joint, or a bolted beam.
+
+    Parameters
+    ----------
+    beam : bool
+        Whether it is the beam.
 
     Returns
     -------
     str
         TOML text.
     """
-    return files("microslip.study").joinpath("demo.toml").read_text(encoding="utf-8")
+    name = "demo_beam.toml" if beam else "demo.toml"
+    return files("microslip.study").joinpath(name).read_text(encoding="utf-8")
 
 
 def command_line(*words: str | Path) -> str:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.units import prefix
-from microslip.report.plot import COLORS, DASHED, Area, Axis, Entry, Panel, Pixels, Plot
+from microslip.report.plot import COLORS, DASHED, DOTTED, Area, Axis, Entry, Panel, Pixels, Plot
 from microslip.results.structure.prediction import Mode, StructurePrediction
 
 _LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
@@ -24,16 +24,15 @@ def curve_plot(found: StructurePrediction) -> Plot:
         Axis("Damping ratio ζ [–]", log=True),
     )
     legend = []
+    panels = ((upper, "frequency", True), (lower, "damping_ratio", False))
+    # All bands lie below all lines, and keep their edges where they overlap.
     for index, mode in enumerate(found.modes):
-        color, pale = COLORS[index % len(COLORS)], _PALE[index % len(_PALE)]
-        x = mode.curve.amplitude / letter_scale
-        rest = mode.curve.linear_frequency
-        for panel, name, change in ((upper, "frequency", True), (lower, "damping_ratio", False)):
-            if mode.bands is not None:
-                low, _, high = getattr(mode.bands, name)
-                outline = np.concatenate([low, high[::-1]])
-                outline = 100.0 * (outline / rest - 1.0) if change else outline
-                panel.add(Area(np.concatenate([x, x[::-1]]), outline, pale))
+        for panel, name, change in panels:
+            _band(panel, mode, name, change, index, letter_scale)
+    for index, mode in enumerate(found.modes):
+        color = COLORS[index % len(COLORS)]
+        x, rest = mode.curve.amplitude / letter_scale, mode.curve.linear_frequency
+        for panel, name, change in panels:
             for curve, dash in ((mode.quick, DASHED), (mode.curve, ())):
                 y = getattr(curve, name)
                 panel.line(x, 100.0 * (y / rest - 1.0) if change else y, color, dash=dash)
@@ -50,6 +49,20 @@ def curve_plot(found: StructurePrediction) -> Plot:
     upper.cell, lower.cell = (0, 0, 0, 0), (1, 1, 0, 0)
     upper.x.bare = True
     return Plot([upper, lower], 6.2, heights=(1.0, 1.3), legend=tuple(legend))
+
+
+def _band(panel: Panel, mode: Mode, name: str, change: bool, index: int, scale: float) -> None:
+    """The 5 to 95 % of a mode, where something is not known exactly."""
+    if mode.bands is None:
+        return
+    x = mode.curve.amplitude / scale
+    edges = [getattr(mode.bands, name)[k] for k in (0, -1)]
+    if change:
+        edges = [100.0 * (edge / mode.curve.linear_frequency - 1.0) for edge in edges]
+    outline = np.concatenate([edges[0], edges[1][::-1]])
+    panel.add(Area(np.concatenate([x, x[::-1]]), outline, _PALE[index % len(_PALE)]))
+    for edge in edges:
+        panel.line(x, edge, COLORS[index % len(COLORS)], width=0.6, dash=DOTTED)
 
 
 def pressure_plot(found: StructurePrediction) -> Plot:

@@ -43,13 +43,6 @@ class InSeries(BackboneLaw):
     """A joint behind a spring: the displacement is that of the far end of the spring.
 
     A series connection of laws that obey Masing's rules obeys them too, so this is a backbone law.
-
-    Parameters
-    ----------
-    joint : BackboneLaw
-        The joint.
-    stiffness : float
-        Stiffness of the spring [N/m], above zero.
     """
 
     def __init__(self, joint: BackboneLaw, stiffness: float) -> None:

@@ -61,28 +61,7 @@ _JOINTS = r"[\s_\-\u2010-\u2015\u2212]+"
 
 
 def model_of(law: Any, **options: Any) -> Model:
-    """The model of a law.
-
-    Parameters
-    ----------
-    law : str, type, law or Model
-        The name of an exported law, such as "interface", "jenkins" or "bouc-wen"; the class of any
-        law that says its parameters; or an instance, which gives the values to start from, an
-        Interface also the shape of its heights, the reference load [N], materials and area [m^2].
-    **options
-        For an interface ``heights`` or ``surface``, the shape, and ``reference_load`` [N]; for
-        Iwan's model ``cells``, their number.
-
-    Returns
-    -------
-    Model
-        What :func:`microslip.identify` fits.
-
-    Raises
-    ------
-    InputError
-        Another law, or an option that the law does not take.
-    """
+    """The model of a law."""
     if isinstance(law, Model):
         if options:
             raise InputError(

@@ -71,13 +71,7 @@ class BoucWenModel(CycleModel):
         return self.within(values)
 
     def cycle(self, x: Floats, values: Mapping[str, float]) -> Branch:
-        """Forces of the settled cycle, their slope along the motion, and their derivatives.
-
-        Raises
-        ------
-        InputError
-            A displacement that does not move.
-        """
+        """Forces of the settled cycle, their slope along the motion, and their derivatives."""
         k, limit, alpha, _, _ = (values[name] for name in self.names)
         path, memory, rate, memory_by = self._period(x, values, np.zeros((0, x.size)))
         unit = (1.0 - alpha) * limit

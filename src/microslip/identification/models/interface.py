@@ -93,11 +93,6 @@ class InterfaceModel(BackboneModel):
         """With a reference load: the geometric mean of the loads, of one load that itself.
 
         One that was given stays; the load of an instance is none, for the records may have others.
-
-        Raises
-        ------
-        InputError
-            A load that is missing.
         """
         known = loads_of(loads, len(loops))
         if self.reference_load is not None and self.law is None:
@@ -175,11 +170,6 @@ class InterfaceModel(BackboneModel):
 
         Loops know the product of density and root of the radius alone. Without a ``radius`` [m] it
         is :func:`conventional_radius`; without an apparent ``area`` [m^2], CONVENTIONAL_AREA.
-
-        Raises
-        ------
-        InputError
-            No pair; no load and no reference; a radius or an area not above zero.
         """
         pair = pair or self.pair
         if pair is None:
@@ -262,13 +252,7 @@ class InterfaceModel(BackboneModel):
     def made(  # type: ignore[override]
         cls, heights: Any = None, surface: Any = None, reference_load: float | None = None
     ) -> InterfaceModel:
-        """The model on heights or on the shape of a surface; without either, Gaussian heights.
-
-        Raises
-        ------
-        InputError
-            Both; something that has no shape.
-        """
+        """The model on heights or on the shape of a surface; without either, Gaussian heights."""
         if heights is not None and surface is not None:
             raise InputError("heights or surface must be given, one of them, got both")
         if reference_load is not None:

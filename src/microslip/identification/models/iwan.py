@@ -113,13 +113,7 @@ class IwanModel(Locked, BackboneModel):
         return gone[piece] + slope * u, slope
 
     def build(self, values: Mapping[str, float], load: float | None = None, **known: Any) -> Iwan:
-        """The cells that have any stiffness.
-
-        Raises
-        ------
-        InputError
-            None has.
-        """
+        """The cells that have any stiffness."""
         k = np.array([values[name] for name in self.names])
         real = k > _LEAST * max(float(k.max()), 0.0)
         if not real.any():
@@ -141,13 +135,7 @@ class IwanModel(Locked, BackboneModel):
 
     @classmethod
     def of(cls, law: Iwan) -> IwanModel:
-        """The model whose grid is that of the instance's own cells.
-
-        Raises
-        ------
-        InputError
-            More cells than can be fitted.
-        """
+        """The model whose grid is that of the instance's own cells."""
         if law.cell_count > MOST_CELLS:
             raise InputError(
                 Argument("law"),

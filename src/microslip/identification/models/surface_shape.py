@@ -242,14 +242,7 @@ _LEAST = 1e-16  # of the load where all touch: about what h = 8 is for Gaussian 
 
 
 def template_of(heights: Any = None) -> Template:
-    """The template of heights, of a surface or of nothing: Gaussian heights.
-
-    Raises
-    ------
-    InputError
-        Something else; one sphere or heights that are all alike, whose separation no length
-        standardises.
-    """
+    """The template of heights, of a surface or of nothing: Gaussian heights."""
     law = heights
     if not isinstance(law, NormalLaw):
         given = Gaussian(std=1.0) if law is None else as_heights(law)

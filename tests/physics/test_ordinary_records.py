@@ -6,17 +6,20 @@ that nothing of the package is in what is measured.
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command import run
 from numpy.typing import NDArray
 
 import microslip as ms
 from microslip.identification import fold
 from microslip.tribometer import condition, delay_of
+from microslip.tribometer.settling import settled
 
 Floats = NDArray[np.float64]
 
@@ -146,11 +149,110 @@ def test_nothing_is_filtered_across_a_gap() -> None:
 
 
 def test_the_command_tells_of_gaps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from command import run
-
     monkeypatch.chdir(tmp_path)
     noisy(*pause(10.6)).to_csv("paused.csv")
     outcome = run("measure", "paused.csv")
     assert outcome.exit_code == 0
     assert "frequency 7.3" in outcome.stdout
     assert "the time has a gap of 60.0 s after 1.45 s: cycles are cut there" in outcome.stdout
+
+
+# -- amplitudes that step, friction that moves -----------------------------------------------------
+
+A_CYCLE = 80
+
+
+def run_of(amplitude: Floats, limit: Floats, seed: int = 3) -> ms.Record:
+    """A run whose cycles have these amplitudes and force limits, from one to the next on a line."""
+    phase = np.arange((amplitude.size - 1) * A_CYCLE + 1) / A_CYCLE
+    place = np.arange(amplitude.size)
+    x = np.interp(phase, place, amplitude) * np.sin(2.0 * np.pi * phase)
+    force = friction(x, np.interp(phase, place, limit))
+    rng = np.random.default_rng(seed)
+    return ms.Record(
+        x + 0.001 * AMPLITUDE * rng.normal(size=x.size),
+        force + 0.002 * LIMIT * rng.normal(size=x.size),
+        normal_load=100.0,
+        sample_rate=A_CYCLE * FREQUENCY,
+    )
+
+
+def test_a_ramp_is_left_out_of_the_means() -> None:
+    """As of a damper that is driven up, held, and driven down again."""
+    amplitude = AMPLITUDE * np.concatenate(
+        (np.linspace(0.5, 1.0, 30), np.ones(40), np.linspace(1.0, 0.6, 25))
+    )
+    measured = ms.measure(run_of(amplitude, np.full(amplitude.size, LIMIT)))
+    energy = measured.mean["dissipated_energy"]
+    assert energy.low <= ENERGY * 1.001
+    assert energy.high >= ENERGY * 0.999
+    assert energy.value == pytest.approx(ENERGY, rel=2e-3)
+    assert energy.high - energy.low < 0.004 * ENERGY
+    assert 30 <= energy.number <= 44
+    assert [note for note in measured.notes if note.startswith("the amplitude is not the same")]
+    # The columns stay those of all cycles.
+    assert len(measured) >= 92
+
+
+def test_steps_are_told_apart_block_by_block() -> None:
+    levels = (0.5, 0.8, 1.2)
+    amplitude = AMPLITUDE * np.repeat(levels, (20, 40, 25))
+    measured = ms.measure(run_of(amplitude, np.full(amplitude.size, LIMIT)))
+    (note,) = (n for n in measured.notes if n.startswith("the amplitude is not the same"))
+    assert "at 5.00 µm with 240 µJ a cycle" in note
+    assert re.search("at 8.00 µm with (599|600) µJ a cycle", note)
+    assert "at 12.0 µm with 1.08 mJ a cycle" in note
+    assert measured.mean["amplitude"].value == pytest.approx(0.8 * AMPLITUDE, rel=2e-3)
+    assert 35 <= measured.mean["amplitude"].number <= 40
+
+
+def test_an_amplitude_that_never_settles_is_called_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    amplitude = AMPLITUDE * np.linspace(0.5, 1.5, 100)
+    record = run_of(amplitude, np.full(amplitude.size, LIMIT))
+    monkeypatch.chdir(tmp_path)
+    record.to_csv("ramp.csv")
+    text = run("measure", "ramp.csv").stdout
+    assert "in the mean, and is not settled (" in text
+    assert "range of the cycles: not settled" in text
+    measured = ms.measure(record)
+    assert any(note.startswith("not settled: amplitude") for note in measured.notes)
+    mean = measured.mean["amplitude"]
+    assert mean.low < 0.55 * AMPLITUDE
+    assert mean.high > 1.45 * AMPLITUDE
+
+
+def test_the_end_of_running_in_is_what_counts() -> None:
+    cycles = np.arange(300)
+    limit = LIMIT * (1.0 - 0.4 * np.exp(-cycles / 25.0))
+    measured = ms.measure(run_of(np.full(300, AMPLITUDE), limit))
+    assert any(note.startswith("force or energy still moves at first") for note in measured.notes)
+    friction_peak = measured.mean["friction_peak"]
+    assert friction_peak.value == pytest.approx(LIMIT / 100.0, rel=0.01)
+    assert friction_peak.number <= 150
+
+
+def test_no_narrow_interval_stands_around_a_moving_mean() -> None:
+    """A coefficient of friction from 0.33 to 0.55, which grows to the end."""
+    limit = np.linspace(33.0, 55.0, 400)
+    measured = ms.measure(run_of(np.full(400, AMPLITUDE), limit))
+    assert any(note.startswith("not settled: force amplitude 34") for note in measured.notes)
+    mean = measured.mean["friction_peak"]
+    assert mean.low < 0.335
+    assert mean.high > 0.545
+    assert not measured.is_settled
+    grown = measured.drift("friction_peak")
+    assert grown.value == pytest.approx(0.22 / 399, rel=0.01)
+
+
+@pytest.mark.parametrize("cycles", [20, 40, 300])
+def test_nothing_is_said_of_cycles_that_are_alike(cycles: int) -> None:
+    """A hundred records of noise: no stretch is sought, no trend is found."""
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        size = {"amplitude": 0.01, "force_amplitude": 0.02, "dissipated_energy": 0.02}
+        columns = {n: 1.0 + share * rng.normal(size=cycles) for n, share in size.items()}
+        found = settled(columns, np.ones(cycles, dtype=bool))
+        assert found.chosen.all()
+        assert found.notes == ()

@@ -91,6 +91,8 @@ def _answer(measurements: Sequence[Measurement]) -> str:
         if energy.number > 1:
             ends = " … ".join(engineering(end, "J") for end in (energy.low, energy.high))
             spread = f" ({ends} with {100.0 * measured.confidence:g} % confidence)"
+            if not measured.is_settled:
+                spread = f" in the mean, and is not settled ({ends})"
         return (
             f"{cycles}, mostly {regimes[0]}: each dissipates {engineering(energy.value, 'J', 4)}"
             f"{spread}."
@@ -153,6 +155,8 @@ def _section(measured: Measurement, say: Say) -> Section:
 def _means(measured: Measurement) -> Table:
     """Means with their intervals; each quantity has a unit of its own."""
     level = f"{100.0 * measured.confidence:g} % interval of the mean"
+    if not measured.is_settled:
+        level = "range of the cycles: not settled"
     rows = [
         (LABELS[name], _written(mean.value, name), _interval(mean.low, mean.high, name))
         for name in LABELS

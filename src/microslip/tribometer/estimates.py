@@ -32,15 +32,19 @@ def quantile(confidence: float, freedom: int) -> float:
     return float(stdtrit(freedom, 0.5 + 0.5 * confidence))
 
 
-def mean_of(values: Floats, confidence: float) -> Estimate:
-    """Mean of values that are finite, with Student's confidence interval."""
+def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate:
+    """Mean of finite values with Student's confidence interval, or their range if they move."""
     fine = values[np.isfinite(values)]
     if fine.size == 0:
         return Estimate(math.nan, math.nan, math.nan, math.nan, 0)
     value = float(fine.mean())
     if fine.size == 1:
         return Estimate(value, math.nan, math.nan, math.nan, 1)
-    error = float(fine.std(ddof=1)) / math.sqrt(fine.size)
+    spread = float(fine.std(ddof=1))
+    if moving:
+        low, high = float(fine.min()), float(fine.max())
+        return Estimate(value, low, high, spread, int(fine.size))
+    error = spread / math.sqrt(fine.size)
     half = quantile(confidence, fine.size - 1) * error
     return Estimate(value, value - half, value + half, error, int(fine.size))
 

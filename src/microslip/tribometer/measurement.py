@@ -24,6 +24,7 @@ from microslip.tribometer.estimates import Estimate, mean_of, trend
 from microslip.tribometer.options import CONFIDENCE
 from microslip.tribometer.record import Record
 from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresholds
+from microslip.tribometer.settling import settled
 from microslip.tribometer.spikes import spikes_of, without
 
 _FOLDS = 64
@@ -50,7 +51,9 @@ class Measurement:
         Where the regimes end.
     mean : mapping of str to Estimate
         Means of the columns with their confidence intervals (Student), over the cycles that close
-        to a quarter of their force and have no spike.
+        to a quarter of their force, have no spike and are settled: of one amplitude, without a
+        trend of force and energy by over 2 %. Where none are, the intervals are the range of the
+        cycles.
     confidence : float
         Level of the intervals [-].
     frequency : float or None
@@ -64,6 +67,8 @@ class Measurement:
         Displacement [m] and force [N] of the mean cycle, one-dimensional, for pictures.
     notes : tuple of str
         What was noticed.
+    is_settled : bool
+        Whether the cycles of the means are alike; else their intervals are the range of the cycles.
 
     Raises
     ------
@@ -88,6 +93,7 @@ class Measurement:
     rig_stiffness: float | None
     loop: tuple[NDArray[np.float64], NDArray[np.float64]]
     notes: tuple[str, ...]
+    is_settled: bool = True
 
     def __len__(self) -> int:
         return len(self.regimes)
@@ -138,6 +144,7 @@ class Measurement:
             "regimes": {name: self.regimes.count(name) for name in REGIMES},
             "thresholds": self.thresholds._asdict(),
             "confidence": self.confidence,
+            "settled": self.is_settled,
             "frequency": self.frequency,
             "third_harmonic": self.third_harmonic,
             "load_ripple": self.load_ripple,
@@ -249,6 +256,9 @@ def measure(
         )
     closed, said = counted(columns, spikes)
     notes += said
+    like = settled(columns, closed)
+    closed = like.chosen
+    notes += like.notes
     notes += beyond(columns["loss_factor"])
     notes += _clipped(record)
     slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
@@ -268,7 +278,9 @@ def measure(
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
         regimes=regimes,
         thresholds=limits,
-        mean=MappingProxyType({name: mean_of(columns[name][closed], level) for name in with_mean}),
+        mean=MappingProxyType(
+            {name: mean_of(columns[name][closed], level, like.is_moving) for name in with_mean}
+        ),
         confidence=level,
         frequency=_frequency(record, blocks),
         third_harmonic=_third_harmonic(record.displacement, largest),
@@ -276,6 +288,7 @@ def measure(
         rig_stiffness=rig_stiffness,
         loop=_mean_loop(x, force, columns, np.flatnonzero(closed)),
         notes=tuple(notes),
+        is_settled=not like.is_moving,
     )
 
 

@@ -1,0 +1,212 @@
+"""Floor 6: whether the cycles of a record are alike, and which of them are if not all.
+
+A mean over amplitudes that step, or over friction that runs in, belongs to no cycle, and the more
+cycles the narrower the interval around it. So means are of a stretch in which nothing moves.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.units import engineering
+from microslip.tribometer.estimates import trend
+
+ALIKE = 0.02
+"""Relative change of amplitude, force or energy over a stretch that counts as none,"""
+CERTAIN = 5.0
+"""or this many standard errors of its trend; the limits are this project's."""
+NOISE = 10.0
+"""Range of the amplitudes of like cycles at most, over their noise."""
+FEWEST = 5
+"""Cycles of a settled stretch, at least."""
+JUDGED = 20
+"""Cycles from which a record is judged: the noise of fewer is not known, and their mean is not
+narrow."""
+SLOWER = 0.25
+"""Rate at which the end of a record may still change, over that of all of it."""
+_HALVES, _MOST = 6, 64
+_LOSS = 0.01
+"""Of the rectangle around a loop: what energies move by is of no less than that."""
+_MOVING = ("force_amplitude", "dissipated_energy")
+
+
+class Settled(NamedTuple):
+    """Cycles between which nothing moves."""
+
+    chosen: NDArray[np.bool_]
+    """The cycles that the means are of."""
+    is_moving: bool
+    """Whether no settled stretch was found: then the means are of all that count."""
+    notes: tuple[str, ...]
+
+
+def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_]) -> Settled:
+    """The settled ones of the sound cycles: of one amplitude, then without a trend."""
+    places = np.flatnonzero(sound)
+    if places.size < JUDGED:
+        return Settled(sound, False, ())
+    amplitude = columns["amplitude"][places]
+    runs = _runs(amplitude)
+    notes: list[str] = []
+    if runs is not None:
+        if not runs:
+            return Settled(sound, True, (_moving(columns, places, ("amplitude",)),))
+        first, stop = max(runs, key=lambda run: run[1] - run[0])
+        notes.append(_stepped(columns, places, runs))
+        places = places[first:stop]
+    late = _settled_end(columns, places)
+    if late is None:
+        notes.append(_moving(columns, places, _MOVING))
+        return Settled(_only(places, sound.size), True, tuple(notes))
+    if late > 0:
+        notes.append(
+            f"force or energy still moves at first: from {_span(columns, places, _MOVING)} over "
+            f"cycles {places[0] + 1} to {places[-1] + 1}; the means are of cycles "
+            f"{places[late] + 1} to {places[-1] + 1}, where neither changes by over {ALIKE:.0%}"
+        )
+    return Settled(_only(places[late:], sound.size), False, tuple(notes))
+
+
+def _runs(values: Floats) -> list[tuple[int, int]] | None:
+    """Stretches of like values, the longest first taken; None where all are alike."""
+    noise = float(np.median(np.abs(np.diff(values, 2)))) / 0.6745 / np.sqrt(6.0)
+    # The noise of few cycles is not known well.
+    range_of_noise = NOISE * (1.0 + 4.0 / np.sqrt(values.size)) * noise
+    widest = max(ALIKE * float(np.median(np.abs(values))), range_of_noise)
+    if float(np.ptp(values)) <= widest:
+        return None
+    found: list[tuple[int, int]] = []
+    open_stretches = [(0, values.size)]
+    for _ in range(_MOST):
+        if not open_stretches:
+            break
+        open_stretches.sort(key=lambda stretch: stretch[1] - stretch[0])
+        first, stop = open_stretches.pop()
+        begin, end = _longest(values[first:stop], widest)
+        if end - begin < FEWEST:
+            continue
+        begin, end = begin + first, end + first
+        open_stretches += [(first, begin), (end, stop)]
+        # A ramp has stretches, too, in which it moves by less than the limit, from end to end.
+        if not _moves(values[begin:end], 0.25 * widest):
+            found.append((begin, end))
+    return sorted(found)
+
+
+def _longest(values: Floats, widest: float) -> tuple[int, int]:
+    """The longest stretch with a range of at most ``widest``: begin and one past its end."""
+    best, begin = (0, 0), 0
+    highest: deque[int] = deque()
+    lowest: deque[int] = deque()
+    for i, value in enumerate(values):
+        while highest and values[highest[-1]] <= value:
+            highest.pop()
+        while lowest and values[lowest[-1]] >= value:
+            lowest.pop()
+        highest.append(i)
+        lowest.append(i)
+        while values[highest[0]] - values[lowest[0]] > widest:
+            begin += 1
+            if highest[0] < begin:
+                highest.popleft()
+            if lowest[0] < begin:
+                lowest.popleft()
+        if i + 1 - begin > best[1] - best[0]:
+            best = begin, i + 1
+    return best
+
+
+def _moves(values: Floats, least: float) -> bool:
+    """Whether a straight line over the values rises by more than ``least`` and by no accident."""
+    slope, error = _slope(values)
+    return abs(slope) * (values.size - 1) > least and abs(slope) > CERTAIN * error
+
+
+def _slope(values: Floats) -> tuple[float, float]:
+    found = trend(np.arange(values.size, dtype=float), values, 0.95)
+    return found.value, found.standard_error
+
+
+def _settled_end(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int | None:
+    """From where on neither force nor energy moves; None where they do to the end."""
+    number = places.size
+    rates = [abs(_slope(columns[name][places])[0]) for name in _MOVING]
+    for halves in range(_HALVES):
+        end = places[places.size - number :]
+        force, energy = (columns[name][end] for name in _MOVING)
+        height = abs(float(np.median(force)))
+        around = 4.0 * abs(float(np.median(columns["amplitude"][end]))) * height
+        usual = max(abs(float(np.median(energy))), _LOSS * around)
+        moves = _moves(force, ALIKE * height) or _moves(energy, ALIKE * usual)
+        # Over few cycles nothing moves by much: it must have become slower, too.
+        slower = halves == 0 or all(
+            abs(_slope(values)[0]) <= max(SLOWER * rate, CERTAIN * _slope(values)[1])
+            for values, rate in zip((force, energy), rates, strict=True)
+        )
+        if not moves and slower:
+            return int(places.size - number)
+        number //= 2
+        if number < JUDGED:
+            break
+    return None
+
+
+def _only(places: NDArray[np.intp], size: int) -> NDArray[np.bool_]:
+    chosen = np.zeros(size, dtype=bool)
+    chosen[places] = True
+    return chosen
+
+
+_WORDS = {
+    "amplitude": ("amplitude", "m"),
+    "force_amplitude": ("force amplitude", "N"),
+    "dissipated_energy": ("energy a cycle", "J"),
+}
+
+
+def _span(columns: Mapping[str, Floats], places: NDArray[np.intp], names: tuple[str, ...]) -> str:
+    """Such as "force amplitude 300 N to 500 N": in the mean of the first and the last tenth."""
+    few = max(1, places.size // 10)
+    said = []
+    for name in names:
+        word, unit = _WORDS[name]
+        ends = (float(columns[name][part].mean()) for part in (places[:few], places[-few:]))
+        low, high = (engineering(end, unit) for end in ends)
+        said.append(f"{word} {low} to {high}")
+    return ", ".join(said)
+
+
+def _moving(columns: Mapping[str, Floats], places: NDArray[np.intp], names: tuple[str, ...]) -> str:
+    return (
+        f"not settled: {_span(columns, places, names)} from cycle {places[0] + 1} to "
+        f"{places[-1] + 1}; intervals are the range of the cycles, not of a mean, which belongs "
+        "to none of them"
+    )
+
+
+def _stepped(
+    columns: Mapping[str, Floats], places: NDArray[np.intp], runs: list[tuple[int, int]]
+) -> str:
+    """Which stretches of one amplitude there are, and of which the means are."""
+    amplitude = columns["amplitude"][places]
+    said = []
+    for first, stop in runs:
+        of = places[first:stop]
+        said.append(
+            f"cycles {of[0] + 1} to {of[-1] + 1} at "
+            f"{engineering(float(columns['amplitude'][of].mean()), 'm')} with "
+            f"{engineering(float(columns['dissipated_energy'][of].mean()), 'J')} a cycle"
+        )
+    first, stop = max(runs, key=lambda run: run[1] - run[0])
+    return (
+        f"the amplitude is not the same in all cycles, {engineering(float(amplitude.min()), 'm')} "
+        f"to {engineering(float(amplitude.max()), 'm')}; settled are {'; '.join(said[:8])}"
+        f"{'; ...' if len(said) > 8 else ''}. The means are of cycles {places[first] + 1} to "
+        f"{places[stop - 1] + 1}"
+    )

@@ -136,3 +136,39 @@ def test_a_pressure_that_varies_costs_stiffness_and_energy() -> None:
     # Section 10 of the theory says -4 % and -8 %.
     assert 0.95 < share < 0.97
     assert 0.91 < lost < 0.93
+
+
+@pytest.mark.parametrize("kinked", [False, True])
+def test_fields_on_one_surface_share_its_curve_whatever_came_before(kinked: bool) -> None:
+    """Deeper or lighter fields before change nothing, and all agree with the surface itself."""
+    surface = SURFACE
+    if kinked:  # a density by many points, whose kinks a profile is known for to 3e-12
+        places = np.linspace(-2e-6, 2e-6, 201)
+        heights = ms.TabulatedHeights(places, np.exp(-0.5 * (places / 5e-7) ** 2))
+        surface = dataclasses.replace(SURFACE, heights=heights)
+    apart = np.array([4e-7, 6e-7, 9e-7])
+
+    def answers(law: ms.NormalLaw, before: list[float]) -> np.ndarray:
+        for separation in before:
+            ms.JointField(law, 0.3, areas=2e-4, separations=[separation]).load(separation - 3e-7)
+        field = ms.JointField(law, 0.3, areas=2e-4, separations=apart)
+        way = field.first_loading([1e-8, 2e-7, 1e-6], apart - 1e-7)
+        return np.concatenate([field.normal_loads, way.force, way.load])
+
+    alone = answers(dataclasses.replace(surface), [])
+    after = answers(dataclasses.replace(surface), [8e-7, -5e-7, 1.2e-6])
+    np.testing.assert_allclose(after, alone, rtol=1e-14)
+    np.testing.assert_allclose(alone[:3], surface.load(apart), rtol=1e-11 if kinked else 1e-14)
+    first, second = (ms.JointField(surface, 0.3, areas=2e-4, separations=apart) for _ in range(2))
+    assert first._curve is second._curve
+
+
+def test_many_cycles_at_once_lose_what_one_after_the_other_does() -> None:
+    field = ms.JointField(SURFACE, FRICTION, areas=AREAS, loads=[100.0, 0.0, 450.0, 0.7])
+    amplitudes = np.geomspace(1e-10, 1e-5, 20).reshape(5, 4)
+    each = [field.dissipated_energy(row) for row in amplitudes]
+    np.testing.assert_allclose(field.dissipated_energy(amplitudes), each, rtol=1e-14)
+    with pytest.raises(ms.InputError, match=r"shape \(4,\), one a node, or \(cycles, 4\)"):
+        field.dissipated_energy(amplitudes.T)
+    with pytest.raises(ms.InputError, match=r"not be negative .* at node 3"):
+        field.dissipated_energy(-np.eye(4)[[0, 3]][::-1])

@@ -14,7 +14,7 @@ from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.field_backbone import FieldBackbone
-from microslip.friction.field_curve import FieldCurve
+from microslip.friction.field_curve import FieldCurve, field_curve
 from microslip.friction.field_input import area_of, at, check_positive, nodes_of
 from microslip.friction.isotropic import check_sliders
 from microslip.friction.isotropic_field import IsotropicField, knots_of
@@ -121,7 +121,7 @@ class JointField(SettledField, Locked):
 
     def _rest_at(self, separations: Floats, curve: FieldCurve | None) -> None:
         self._check_separations(separations)
-        curve = curve or FieldCurve(self.surface, float(separations.min()))
+        curve = curve or field_curve(self.surface, float(separations.min()))
         object.__setattr__(self, "separations", lock(separations))
         object.__setattr__(self, "_curve", curve)
         loads = self._scale * curve.load(self._steps)[0]
@@ -138,7 +138,7 @@ class JointField(SettledField, Locked):
         if curve is None:
             heaviest = int(np.argmax(shares))
             nearest = self._separation_of(shares, heaviest) if shares[heaviest] > 0.0 else np.inf
-            curve = FieldCurve(self.surface, min(nearest, LARGEST))
+            curve = field_curve(self.surface, min(nearest, LARGEST))
         object.__setattr__(self, "_curve", curve)
         steps = np.full(shares.size, np.nan)
         carried = shares > 0.0
@@ -318,29 +318,41 @@ class JointField(SettledField, Locked):
         Parameters
         ----------
         amplitude : array_like
-            Displacement amplitudes [m], not negative: shape (nodes,), or one number.
+            Displacement amplitudes [m], not negative: shape (nodes,), one number, or (cycles,
+            nodes) for many cycles at once, which is quicker than one after the other.
 
         Returns
         -------
         ndarray
-            Energies E_d [J], one a node, as of :meth:`microslip.Interface.dissipated_energy`.
+            Energies E_d [J], one a node, (nodes,) or (cycles, nodes), as of
+            :meth:`microslip.Interface.dissipated_energy`.
 
         Raises
         ------
         InputError
             Negative, not finite, or another number of them.
         """
-        a = self._each("amplitude", amplitude)
+        many = np.ndim(amplitude) == 2
+        a = floats("amplitude", amplitude) if many else self._each("amplitude", amplitude)[None]
+        if a.shape[1] != self.size:
+            raise InputError(
+                f"amplitude must have the shape ({self.size},), one a node, or (cycles, "
+                f"{self.size}), got {a.shape}"
+            )
         if a.min() < 0.0:
-            i = int(np.argmin(a))
-            raise InputError(f"amplitude must not be negative [m], got {exact(a[i])}{at(i)}")
-        energy = np.zeros(self.size)
+            i, j = np.unravel_index(np.argmin(a), a.shape)
+            raise InputError(
+                f"amplitude must not be negative [m], got {exact(a[i, j])}{at(int(j))}"
+            )
+        energy = np.zeros(a.shape)
         loaded = self.normal_loads > 0.0
         if loaded.any():
             slip = self._slip[loaded]
-            excess = self._curve.excess("excess", self._steps[loaded], a[loaded] / slip)
-            energy[loaded] = 8.0 * self._weights[loaded] * slip * excess
-        return energy
+            reach = a[:, loaded] / slip
+            steps = np.broadcast_to(self._steps[loaded], reach.shape)
+            excess = self._curve.excess("excess", steps.ravel(), reach.ravel())
+            energy[:, loaded] = 8.0 * self._weights[loaded] * slip * excess.reshape(reach.shape)
+        return energy if many else energy[0]
 
     def rigid(self) -> BackboneLaw:
         """The law of all nodes that move together, each at its own separation.

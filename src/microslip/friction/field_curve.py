@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -16,6 +17,40 @@ from microslip.normal import NormalLaw
 from microslip.normal.grids import pairs_of
 
 _FAINT = 1e-30  # of the load at the origin: what is lighter counts as none
+_KEPT = 8  # curves, of the surfaces that were asked for last
+_ORIGINS = 64  # of curves that fields share, over the span of a surface
+_DEEPER = 1.25  # ratio of the depths from which on profiles of kinked curves are made
+
+
+def field_curve(surface: NormalLaw, nearest: float) -> FieldCurve:
+    """The curve of a surface for separations about ``nearest``, shared by all fields on it.
+
+    Its origin is one of a few, so that what a field gives does not depend on which came before.
+    """
+    low, high = surface._span
+    width = (high - low) / _ORIGINS
+    place = (nearest - low) / width if width > 0.0 else math.inf
+    if 0.0 <= place <= _ORIGINS:
+        nearest = low + width * math.floor(place)
+    return _curve(_Identity(surface), nearest)
+
+
+class _Identity:
+    """A surface by which object it is: one's own may be equal to others, or have no hash."""
+
+    def __init__(self, surface: NormalLaw) -> None:
+        self.surface = surface
+
+    def __hash__(self) -> int:
+        return id(self.surface)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Identity) and other.surface is self.surface
+
+
+@lru_cache(maxsize=_KEPT)
+def _curve(identity: _Identity, nearest: float) -> FieldCurve:
+    return FieldCurve(identity.surface, nearest)
 
 
 class FieldCurve:
@@ -30,7 +65,7 @@ class FieldCurve:
         self.origin = nearest if self._loaded(nearest) else self._middle()
         # Its friction is of no account: only the load curve of this joint is made use of.
         self._coupling = Interface(surface, 1.0, separation=self.origin)._coupling
-        self._kinked: Profile | None = None
+        self._kinked: dict[int, Profile | None] = {}
 
     def _middle(self) -> float:
         """A separation with many contacts."""
@@ -51,17 +86,18 @@ class FieldCurve:
 
     def _kinked_profile(self, low: float) -> Profile | None:
         """The same for heights whose density is a table of many points."""
-        known = self._kinked
-        if known is None or low < known.low:
-            surface, origin = self.surface, self.origin
-            edge, top = surface._edge - origin, surface._top - origin
-            if low < edge or not math.isfinite(top):
-                return None
-            begin = max(low - 0.2 * (top - low), edge)
-            self._kinked = Profile.sample_kinked(
+        surface, origin = self.surface, self.origin
+        edge, top = surface._edge - origin, surface._top - origin
+        if low < edge or not math.isfinite(top):
+            return None
+        # From one of a few depths on, each with a profile of its own: the same for all who ask.
+        depth = max(1, math.ceil(math.log((top - low) / top) / math.log(_DEEPER)))
+        if depth not in self._kinked:
+            begin = max(top - top * _DEEPER**depth, edge)
+            self._kinked[depth] = Profile.sample_kinked(
                 lambda x, order: surface._derivative(x + origin, order), begin, top, edge
             )
-        return self._kinked
+        return self._kinked[depth]
 
     @property
     def _far(self) -> float:

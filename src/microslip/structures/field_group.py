@@ -53,9 +53,9 @@ class FieldGroup:
         tangents[:, 2, 0], tangents[:, 2, 2] = -tangent[:, 1, 0], -tangent[:, 1, 1]
         return forces, tangents
 
-    def loop_energy(self, amplitude: Floats) -> Floats:
+    def loop_energies(self, amplitudes: Floats) -> Floats:
         """See :class:`microslip.structures.joint_groups.JointGroup`; the load is that at rest."""
-        return self.field.dissipated_energy(np.abs(amplitude[:, 0]))
+        return self.field.dissipated_energy(np.abs(amplitudes[..., 0]))
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
         """See :class:`microslip.structures.joint_groups.JointGroup`."""

@@ -51,8 +51,11 @@ class JointGroup(Protocol):
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
         """The settled cycle of a periodic motion."""
 
-    def loop_energy(self, amplitude: Floats) -> Floats:
-        """Energy a cycle (joints,) [J] at displacement amplitudes, by the closed form."""
+    def loop_energies(self, amplitudes: Floats) -> Floats:
+        """Energies (cycles, joints) [J] of cycles of displacement amplitudes (cycles, joints, c).
+
+        By the closed form.
+        """
 
     def start(self) -> JointState:
         """A state at rest."""
@@ -95,9 +98,9 @@ class LawGroup:
         force[:, 0, 0] -= self._loaded
         return HarmonicForces(force, jacobian)
 
-    def loop_energy(self, amplitude: Floats) -> Floats:
+    def loop_energies(self, amplitudes: Floats) -> Floats:
         """See :class:`JointGroup`."""
-        return np.asarray(self.law.dissipated_energy(np.abs(amplitude[:, 0])))
+        return np.asarray(self.law.dissipated_energy(np.abs(amplitudes[..., 0])))
 
     def _states(self) -> list[Any]:
         states = [self.law.start() for _ in self.static]

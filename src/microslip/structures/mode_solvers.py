@@ -71,16 +71,18 @@ def quasi_static_curve(
     solver = QuasiStatic(model, joints, index, measure)
     points = solver.curve(amplitudes)
     rows = _Rows(model, amplitudes.size, sum(g.stuck.shape[0] for g in joints.groups))
-    for i, point in enumerate(points):
-        if point is not None:
+    reached = [(i, point) for i, point in enumerate(points) if point is not None]
+    if reached:
+        dampings, energies = solver.losses([point for _, point in reached])
+        for (i, point), damping, energy in zip(reached, dampings, energies, strict=True):
             shape = model.shapes @ point.shape / point.modal_amplitude
             rows.put(
                 i,
                 point.modal_amplitude,
                 point.omega,
-                point.damping + base_damping,
+                float(damping) + base_damping,
                 shape,
-                [point.energy],
+                [energy],
             )
     solved = [float(a) for a, p in zip(amplitudes, points, strict=True) if p is not None]
     if len(solved) == amplitudes.size:

@@ -34,15 +34,18 @@ class StaticPoint(NamedTuple):
 
 
 class QuasiStaticPoint(NamedTuple):
-    """Frequency and damping at an amplitude."""
+    """The mode at an amplitude."""
 
-    omega: float
-    damping: float
+    square: float
+    """Of the angular frequency [rad^2/s^2]; not above zero where nothing holds the mode."""
     shape: Floats
     """Half of the motion from one side to the other, in modal coordinates."""
-    energy: Floats
-    """Loss of a cycle by joint, all groups in a row [J]."""
     modal_amplitude: float
+
+    @property
+    def omega(self) -> float:
+        """Angular frequency [rad/s]."""
+        return math.sqrt(max(self.square, 0.0))
 
 
 class QuasiStatic:
@@ -172,16 +175,26 @@ class QuasiStatic:
 
     def _point(self, sides: dict[float, StaticPoint], q: float) -> QuasiStaticPoint:
         ahead, behind = sides[1.0], sides[-1.0]
-        half = 0.5 * (ahead.shape - behind.shape)
-        square = 0.5 * (ahead.square + behind.square)
-        motions = self.joints.split(self.joints.flat.T @ half)
-        energy = np.concatenate(
-            [g.loop_energy(u) for g, u in zip(self.joints.groups, motions, strict=True)]
-            or [np.zeros(0)]
+        return QuasiStaticPoint(
+            0.5 * (ahead.square + behind.square), 0.5 * (ahead.shape - behind.shape), q
         )
-        damping = (
-            float(energy.sum()) / (2.0 * math.pi * square * q**2) if square > 0.0 else math.nan
-        )
-        if self.model.damping is not None:
-            damping += float(half @ self.model.damping @ half) / (2.0 * math.sqrt(square) * q**2)
-        return QuasiStaticPoint(math.sqrt(max(square, 0.0)), damping, half, energy, q)
+
+    def losses(self, points: list[QuasiStaticPoint]) -> tuple[Floats, Floats]:
+        """Damping ratios, and the losses of a cycle by joint [J], all groups in a row.
+
+        Of all points at once: a law takes little longer for many amplitudes than for one.
+        """
+        shapes = np.array([point.shape for point in points]).reshape(-1, self.model.size)
+        motions = shapes @ self.joints.flat
+        energies = [np.zeros((len(points), 0))]
+        for part, group in zip(self.joints.parts, self.joints.groups, strict=True):
+            energies.append(group.loop_energies(motions[:, part].reshape(-1, *group.stuck.shape)))
+        energy = np.concatenate(energies, axis=1)
+        square = np.array([point.square for point in points])
+        q = np.array([point.modal_amplitude for point in points])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            damping = energy.sum(axis=1) / (2.0 * math.pi * square * q**2)
+            if self.model.damping is not None:
+                viscous = np.einsum("pi,ij,pj->p", shapes, self.model.damping, shapes)
+                damping += viscous / (2.0 * np.sqrt(square) * q**2)
+        return np.where(square > 0.0, damping, math.nan), energy

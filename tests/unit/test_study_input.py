@@ -498,6 +498,32 @@ def test_a_study_predicts_with_a_friction_law_of_its_own_parameters(
 
 
 @pytest.mark.parametrize(
+    ("lines", "law"),
+    [
+        ('law = "coulomb"\nforce_limit = "100 N"', ms.Coulomb(100.0)),
+        ('law = "iwan"\nstiffnesses = ["20 N/um", "30 N/um"]\nforce_limits = ["20 N", "80 N"]',
+         ms.Iwan([2e7, 3e7], [20.0, 80.0])),
+        ('law = "segalman"\nforce_limit = "100 N"\nstiffness = "50 N/um"\nchi = -0.5\nbeta = 1.0',
+         ms.SegalmanIwan(force_limit=100.0, stiffness=5e7, chi=-0.5, beta=1.0)),
+    ],
+    ids=["coulomb", "iwan", "segalman"],
+)  # fmt: skip
+@pytest.mark.parametrize("excitation", ["", 'amplitudes = ["1 um", "5 um"]'], ids=["own", "given"])
+def test_every_friction_law_predicts(
+    lines: str, law: ms.BackboneLaw, excitation: str, tmp_path: Path
+) -> None:
+    """With every file that there is, drawn figures included, for rigid laws and discrete ones."""
+    study = ms.Study.from_toml(f"schema = 1\n[joint]\n{lines}\n[excitation]\n{excitation}\n")
+    result = study.run()
+    (joint,) = result.summary["joints"]
+    a = [row["amplitude"] for row in joint["amplitudes"]]
+    assert [row["dissipated_energy"] for row in joint["amplitudes"]] == list(
+        law.dissipated_energy(a)
+    )
+    assert result.save(tmp_path / "out")
+
+
+@pytest.mark.parametrize(
     ("lines", "place"),
     [
         ('law = "jenkins"\nstiffness = "50 N/um"', "joint.force_limit: missing"),

@@ -146,6 +146,11 @@ def _force(result: Prediction, axis: AmplitudeAxis) -> Panel:
 def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
     loads = drawn_loads(result)
     rest = [result.joints[i].tangential_stiffness for i, _ in loads]
+    # A law that is rigid at rest ends where its secants do.
+    rest = [
+        k if k < np.inf else float(result.curves[i].secant_stiffness[0])
+        for k, (i, _) in zip(rest, loads, strict=True)
+    ]
     unit, letter = common_prefix(rest)
     log = far_apart(rest)
     low, high = (1e-3 * min(rest), 3.0 * max(rest)) if log else (0.0, 1.08 * max(rest))
@@ -286,8 +291,9 @@ def slipping_share(curve: AmplitudeCurve) -> Floats:
 
 def _stems(result: Prediction, axis: AmplitudeAxis) -> Panel | None:
     sliders = {index: result.joints[index].sliders() for index, _ in drawn_loads(result)}
-    sizes = [float(s.stiffnesses.max()) for s in sliders.values() if s.stiffnesses.size]
-    if not sizes:
+    # A rigid one slips from zero on, and has no place on the axes.
+    sizes = [float(k.max()) for s in sliders.values() if (k := s.stiffnesses).size]
+    if not sizes or not np.isfinite(sizes).all():
         return None
     unit, letter = prefix(max(sizes))
     panel = axis.panel(

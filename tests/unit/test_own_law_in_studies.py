@@ -1,0 +1,126 @@
+"""A law and heights after one file and one export each: in studies, commands and fits by name."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+TESTS = Path(__file__).parents[1]
+
+EXPORT = """
+import json
+import sys
+
+import numpy as np
+from click.testing import CliRunner
+
+import microslip as ms
+from microslip import friction, heights
+from microslip.friction import laws
+from own_laws import Hyperbola, Ramp
+
+# What an entry in the exported tuples does, before anything has read them.
+laws.LAWS = friction.LAWS = (*laws.LAWS, Hyperbola)
+heights.HEIGHTS = (*heights.HEIGHTS, Ramp)
+assert not any(name.startswith("microslip.study") for name in sys.modules)
+
+from microslip.cli import main
+
+
+def run(*words, code=0):
+    found = CliRunner().invoke(main, words)
+    assert found.exit_code == code, found.output
+    return found.output
+
+
+LAW = Hyperbola(stiffness=2e7, force_limit=300.0)
+"""
+
+STUDIES = """
+open("law.toml", "w").write('''schema = 1
+[joint]
+law = "hyperbola"
+stiffness = "20 N/um"
+force_limit = "300 N"
+[excitation]
+amplitudes = ["2 um", "30 um"]
+[output]
+formats = ["csv"]
+''')
+said = run("check", "law.toml")
+assert "20 N/um" in said and "2e7 N/m" in said, said
+(joint,) = json.loads(run("predict", "law.toml", "--json"))["joints"]
+energies = [row["dissipated_energy"] for row in joint["amplitudes"]]
+assert energies == list(LAW.dissipated_energy([2e-6, 3e-5])), energies
+assert "stiffness at rest" in open("law-result/report.html").read().lower()
+said = run("check", "law.toml", "--set", 'joint.stiffness="20 mm"', code=2)
+assert "joint.stiffness" in said and "wanted a" in said, said
+said = run("check", "law.toml", "--set", 'joint.law="hyperbole"', code=2)
+assert 'did you mean "hyperbola"?' in said, said
+
+open("heights.toml", "w").write('''schema = 1
+[surface]
+law = "greenwood-williamson"
+materials = ["steel", "steel"]
+heights = { kind = "ramp", highest = "2 um" }
+radius = "1 mm"
+density = "100 1/mm^2"
+area = "2 cm^2"
+[joint]
+friction_coefficient = 0.5
+normal_load = "500 N"
+[excitation]
+amplitudes = ["0.1 um", "2 um"]
+[output]
+formats = ["csv"]
+''')
+assert "highest" in run("check", "heights.toml")
+(joint,) = json.loads(run("predict", "heights.toml", "--json"))["joints"]
+pair = ms.MaterialPair(ms.Material.named("steel"), ms.Material.named("steel"))
+surface = ms.GreenwoodWilliamson(pair, Ramp(2e-6), radius=1e-3, density=1e8, area=2e-4)
+own = ms.Interface(surface, 0.5, normal_load=500.0)
+energies = [row["dissipated_energy"] for row in joint["amplitudes"]]
+assert np.allclose(energies, own.dissipated_energy([1e-7, 2e-6]), rtol=1e-12, atol=0.0), energies
+schema = run("schema")
+assert '"hyperbola"' in schema and '"ramp"' in schema
+"""
+
+FITS = """
+rig = ms.VirtualTribometer(LAW, rig_stiffness=5e7, noise={"force": 0.5, "displacement": 1e-10})
+records = []
+for amplitude in (1e-5, 6e-5):
+    record = rig.record(amplitude=amplitude, frequency=10.0, cycles=8)
+    records.append(record)
+    np.savetxt(
+        f"{amplitude:g}.csv", np.stack([record.displacement, record.force], axis=1),
+        header="displacement [m],force [N]", delimiter=",", comments="",
+    )
+found = json.loads(run(
+    "identify", "1e-05.csv", "6e-05.csv", "--law", "hyperbola", "--law", "jenkins", "--json",
+    "--bound", "stiffness=1..100 N/um",
+))
+fitted = found["identification"]["parameters"]
+assert found["comparison"]["best"] == "hyperbola", found["comparison"]
+assert abs(fitted["force_limit"]["value"] / 300.0 - 1.0) < 0.02, fitted
+assert abs(fitted["stiffness"]["value"] / 2e7 - 1.0) < 0.05, fitted
+assert ms.identify(records, "hyperbola", intervals="curvature").law == "hyperbola"
+assert ms.compare(records, ["jenkins", "hyperbola"], intervals="curvature").best == "hyperbola"
+"""
+
+
+def run(tmp_path: Path, *parts: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(parts)], cwd=tmp_path, capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": str(TESTS), "OPENBLAS_NUM_THREADS": "1"}, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+def test_one_export_each_makes_them_keys_of_studies(tmp_path: Path) -> None:
+    run(tmp_path, EXPORT, STUDIES)
+
+
+def test_one_export_makes_a_law_one_to_identify_and_compare(tmp_path: Path) -> None:
+    run(tmp_path, EXPORT, FITS)

@@ -35,6 +35,8 @@ def exact(value: float) -> str:
 
 def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float:
     """A finite real number, or an error that says what came."""
+    if type(value) is float and math.isfinite(value):  # a solver's step, a million times
+        return value
     wanted = f"a finite number{f' in {unit}' if unit else ''}"
     if isinstance(value, np.ndarray) and value.ndim == 0 and not np.ma.is_masked(value):
         value = value.item()

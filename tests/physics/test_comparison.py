@@ -50,6 +50,13 @@ def displacements(law: ms.BackboneLaw, cells: ms.Iwan) -> np.ndarray:
     return np.concatenate(([0.0], anywhere, cells.sliders().yield_displacements))
 
 
+def constant_of(law: ms.BackboneLaw) -> float:
+    """(integral of sqrt(-T0''))^2/8 over the force limit, where the density is smooth."""
+    u = reach_of(law) * np.geomspace(1e-6, 1e8, 4001)
+    root = np.sqrt(np.nan_to_num(law.sliders().density(u), posinf=0.0))
+    return float(np.trapezoid(root, u)) ** 2 / (8.0 * law.force_limit)
+
+
 @CURVED
 def test_cells_converge_to_the_backbone_at_second_order(law):
     """Infinite densities (given summits), endless ones and last sliders included."""
@@ -71,7 +78,7 @@ def test_cells_converge_to_the_backbone_at_second_order(law):
     # The same constant throughout, (integral of sqrt(-T0''))^2/8, but for where knots fall between
     # summits.
     scaled = np.array(errors) * np.array(counts) ** 2
-    assert scaled.max() < 0.65
+    assert scaled.max() < max(0.65, 1.05 * constant_of(law))
     assert scaled.max() / scaled.min() < 2.2
 
 

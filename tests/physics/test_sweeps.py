@@ -79,6 +79,7 @@ def joint_on(surface: ms.NormalLaw) -> tuple[ms.Interface, np.ndarray, np.ndarra
     most = float(surface.load(low))
     # Heights that begin abruptly: also so heavy that every summit touches.
     heaviest = 3.0 if surface._edge == low and not isinstance(surface, OwnLaw) else 0.9
+    heaviest = min(heaviest, 0.9 * surface._heaviest / most)
     loads = most * np.array([1e-4, 0.3, 0.02, heaviest, 1e-3])
     joint = ms.Interface(surface, 0.4, normal_load=loads[1])
     scale = joint.force_limit / joint.tangential_stiffness
@@ -100,6 +101,11 @@ def one_by_one(
                 a if name == "amplitude" else getattr(each, OTHER_NAMES.get(name, name))(a)
             )
     return values
+
+
+def kinked(surface: ms.NormalLaw) -> float:
+    """How much more rounding a law has whose small steps are sums over many kinks."""
+    return 40.0 if surface._small_kinks.size and isinstance(surface, ms.TightenedSurface) else 1.0
 
 
 def known_to(surface: ms.NormalLaw) -> list[str]:
@@ -127,7 +133,11 @@ def test_equal_to_one_interface_after_the_other(surface: ms.NormalLaw) -> None:
         every = [slice(None) if k in dims else 0 for k in range(3)]
         # Interfaces tabulate their energies to 1e-12, at worst.
         np.testing.assert_allclose(
-            swept[name], wanted[tuple(every)], rtol=3e-13, atol=1e-290, err_msg=name
+            swept[name],
+            wanted[tuple(every)],
+            rtol=3e-13 * kinked(surface),
+            atol=1e-290,
+            err_msg=name,
         )
 
 
@@ -147,7 +157,9 @@ def test_force_amplitudes(surface: ms.NormalLaw) -> None:
     for name in names:
         wanted = one_by_one(joint, [0.1, 0.7], loads, forces, name, by_force=True)
         # Near the limit the displacement of a force magnifies the rounding of the force.
-        np.testing.assert_allclose(swept[name], wanted, rtol=1e-11, atol=1e-290, err_msg=name)
+        np.testing.assert_allclose(
+            swept[name], wanted, rtol=1e-11 * kinked(surface), atol=1e-290, err_msg=name
+        )
 
 
 @pytest.mark.parametrize("kind", ["drop", "fall", "excess", "excess_slope"])
@@ -172,12 +184,14 @@ def test_every_way_gives_the_same(
         monkeypatch.setattr(grids, "_costs", only)
         shares: list[float] = []
         values = grids.on_grid(surface, kind, d, u, shares.append)
-        np.testing.assert_allclose(values, wanted, rtol=2e-13, atol=0, err_msg=way)
+        np.testing.assert_allclose(
+            values, wanted, rtol=2e-13 * kinked(surface), atol=0, err_msg=way
+        )
         assert shares == sorted(shares)
         assert shares[-1] == pytest.approx(1.0)
         # With steps of its own for each row, the same.
         own = grids.on_grid(surface, kind, d, np.tile(u, (d.size, 1)))
-        np.testing.assert_allclose(own, wanted, rtol=2e-13, atol=0, err_msg=way)
+        np.testing.assert_allclose(own, wanted, rtol=2e-13 * kinked(surface), atol=0, err_msg=way)
 
 
 @pytest.mark.parametrize("shape", [(1, 5000), (10, 500), (70, 70), (2000, 3), (5000, 1)])

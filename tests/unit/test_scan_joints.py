@@ -38,16 +38,6 @@ def _home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.fixture(name="undrawn")
-def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures take most of the time, and are drawn by another test."""
-    from matplotlib.figure import Figure
-
-    empty = b'<svg xmlns="http://www.w3.org/2000/svg"></svg>'
-    monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: path.write_bytes(empty))
-    monkeypatch.setattr("microslip.study.drawing.settle", lambda figure: None)
-
-
 # -- two rough surfaces ----------------------------------------------------------------------------
 
 
@@ -101,7 +91,7 @@ def test_scans_and_summits_do_not_combine_but_say_what_does() -> None:
 
 
 @pytest.mark.parametrize("estimate", ["mccool", "nayak"])
-def test_a_profile_makes_a_joint_without_code(home: Path, undrawn: None, estimate: str) -> None:
+def test_a_profile_makes_a_joint_without_code(home: Path, estimate: str) -> None:
     options = (*AS_IS, "--area", "2 cm^2", "--method", "neighbours", "--prominence", "1 nm")
     outcome = run("surface", "trace.npy", *options, "-o", "out")
     assert outcome.exit_code == 0, outcome.output
@@ -132,7 +122,7 @@ def test_a_profile_makes_a_joint_without_code(home: Path, undrawn: None, estimat
     assert any("as if the profile were of an isotropic" in n for n in result.summary["notes"])
 
 
-def test_a_profile_without_an_area_has_its_block(home: Path, undrawn: None) -> None:
+def test_a_profile_without_an_area_has_its_block(home: Path) -> None:
     assert run("surface", "trace.npy", *AS_IS, "-o", "out").exit_code == 0
     text = (home / "out/surface.toml").read_text("utf-8")
     with pytest.raises(ms.StudyError, match=r"surface\.area: missing, and a profile has none"):

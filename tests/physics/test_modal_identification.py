@@ -78,6 +78,26 @@ def test_noise_widens_the_intervals_and_they_hold_the_truth() -> None:
     assert words["parameters at a bound"] == "ok"
 
 
+def test_a_ring_down_gives_back_its_curve() -> None:
+    """A signal whose frequency and damping follow the curve, read as a test reads it."""
+    curve = measured(0.0)[0]
+    grid = np.log(curve.amplitude)
+    time = np.arange(0.0, 1.2, 5e-5)
+    level, phase, signal = np.log(1e-5), 0.0, []
+    for _ in time:
+        signal.append(np.exp(level) * np.cos(phase))
+        omega = 2.0 * np.pi * np.interp(level, grid, curve.frequency)
+        zeta = np.exp(np.interp(level, grid, np.log(curve.damping_ratio)))
+        level, phase = level - zeta * omega * 5e-5, phase + omega * 5e-5
+    found = ms.ModalTest.from_ring_down(time, signal, points=6, sensor="tip", mode=0)
+    at = np.log(found.amplitude)
+    np.testing.assert_allclose(found.frequency, np.interp(at, grid, curve.frequency), rtol=1e-3)
+    wanted = np.exp(np.interp(at, grid, np.log(curve.damping_ratio)))
+    # Each point is a mean over an interval in which the interpolated curve has a kink.
+    np.testing.assert_allclose(found.damping_ratio, wanted, rtol=0.03)
+    assert found.sensor == "tip"
+
+
 def test_a_wrong_assumption_is_seen_in_the_misfit() -> None:
     found = identified(
         0.0, ("friction_coefficient",)

@@ -129,6 +129,50 @@ class ModalTest(Locked):
         if isinstance(self.mode, bool) or not isinstance(self.mode, int) or self.mode < 0:
             raise InputError(f"mode must be a whole number from 0 on, got {show(self.mode)}")
 
+    @classmethod
+    def from_ring_down(
+        cls, time: ArrayLike, displacement: ArrayLike, *, points: int = 12, **given: Any
+    ) -> ModalTest:
+        """Read a test from the ring-down after a hammer's blow or a release.
+
+        Parameters
+        ----------
+        time : array_like
+            Times [s] in even steps, one-dimensional.
+        displacement : array_like
+            What the sensor showed [m], one mode alone, of the same shape.
+        points : int
+            Amplitudes to keep, about evenly on a log axis; each is a mean over its neighbours.
+        **given : object
+            ``mode``, ``sensor``, ``frequency_error`` and ``damping_error``.
+
+        Returns
+        -------
+        ModalTest
+            Frequency and damping against amplitude.
+
+        Raises
+        ------
+        InputError
+            As for :func:`microslip.read_decay`.
+        """
+        from microslip.structures.free_decay import read_decay
+
+        decay = read_decay(time, displacement)
+        good = np.flatnonzero((decay.damping_ratio > 0.0) & (decay.amplitude > 0.0))
+        if good.size == 0:
+            raise InputError("displacement must decay, got one that nowhere does")
+        levels = np.log(decay.amplitude[good])
+        count = max(1, min(int(points), good.size))
+        edges = np.linspace(levels.min(), levels.max(), count + 1)
+        place = np.clip(np.searchsorted(edges, levels, side="right") - 1, 0, count - 1)
+        held = np.unique(place)
+        amplitude, frequency, damping = (
+            np.array([np.exp(np.log(values[good][place == k]).mean()) for k in held])
+            for values in (decay.amplitude, decay.frequency, decay.damping_ratio)
+        )
+        return cls(amplitude, frequency, damping, **given)
+
 
 @dataclass(frozen=True, eq=False)
 class ModalIdentification(Locked):

@@ -13,6 +13,7 @@ import pytest
 from command import run
 
 import microslip as ms
+from microslip.results.measured import document
 from microslip.tribometer import (
     condition,
     delay_of,
@@ -22,6 +23,7 @@ from microslip.tribometer import (
 from microslip.tribometer.cycle_columns import UNITS
 from microslip.tribometer.cycle_selection import beyond
 from microslip.tribometer.cycles import split
+from microslip.tribometer.reading import _range
 from microslip.tribometer.regimes import thresholds
 from microslip.tribometer.spikes import spikes_of
 
@@ -155,8 +157,16 @@ def test_turned_around() -> None:
         assert turned.mean[name].value == pytest.approx(MEASURED.mean[name].value, rel=1e-9)
     wrong = ms.measure(ms.Record(RECORD.displacement, -RECORD.force, 2000.0))
     assert "the force has the opposite sign" in wrong.notes[0]
+    assert "energy is negative" in " ".join(document([wrong]).remarks)  # before any number
+    assert document([turned]).remarks == ()
     swapped = ms.measure(ms.Record(RECORD.force, RECORD.displacement, 2000.0))
     assert "or the two columns are swapped" in swapped.notes[0]
+
+
+def test_ends_of_a_column_that_hardly_moves_can_be_told_apart() -> None:
+    assert _range(-0.110036, -0.109796, "m") == ("-110.036 mm", "-109.796 mm")
+    assert _range(-2.0, 3.0, "N") == ("-2.00 N", "3.00 N")
+    assert _range(5.0, 5.0, "N") == ("5.00 N", "5.00 N")
 
 
 def test_clipped() -> None:

@@ -18,7 +18,7 @@ from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, SURFACE, SURFACES, ed
 
 import microslip as ms
 from microslip._core.parameters import parameters_of
-from microslip.report.cells import quantity
+from microslip.report.cells import quantity, signed
 from microslip.report.html import page as html_page
 from microslip.report.judgements import _listed
 from microslip.report.pictures import Drawn
@@ -443,6 +443,13 @@ def test_quantities_are_written_for_readers(value: Any, unit: str, text: str) ->
 
 
 # -- equations, provenance ----------------------------------------------------------------------
+
+
+def test_minus_signs() -> None:
+    """Of all numbers in a cell, but not of exponents, names and ranges of words."""
+    assert signed("-2.4 N … -2.3 N (-1)") == "−2.4 N … −2.3 N (−1)"
+    assert signed("2.7e-16 m²") == "2.7e-16 m²"
+    assert signed("half-space-2") == "half-space-2"
 
 
 def test_equations_are_well_formed_mathml(text: str) -> None:

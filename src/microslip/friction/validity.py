@@ -50,7 +50,8 @@ RULES: tuple[Rule, ...] = (
         outside=1.0,
         meaning="summits deform elastically",
         reason="Greenwood and Williamson (1966): elastic below 0.6, plastic above 1",
-        remedy="count with tightened surfaces, whose highest summits have yielded",
+        remedy="take the surface as tightening leaves it, its highest summits yielded: "
+        "surface.tightened in Python",
         missing="give the hardness of the softer material [Pa]",
     ),
 )

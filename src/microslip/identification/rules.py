@@ -22,7 +22,7 @@ KNOWN = Rule(
     outside=1e-9,
     meaning="the records tell every parameter that was free",
     reason="profiles of the likelihood that close on both sides",
-    remedy="see below what would settle the others",
+    remedy="each open parameter says what would settle it",
 )
 RULES: tuple[Rule, ...] = (MISFIT, KNOWN)
 

@@ -62,8 +62,8 @@ def decimals(value: float | None) -> str:
 
 
 def signed(text: str) -> str:
-    """A number with a minus sign in place of a hyphen."""
-    return text.replace("-", "−", 1) if text.startswith("-") else text
+    """Numbers with minus signs in place of hyphens; exponents keep theirs."""
+    return re.sub(r"(?<![^\s(])-(?=\d)", "−", text)
 
 
 def area(value: float | None) -> str:

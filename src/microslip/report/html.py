@@ -74,7 +74,8 @@ def _banner(document: Document) -> Iterator[str]:
     word = document.word if judged else "none"
     none = " ".join(dict.fromkeys(block.none for block in document.verdicts if not block.verdicts))
     head = HEADLINES[word] if judged else f"{none} What the model assumes is for you to judge."
-    yield f'<div class="verdict {anchor(word)}">\n'
+    look = word if document.verdicts else "watch"
+    yield f'<div class="verdict {anchor(look)}">\n'
     if document.verdicts:
         yield f"<p><strong>{_SIGNS[word]} {escape(head)}</strong></p>\n"
     doubts = [judgement.sentence for judgement in judged if judgement.word != "ok"]
@@ -127,6 +128,7 @@ def _provenance(document: Document) -> Iterator[Section]:
         blocks.append(Note("Beside this page, numbers in SI units:"))
         groups = file_groups(names)
         texts = [f"{_FILES[k]}: {', '.join(groups[k])}" for k in _FILES if k in groups]
+        texts = [text.replace(", (", " (") for text in texts]  # the endings of figures
         blocks.append(Items(tuple(texts)))
     if blocks:
         yield Section("Provenance and files", tuple(blocks))
@@ -160,7 +162,8 @@ def _(block: Table, section: Section) -> str:
         parts.append('<tr class="first">' if new else "<tr>")
         for place, (text, word) in enumerate(zip(row, judged, strict=True)):
             kind = "" if place < keys or words[place] else ' class="number"'
-            inside = escape(signed(text))
+            # What a row is about may be a name, which stays as it is.
+            inside = escape(text if place < keys and words[place] else signed(text))
             if word:
                 inside = f'<span class="word {anchor(word)}">{inside}</span>'
             parts.append(f"<td{kind}>{inside}</td>")

@@ -254,6 +254,10 @@ def _scale(frame: Frame, which: Which) -> Scale:
         if count * (widest + 8.0) > room:
             most = max(2, int(room / (widest + 8.0)))
             ticks = make(low, high, most) if axis.log else linear(low, high, most, axis.integer)
+        if not axis.log and len(ticks.major) < 2:  # one number alone is no scale
+            finer = linear(low, high, 2 * most, axis.integer)
+            widest = max((text_width(text, SMALL) for _, text in finer.major), default=0.0)
+            ticks = finer if len(finer.major) * (widest + 4.0) <= room else ticks
     return scale._replace(ticks=ticks)
 
 

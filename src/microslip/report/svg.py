@@ -317,7 +317,10 @@ def _(item: Pixels, frame: Frame) -> str:
     x, y = frame.points(np.array([item.left, item.right]), np.array([item.bottom, item.top]))
     left, right = sorted(x.tolist())
     top, bottom = sorted(y.tolist())
-    data = base64.b64encode(_png(item.values)).decode("ascii")
+    # Browsers blur pixels that they enlarge, and the few fields of a table would run together.
+    each = max(1, 640 // max(item.values.shape[:2])) if max(item.values.shape[:2]) < 64 else 1
+    values = item.values.repeat(each, axis=0).repeat(each, axis=1)
+    data = base64.b64encode(_png(values)).decode("ascii")
     return (
         f'<image x="{left:.2f}" y="{top:.2f}" width="{right - left:.2f}" '
         f'height="{bottom - top:.2f}" preserveAspectRatio="none" '

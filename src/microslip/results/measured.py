@@ -71,7 +71,17 @@ def document(
         "loops", caption, lambda: loops(measurements), "Mean loops, and energies over the cycles"
     )
     sections.append(Section("Loops", (picture,), brief=False))
-    return Document(KIND, title, _answer(measurements), tuple(sections), data)
+    wrong = [
+        name
+        for name, measured in zip(names, measurements, strict=True)
+        if measured.mean["dissipated_energy"].value < 0.0
+    ]
+    remarks = tuple(
+        f"{name}: the dissipated energy is negative, which no joint's is: the force has the "
+        "opposite sign, or the columns are swapped; see the notes."
+        for name in wrong
+    )
+    return Document(KIND, title, _answer(measurements), tuple(sections), data, remarks)
 
 
 def write(document: Document, measurements: Sequence[Measurement], folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import numbers
 import re
 from collections.abc import Callable, Mapping
@@ -248,15 +249,21 @@ def _finish(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) ->
         values -= origin
     if sign < 0:
         np.negative(values, out=values)
-    low, high = (
-        engineering(float(values.min()), kind.unit),
-        engineering(float(values.max()), kind.unit),
-    )
+    ends = float(values.min()), float(values.max())
+    low, high = _range(*ends, kind.unit)
     if not said:
         said = "sign turned, zero as in the file" if sign < 0 else "sign and zero as in the file"
     else:
         said += ", sign turned" if sign < 0 else ", sign as in the file"
     return f"{taken_as.words}, {said}: from {low} to {high}"
+
+
+def _range(low: float, high: float, unit: str) -> tuple[str, str]:
+    """Both ends with as many digits as tell their distance."""
+    size, distance = max(abs(low), abs(high)), high - low
+    beyond = math.ceil(math.log10(size / distance)) if 0.0 < distance < size else 0
+    digits = min(3 + beyond, 9)
+    return engineering(low, unit, digits), engineering(high, unit, digits)
 
 
 def _check_time(table: Table, time: Floats, first: int) -> None:

@@ -208,6 +208,8 @@ def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
                 "limit": _plain(verdict.limit),
                 "word": verdict.word,
                 "meaning": verdict.meaning,
+                "reason": verdict.reason,
+                "remedy": verdict.remedy,
                 **({"normal_load": load} if varies else {}),
             }
             for verdict, load in verdicts(study, joint)

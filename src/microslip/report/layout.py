@@ -257,7 +257,8 @@ def _scale(frame: Frame, which: Which) -> Scale:
         if not axis.log and len(ticks.major) < 2:  # one number alone is no scale
             finer = linear(low, high, 2 * most, axis.integer)
             widest = max((text_width(text, SMALL) for _, text in finer.major), default=0.0)
-            ticks = finer if len(finer.major) * (widest + 4.0) <= room else ticks
+            every = max(1, math.ceil(len(finer.major) * (widest + 4.0) / room))
+            ticks = finer._replace(major=finer.major[::every])
     return scale._replace(ticks=ticks)
 
 

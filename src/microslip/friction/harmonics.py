@@ -210,11 +210,14 @@ def solve(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
         beyond = (value > 0.0) == rising
         high, low = np.where(beyond, t, high), np.where(beyond, low, t)
         with np.errstate(divide="ignore", invalid="ignore"):
-            new = t - value / slope(t)
-        inside = (new > low) & (new < high)
-        new = np.where(inside, new, 0.5 * (low + high))
-        new = np.where(value == 0.0, t, new)
-        done = np.abs(new - t) <= 4e-16 * np.maximum(np.abs(t), 1.0)
+            step = value / slope(t)
+        size = np.maximum(np.abs(t), 1.0)
+        there = (np.abs(step) <= 4e-16 * size) | (value == 0.0)
+        # Of a root at an end of its bracket rounding may be beyond it.
+        inside = (t - step > low - 1e-14 * size) & (t - step < high + 1e-14 * size)
+        new = np.where(inside, np.clip(t - step, low, high), 0.5 * (low + high))
+        new = np.where(there, t, new)
+        done = np.abs(new - t) <= 4e-16 * size
         t = new
         if done.all():
             break

@@ -91,10 +91,9 @@ class LawGroup:
         for joint in range(count):
             motion = coefficients[joint, 0].copy()
             motion[0] += self.static[joint]
-            cycle = self.law.periodic(basis.values @ motion)
-            slopes = tree_derivative(cycle.stiffness, cycle.parent, cycle.root, basis.values)
-            force[joint, 0] = basis.coefficients @ cycle.force
-            jacobian[joint, 0, :, 0] = basis.coefficients @ slopes
+            # Without samples: those would miss the turning points, by 1.5 % of the loss at slip.
+            cycle = self.law.harmonics(motion, basis.harmonics)
+            force[joint, 0], jacobian[joint, 0, :, 0] = cycle
         force[:, 0, 0] -= self._loaded
         return HarmonicForces(force, jacobian)
 
@@ -131,18 +130,6 @@ class _LawStates:
     def commit(self) -> None:
         for state in self._states:
             state.commit()
-
-
-def tree_derivative(stiffness: Floats, parent: Any, root: int, directions: Floats) -> Floats:
-    """Derivatives of a settled cycle by coefficients of its displacement, down the tree."""
-    own = stiffness[:, None] * (directions - directions[parent])
-    own[root] = stiffness[root] * directions[root]
-    result, above = own.copy(), np.array(parent)
-    above[root] = -1
-    while (going := np.flatnonzero(above >= 0)).size:
-        result[going] += own[above[going]]
-        above[going] = np.where(above[going] == root, -1, parent[above[going]])
-    return np.asarray(result)
 
 
 def checked_law(law: BackboneLaw) -> BackboneLaw:

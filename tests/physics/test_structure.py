@@ -154,6 +154,42 @@ def test_a_motion_s_energies_add_up_and_its_error_is_of_second_order() -> None:
     assert exact.energy_error < 1e-10
 
 
+def test_what_joints_lose_is_told_apart_from_what_they_store() -> None:
+    """Work in = kinetic + stored + dissipated; a spring's stored energy is T^2/(2 k), known."""
+    stiffness = 1e8
+    slider = ms.Structure(MASS, STIFFNESS).attach(ms.Jenkins(stiffness, 100.0), directions=BETWEEN)
+    gaps = []
+    for steps in (1000, 4000):
+        time = np.linspace(0.0, 5e-3, steps + 1)
+        force = np.zeros((time.size, 3))
+        force[:, 2] = 400.0 * np.sin(2.0 * np.pi * 2000.0 * time)
+        motion = slider.integrate(force, time, spectral_radius=1.0)
+        stored = motion.elastic_energy + motion.joint_force[:, 0] ** 2 / (2.0 * stiffness)
+        known = motion.kinetic_energy + stored + motion.dissipated_energy
+        gaps.append(np.abs(known - motion.work).max() / motion.work.max())
+        assert np.diff(motion.joint_loss, axis=0).min() >= 0.0
+        assert np.abs(motion.stored_energy - stored).max() < 2e-3 * motion.work.max()
+    assert motion.joint_loss[-1, 0] > 0.1 * motion.work.max()
+    assert gaps[1] < 1e-3
+    assert gaps[1] < 0.3 * gaps[0]
+
+
+def test_nodes_of_a_field_lose_and_give_back_what_they_store() -> None:
+    field = ms.JointField(SURFACE, 0.3, areas=[1e-4, 1e-4], loads=[400.0, 900.0])
+    structure = ms.Structure(np.eye(6), 1e8 * np.diag([1.0, 2, 3, 4, 5, 6]))
+    structure = structure.attach(field, directions=np.eye(6).reshape(6, 2, 3))
+    time = np.linspace(0.0, 5e-3, 2001)
+    force = np.zeros((time.size, 6))
+    force[:, [0, 3]] = 300.0 * np.sin(2.0 * np.pi * 1500.0 * time)[:, None]
+    force[:, 5] = 100.0 * np.sin(2.0 * np.pi * 900.0 * time)
+    motion = structure.integrate(force, time)
+    assert motion.joint_loss.shape == (time.size, 2)
+    assert np.diff(motion.joint_loss, axis=0).min() >= 0.0
+    assert motion.joint_loss[-1].min() > 0.0
+    # What is stored is never taken out without having been put in.
+    assert motion.stored_energy.min() > -1e-6 * motion.stored_energy.max()
+
+
 def test_a_free_structure_flies_as_a_whole() -> None:
     bar = series_bar()
     force = np.tile([1.0, 0.0, 0.0, 0.0], (201, 1))

@@ -89,7 +89,7 @@ class _FieldState:
 
     def __init__(self, group: FieldGroup) -> None:
         self._group = group
-        self._state = group.field.start()
+        self._state = group.field.start(energies=True)
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
         group = self._group
@@ -99,6 +99,10 @@ class _FieldState:
 
     def commit(self) -> None:
         self._state.commit()
+
+    @property
+    def lost(self) -> Floats:
+        return np.asarray(self._state.dissipated_energy)
 
 
 def _unit(line: Floats) -> Floats:

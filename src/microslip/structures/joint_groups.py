@@ -36,6 +36,10 @@ class JointState(Protocol):
     def commit(self) -> None:
         """Make the last trial the state."""
 
+    @property
+    def lost(self) -> Floats:
+        """Energies lost so far (joints,) [J], those of the way to the static state included."""
+
 
 class JointGroup(Protocol):
     """Joints of one kind about a static state; displacements count from that state."""
@@ -130,6 +134,10 @@ class _LawStates:
     def commit(self) -> None:
         for state in self._states:
             state.commit()
+
+    @property
+    def lost(self) -> Floats:
+        return np.array([state.dissipated_energy for state in self._states])
 
 
 def checked_law(law: BackboneLaw) -> BackboneLaw:

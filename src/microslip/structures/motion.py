@@ -43,10 +43,26 @@ class Motion(Locked):
     """Of the structure without its joints [J]."""
     joint_energy: Floats
     """What went into the joints, stored or lost: the work of their forces [J]."""
+    joint_loss: Floats
+    """What of it friction has lost, by joint or node, (times, joints) [J]; it never falls."""
     viscous_energy: Floats
     """Lost by the damping matrix [J]."""
     message: str
     """What came of it; where and why it stopped, and what to try."""
+
+    @property
+    def dissipated_energy(self) -> Floats:
+        """Lost up to each time, by friction and by the damping matrix [J]."""
+        return np.asarray(self.joint_loss.sum(axis=1) + self.viscous_energy)
+
+    @property
+    def stored_energy(self) -> Floats:
+        """Elastic energy of the structure and in its joints, counted from rest [J].
+
+        With it work = kinetic + stored + dissipated, to the error of the steps.
+        """
+        stored = self.joint_energy - self.joint_loss.sum(axis=1)
+        return np.asarray(self.elastic_energy + stored)
 
     @property
     def energy_error(self) -> float:
@@ -105,6 +121,7 @@ def integrate(
     count = times.size
     rows = [np.empty((count, width)) for width in (q.size, q.size, stepper.motion.size)]
     rows.append(np.empty_like(rows[2]))
+    rows.append(np.empty((count, stepper.lost.size)))
     done = 0
     for i in range(count):
         if i:
@@ -113,7 +130,7 @@ def integrate(
                 break
             q, v, a = moved
         total = stepper.short + joints.stuck * stepper.motion
-        for row, value in zip(rows, (q, v, stepper.motion, total), strict=True):
+        for row, value in zip(rows, (q, v, stepper.motion, total, stepper.lost), strict=True):
             row[i] = value
         done = i + 1
     message = f"solved in {count - 1} steps"
@@ -122,13 +139,14 @@ def integrate(
             f"stopped at {times[done - 1]:.6g} s: the joints' motion in the next step was not "
             "found; try shorter steps"
         )
-    modal, speeds, motion, pull = (row[:done] for row in rows)
+    modal, speeds, motion, pull, lost = (row[:done] for row in rows)
     return _told(
         times[:done],
         modal,
         speeds,
         motion,
         pull,
+        lost,
         forces[:done],
         shapes,
         stiffness,
@@ -143,6 +161,7 @@ def _told(
     speeds: Floats,
     motion: Floats,
     pull: Floats,
+    lost: Floats,
     forces: Floats,
     shapes: Floats,
     stiffness: Any,
@@ -162,9 +181,11 @@ def _told(
     joint = along(pull, motion) + 0.5 * float(pull[0] @ start)
     viscous = along(speeds @ stepper.damping, modal)
     work = along(forces, x) + kinetic[0] + elastic[0] + joint[0]
-    for values in (times, x, speed, motion, pull, work, kinetic, elastic, joint, viscous):
+    for values in (times, x, speed, motion, pull, work, kinetic, elastic, joint, lost, viscous):
         lock(values)
-    return Motion(times, x, speed, motion, pull, work, kinetic, elastic, joint, viscous, message)
+    return Motion(
+        times, x, speed, motion, pull, work, kinetic, elastic, joint, lost, viscous, message
+    )
 
 
 def _line(model: ModalModel, q: Floats, v: Floats, force: Floats) -> Floats:

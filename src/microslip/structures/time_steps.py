@@ -60,6 +60,15 @@ class TimeSteps:
         self.motion = np.zeros(joints.stuck.size)
         """Motions of the joints [m]."""
         self._largest = 0.0
+        self._before = self._lost()
+
+    def _lost(self) -> Floats:
+        return np.concatenate([state.lost for state in self._states] or [np.zeros(0)])
+
+    @property
+    def lost(self) -> Floats:
+        """Energies that the joints have lost since the static state [J], all groups in a row."""
+        return self._lost() - self._before
 
     def _solve(self, right: Floats) -> Floats:
         if self._inverse is None:

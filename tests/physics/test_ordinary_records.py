@@ -256,3 +256,23 @@ def test_nothing_is_said_of_cycles_that_are_alike(cycles: int) -> None:
         found = settled(columns, np.ones(cycles, dtype=bool))
         assert found.chosen.all()
         assert found.notes == ()
+
+
+@pytest.mark.parametrize("growth", [0.0, 0.6, -0.3])
+def test_nothing_is_identified_from_friction_that_moves(growth: float) -> None:
+    limit = LIMIT * (1.0 + np.linspace(0.0, growth, 200))
+    record = run_of(np.full(200, AMPLITUDE), limit)
+    # The elastic parts of the loops do not grow along.
+    assert fold(record).growth == pytest.approx(growth / (1.0 + 0.5 * growth), rel=0.15)
+    found = ms.identify(record, "jenkins", rig_stiffness="rigid")
+    said = [note for note in found.notes if "as in running in or wear" in note]
+    identified = [fit for fit in found.parameters.values() if fit.verdict == "identified"]
+    if growth == 0.0:
+        assert not said
+        assert len(identified) == 2
+    else:
+        assert len(said) == 1
+        assert not identified
+        # The cycles that a user takes for settled may well be.
+        ends = ms.identify(record, "jenkins", rig_stiffness="rigid", cycles=slice(190, 198))
+        assert list(ends.parameters.values())[1].value == pytest.approx(limit[194], rel=0.01)

@@ -98,6 +98,10 @@ def result_of(
         parameters = remedied(parameters, remedy)
     elif best.cost / freedom > LEANT:
         parameters = hung_on_law(parameters, best.cost / freedom)
+    if any(record.growth for record in problem.folded):
+        why = "found as a mean over cycles whose force moves, so of no state of the joint"
+        parameters, derived = in_doubt(parameters, why), in_doubt(derived, why)
+        parameters = remedied(parameters, "take settled cycles only")
     given, contradicted = borne_out(problem, best, freedom, list(known or ()), quantities)
     if contradicted is not None:
         why = f"what was given for {' and '.join(contradicted.names)} and the loops disagree"

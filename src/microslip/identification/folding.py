@@ -19,6 +19,7 @@ from microslip.identification.outliers import jumps, mean_load, spared
 from microslip.loops import Loop
 from microslip.tribometer.blocks import blocks_of
 from microslip.tribometer.record import Record
+from microslip.tribometer.settling import ALIKE, JUDGED, rise
 from microslip.tribometer.spikes import Spike, spikes_of, without
 
 FEWEST_CYCLES = 3
@@ -80,6 +81,9 @@ class Folded(Locked):
     """Change of the force a cycle [N] beside the loops, which is taken off."""
     drifted: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
     """What one standard error of that does to the force of each bin [N]."""
+    growth: float = 0.0
+    """Relative growth of the loops' force over the cycles that count; 0 where that is no more than
+    noise or :data:`microslip.tribometer.settling.ALIKE`."""
     freedom: float = math.inf
     """Degrees of freedom from which the noise of the force is known."""
 
@@ -226,6 +230,9 @@ def _fold(
     shape = rows.size, size
     sums = np.bincount(cell, level.level, minlength=rows.size * size).reshape(shape)
     counts = np.bincount(cell, minlength=rows.size * size).reshape(shape).astype(float)
+    growth = _growth(np.asarray(sums, dtype=np.float64), counts, level.mean)
+    if growth != 0.0:
+        said = (*said, _growing(growth))
     timed = record.time is not None or record.sample_rate is not None
     more = jumps(level.level, level.rest, column, np.flatnonzero(inside), force)
     folded = Folded(
@@ -249,10 +256,32 @@ def _fold(
         said=said,
         load_error=load.error,
         drift=drift.slope,
+        growth=growth,
         drifted=lock(drift.error * np.bincount(column, gone) / total),
         freedom=max(curve.freedom - 1.0, 1.0),
     )
     return folded, more
+
+
+def _growth(sums: Floats, counts: Floats, mean: Floats) -> float:
+    """How much larger the force of the last cycle is than that of the first, where that is sure.
+
+    By the factor between each cycle and the mean one, on a straight line over the cycles.
+    """
+    if sums.shape[0] < JUDGED:
+        return 0.0
+    away = mean - np.average(mean, weights=counts.sum(axis=0))
+    factors = (sums @ away - counts @ (away * (mean - away))) / (counts @ away**2)
+    return rise(factors, ALIKE)
+
+
+def _growing(growth: float) -> str:
+    return (
+        f"the force of the cycles {'grows' if growth > 0.0 else 'falls'} by "
+        f"{significant(100.0 * abs(growth), 2)} % over those that count, as in running in or wear: "
+        "what is found is a mean over states, none of which it describes; take settled ones, "
+        "cycles=slice(first, last)"
+    )
 
 
 def _drifting(name: str, unit: str, drift: Drift, turns: Floats, values: Floats) -> tuple[str, ...]:

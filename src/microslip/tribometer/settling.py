@@ -122,10 +122,15 @@ def _longest(values: Floats, widest: float) -> tuple[int, int]:
     return best
 
 
-def _moves(values: Floats, least: float) -> bool:
-    """Whether a straight line over the values rises by more than ``least`` and by no accident."""
+def rise(values: Floats, least: float) -> float:
+    """Rise of a straight line over the values; 0 if not more than ``least`` or by accident."""
     slope, error = _slope(values)
-    return abs(slope) * (values.size - 1) > least and abs(slope) > CERTAIN * error
+    whole = slope * (values.size - 1)
+    return whole if abs(whole) > least and abs(slope) > CERTAIN * error else 0.0
+
+
+def _moves(values: Floats, least: float) -> bool:
+    return rise(values, least) != 0.0
 
 
 def _slope(values: Floats) -> tuple[float, float]:

@@ -23,6 +23,7 @@ from microslip.identification.profiles import derived_interval
 from microslip.identification.quantities import Quantity
 from microslip.identification.reservations import (
     BY_AREA,
+    GROWN,
     LEANT,
     far_area,
     hung_on_law,
@@ -98,7 +99,7 @@ def result_of(
         parameters = remedied(parameters, remedy)
     elif best.cost / freedom > LEANT:
         parameters = hung_on_law(parameters, best.cost / freedom)
-    if any(record.growth for record in problem.folded):
+    if any(abs(record.growth) > GROWN for record in problem.folded):
         why = "found as a mean over cycles whose force moves, so of no state of the joint"
         parameters, derived = in_doubt(parameters, why), in_doubt(derived, why)
         parameters = remedied(parameters, "take settled cycles only")

@@ -12,6 +12,8 @@ from microslip.identification.verdicts import IDENTIFIED, IN_DOUBT, Fitted, show
 
 LEANT = 4.0
 """Reduced chi-squared from which on the rig's stiffness hangs on the law more than on the loops."""
+GROWN = 0.1
+"""Growth of the force over the cycles of a record from which on a mean over them is of no state."""
 _FAR = 10.0
 """Ratio of loads from which on the one of a contact area is far from those of the records."""
 BY_AREA = (RADIUS, DENSITY, "summit_count")

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from microslip.cli.frame import OneOf, echo_json
+from microslip.cli.options import NamedOption, spelling
 from microslip.cli.records import Reading, pairs, reads, stiffness, writes
 from microslip.cli.shell import complete_study
-from microslip.cli.spelling import as_options
 from microslip.cli.structures import has_structure, identify_structure
 from microslip.cli.work import progress, stoppable
 
@@ -55,6 +54,8 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 @click.option(
     "--law",
     "laws",
+    cls=NamedOption,
+    answers_for=("law",),
     multiple=True,
     type=FittedLaw(LAWS),
     metavar="LAW",
@@ -62,6 +63,8 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 )
 @click.option(
     "--study",
+    cls=NamedOption,
+    answers_for=("pair",),
     type=click.Path(path_type=Path, readable=False),
     metavar="STUDY",
     shell_complete=complete_study,
@@ -70,18 +73,25 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 @writes("report, tables and figures", "identification")
 @click.option(
     "--fix",
+    cls=NamedOption,
+    answers_for=("fixed",),
     multiple=True,
     metavar="NAME=VALUE",
     help='A parameter that is known, such as slip_scale="0.3 um"; may be repeated.',
 )
 @click.option(
     "--bound",
+    cls=NamedOption,
+    answers_for=("bounds", "start"),
     multiple=True,
     metavar="NAME=LOW..HIGH",
     help='Where a parameter may be, such as slip_scale="0.1..1 um"; may be repeated.',
 )
 @click.option(
     "--rig-stiffness",
+    cls=NamedOption,
+    answers_for=(),
+    words={"None": "rigid", "200000000.0": '"2e8 N/m"'},
     default="free",
     show_default=True,
     metavar="VALUE",
@@ -102,6 +112,8 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 @click.option(
     "--known",
     "known_values",
+    cls=NamedOption,
+    answers_for=("known",),
     multiple=True,
     metavar="NAME=VALUE±SD",
     help="What is known from elsewhere, such as a scan, with its standard deviation: "
@@ -115,7 +127,13 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     metavar="LOSS",
     help=f"How outliers count: {', '.join(LOSSES)}.",
 )
-@click.option("--free-delay", is_flag=True, help="Fit a delay between the channels, too.")
+@click.option(
+    "--free-delay",
+    cls=NamedOption,
+    answers_for=("delay",),
+    is_flag=True,
+    help="Fit a delay between the channels, too.",
+)
 @click.option(
     "--held-back",
     type=float,
@@ -159,7 +177,7 @@ def identify(
     With --study of a bolted structure the RECORD is a table of amplitude, frequency and damping
     ratio of one of its modes, and friction and bolt tension are fitted to it.
     """
-    from microslip.errors import InputError
+    from microslip.errors import InputError, said
 
     if study is not None and has_structure(study):
         identify_structure(study, records, folder, overwrite, as_json)
@@ -172,7 +190,11 @@ def identify(
         from microslip.report.terminal import show
         from microslip.results.identified.document import KIND, document, identified, write
 
-        spell = partial(as_options, "identify")
+        say = spelling(click.get_current_context())
+
+        def spell(text: str) -> str:
+            return said(text, say)
+
         options: dict[str, Any] = {
             "fixed": _values(fix, laws),
             "bounds": _bounds(bound, laws),

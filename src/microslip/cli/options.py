@@ -46,6 +46,21 @@ class CommandOption(click.Option):
         self.option = option
 
 
+class NamedOption(click.Option):
+    """An option that stands for arguments of other names, with some values in words of its own."""
+
+    def __init__(
+        self,
+        *args: Any,
+        answers_for: tuple[str, ...],
+        words: Mapping[str, str] | None = None,
+        **extra: Any,
+    ) -> None:
+        super().__init__(*args, **extra)
+        self.answers_for = answers_for
+        self.words = words or {}
+
+
 def offers(*options: Option, **changes: Any) -> Callable[[Command], Command]:
     """Give a command some options, in their order."""
 
@@ -98,6 +113,8 @@ def spelling(context: click.Context | None) -> Spelling:
         names = [param.name]
         if isinstance(param, CommandOption):
             names += param.option.answers_for
+        elif isinstance(param, NamedOption):
+            names += param.answers_for
         options |= {name: param for name in names if name}
 
     def say(argument: Argument) -> str:
@@ -111,6 +128,8 @@ def spelling(context: click.Context | None) -> Spelling:
             return argument.name if param.metavar == "COLUMN" else name
         if param.is_flag:
             return name
+        if isinstance(param, NamedOption) and str(argument.value) in param.words:
+            return f"{name} {param.words[str(argument.value)]}"
         return f"{name} {_words(argument.value, param, name)}"
 
     return say
@@ -133,6 +152,8 @@ def _words(value: Any, param: click.Option, name: str) -> str:
 
 
 def _range(value: Any) -> str:
+    if value is UNSAID:
+        return "LOW..HIGH"
     return "..".join(map(_word, value)) if isinstance(value, (list, tuple)) else _word(value)
 
 

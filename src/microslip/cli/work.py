@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from microslip.cli.options import spelling
-from microslip.cli.spelling import as_options
 from microslip.errors import InputError
 
 if TYPE_CHECKING:
@@ -59,9 +58,7 @@ def stoppable() -> Iterator[None]:
         yield
     except InputError as error:
         context = click.get_current_context(silent=True)
-        # What is not yet raised in parts is rewritten.
         said = error.said(spelling(context))
-        said = as_options(None if context is None else context.info_name, said)
         if said == str(error):
             raise
         raise InputError(said) from error

@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
-from microslip.errors import InputError
+from microslip.errors import UNSAID, Argument, InputError, Phrase
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.bound_sensitivity import doubted
 from microslip.identification.coordinates import APART, Coordinate
@@ -74,7 +74,8 @@ def result_of(
     if not best.finite:
         raise InputError(
             f"the law {problem.model.name!r} has no finite answer near the first guess "
-            f"({best.message}); give start=... or narrower bounds=..."
+            f"({best.message}); give another ",
+            *(Argument("start", UNSAID), " or narrower ", Argument("bounds", UNSAID)),
         )
     records = fit_quality.record_fits(problem, best.q)
     loads = [record.normal_load for record in problem.folded]
@@ -128,14 +129,14 @@ def result_of(
         derived = {n: hit.get(n, derived_fit) for n, derived_fit in derived.items()}
     status, message = _status(problem, best, freedom, parameters)
     if status == DIFFER:
-        remedy = "name the rig of each record: rigs=[one label a record]"
+        remedy = Phrase("name the rig of each record: ", _NAME_RIGS)
         why = "found as if all records had one rig, which the loops speak against"
         parameters, derived = in_doubt(parameters, why), in_doubt(derived, why)
         parameters = remedied(parameters, remedy)
     if unfit is not None:
-        message = f"{message}; {unfit.text}"
+        message = Phrase(message, "; ", unfit.text)
     if contradicted is not None:
-        message = f"{message}; {contradicted.text}"
+        message = Phrase(message, "; ", contradicted.text)
     deviance = best.cost + problem.log_determinant
     aic, bic = fit_quality.information_criteria(deviance, count, problem.free.size + problem.flat)
     lost = any(fitted.verdict == NOT for fitted in parameters.values())
@@ -191,6 +192,9 @@ def result_of(
     )
 
 
+_NAME_RIGS = Argument("rigs", UNSAID)
+
+
 def _status(
     problem: Problem, best: Fit, freedom: int, parameters: Mapping[str, Fitted]
 ) -> tuple[str, str]:
@@ -198,8 +202,8 @@ def _status(
         return NOT_CONVERGED, f"the fit did not end at a minimum: {_why(best.message)}"
     difference = fit_quality.rigs_differ(problem, best, freedom)
     if difference is not None and difference.explain:
-        return DIFFER, f"{difference.text}: rigs=[one label a record]"
-    more = "" if difference is None else f"; {difference.text}: rigs=[one label a record]"
+        return DIFFER, Phrase(difference.text, ": ", _NAME_RIGS)
+    more = () if difference is None else ("; ", difference.text, ": ", _NAME_RIGS)
     at = [problem.coordinates[int(problem.free[i])].name for i in at_bounds(problem, best.q)]
     if at:
         of = " and ".join(
@@ -212,8 +216,8 @@ def _status(
         identified = (
             f"identified all the same: {', '.join(known)}" if known else "nothing is identified"
         )
-        return AT_BOUND, f"{of}; {identified}{more}"
-    return CONVERGED, f"the fit ended at a minimum within the bounds{more}"
+        return AT_BOUND, Phrase(of, "; ", identified, *more)
+    return CONVERGED, Phrase("the fit ended at a minimum within the bounds", *more)
 
 
 def _why(message: str) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import significant
+from microslip.errors import Argument, Phrase
 from microslip.identification.fit import Fit
 from microslip.identification.intervals import Profiled
 from microslip.identification.problem import Problem
@@ -15,6 +16,7 @@ from microslip.identification.profiles import covariance_of
 from microslip.identification.rules import MISFIT
 from microslip.identification.verdicts import IDENTIFIED, NOT, Fitted, shown
 
+_FREE = ("write ", Argument("delay", "free"))
 _MUCH = 0.5
 """Share of the sum of squares that a delay has to explain."""
 
@@ -86,7 +88,7 @@ def late_note(problem: Problem, best: Fit, freedom: int) -> str | None:
         return None
     text = _explains(problem, best)
     if text is None and any(problem.lags) and best.cost > MISFIT.outside * freedom:
-        return "the delay that was given may not be that of these records; write delay='free'"
+        return Phrase("the delay that was given may not be that of these records; ", *_FREE)
     return text
 
 
@@ -111,8 +113,8 @@ def _explains(problem: Problem, best: Fit) -> str | None:
     lag = float(left @ residual) / square
     by_this = shown(abs(lag), "s" if timed else "rad", 2)
     way = "behind" if lag > 0.0 else "ahead of"
-    return (
+    return Phrase(
         f"a force{' another' if any(problem.lags) else ''} {by_this} {way} the displacement would "
-        f"explain {significant(100.0 * min(fall / best.cost, 1.0), 2)} % of what the law leaves; "
-        "write delay='free'"
+        f"explain {significant(100.0 * min(fall / best.cost, 1.0), 2)} % of what the law leaves; ",
+        *_FREE,
     )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.identification.drift import error_of_mean
 from microslip.identification.mean_cycle import MeanCycle
 from microslip.tribometer.record import Record
@@ -107,7 +107,8 @@ def mean_load(
     if high - low > _CHANGED * abs(mean):
         raise InputError(
             f"{record.name}: the normal load must be the same in all cycles, got {low:.4g} to "
-            f"{high:.4g} N in their means; take cycles of one load, cycles=slice(first, last)"
+            f"{high:.4g} N in their means; take a record of one load, or ",
+            *(Argument("cycles", slice(0, 10)), ", say"),
         )
     note = (
         f"the normal load is {low:.4g} to {high:.4g} N in the means of the cycles; the law counts "

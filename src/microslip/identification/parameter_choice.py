@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean
-from microslip.errors import Argument, InputError
+from microslip.errors import UNSAID, Argument, InputError
 from microslip.identification.coordinates import AREA, RIG, Coordinate, coordinate_of
 from microslip.identification.folding import Folded
 from microslip.identification.load_labels import labels_of
@@ -51,8 +51,9 @@ def checked_loads(model: Model, folded: Sequence[Folded]) -> None:
             came = "none" if load is None else f"{exact(load)} N"
             raise InputError(
                 f"{record.name}: the law {model.name!r} needs the normal load [N], above zero, got "
-                f"{came}; write Record(..., normal_load=500.0), or take law='jenkins', which has no"
-                " load"
+                f"{came}; state it with the record, as ",
+                *(Argument("normal_load", 500.0), " [N], or take ", Argument("law", "jenkins")),
+                ", which has no load",
             )
 
 
@@ -128,8 +129,8 @@ def _check_names(name: str, given: Iterable[Any], known: Sequence[str]) -> None:
         if key not in known:
             hint = did_you_mean(key, known) if isinstance(key, str) else ""
             raise InputError(
-                f"{name}: {show(key)} is no parameter of this fit, which has "
-                f"{', '.join(known)}{hint}"
+                Argument(name),
+                f": {show(key)} is no parameter of this fit, which has {', '.join(known)}{hint}",
             )
 
 
@@ -151,8 +152,9 @@ def _value(option: str, key: str, given: Any, coordinate: Coordinate) -> float:
         example = of.get(coordinate.unit, 0.5 if coordinate.low >= 0.0 else 2.0)
         unit = f" [{coordinate.unit}]" if coordinate.unit else ""
         raise InputError(
-            f"{option}: {key} must be a finite number{unit}, got {show(given)}; write "
-            f"{option}={{'{key}': {example:g}}}"
+            Argument(option),
+            f": {key} must be a finite number{unit}, got {show(given)}; write ",
+            Argument(option, {key: example}),
         )
     return number(f"{'start of' if option == 'start' else 'fixed'} {key}", given, coordinate.unit)
 
@@ -161,13 +163,14 @@ def _records(count: int) -> str:
     return "1 record" if count == 1 else f"{count} records"
 
 
-def _within(what: str, value: float, coordinate: Coordinate) -> float:
+def _within(option: str, value: float, coordinate: Coordinate) -> float:
     if not coordinate.low <= value <= coordinate.high:
         unit = f" {coordinate.unit}" if coordinate.unit else ""
         raise InputError(
-            f"{what} {coordinate.name} must be within its bounds, {coordinate.low:g} to "
-            f"{coordinate.high:g}{unit}, got {exact(value)}{unit}; "
-            f"bounds={{'{coordinate.parameter}': (lowest, highest)}} sets others"
+            Argument(option),
+            f": {coordinate.name} must be within its bounds, {coordinate.low:g} to "
+            f"{coordinate.high:g}{unit}, got {exact(value)}{unit}; set others by ",
+            Argument("bounds", {coordinate.parameter: UNSAID}),
         )
     return value
 
@@ -234,7 +237,10 @@ def coordinates_for(
     for name, given in (("fixed", fixed), ("bounds", bounds), ("start", start)):
         _check_names(name, given, names)
         if RIG in given and name == "fixed":
-            raise InputError("fixed: write rig_stiffness=2e8 for a rig of known stiffness [N/m]")
+            raise InputError(
+                *(Argument("fixed"), ": write ", Argument("rig_stiffness", 2e8)),
+                " for a rig of known stiffness [N/m]",
+            )
     given_start: dict[str, float] = {}
     for i, chosen in enumerate(coordinates):
         for key in (chosen.parameter, chosen.name):
@@ -244,7 +250,7 @@ def coordinates_for(
                     positive(f"lowest {key}", low)
                 chosen = replace(chosen, low=low, high=high, shape=chosen.shape)
             if key in start:
-                value = _within("start of", _value("start", key, start[key], chosen), chosen)
+                value = _within("start", _value("start", key, start[key], chosen), chosen)
                 given_start[chosen.name] = value
         for key in (chosen.parameter, chosen.name):
             if key in fixed:

@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, number, positive, show
 from microslip._core.wording import did_you_mean
-from microslip.errors import Argument, InputError
+from microslip.errors import UNSAID, Argument, InputError
 from microslip.identification.coordinates import APART, AREA, DENSITY, RADIUS, RIG, Coordinate
 from microslip.identification.load_labels import labels_of
 from microslip.identification.models.base import Derived, Model
@@ -22,6 +22,7 @@ from microslip.normal import GreenwoodWilliamson
 
 _STEP = 1e-5
 _NEED_MORE = ("std", "density_root_radius", "radius", "density", "summit_count", "contact_area")
+_MORE = ("; give ", Argument("pair", UNSAID), ", and the apparent area with it")
 
 
 @dataclass(frozen=True)
@@ -187,19 +188,22 @@ def summits_of(
     """
     if not _has_summits(problem.model):
         raise InputError(
-            "contact_area needs law='interface' with a distribution of summit heights: other laws "
-            "do not know their contacts"
+            *(Argument("contact_area"), " needs ", Argument("law", "interface")),
+            " with a distribution of summit heights: other laws do not know their contacts",
         )
     if pair is None:
         raise InputError(
-            "contact_area needs pair=ms.MaterialPair(...): what a load presses flat depends on "
-            "the modulus"
+            *(Argument("contact_area"), " needs ", Argument("pair", UNSAID)),
+            ", the two materials: what a load presses flat depends on the modulus",
         )
     index, given = next(
         (i, c.parameter) for i, c in enumerate(problem.coordinates) if c.parameter in APART
     )
     if given == DENSITY and area is None:
-        raise InputError("known: density needs area=..., the apparent area [m^2]: loops know N/A")
+        raise InputError(
+            *(Argument("known"), ": density needs ", Argument("area", UNSAID)),
+            ", the apparent area [m^2]: loops know N/A",
+        )
     if load is None:
         load = problem.model.reference_load  # type: ignore[attr-defined]
     assert load is not None
@@ -262,9 +266,10 @@ def known_data(problem: Problem, quantities: list[Quantity], known: Any) -> list
             names = [*free, *by_name]
             hint = did_you_mean(name, names) if isinstance(name, str) else ""
             raise InputError(
-                f"known: {show(name)} is nothing that this fit knows, which has "
-                f"{', '.join(names)}{hint}"
-                + ("; give pair=... and area=..., too" if name in _NEED_MORE else "")
+                Argument("known"),
+                f": {show(name)} is nothing that this fit knows, which has "
+                f"{', '.join(names)}{hint}",
+                *(_MORE if name in _NEED_MORE else ()),
             )
         value, error = _datum(name, given)
         if name in by_name:
@@ -283,7 +288,8 @@ def _datum(name: str, given: Any) -> tuple[float, float]:
             value, error = given
         except (TypeError, ValueError):
             raise InputError(
-                f"known: {name} must be (value, standard deviation), got {show(given)}"
+                Argument("known"),
+                f": {name} must be (value, standard deviation), got {show(given)}",
             ) from None
     return number(f"known {name}", value), positive(f"standard deviation of {name}", error)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked
-from microslip.errors import Argument, InputError
+from microslip.errors import UNSAID, Argument, InputError
 from microslip.friction import Interface
 from microslip.identification.fit_quality import RecordFit
 from microslip.identification.load_labels import labels_of
@@ -176,8 +176,9 @@ class Identification(Locked):
                 )
         if not self.converged and NOT_CONVERGED not in given:
             raise InputError(
-                f"the fit did not converge ({self.message}); its values are no result; give other "
-                f"start=... or bounds=..., or take them all the same: even_if='{NOT_CONVERGED}'"
+                *("the fit did not converge (", self.message, "); its values are no result; give "),
+                *("other ", Argument("start", UNSAID), " or ", Argument("bounds", UNSAID)),
+                *(", or take them all the same: ", Argument("even_if", NOT_CONVERGED)),
             )
 
     def _check_measured(self, load: float) -> None:

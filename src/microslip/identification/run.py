@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
-from microslip.errors import Argument, InputError
+from microslip.errors import UNSAID, Argument, InputError
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.conclusions import result_of
 from microslip.identification.delays import late_note
@@ -165,8 +165,10 @@ def identify(
     if isinstance(model, CycleModel) and not is_rigid(rig_stiffness):
         if not isinstance(rig_stiffness, str):
             raise InputError(
-                f"rig_stiffness has no place in {model.name!r}, which has its own elastic part; "
-                "take it off the displacement, or write rig_stiffness=None"
+                Argument("rig_stiffness"),
+                f" has no place in {model.name!r}, which has its own elastic part; take it off the "
+                "displacement, or write ",
+                Argument("rig_stiffness", None),
             )
         rig_stiffness = None
         notes.append(f"{model.name!r} has an elastic part of its own: the rig is part of it")
@@ -204,10 +206,12 @@ def identify(
     )
     best = solve(problem, inner, freedom=freedom, loss=loss)
     if best is None:
+        soft = parameter_choice.softer(coordinates, places, loops)
+        if soft is not None:
+            raise InputError(soft)
         raise InputError(
-            parameter_choice.softer(coordinates, places, loops)
-            or "no first guess comes out of these records; give start={...} for "
-            f"{', '.join(model.names)}"
+            *("no first guess comes out of these records; give ", Argument("start", UNSAID)),
+            f" for {', '.join(model.names)}",
         )
     if free_delay:
         problem, best = _in_time(problem, best, loss, freedom)
@@ -304,7 +308,9 @@ def _delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:
         raise InputError(Argument("delay"), f" must be a time [s] or 'free', got {show(delay)}")
     lag = 0.0 if free else number("delay", delay, "s")
     if lag != 0.0 and any(record.frequency is None for record in folded):
-        raise InputError("delay needs records with time or sample_rate; or write delay='free'")
+        raise InputError(
+            "delay needs records with time or sample_rate; or write ", Argument("delay", "free")
+        )
     for folded_record in folded:
         if folded_record.frequency is not None and abs(lag) * folded_record.frequency > 0.5:
             raise InputError(

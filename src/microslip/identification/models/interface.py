@@ -175,9 +175,8 @@ class InterfaceModel(BackboneModel):
         if pair is None:
             raise InputError(
                 Argument("pair"),
-                " must be given: loops know the length kappa s alone, and kappa = mu E*/4G* "
-                "is the materials'; write pair=ms.MaterialPair(ms.Material(69e9, 0.33), "
-                "ms.Material(69e9, 0.33))",
+                " must be given, the two materials: loops know the length kappa s alone, and "
+                "kappa = mu E*/4G* is theirs",
             )
         if radius is None and self.law is not None:
             radius = getattr(self.law.surface, "radius", None)

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from microslip._core.wording import shorten
 from microslip._version import __version__
-from microslip.errors import InputError
+from microslip.errors import InputError, Phrase
 from microslip.identification import Identification
 from microslip.results.identified.numbers import knows_radius, label, open_of, quantity
 from microslip.study.description import StudyDescription
@@ -38,7 +38,7 @@ def joint_text(found: _Found, say: Callable[[str], str] = str) -> tuple[str | No
     try:
         given: dict[str, Any] = result.study()
     except InputError as error:
-        return None, f"no joint.toml: {say(str(error))}"
+        return None, f"no joint.toml: {say(Phrase(*error.parts))}"
     source = tomllib.loads(found.study.text)
     # The materials by the names that the study has for them.
     given["surface"]["materials"] = source["surface"]["materials"]

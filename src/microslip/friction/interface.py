@@ -18,6 +18,7 @@ from microslip.friction.validity import Verdict, validity
 from microslip.kernels.table import Table
 from microslip.materials import MaterialPair
 from microslip.normal import NORMAL_LAWS, NormalLaw
+from microslip.normal.base import FAINTEST
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,11 +88,12 @@ class Interface(CoupledLaw):
         else:
             separation = number("separation", separation, "m")
             load = self.surface.load(separation)
-            if load <= 0.0:
+            if load < FAINTEST:
+                where = "nothing touches" if load <= 0.0 else f"it is {load:g} N"
                 raise InputError(
                     Argument("separation"),
                     f" must be one at which the surface carries a load, "
-                    f"got {separation:g} m, where nothing touches",
+                    f"got {separation:g} m, where {where}",
                 )
         object.__setattr__(self, "friction_coefficient", friction)
         object.__setattr__(self, "normal_load", load)

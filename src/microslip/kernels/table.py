@@ -66,7 +66,10 @@ class Table(Locked):
             u = width * (np.arange(panels)[:, None] + 0.5 * (1.0 + NODES))
             series = shape(u.reshape(-1)).reshape(u.shape) @ TO_SERIES
             left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
-            worst = float((left_out / np.abs(series[:, 0])).max())
+            size = np.abs(series[:, 0])
+            if not size.min() > 0.0:  # fainter than the smallest number: no table
+                return None
+            worst = float((left_out / size).max())
             if worst <= _ROUNDING or (worst <= tolerance and worst > 0.3 * before):
                 return cls.from_series(series, end, power, limit, rate)
             before = worst

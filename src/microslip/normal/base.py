@@ -40,6 +40,10 @@ def check_pair(pair: Any) -> None:
         )
 
 
+FAINTEST = 1e-290
+"""Load [N] below which products with it are no normal numbers any more."""
+
+
 class NormalLaw(Parametric, ABC):
     """Normal load N of an interface against the separation d: decreasing, convex, zero in the end.
 
@@ -172,10 +176,11 @@ class NormalLaw(Parametric, ABC):
         lightest, heaviest = float(loads.min()), float(loads.max())
         if lightest <= 0.0:
             raise InputError(Argument("load"), f" must be above zero [N], got {exact(lightest)}")
-        if not (lightest >= 1e-290 and heaviest <= LARGEST):
+        if not (lightest >= FAINTEST and heaviest <= LARGEST):
             worst = heaviest if heaviest > LARGEST else lightest
             raise InputError(
-                Argument("load"), f" must be between 1e-290 and {LARGEST:g} [N], got {exact(worst)}"
+                Argument("load"),
+                f" must be between {FAINTEST:g} and {LARGEST:g} [N], got {exact(worst)}",
             )
         return plain(self._solve(loads.reshape(-1)).reshape(loads.shape))
 

@@ -156,7 +156,8 @@ class CycleMeasures(ABC):
         def secant(a: Floats) -> Floats:
             moved = a > 0.0
             rest = np.full_like(a, self.tangential_stiffness)
-            return np.divide(self._backbone(a), a, out=rest, where=moved)
+            with np.errstate(over="ignore"):  # a rigid law at next to no amplitude
+                return np.divide(self._backbone(a), a, out=rest, where=moved)
 
         return self._measure(amplitude, force_amplitude, secant)
 

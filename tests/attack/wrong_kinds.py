@@ -266,7 +266,7 @@ def entrances() -> dict[str, Entrance]:
     add("joint.try_ with a load", joint.start().try_, displacement=1e-7, normal_load=1e3)
     add("Oscillator", ms.Oscillator, joint=joint, mass=1.0, stiffness=1e6,
         viscous_damping_ratio=0.01)  # fmt: skip
-    add("sweep", ms.sweep, joint=joint, normal_loads=[100.0], amplitudes=[1e-7])
+    add("sweep", ms.sweep, joint=joint, normal_load=[100.0], amplitude=[1e-7])
     return found
 
 

@@ -116,6 +116,8 @@ def sweep(
     along = _axis(name, given)
     if along.min() < 0.0:
         raise InputError(Argument(name), f" must not be negative, got {along.min():g}")
+    if name == "amplitude" and along.max() > LARGEST:
+        raise InputError(Argument(name), f" must be at most {LARGEST:g} m, got {along.max():g} m")
     wanted = _wanted(quantities, name)
     if progress is not None and not callable(progress):
         raise InputError(

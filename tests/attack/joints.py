@@ -108,9 +108,14 @@ def sound(joint: ms.Interface, rng: Random) -> None:
 def as_with_thirty_digits(joint: ms.Interface) -> None:
     """Backbone and energy against the program of the reference numbers."""
     surface = joint.surface
-    # Loads as faint as 1e-200 N leave energies that double precision cannot hold.
-    if not isinstance(surface, ms.GreenwoodWilliamson) or joint.normal_load < 1e-200:
+    if not isinstance(surface, ms.GreenwoodWilliamson):
         return
+    with make_reference.mp.workdps(45):  # the energy is a difference, of small amplitudes above all
+        _compare(joint, surface)
+
+
+def _compare(joint: ms.Interface, surface: ms.GreenwoodWilliamson) -> None:
+    """The same, at the precision of the day."""
     case = case_of(joint, surface)
     wanted = make_reference.Interface(case)
     h = abs(joint.separation) * joint.normal_stiffness / joint.normal_load

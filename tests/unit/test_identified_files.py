@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
+from microslip.errors import said
 from microslip.report.plot import Words
 from microslip.report.terminal import show
 from microslip.results.identified import numbers
@@ -161,7 +162,7 @@ def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
     assert found.first.parameters["friction_coefficient"].verdict == "in doubt"
 
     def say(text: str) -> str:
-        return text.replace("rigs=", "--rig ")
+        return said(text, lambda argument: "--rig LABEL" if argument.name == "rigs" else "?")
 
     write(document(found, say, files=True), found, tmp_path, say=say)
     text = (tmp_path / "joint.toml").read_text("utf-8")
@@ -169,7 +170,7 @@ def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
     assert "# IN DOUBT for that: friction coefficient μ" in text
     for name in ("joint.toml", "report.html", "summary.json"):
         text = (tmp_path / name).read_text("utf-8")
-        assert "--rig [one" in text.replace("\n# ", " "), name
+        assert "--rig LABEL" in text.replace("\n# ", " "), name
         assert "rigs=" not in text, name
 
 

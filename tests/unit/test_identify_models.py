@@ -225,7 +225,7 @@ def test_what_is_missing() -> None:
         model.branch(np.zeros(1), values, None)
     with pytest.raises(ms.InputError, match="normal_load must be known for every record"):
         model.prepared([loop], [None])
-    with pytest.raises(ms.InputError, match="pair must be given: loops know the length"):
+    with pytest.raises(ms.InputError, match="loops know the length"):
         model.build(values, 500.0)
     with pytest.raises(ms.InputError, match="radius must be above zero"):
         model.build(values, 500.0, pair=PAIR, radius=-1.0)

@@ -29,6 +29,14 @@ RULES: tuple[Rule, ...] = (
         remedy="a smaller load, or a model whose contacts feel each other",
     ),
     Rule(
+        name="real over apparent area, tightened",
+        watch=0.1,
+        outside=0.2,
+        meaning="contacts were sparse at the tightening load, too",
+        reason="independent summits bear a real area of not much more than a tenth",
+        remedy="a smaller tightening load, or a model whose contacts feel each other",
+    ),
+    Rule(
         name="contact radius over summit spacing",
         watch=0.25,
         outside=0.5,
@@ -51,8 +59,17 @@ RULES: tuple[Rule, ...] = (
         meaning="summits deform elastically",
         reason="Greenwood and Williamson (1966): elastic below 0.6, plastic above 1",
         remedy="take the surface as tightening leaves it, its highest summits yielded: "
-        "surface.tightened in Python",
+        "tightening_load in a study, surface.tightened in Python",
         missing="give the hardness of the softer material [Pa]",
+    ),
+    Rule(
+        name="indentation over yield",
+        watch=110.0,
+        outside=1100.0,
+        meaning="summits yielded as far as single spheres were computed",
+        reason="finite elements behind the formulas end at about 110 yield indentations (Kogut and "
+        "Etsion 2002), the mean over the load is held to that",
+        remedy="doubt the radius (a longer short-wave cut-off gives larger ones), or measure",
     ),
 )
 """Conventions of contact mechanics (Greenwood and Williamson, DOI 10.1098/rspa.1966.0242)."""

@@ -195,21 +195,24 @@ class TightenedSurface(NormalLaw):
                 side = -1
         return 0.5 * (low + high)
 
-    def _loading(self, d: float) -> float:
-        """Elastic-plastic load [N] on the way in, at a separation."""
+    def _loading(self, d: float, power: int = 0) -> float:
+        """Elastic-plastic load [N] on the way in, at a separation.
+
+        Each summit's counts as often as a power of its indentation over that at first yield says.
+        """
         units = self._model.yield_indentation * np.asarray(self.radius)
         at_yield = self._stiff * units**1.5
         if isinstance(self.heights, Discrete):
-            depth = np.maximum(np.asarray(self.heights.values) - d, 0.0)
-            loads = at_yield * self._model.load_of(depth / units)
-            return float(np.sum(loads) * self.summit_count / depth.size)
+            r = np.maximum(np.asarray(self.heights.values) - d, 0.0) / units
+            loads = at_yield * self._model.load_of(r) * r**power
+            return float(np.sum(loads) * self.summit_count / r.size)
         edges = self._recovered_at(d)._indentations
         # In the root of the indentation, where the load begins like its cube.
         root = np.sqrt(edges)
         z = root[:-1, None] + np.diff(root)[:, None] * _NODES
         s = z * z
         density = self.heights._density(d + s)
-        load = self._model.load_of(s / units) * at_yield
+        load = self._model.load_of(s / units) * at_yield * (s / units) ** power
         sums = (2.0 * z * density * load) @ _WEIGHTS
         return float(self.summit_count * (sums @ np.diff(root)))
 
@@ -235,6 +238,37 @@ class TightenedSurface(NormalLaw):
     @cached_property
     def _recovered(self) -> RecoveredHeights:
         return self._recovered_at(self.closest_separation)
+
+    @cached_property
+    def mean_indentation(self) -> float:
+        """Indentation over that at first yield, at tightening, in the mean over the load [-]."""
+        d = self.closest_separation
+        return self._loading(d, 1) / self._loading(d)
+
+    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+        area, count = 0.0, 0.0
+        if separation is not None:
+            area, count = (
+                float(self.contact_area(separation)),
+                float(self.contact_count(separation)),
+            )
+        values: dict[str, float | None] = {}
+        if self.area is not None:
+            density = self.summit_count / self.area
+            mean_square = area / (math.pi * count) if count > 0.0 else 0.0
+            # Junctions have met once where they met at tightening.
+            tightest = float(self.contact_area(self.closest_separation)) / self.area
+            values = {
+                "density * radius * std": density * float(self.radius) * self.heights.spread,
+                "real over apparent area": area / self.area,
+                "real over apparent area, tightened": tightest,
+                "contact radius over summit spacing": math.sqrt(mean_square * density),
+            }
+        return {**values, "contacts": count, "indentation over yield": self.mean_indentation}
+
+    def _slip_measure(self) -> tuple[float, str] | None:
+        name = self.heights._spread_name
+        return (self.heights.spread, name) if name else None
 
     @cached_property
     def _kept(self) -> tuple[Floats, Floats]:

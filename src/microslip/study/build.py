@@ -30,7 +30,10 @@ def build_surface(study: StudyDescription) -> NormalLaw:
         pair = MaterialPair(materials[first], materials[second])
     with blame(study, "surface", type(surface).model_fields):
         law: NormalLaw = surface.build(pair)
+    if not isinstance(study.joint, Joint):
         return law
+    with blame(study, "joint", type(study.joint).model_fields):
+        return study.joint.tightened(law)
 
 
 def build_joints(study: StudyDescription) -> list[Interface]:

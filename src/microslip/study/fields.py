@@ -182,6 +182,7 @@ TwoNames = Annotated[
 
 Modulus = Annotated[float, quantity(PRESSURE, "69 GPa")]
 Hardness = Annotated[float, quantity(PRESSURE, "1.2 GPa")]
+YieldStress = Annotated[float, quantity(PRESSURE, "355 MPa")]
 PoissonRatio = Annotated[
     float,
     number(

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from functools import reduce
 from operator import or_
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from microslip._core.parameters import key_of
+from microslip.errors import Argument, InputError
 from microslip.friction import LAWS, BackboneLaw, Interface
-from microslip.normal import NormalLaw
-from microslip.study.fields import Loads, UncertainFriction
+from microslip.normal import AsperityPopulation, GreenwoodWilliamson, NormalLaw
+from microslip.normal.elastic_plastic import MODELS
+from microslip.study.fields import Load, Loads, UncertainFriction, YieldStress, one_of
 from microslip.study.parametric import DescribedAlone, can_be_described, table_of
-from microslip.study.part import Part
+from microslip.study.part import KeyedError, Part
 
 INTERFACE = key_of(Interface)
 
@@ -33,6 +35,55 @@ class Joint(Part):
         "[structure] needs none: its bolts press.",
         examples=['["500 N", "2 kN"]'],
     )
+
+    tightening_load: Load | None = Field(
+        default=None,
+        description="Largest normal load that the joint has carried: summits yielded under it and "
+        "are elastic since; the normal loads are at most that.",
+        examples=['"5 kN"'],
+    )
+    yield_stress: YieldStress | None = Field(
+        default=None,
+        description="Yield stress of the softer body, for tightening_load; by default that of its "
+        "hardness, H/2.84.",
+        examples=['"355 MPa"'],
+    )
+    tightening_model: Annotated[str, one_of(*MODELS)] | None = Field(
+        default=None,
+        description="How a summit yields under tightening_load; after Jackson and Green (2005) "
+        "by default.",
+        examples=['"jackson-green"'],
+    )
+
+    @model_validator(mode="after")
+    def _tightening(self) -> Self:
+        if self.tightening_load is None:
+            for key in ("yield_stress", "tightening_model"):
+                if getattr(self, key) is not None:
+                    raise KeyedError(f"joint.{key}", "wanted only beside tightening_load")
+        return self
+
+    def tightened(self, surface: NormalLaw) -> NormalLaw:
+        """The surface as it is once it was tightened, if it was."""
+        if self.tightening_load is None:
+            return surface
+        if not isinstance(surface, (GreenwoodWilliamson, AsperityPopulation)):
+            raise InputError(
+                Argument("tightening_load"),
+                " wanted only for a surface of summits that can yield, such as law = "
+                f'"greenwood-williamson", "population" or "scan", got {type(surface).__name__}',
+            )
+        hardness = surface.pair.hardness if self.yield_stress is None else None
+        if self.yield_stress is None and hardness is None:
+            raise InputError(
+                Argument("yield_stress"),
+                ' missing, and the materials have no hardness; write for example "355 MPa", or '
+                "the hardness of the softer material",
+            )
+        model = self.tightening_model or "jackson-green"
+        return surface.tightened(
+            self.tightening_load, yield_stress=self.yield_stress, hardness=hardness, model=model
+        )
 
     @property
     def loads(self) -> tuple[float, ...]:

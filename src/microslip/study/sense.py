@@ -62,6 +62,11 @@ def _structure(study: StudyTables) -> None:
                 "wanted a number, got a range; ranges give bands in a study with a [structure]",
             )
         return
+    if study.joint.tightening_load is not None:
+        raise KeyedError(
+            "joint.tightening_load",
+            "wanted none beside a [structure], whose patches bear unlike pressures",
+        )
     first = study.material[study.surface.materials[0]]
     if isinstance(first, Rigid):
         raise KeyedError("surface.materials, item 1", "wanted a body that bends, got a rigid one")
@@ -115,17 +120,28 @@ def _summits(surface: Any) -> None:
             )
 
 
-def _loads(study: StudyTables, loads: Sequence[float]) -> None:
-    """A table carries no more than its first load."""
+def _most(study: StudyTables) -> tuple[float, str, str] | None:
+    """Largest load that the surface answers for, what that is, and how to have more."""
+    tightening: float | None = study.joint.tightening_load
+    if tightening is not None:
+        words = f"the tightening load {_force(tightening)}"
+        return tightening, words, "raise joint.tightening_load (above it the summits yield again)"
     if not isinstance(study.surface, TableSurface):
-        return
+        return None
     most = study.surface.load[0]
+    return most, f"the first load of the table, {_force(most)}", "begin the table higher"
+
+
+def _loads(study: StudyTables, loads: Sequence[float]) -> None:
+    """A table carries no more than its first load, a tightened surface that which tightened it."""
+    limit = _most(study)
     for index, load in enumerate(loads, start=1):
-        if load > most:
+        if limit is not None and load > limit[0]:
             item = f", item {index}" if len(loads) > 1 else ""
+            more = f"; {limit[2]}" if study.joint.tightening_load is not None else ""
             raise KeyedError(
                 f"joint.normal_load{item}",
-                f"wanted at most the first load of the table, {_force(most)}, got {_force(load)}",
+                f"wanted at most {limit[1]}, got {_force(load)}{more}",
             )
 
 
@@ -140,10 +156,10 @@ def _variation(study: StudyTables, normal_loads: Sequence[float]) -> None:
                 f"wanted at most the normal load {_force(load)}, got {_force(variation.amplitude)} "
                 "(the load would go below zero)",
             )
-    if not isinstance(study.surface, TableSurface):
+    limit = _most(study)
+    if limit is None:
         return
-    most = study.surface.load[0]
-    table = f"the first load of the table, {_force(most)}"
+    most, table, remedy = limit
     if variation is not None:
         load = max(normal_loads)
         share = variation.share_of(load)
@@ -155,7 +171,7 @@ def _variation(study: StudyTables, normal_loads: Sequence[float]) -> None:
             raise KeyedError(
                 f"{VARIATION}.{name}",
                 f"wanted loads up to {table}, but the load {_force(load)} grows to "
-                f"{_force(load * (1.0 + share))}; write {lower}, or begin the table higher",
+                f"{_force(load * (1.0 + share))}; write {lower}, or {remedy}",
             )
     history = study.excitation.history
     if history is not None and (loads := history.loads) is not None:
@@ -165,8 +181,7 @@ def _variation(study: StudyTables, normal_loads: Sequence[float]) -> None:
             raise KeyedError(
                 RECORDED,
                 f"{shorten(history.file, 100)}: wanted loads up to {table}, got "
-                f"{_force(float(loads[row]))} in row {row + 1} of the numbers; begin the table "
-                "higher",
+                f"{_force(float(loads[row]))} in row {row + 1} of the numbers; {remedy}",
             )
 
 

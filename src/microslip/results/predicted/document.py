@@ -104,6 +104,8 @@ def _of(study: StudyDescription) -> str:
         return f"by the friction law {study.joint.law}"
     surface = _LAWS.get(study.surface.law, f"of the surface {study.surface.law}")
     loads = _several("normal load", [*study.joint.loads], "N")
+    if study.joint.tightening_load is not None:
+        surface += f" tightened to {engineering(study.joint.tightening_load, 'N', 4, trim=True)}"
     return f"{surface}, friction coefficient {study.joint.friction_coefficient:g}, at {loads}"
 
 

@@ -9,10 +9,11 @@ from typing import Any
 
 from microslip._core.kernel_choice import kernel_name
 from microslip._core.quantities import UNITS
-from microslip._core.units import engineering
+from microslip._core.units import engineering, significant
 from microslip._version import __version__
 from microslip.friction import Interface, Verdict
 from microslip.friction.validity import worst_validity
+from microslip.normal import TightenedSurface
 from microslip.results.predicted.columns import (
     AmplitudeCurve,
     Columns,
@@ -100,7 +101,7 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
     study, names = result.study, files(result.study)
     notes = [
         *defaults.notes(),
-        *load_notes(study),
+        *load_notes(study, result.joints[0]),
         *study.notes,
         *_title_notes(study, names),
         REMINDER,
@@ -113,6 +114,7 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
         "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
         "notes": notes,
         **_scan(study),
+        **tightening(result.joints[0]),
         **_structure(result),
         "joints": [_joint(result, index) for index in range(len(result.joints))],
         "units": dict(UNITS),
@@ -131,9 +133,47 @@ def _scan(study: StudyDescription) -> dict[str, Any]:
     return {"scan": surface.summary()} if isinstance(surface, u.ScanSurface) else {}
 
 
-def load_notes(study: StudyDescription) -> list[str]:
-    """What is at constant normal load and what is not, in sentences, and what a scan has given."""
+def tightening(joint: Any) -> dict[str, Any]:
+    """What tightening has done to the surface, if it was tightened."""
+    law = getattr(joint, "surface", None)
+    if not isinstance(law, TightenedSurface):
+        return {}
+    tightest = float(law.contact_area(law.closest_separation))
+    return {
+        "tightening": {
+            "tightening_load": law.tightening_load,
+            "yield_stress": law.yield_stress,
+            "model": law.model,
+            "closest_separation": law.closest_separation,
+            "yielded_share": law.yielded_share,
+            "mean_indentation_over_yield": law.mean_indentation,
+            "contact_area": tightest,
+            "contact_area_fraction": tightest / law.area if law.area else None,
+        }
+    }
+
+
+def tightening_notes(joint: Any) -> list[str]:
+    """The same in a sentence."""
+    found = tightening(joint).get("tightening")
+    if found is None:
+        return []
+    fraction = found["contact_area_fraction"]
+    of = "" if fraction is None else f" ({100.0 * fraction:.3g} % of the apparent)"
+    return [
+        f"joint.tightening_load: at {engineering(found['tightening_load'], 'N', 6, trim=True)} "
+        f"{100.0 * found['yielded_share']:.3g} % of the contacts yielded, "
+        f"{found['mean_indentation_over_yield']:.3g} times as deep as at first yield in the mean "
+        f"over the load, and the real area was {significant(1e6 * found['contact_area'])} mm²{of} "
+        f"(yield stress {engineering(found['yield_stress'], 'Pa', 4, trim=True)}, "
+        f"{found['model']}). Loads up to that are elastic."
+    ]
+
+
+def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
+    """What a scan and tightening have given, and what is at constant normal load, in sentences."""
     notes = study.surface.sentences() if isinstance(study.surface, u.ScanSurface) else []
+    notes += tightening_notes(joint)
     variation, history = study.excitation.load_variation, study.excitation.history
     if variation is not None:
         size = (

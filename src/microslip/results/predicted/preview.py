@@ -27,11 +27,11 @@ _WORDS = {
 }
 
 _UNITS = {
-    **dict.fromkeys(("young_modulus", "hardness"), "Pa"),
+    **dict.fromkeys(("young_modulus", "hardness", "yield_stress"), "Pa"),
     **dict.fromkeys(("std", "mean", "scale", "location", "values", "radius", "separation"), "m"),
     **dict.fromkeys(("height", "amplitudes", "from", "to"), "m"),
     **dict.fromkeys(("cutoff", "long_cutoff", "prominence", "pixel", "valid"), "m"),
-    **dict.fromkeys(("load", "normal_load", "force_amplitudes"), "N"),
+    **dict.fromkeys(("load", "normal_load", "tightening_load", "force_amplitudes"), "N"),
     "density": "1/m^2",
     "area": "m^2",
     "amplitude": "N",
@@ -62,7 +62,7 @@ def preview(study: StudyDescription) -> Document:
         "title": study.title,
         "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
         "quantities": list(_quantities(study)),
-        "notes": [*study.notes, *open_ends.notes(), *load_notes(study)],
+        "notes": [*study.notes, *open_ends.notes(), *load_notes(study, joints[0])],
         "joints": [joint_entry(study, joint) for joint in joints],
         "loops": loads * len(amplitudes),
         "points": loads * points,

@@ -1,0 +1,85 @@
+"""Studies of joints that were tightened once: keys, verdicts, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from studies import LOADS, MATERIAL, SURFACE, SURFACES, edited
+
+import microslip as ms
+
+TIGHTENED = (LOADS, f'{LOADS}\ntightening_load = "4 kN"')
+YIELDS = (LOADS, f'{LOADS}\ntightening_load = "4 kN"\nyield_stress = "250 MPa"')
+HARD = (MATERIAL, f'{MATERIAL}hardness = "0.71 GPa"\n')
+
+
+def test_a_study_is_what_python_makes_of_it() -> None:
+    result = ms.Study.from_toml(edited(YIELDS)).run()
+    al = ms.Material(69e9, 0.33)
+    rough = ms.GreenwoodWilliamson(ms.MaterialPair(al, al), ms.Gaussian(5e-7), 1e-3, 1e8, 2e-4)
+    law = rough.tightened(4000.0, yield_stress=250e6)
+    for joint, load in zip(result.joints, (500.0, 2000.0), strict=True):
+        wanted = ms.Interface(law, 0.55, normal_load=load)
+        assert joint.tangential_stiffness == wanted.tangential_stiffness
+        assert joint.dissipated_energy(1e-7) == wanted.dissipated_energy(1e-7)
+    said = result.summary["tightening"]
+    assert said["yielded_share"] == law.yielded_share
+    assert said["contact_area"] == law.contact_area(law.closest_separation)
+    assert said["contact_area_fraction"] == pytest.approx(said["contact_area"] / 2e-4)
+    assert any(
+        note.startswith("joint.tightening_load: at 4 kN ") for note in result.summary["notes"]
+    )
+    names = [verdict["name"] for verdict in result.summary["joints"][0]["validity"]]
+    assert {"contacts", "indentation over yield", "real over apparent area, tightened"} < set(names)
+    assert "plasticity index" not in names
+
+
+def test_hardness_and_model_decide() -> None:
+    by_hardness = ms.Study.from_toml(edited(TIGHTENED, HARD)).run().joints[0].surface
+    assert by_hardness.yield_stress == pytest.approx(0.71e9 / 2.84)
+    other = edited((LOADS, f'{YIELDS[1]}\ntightening_model = "fully-plastic"'))
+    assert ms.Study.from_toml(other).run().joints[0].surface.model == "fully-plastic"
+
+
+def test_indentation_over_yield_is_the_mean_over_the_load() -> None:
+    """Against a sum over a million summits, and of one summit its own."""
+    al = ms.Material(69e9, 0.33)
+    pair = ms.MaterialPair(al, al)
+    law = ms.GreenwoodWilliamson(pair, ms.Exponential(5e-7), 1e-3, 1e8, 2e-4).tightened(
+        4000.0, yield_stress=250e6
+    )
+    unit = law._model.yield_indentation * law.radius
+    # Exponential heights: the indentations are exponential again.
+    r = (np.arange(1_000_000) + 0.5) * 2e-5 * (5e-7 / unit)
+    loads = law._model.load_of(r) * np.exp(-r * unit / 5e-7)
+    assert law.mean_indentation == pytest.approx(float(loads @ r / loads.sum()), rel=1e-6)
+    alone = ms.AsperityPopulation(pair, [0.0], [1e-3]).tightened(40.0, yield_stress=250e6)
+    depth = -alone.closest_separation / (alone._model.yield_indentation * 1e-3)
+    assert alone.mean_indentation == pytest.approx(depth, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("edits", "says"),
+    [
+        ([TIGHTENED], "joint.yield_stress: missing, and the materials have no hardness"),
+        ([(LOADS, f'{LOADS}\nyield_stress = "1 MPa"')], "joint.yield_stress: wanted only beside"),
+        ([YIELDS, ("2 kN", "5 kN")], "joint.normal_load, item 2: wanted at most the tightening"),
+        (
+            [YIELDS, ("4 kN", "3 kN"), ("curve =", "load_variation = { share = 0.9 }\ncurve =")],
+            "excitation.load_variation.share: wanted loads up to the tightening load 3 kN",
+        ),
+        (
+            [YIELDS, (SURFACE, SURFACES["table"])],
+            "joint.tightening_load: wanted only for a",
+        ),
+        (
+            [(LOADS, f'{YIELDS[1]}\ntightening_model = "kogut"')],
+            'joint.tightening_model: wanted "jackson-green", "kogut-etsion" or "fully-plastic"',
+        ),
+    ],
+)
+def test_what_is_refused(edits: list[tuple[str, str]], says: str) -> None:
+    with pytest.raises(ms.StudyError) as caught:
+        ms.Study.from_toml(edited(*edits)).run()
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)

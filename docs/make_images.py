@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 import microslip as ms
 
 FOLDER = Path(__file__).with_name("images")
-STYLE = Path(ms.__file__).with_name("report") / "microslip.mplstyle"
+STYLE = Path(ms.__file__).with_name("style.mplstyle")
 LOADS = (500.0, 2000.0, 5000.0)
 MICRO = 1e-6
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -110,11 +111,68 @@ class Loop(Locked):
         places = x[crossing] + share * (x[crossing + 1] - x[crossing])
         return float(np.ptp(places)) / float(np.ptp(self.displacement))
 
+    @property
+    def force_minus_secant(self) -> NDArray[np.float64]:
+        """Force less secant stiffness times displacement, about the middle of the loop [N].
+
+        What is left of a thin loop is its width: its area is that of the loop.
+        """
+        middle = 0.5 * (float(self.displacement.max()) + float(self.displacement.min()))
+        rest = 0.5 * (float(self.force.max()) + float(self.force.min()))
+        return lock(self.force - rest - self.secant_stiffness * (self.displacement - middle))
+
     @cached_property
     def closure_error(self) -> float:
         """Distance between the forces of the first and the last sample, of the range of force."""
         gap, span = abs(float(self.force[-1] - self.force[0])), float(np.ptp(self.force))
         return gap / span if span > 0.0 else 0.0
+
+    def plot(
+        self,
+        ax: Any = None,
+        *,
+        minus_secant: bool = False,
+        color: str | None = None,
+        label: str = "",
+    ) -> Any:
+        """Draw force over displacement.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; without, a new figure. Loops laid over each other share their units.
+        minus_secant : bool, optional
+            Whether the force on the secant is taken off, which shows the width of a thin loop.
+        color : str, optional
+            Of the line; by default the next of the house's colours.
+        label : str, optional
+            Name for ``ax.legend()``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on.
+
+        Raises
+        ------
+        InputError
+            Something else than axes.
+        """
+        from microslip.report.axes import draw
+        from microslip.report.plot import Axis, Panel, Plot
+        from microslip.report.scales import force_prefix, length_prefix
+
+        force = self.force_minus_secant if minus_secant else self.force
+        x_unit, x_letter = length_prefix(float(np.abs(self.displacement).max()))
+        y_unit, y_letter = force_prefix(force)
+        name = "Force minus secant" if minus_secant else "Force"
+        panel = Panel(
+            Axis(f"Displacement [{x_letter}m]", unit=x_unit),
+            Axis(f"{name} [{y_letter}N]", unit=y_unit),
+        )
+        panel.line(self.displacement / x_unit, force / y_unit)
+        panel.cross()
+        return draw(Plot([panel], 4.2), ax, color=color, label=label)
 
     def __repr__(self) -> str:
         return (

@@ -16,6 +16,7 @@ import pytest
 
 import microslip as ms
 from microslip.errors import said
+from microslip.identification.figures import cycles_by_load, intervals, loops, pictures
 from microslip.report.plot import Words
 from microslip.report.terminal import show
 from microslip.results.identified import numbers
@@ -26,7 +27,6 @@ from microslip.results.identified.document import (
     units_of,
     write,
 )
-from microslip.results.identified.figures import cycles_by_load, intervals, loops, pictures
 from microslip.results.identified.joint_study import joint_text
 
 JOINT = ms.Interface.examples()[0]

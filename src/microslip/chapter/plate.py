@@ -36,7 +36,8 @@ HATCH = "#b98a6d"
 DOTS = (0, (1, 1.5))
 
 
-LOOK: list[Any] = ["default", STYLE, {"hatch.linewidth": 0.5}]
+# Letters as outlines: their indices and hatches are drawn, not written.
+LOOK: list[Any] = ["default", STYLE, {"hatch.linewidth": 0.5, "svg.fonttype": "path"}]
 """From matplotlib's own defaults, whatever the user's matplotlibrc says."""
 
 

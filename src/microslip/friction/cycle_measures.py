@@ -178,6 +178,46 @@ class CycleMeasures(ABC):
 
         return self._measure(amplitude, force_amplitude, exponent)
 
+    def plot(
+        self,
+        ax: Any = None,
+        quantity: str = "backbone",
+        amplitudes: ArrayLike | None = None,
+        *,
+        color: str | None = None,
+        label: str = "",
+    ) -> Any:
+        """Draw the backbone, or a measure of closed cycles against their amplitude.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; without, a new figure. Laws laid over each other share their units.
+        quantity : str, optional
+            "backbone", "backbone_stiffness", "secant_stiffness", "dissipated_energy",
+            "loss_factor", "damping_ratio" or "dissipation_exponent".
+        amplitudes : array_like, optional
+            Displacement amplitudes [m]; by default from deep microslip to far in the slip.
+        color : str, optional
+            Of the line; by default the next of the house's colours.
+        label : str, optional
+            Name for ``ax.legend()``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on.
+
+        Raises
+        ------
+        InputError
+            Another quantity, amplitudes that are negative, something else than axes.
+        """
+        from microslip.friction.law_figure import law_figure
+        from microslip.report.axes import draw
+
+        return draw(law_figure(self, quantity, amplitudes), ax, color=color, label=label)
+
     def loop(self, amplitude: float, samples: int = 512) -> Loop:
         """The closed loop between +amplitude and -amplitude.
 

@@ -31,6 +31,8 @@ from microslip.identification.verdicts import (
     shown_interval,
 )
 from microslip.materials import MaterialPair
+from microslip.report.plot import Plot
+from microslip.report.plottable import Plottable
 
 CONVERGED = "converged"
 NOT_CONVERGED = "not converged"
@@ -39,7 +41,7 @@ DIFFER = "records differ: rigs"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(Locked):
+class Identification(Locked, Plottable):
     """A law that was fitted to records, with what they can tell of it and what not.
 
     Made by :func:`microslip.identify`: the comparison of Fig. 19.22 of the chapter
@@ -93,6 +95,11 @@ class Identification(Locked):
     was free; of a record without a time base the phase [rad]."""
     given: tuple[Given, ...] = ()
     """Each datum that was given with an uncertainty, and whether the loops bear it out."""
+
+    def _figure(self) -> Plot:
+        from microslip.identification.figures import loops
+
+        return loops(self)
 
     @property
     def converged(self) -> bool:

@@ -17,7 +17,7 @@ from matplotlib.ticker import Formatter
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-STYLE = Path(__file__).with_name("microslip.mplstyle")
+STYLE = Path(__file__).parents[1] / "style.mplstyle"
 FONT = "DejaVu Sans"
 DASHES = (0, (4, 2))
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -166,7 +166,8 @@ def lay_out(plot: Plot) -> Page:
         if frame.panel.second:
             factor = frame.panel.second[1]
             low, high = frame.y.low * factor, frame.y.high * factor
-            frame.second = Scale(low, high, False, linear(low, high, _most(frame.height)))
+            make = logarithmic if frame.y.log else linear
+            frame.second = Scale(low, high, frame.y.log, make(low, high, _most(frame.height)))
     _place(plot, frames, top, bottom)
     return Page(
         PAGE,

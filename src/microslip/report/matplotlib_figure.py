@@ -5,12 +5,15 @@ from __future__ import annotations
 import io
 import math
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import singledispatch
 from typing import Any
 
 from matplotlib import rcParams, style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedFormatter, FixedLocator
@@ -38,9 +41,7 @@ _MARK = {"linestyle": "none", "markeredgewidth": 0.8}
 
 def png(plot: Plot) -> bytes:
     """Pixels of a figure, the same for the same plot, whatever the user's matplotlibrc says."""
-    with style.context(["default", STYLE]), warnings.catch_warnings():
-        # The summary says it, once.
-        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
+    with _house_style():
         made = figure(plot)
         made.set_dpi(rcParams["savefig.dpi"])
         file = io.BytesIO()
@@ -50,13 +51,32 @@ def png(plot: Plot) -> bytes:
         return file.getvalue()
 
 
-def figure(plot: Plot) -> Figure:
-    """A Matplotlib figure with an Agg canvas."""
+def pdf(plot: Plot) -> bytes:
+    """A figure as a page of PDF, its text as text, without a date: the same for the same plot."""
+    with _house_style():
+        file = io.BytesIO()
+        canvas: Any = FigureCanvasPdf(figure(plot))
+        canvas.print_pdf(file, metadata={"CreationDate": None})
+        return file.getvalue()
+
+
+@contextmanager
+def _house_style() -> Iterator[None]:
+    with style.context(["default", STYLE]), warnings.catch_warnings():
+        # The summary says it, once.
+        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
+        yield
+
+
+def figure(plot: Plot, made: Figure | None = None) -> Figure:
+    """A Matplotlib figure: the one given, made as large as the page, or one with an Agg canvas."""
     page = lay_out(plot)
     with style.context(["default", STYLE]):
-        made = Figure(figsize=(page.width / 72.0, page.height / 72.0))
+        if made is None:
+            made = Figure()
+            FigureCanvasAgg(made)
+        made.set_size_inches(page.width / 72.0, page.height / 72.0)
         made.set_layout_engine("none")
-        FigureCanvasAgg(made)
         for number, line in enumerate(page.title):
             y = 1.0 - (6.0 + TITLE * (0.9 + 1.25 * number)) / page.height
             made.text(0.5, y, _plain(line), size=TITLE, ha="center")
@@ -88,7 +108,7 @@ def _panel(made: Figure, page: Page, frame: Frame) -> None:
         axes.set_yscale("log")
     axes.grid(panel.grid)
     for number, item in enumerate(panel.items):
-        _draw(item, axes, frame, 1.5 + 0.01 * number)
+        paint(item, axes, frame, 1.5 + 0.01 * number)
     axes.set_xlim(frame.x.low, frame.x.high)
     axes.set_ylim(frame.y.low, frame.y.high)
     for axis, scale in ((axes.xaxis, frame.x), (axes.yaxis, frame.y)):
@@ -147,6 +167,8 @@ def _second(axes: Axes, frame: Frame, label: str, factor: float) -> None:
         return y / factor
 
     right: Any = axes.secondary_yaxis("right", functions=(there, back))
+    if frame.y.log:
+        right.set_yscale("log")
     if frame.second is not None:
         _set_ticks(right.yaxis, frame.second)
         if frame.second.ticks.offset:
@@ -162,48 +184,49 @@ def _dash(dash: tuple[float, ...]) -> Any:
 
 
 @singledispatch
-def _draw(item: Item, axes: Axes, frame: Frame, order: float) -> None:
+def paint(item: Item, axes: Axes, frame: Frame | None, order: float) -> None:
+    """Draw one item; names along lines need a frame."""
     raise TypeError(f"nothing draws a {type(item).__name__}")
 
 
-@_draw.register
-def _(item: Line, axes: Axes, frame: Frame, order: float) -> None:
+@paint.register
+def _(item: Line, axes: Axes, frame: Frame | None, order: float) -> None:
     look = {"color": item.color, "linewidth": item.width, "linestyle": _dash(item.dash)}
     axes.plot(item.x, item.y, zorder=order, **look)
 
 
-@_draw.register
-def _(item: Marks, axes: Axes, frame: Frame, order: float) -> None:
+@paint.register
+def _(item: Marks, axes: Axes, frame: Frame | None, order: float) -> None:
     fill = item.color if item.filled else "white"
     look: dict[str, Any] = {**_MARK, "marker": item.marker, "markersize": item.size}
     axes.plot(item.x, item.y, color=item.color, markerfacecolor=fill, zorder=order, **look)
 
 
-@_draw.register
-def _(item: Rule, axes: Axes, frame: Frame, order: float) -> None:
+@paint.register
+def _(item: Rule, axes: Axes, frame: Frame | None, order: float) -> None:
     look: dict[str, Any] = {"color": item.color, "linewidth": item.width}
     draw = axes.axhline if item.axis == "y" else axes.axvline
     draw(item.value, linestyle=_dash(item.dash), zorder=order, **look)
 
 
-@_draw.register
-def _(item: Band, axes: Axes, frame: Frame, order: float) -> None:
+@paint.register
+def _(item: Band, axes: Axes, frame: Frame | None, order: float) -> None:
     draw = axes.axhspan if item.axis == "y" else axes.axvspan
     draw(item.low, item.high, facecolor=item.color, edgecolor="none", zorder=order)
 
 
-@_draw.register
-def _(item: Area, axes: Axes, frame: Frame, order: float) -> None:
+@paint.register
+def _(item: Area, axes: Axes, frame: Frame | None, order: float) -> None:
     axes.fill(item.x, item.y, facecolor=item.color, edgecolor="none", zorder=order)
 
 
-@_draw.register
-def _(item: Stems, axes: Axes, frame: Frame, order: float) -> None:
+@paint.register
+def _(item: Stems, axes: Axes, frame: Frame | None, order: float) -> None:
     axes.vlines(item.x, 0.0, item.y, color=item.color, linewidth=item.width, zorder=order)
 
 
-@_draw.register
-def _(item: Words, axes: Axes, frame: Frame, order: float) -> None:
+@paint.register
+def _(item: Words, axes: Axes, frame: Frame | None, order: float) -> None:
     axes.annotate(
         _plain(item.text),
         (item.x, item.y),
@@ -219,10 +242,10 @@ def _(item: Words, axes: Axes, frame: Frame, order: float) -> None:
     )
 
 
-@_draw.register
-def _(item: LineName, axes: Axes, frame: Frame, order: float) -> None:
-    place = frame.name_place(item)
-    if place is None:
+@paint.register
+def _(item: LineName, axes: Axes, frame: Frame | None, order: float) -> None:
+    place = None if frame is None else frame.name_place(item)
+    if frame is None or place is None:
         return
     x, y, angle = place
     axes.annotate(
@@ -239,8 +262,8 @@ def _(item: LineName, axes: Axes, frame: Frame, order: float) -> None:
     )
 
 
-@_draw.register
-def _(item: Pixels, axes: Axes, frame: Frame, order: float) -> None:
+@paint.register
+def _(item: Pixels, axes: Axes, frame: Frame | None, order: float) -> None:
     axes.imshow(
         item.values,
         cmap="gray",

@@ -168,6 +168,8 @@ class Axis:
         No labels: another panel below or beside has the same axis.
     opposite : bool
         Labels at the top or at the right.
+    unit : float
+        What the values were divided by [SI]: figures laid over each other need it.
     """
 
     label: str = ""
@@ -179,6 +181,7 @@ class Axis:
     integer: bool = False
     bare: bool = False
     opposite: bool = False
+    unit: float = 1.0
 
 
 @dataclass

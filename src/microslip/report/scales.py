@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from microslip._core.units import prefix
 
 
@@ -18,6 +21,12 @@ def evenly(count: int, most: int) -> list[int]:
 def length_prefix(largest: float, least: float = 0.0) -> tuple[float, str]:
     """Micrometres wherever they suit lengths [m], since those of joints are read in them."""
     return (1e-6, "µ") if largest > 1e-7 and (least or largest) < 1e-3 else prefix(largest)
+
+
+def force_prefix(values: ArrayLike) -> tuple[float, str]:
+    """Prefix for values that may all be zero."""
+    largest = float(np.abs(values).max(initial=0.0))
+    return prefix(largest) if largest > 0.0 else (1.0, "")
 
 
 def common_prefix(values: Sequence[float]) -> tuple[float, str]:

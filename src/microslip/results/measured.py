@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from microslip._core.units import engineering, prefix, significant
+from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.report.document import (
     Block,
@@ -20,15 +20,12 @@ from microslip.report.document import (
     Table,
 )
 from microslip.report.files import header, standard_files, text_cell, text_file, write_all
-from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
-from microslip.report.scales import evenly, length_prefix
 from microslip.tribometer import Measurement
 from microslip.tribometer.cycle_columns import LABELS, UNITS
+from microslip.tribometer.figures import measured_loops
 
 KIND = "microslip-measurement"
 """What summary.json says of a folder of measured records."""
-
-MOST_LOOPS = 6
 
 Say = Callable[[str], str]
 
@@ -68,7 +65,10 @@ def document(
         "chapter, and what each cycle dissipates."
     )
     picture = Picture(
-        "loops", caption, lambda: loops(measurements), "Mean loops, and energies over the cycles"
+        "loops",
+        caption,
+        lambda: measured_loops(measurements),
+        "Mean loops, and energies over the cycles",
     )
     sections.append(Section("Loops", (picture,), brief=False))
     wrong = [
@@ -210,59 +210,3 @@ def _cycles(measurements: Sequence[Measurement]) -> str:
                 yield ",".join([name, str(i + 1), *cells, regime])
 
     return "\n".join(lines()) + "\n"
-
-
-def loops(measurements: Sequence[Measurement]) -> Plot:
-    """Mean loop of each record and, beside it, what its cycles dissipate.
-
-    Forces are over the mean normal load where every record has one.
-    """
-    shown = [measurements[i] for i in evenly(len(measurements), MOST_LOOPS)]
-    normalised = all("normal_load" in measured.mean for measured in shown)
-    x_unit, x_letter = length_prefix(max(m.mean["amplitude"].value for m in shown))
-    y_unit, y_letter = prefix(max(m.mean["force_amplitude"].value for m in shown))
-    energies = np.concatenate([m.cycles["dissipated_energy"] for m in shown])
-    e_unit, e_letter = prefix(float(np.abs(energies).max()))
-    force_label = "Force / normal load, T/N [–]" if normalised else f"Force [{y_letter}N]"
-    left = Panel(
-        Axis(f"Displacement [{x_letter}m]"),
-        Axis(force_label),
-        note="Mean cycles, offsets taken off",
-        cell=(0, 0, 0, 0),
-    )
-    right = Panel(
-        Axis("Cycle", integer=True),
-        Axis(
-            f"Dissipated energy [{e_letter}J]",
-            low=min(0.0, 1.1 * float(energies.min()) / e_unit),
-        ),
-        note="Each cycle",
-        cell=(0, 0, 1, 1),
-    )
-    left.cross()
-    legend = []
-    for i, measured in enumerate(shown):
-        color, dash = COLORS[i % len(COLORS)], DASHES[i % len(DASHES)]
-        x, force = measured.loop
-        x = x - measured.mean["displacement_offset"].value
-        force = force - measured.mean["force_offset"].value
-        scale = measured.mean["normal_load"].value if normalised else y_unit
-        left.line(x / x_unit, force / scale, color, dash=dash)
-        energy = measured.cycles["dissipated_energy"] / e_unit
-        places = np.arange(1, energy.size + 1)
-        if energy.size == 1:
-            right.marks(places, energy, color)
-        right.line(places, energy, color, dash=dash)
-        load = measured.mean.get("normal_load")
-        label = shorten(measured.name, 40)
-        if load is not None:
-            label += f", {engineering(load.value, 'N')}"
-        legend.append(Entry(label, color, dash))
-    more = len(measurements) - len(shown)
-    return Plot(
-        [left, right],
-        3.9,
-        widths=(1.5, 1.0),
-        legend=tuple(legend),
-        legend_title=f"{more} more records are in the tables" if more else "",
-    )

@@ -14,6 +14,8 @@ from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked
 from microslip._core.units import engineering
 from microslip.errors import Argument, InputError, Phrase
+from microslip.report.plot import Plot
+from microslip.report.plottable import Plottable
 from microslip.scans.checks import enough, objection, own, pixel_of
 from microslip.scans.moments import Moments, moments_of
 from microslip.scans.noise import noise_passed, noise_std
@@ -21,7 +23,7 @@ from microslip.scans.statistics import Statistics, statistics_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class HeightMap(Locked):
+class HeightMap(Locked, Plottable):
     """Heights of a surface or of a line on it: what every step of its evaluation is given.
 
     Its only user's class is :class:`~microslip.Scan`, which says its parameters.
@@ -77,6 +79,11 @@ class HeightMap(Locked):
         shape = " x ".join(str(n) for n in self.heights.shape[::-1])
         steps = " x ".join(engineering(step, "m") for step in dict.fromkeys(self.pixel))
         return f"{type(self).__name__}({self.name[:60]!r}, {shape} points, pixel {steps})"
+
+    def _figure(self) -> Plot:
+        from microslip.scans.figures import map_figure
+
+        return map_figure(self)
 
     @property
     def is_profile(self) -> bool:

@@ -19,6 +19,8 @@ from microslip.friction import Interface
 from microslip.heights import Discrete, HeightDistribution, TabulatedHeights
 from microslip.materials import MaterialPair
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson
+from microslip.report.plot import Plot
+from microslip.report.plottable import Plottable
 from microslip.scans.height_map import HeightMap
 from microslip.scans.moments import lost_to_pixel
 from microslip.scans.scan_rules import LOST_TO_PIXEL, judged, radius_in_pixels
@@ -34,7 +36,7 @@ ESTIMATES = ("counted", "neighbours", "mccool", "nayak")
 
 
 @dataclass(frozen=True, eq=False)
-class Summits(Locked):
+class Summits(Locked, Plottable):
     """Summits of a scan.
 
     Made by :func:`find_summits`, not by hand.
@@ -108,6 +110,11 @@ class Summits(Locked):
     def __repr__(self) -> str:
         cut = "none" if self.cutoff is None else engineering(self.cutoff, "m", trim=True)
         return f"Summits({self.count} of {self.scan.name[:60]!r}, cut-off {cut})"
+
+    def _figure(self) -> Plot:
+        from microslip.scans.figures import summit_figure
+
+        return summit_figure(self)
 
     @property
     def count(self) -> int:

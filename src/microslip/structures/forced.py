@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -81,6 +81,47 @@ class ForcedResponse(Locked):
             )
         first = self.harmonics.index(1)
         return np.asarray(np.abs(self.displacement[:, :, first] @ sensor))
+
+    def plot(
+        self,
+        ax: Any = None,
+        at: ArrayLike | None = None,
+        *,
+        color: str | None = None,
+        label: str = "",
+    ) -> Any:
+        """Draw the amplitude of the fundamental [m] against the frequency [Hz].
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes or array of them, optional
+            Axes to draw on; without, a new figure.
+        at : array_like, optional
+            Direction of the sensor, shape (n,); without, the degree of freedom that moves most.
+        color : str, optional
+            Of the line; by default the next of the house's colours.
+        label : str, optional
+            Name for ``ax.legend()``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes or ndarray of Axes
+            What was drawn on.
+
+        Raises
+        ------
+        InputError
+            Something else than axes; a sensor that is not there.
+        """
+        from microslip.report.axes import draw
+        from microslip.structures.figures import response_figure
+
+        return draw(
+            response_figure(self, None if at is None else floats("at", at)),
+            ax,
+            color=color,
+            label=label,
+        )
 
     def __repr__(self) -> str:
         return f"ForcedResponse({self.frequency.size} points, {self.message})"

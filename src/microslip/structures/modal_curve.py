@@ -14,10 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, floats
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
+from microslip.report.plot import Plot
+from microslip.report.plottable import Plottable
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModalCurve(Locked):
+class ModalCurve(Locked, Plottable):
     """A nonlinear mode along amplitudes; made by ``structure.modes(...)``.
 
     Amplitudes that the solver did not reach hold NaN; ``message`` says where and why.
@@ -53,6 +55,11 @@ class ModalCurve(Locked):
     message: str
     """What came of it in a sentence; where and why it stopped, and what to try."""
     _other: Callable[[], ModalCurve] | None
+
+    def _figure(self) -> Plot:
+        from microslip.structures.figures import modal_figure
+
+        return modal_figure(self)
 
     @property
     def status(self) -> str:

@@ -80,6 +80,42 @@ class Motion(Locked):
         """``solved``, or ``stopped`` before the last time."""
         return "solved" if self.message.startswith("solved") else "stopped"
 
+    def plot(
+        self,
+        ax: Any = None,
+        at: int | None = None,
+        *,
+        color: str | None = None,
+        label: str = "",
+    ) -> Any:
+        """Draw a displacement [m] and the energy lost [J] against the time [s].
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes or array of them, optional
+            Axes to draw on; without, a new figure.
+        at : int, optional
+            Which degree of freedom; without, the one that moves most.
+        color : str, optional
+            Of the line; by default the next of the house's colours.
+        label : str, optional
+            Name for ``ax.legend()``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes or ndarray of Axes
+            What was drawn on.
+
+        Raises
+        ------
+        InputError
+            Something else than axes; a sensor that is not there.
+        """
+        from microslip.report.axes import draw
+        from microslip.structures.figures import motion_figure
+
+        return draw(motion_figure(self, at), ax, color=color, label=label)
+
     def __repr__(self) -> str:
         return f"Motion({self.time.size} times to {self.time[-1]:g} s, {self.message})"
 

@@ -15,6 +15,8 @@ from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
 from microslip.friction.energies import energies_along
 from microslip.memory import State
+from microslip.report.plot import Plot
+from microslip.report.plottable import Plottable
 from microslip.structures.swinging import Swinging
 
 MOST_SAMPLES = 20_000_000
@@ -23,7 +25,7 @@ _TRIALS = 40
 
 
 @dataclass(frozen=True, eq=False)
-class RingDown(Locked):
+class RingDown(Locked, Plottable):
     """A free oscillation, sampled evenly in time, with its turning points.
 
     Parameters
@@ -70,6 +72,11 @@ class RingDown(Locked):
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
             lock(getattr(self, name))
+
+    def _figure(self) -> Plot:
+        from microslip.structures.figures import ring_down_figure
+
+        return ring_down_figure(self)
 
     @cached_property
     def _ways(self) -> tuple[Floats, Floats]:

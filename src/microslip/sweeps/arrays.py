@@ -114,6 +114,45 @@ class Sweep:
                 lines.append(f"    {name:<{width}}  {span} [{about['units']}] {over}".rstrip())
         return "\n".join(lines)
 
+    def plot(
+        self,
+        ax: Any = None,
+        quantity: str = "loss_factor",
+        along: str | None = None,
+        *,
+        color: str | None = None,
+        label: str = "",
+    ) -> Any:
+        """Draw a quantity in its unit [SI] along one dimension, a few lines for the others.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw on; without, a new figure.
+        quantity : str, optional
+            Name of a variable.
+        along : str, optional
+            The dimension; by default the longest.
+        color : str, optional
+            Of the first line; by default the next of the house's colours.
+        label : str, optional
+            Name of it for ``ax.legend()``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on.
+
+        Raises
+        ------
+        InputError
+            A name that is not there, a variable of one number, something else than axes.
+        """
+        from microslip.report.axes import draw
+        from microslip.sweeps.figure import sweep_figure
+
+        return draw(sweep_figure(self, quantity, along), ax, color=color, label=label)
+
     def to_xarray(self) -> xarray.Dataset:
         """The same as an ``xarray.Dataset``.
 

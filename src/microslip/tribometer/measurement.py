@@ -16,6 +16,8 @@ from microslip._core.frozen import lock
 from microslip._core.units import engineering
 from microslip.errors import Argument, InputError, Phrase
 from microslip.friction import BackboneLaw
+from microslip.report.plot import Plot
+from microslip.report.plottable import Plottable
 from microslip.tribometer.blocks import Block, Blocks, blocks_of
 from microslip.tribometer.cycle_columns import UNITS, columns_of
 from microslip.tribometer.cycle_selection import beyond, counted, many
@@ -31,7 +33,7 @@ _FOLDS = 64
 
 
 @dataclass(frozen=True, eq=False)
-class Measurement:
+class Measurement(Plottable):
     """What the cycles of a record say, each for itself and in the mean.
 
     Parameters
@@ -94,6 +96,11 @@ class Measurement:
     loop: tuple[NDArray[np.float64], NDArray[np.float64]]
     notes: tuple[str, ...]
     is_settled: bool = True
+
+    def _figure(self) -> Plot:
+        from microslip.tribometer.figures import measured_loops
+
+        return measured_loops([self])
 
     def __len__(self) -> int:
         return len(self.regimes)

@@ -17,13 +17,15 @@ from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.checks import record as checked
 from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
+from microslip.report.plot import Plot
+from microslip.report.plottable import Plottable
 from microslip.tribometer.reading import Wishes, read
 
 _UNITS = {"time": "s", "displacement": "m", "force": "N", "normal_load": "N", "commanded": "m"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Record(Locked):
+class Record(Locked, Plottable):
     """Displacement and force of a contact, sample by sample, as a rig measured them.
 
     T is positive where it pulls in the direction of positive displacement, so that loops of (19.29)
@@ -123,6 +125,11 @@ class Record(Locked):
             ("notes", tuple(notes)),
         ):
             object.__setattr__(self, key, value)
+
+    def _figure(self) -> Plot:
+        from microslip.tribometer.figures import record_figure
+
+        return record_figure(self)
 
     def __len__(self) -> int:
         return int(self.displacement.size)

@@ -12,7 +12,8 @@ from typing import Any
 from microslip._core.units import significant
 from microslip._version import __version__
 from microslip.errors import InputError
-from microslip.identification import Comparison, Identification, identify
+from microslip.identification import Comparison, Identification, figures, identify
+from microslip.identification.labels import label
 from microslip.identification.models import CycleModel, model_of
 from microslip.report.document import (
     Block,
@@ -27,9 +28,9 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import header, standard_files, text_cell, text_file, write_all
-from microslip.results.identified import figures, numbers
+from microslip.results.identified import numbers
 from microslip.results.identified.joint_study import joint_text
-from microslip.results.identified.numbers import Summary, label
+from microslip.results.identified.numbers import Summary
 from microslip.study.build import build_joints
 from microslip.study.description import StudyDescription
 from microslip.tribometer import Record

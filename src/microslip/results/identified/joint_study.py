@@ -11,7 +11,8 @@ from microslip._core.wording import shorten
 from microslip._version import __version__
 from microslip.errors import InputError, Phrase
 from microslip.identification import Identification
-from microslip.results.identified.numbers import knows_radius, label, open_of, quantity
+from microslip.identification.labels import label
+from microslip.results.identified.numbers import knows_radius, open_of, quantity
 from microslip.study.description import StudyDescription
 from microslip.study.overrides import dump
 

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from microslip._core.checks import show
+from microslip.errors import Argument, InputError
 from microslip.report.files import save
 from microslip.report.netcdf import dataset
 from microslip.results.predicted.arrays import contents
 from microslip.results.predicted.columns import Progress
+from microslip.results.predicted.document import document
 from microslip.results.predicted.files import files
 from microslip.results.predicted.numbers import KIND
 from microslip.results.predicted.prediction import Prediction
@@ -73,6 +76,40 @@ class Result(Prediction):
             If the folder exists, is not an earlier result or cannot be written.
         """
         return save(files(self, Path(folder)), folder, KIND, "result", overwrite, progress)
+
+    def plot(self, name: str = "loops", ax: Any = None, *, title: bool = False) -> Any:
+        """Draw one of the figures of its report; axes name their units, such as [N].
+
+        Parameters
+        ----------
+        name : str, optional
+            Name of its file: "loops", "backbone", "energy_damping", and those that
+            docs/results.md lists.
+        ax : array of matplotlib.axes.Axes, optional
+            Axes to draw on, one for each panel; without, a new figure.
+        title : bool, optional
+            Whether the title of the study stands above it.
+
+        Returns
+        -------
+        matplotlib.axes.Axes or ndarray of Axes
+            What was drawn on.
+
+        Raises
+        ------
+        InputError
+            A name that this result has no figure of, something else than axes.
+        """
+        from microslip.report.axes import draw
+
+        figures = {picture.name: picture for picture in document(self).pictures}
+        if not isinstance(name, str) or name not in figures:
+            known = ", ".join(figures)
+            raise InputError(Argument("name"), f" must be one of {known}, got {show(name)}")
+        plot = figures[name].plot()
+        if not title:
+            plot.title = ""
+        return draw(plot, ax)
 
     def to_xarray(self) -> Any:
         """All numbers as one labelled data set, the same as in `result.nc`.

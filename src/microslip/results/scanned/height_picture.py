@@ -5,40 +5,25 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.units import prefix
 from microslip.report.plot import Axis, Line, Panel, Pixels, Plot
 from microslip.report.scales import length_prefix
 from microslip.results.scanned.findings import Findings
+from microslip.scans.figures import SHARE, coarse, coloured, trace_figure
 from microslip.scans.height_map import HeightMap
 from microslip.scans.summits import Summits
 
-MOST_PIXELS = 700
 MOST_MARKED = 150
 IN_DETAIL = 80
-SHARE = 0.005
-"""Share of the points at either end of the colour scale that are beyond it."""
 _FRAME = "#D55E00"
-_MISSING = 255  # white
-# Even steps of cividis (Nuñez, Anderton and Renslow 2018, DOI 10.1371/journal.pone.0199239), made
-# for the colour-blind; its lightness rises evenly.
-_COLOURS = np.array(
-    (
-        (0, 34, 78), (0, 46, 106), (26, 56, 111), (50, 67, 109), (67, 78, 108), (83, 90, 109),
-        (97, 101, 111), (111, 112, 115), (125, 124, 120), (140, 136, 120), (155, 148, 118),
-        (171, 160, 114), (188, 174, 108), (205, 187, 99), (222, 201, 88), (240, 216, 70),
-        (254, 232, 56),
-    ),
-    dtype=float,
-)  # fmt: skip
 
 
 def height_plot(found: Findings) -> Plot:
     """A map with summits, and a part of it; of a profile, its trace."""
     if found.scan.is_profile:
-        return _trace(found)
+        return trace_figure(found.scan, found.title("Heights"))
     scan, summits = found.scan, found.summits
     unit, letter = length_prefix(max(scan.size))
     low, high = np.nanquantile(scan.heights, (SHARE, 1.0 - SHARE)).tolist()
@@ -62,7 +47,7 @@ def height_plot(found: Findings) -> Plot:
         x, y = (start[1] - 0.5) * dx, (start[0] - 0.5) * dy
         ends = x, x + part.shape[1] * dx, y, y + part.shape[0] * dy
         panel.x.low, panel.x.high, panel.y.low, panel.y.high = ends
-        panel.add(Pixels(_coloured(_coarse(part)[::-1], low, high), *ends))
+        panel.add(Pixels(coloured(coarse(part)[::-1], low, high), *ends))
     frame = _frame(right)
     left.add(frame)
     right.add(frame)
@@ -97,7 +82,7 @@ def _bar(low: float, high: float) -> Panel:
     """The scale of colours below the maps."""
     unit, letter = prefix(max(high, -low))
     ends = low / unit, high / unit
-    ramp = _coloured(np.linspace(0.0, 1.0, 256)[None], 0.0, 1.0)
+    ramp = coloured(np.linspace(0.0, 1.0, 256)[None], 0.0, 1.0)
     return Panel(
         Axis(f"Height above the mean [{letter}m]", *ends),
         Axis(low=0.0, high=1.0, ticks=()),
@@ -105,25 +90,6 @@ def _bar(low: float, high: float) -> Panel:
         cell=(1, 1, 0, 1),
         items=[Pixels(ramp, *ends, 0.0, 1.0)],
     )
-
-
-def _coloured(heights: Floats, low: float, high: float) -> NDArray[np.uint8]:
-    """Heights as colours; what is beyond the ends has their colour, what is missing is white."""
-    place = np.clip((heights - low) / (high - low if high > low else 1.0), 0.0, 1.0)
-    missing = np.isnan(place)
-    steps = np.arange(len(_COLOURS)) / (len(_COLOURS) - 1.0)
-    table = np.stack([np.interp(np.arange(256) / 255.0, steps, c) for c in _COLOURS.T], axis=1)
-    result: NDArray[np.uint8] = np.rint(table).astype(np.uint8)[
-        np.where(missing, 0, np.rint(255.0 * np.nan_to_num(place))).astype(np.intp)
-    ]
-    result[missing] = _MISSING
-    return result
-
-
-def _coarse(heights: Floats) -> Floats:
-    """Every so many points; the mean of each block would round the summits off."""
-    step = max(1, math.ceil(max(heights.shape) / MOST_PIXELS))
-    return heights[::step, ::step]
 
 
 def _marked(panel: Panel, summits: Summits | None, unit: float) -> str:
@@ -152,16 +118,3 @@ def _detail(scan: HeightMap, summits: Summits | None) -> tuple[slice, slice]:
     starts = [max((n - count) // 2, 0) for n, count in zip((rows, columns), counts, strict=True)]
     first, second = (slice(start, start + n) for start, n in zip(starts, counts, strict=True))
     return slice(first.start, min(first.stop, rows)), slice(second.start, min(second.stop, columns))
-
-
-def _trace(found: Findings) -> Plot:
-    scan = found.scan
-    unit, letter = length_prefix(scan.size[0])
-    heights = scan.heights - float(np.nanmean(scan.heights))
-    h_unit, h_letter = prefix(float(np.nanmax(np.abs(heights))))
-    panel = Panel(
-        Axis(f"Position [{letter}m]", margin=0.0), Axis(f"Height above the mean [{h_letter}m]")
-    )
-    places = scan.pixel[0] / unit * np.arange(heights.size)
-    panel.line(places, heights / h_unit, width=0.9)
-    return Plot([panel], 3.0, found.title("Heights"))

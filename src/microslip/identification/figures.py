@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.units import engineering, prefix
-from microslip.identification import Fitted, Identification
+from microslip.identification.labels import label, short_symbols
+from microslip.identification.verdicts import Fitted
 from microslip.report.document import Picture
 from microslip.report.plot import COLORS, Axis, Band, Entry, Panel, Pixels, Plot, Rule, Words
 from microslip.report.scales import evenly, length_prefix
-from microslip.results.identified.numbers import label, short_symbols
 
 Floats = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ _CAPTIONS = {
 }
 
 
-def pictures(result: Identification) -> tuple[Picture, ...]:
+def pictures(result: Any) -> tuple[Picture, ...]:
     """The figures of an identification."""
     plots = {"loops": lambda: loops(result)}
     if 1 <= len(result.names) <= MOST_PARAMETERS:
@@ -76,7 +76,7 @@ class Cycle(NamedTuple):
     """Standard error of a measured force [N]."""
 
 
-def cycles_by_load(result: Identification) -> list[tuple[str, list[Cycle]]]:
+def cycles_by_load(result: Any) -> list[tuple[str, list[Cycle]]]:
     """Cycles by their load, lightest first: what a panel is called, and its cycles."""
     cycles = [
         Cycle(
@@ -96,7 +96,7 @@ def cycles_by_load(result: Identification) -> list[tuple[str, list[Cycle]]]:
     return list(by_load.items())
 
 
-def loops(result: Identification) -> Plot:
+def loops(result: Any) -> Plot:
     """Measured and modelled loops over each other, and what is left below (as in Fig. 19.22)."""
     groups = cycles_by_load(result)
     cycles = [cycle for _, group in groups for cycle in group]
@@ -112,14 +112,14 @@ def loops(result: Identification) -> Plot:
         row, column = 2 * (index // columns), index % columns
         named = len(drawn) > 1 or group[0].load is not None
         above = Panel(
-            Axis(bare=True),
-            Axis(f"Force [{f_letter}N]" if column == 0 else "", margin=0.06),
+            Axis(bare=True, unit=x_unit),
+            Axis(f"Force [{f_letter}N]" if column == 0 else "", margin=0.06, unit=f_unit),
             note=name if named else "",
             cell=(row, row, column, column),
         )
         below = Panel(
-            Axis(f"Displacement [{x_letter}m]"),
-            Axis(f"Residual [{r_letter}N]" if column == 0 else ""),
+            Axis(f"Displacement [{x_letter}m]", unit=x_unit),
+            Axis(f"Residual [{r_letter}N]" if column == 0 else "", unit=r_unit),
             cell=(row + 1, row + 1, column, column),
         )
         _draw_pair(above, below, group, x_unit, f_unit, r_unit)
@@ -174,7 +174,7 @@ def _along(x: Floats, y: Floats, count: int) -> NDArray[np.int64]:
 # -- intervals ------------------------------------------------------------------------------------
 
 
-def intervals(result: Identification) -> Plot:
+def intervals(result: Any) -> Plot:
     """The interval of each free parameter on a scale of its own, and the correlations."""
     names = result.names
     panels = [_strip(name, result.parameters[name], row) for row, name in enumerate(names)]
@@ -279,12 +279,12 @@ def _shade(value: float) -> ArrayLike:
 # -- profiles -------------------------------------------------------------------------------------
 
 
-def profiled(result: Identification) -> list[str]:
+def profiled(result: Any) -> list[str]:
     """Names of the parameters whose profile has more than the best value and an end."""
     return [name for name in result.names if len(result.parameters[name].profile) > 2]
 
 
-def profiles(result: Identification) -> Plot:
+def profiles(result: Any) -> Plot:
     """The likelihood profile of each free parameter: the rise of chi-squared over its value."""
     from scipy.special import chdtri
 

@@ -1,0 +1,196 @@
+"""A figure on Matplotlib's axes: for a notebook, for a paper, to go on with in Python."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from matplotlib import pyplot, style
+from matplotlib.axes import Axes
+from matplotlib.ticker import AutoLocator, LogLocator, NullFormatter, NullLocator, ScalarFormatter
+
+from microslip._core.checks import show
+from microslip.errors import Argument, InputError
+from microslip.report.drawing import STYLE
+from microslip.report.matplotlib_figure import figure, paint
+from microslip.report.plot import (
+    COLORS,
+    Area,
+    Axis,
+    Band,
+    Item,
+    Line,
+    Marks,
+    Panel,
+    Pixels,
+    Plot,
+    Rule,
+    Stems,
+    Words,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+
+# What was drawn on axes before: how many figures, and the units [SI] of its axes.
+_drawn: WeakKeyDictionary[Axes, tuple[int, float, float]] = WeakKeyDictionary()
+
+
+def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "") -> Any:
+    """Draw a figure: on a page of its own, or its panels on axes that are there.
+
+    Parameters
+    ----------
+    plot : Plot
+        The figure.
+    ax : matplotlib.axes.Axes or array of them, optional
+        One for each panel. What is laid over an earlier figure takes its units and the next colour.
+    color : str, optional
+        Of what would be black.
+    label : str, optional
+        Name of the first line, for ``ax.legend()``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes or ndarray of Axes
+        Those given, or the new ones; an array where there is more than one panel.
+
+    Raises
+    ------
+    InputError
+        Something else than axes, or too few or too many of them.
+    """
+    panels = plot.panels
+    if ax is None:
+        made: Any = pyplot.figure()
+        _recolour(panels, color or COLORS[0])
+        all_axes = np.array(figure(plot, made).axes[: len(panels)], dtype=object)
+        for one, panel in zip(all_axes, panels, strict=True):
+            _drawn[one] = (1, panel.x.unit, panel.y.unit)
+            _release_ticks(one)
+    else:
+        all_axes = np.atleast_1d(np.asarray(ax, dtype=object)).reshape(-1)
+        if len(all_axes) != len(panels) or not all(isinstance(one, Axes) for one in all_axes):
+            wanted = "Matplotlib's axes" if len(panels) == 1 else f"{len(panels)} of them"
+            raise InputError(Argument("ax"), f" must be {wanted}, got {show(ax)}")
+        with style.context(STYLE):
+            for one, panel in zip(all_axes, panels, strict=True):
+                _onto(one, panel, color)
+        _legend(plot, all_axes[0])
+    if label:
+        lines = [line for line in all_axes[0].lines if line.get_label().startswith("_child")]
+        if lines:
+            _newest(all_axes[0], panels[0]).set_label(label)
+    return all_axes[0] if len(panels) == 1 else all_axes
+
+
+def _newest(axes: Axes, panel: Panel) -> Artist:
+    """The first line that a panel has added: the one that its name belongs to."""
+    curves = sum(isinstance(item, (Line, Marks, Rule)) for item in panel.items)
+    lines = axes.lines[-curves:]
+    kinds = [item for item in panel.items if isinstance(item, (Line, Marks, Rule))]
+    return next(
+        (line for line, item in zip(lines, kinds, strict=False) if isinstance(item, (Line, Marks))),
+        lines[0],
+    )
+
+
+def _recolour(panels: list[Panel], color: str) -> None:
+    """Give what would be black another colour."""
+    for panel in panels:
+        panel.items = [
+            replace(item, color=color)
+            if isinstance(item, (Line, Marks, Stems)) and item.color == COLORS[0]
+            else item
+            for item in panel.items
+        ]
+
+
+def _onto(axes: Axes, panel: Panel, color: str | None) -> None:
+    """Draw one panel on axes that are there; what they say of themselves already stays."""
+    count, x_unit, y_unit = _drawn.get(axes, (0, panel.x.unit, panel.y.unit))
+    _recolour([panel], color or COLORS[count % len(COLORS)])
+    ratio = panel.x.unit / x_unit, panel.y.unit / y_unit
+    if not count:
+        _prepare(axes, panel)
+    for number, item in enumerate(panel.items):
+        paint(_scaled(item, *ratio), axes, None, 1.5 + 0.01 * number)
+    _drawn[axes] = (count + 1, x_unit, y_unit)
+
+
+def _prepare(axes: Axes, panel: Panel) -> None:
+    for axis, which in ((panel.x, "x"), (panel.y, "y")):
+        if axis.log:
+            getattr(axes, f"set_{which}scale")("log")
+        if not getattr(axes, f"get_{which}label")():
+            getattr(axes, f"set_{which}label")(axis.label.replace("$", r"\$"))
+        _limits(axes, axis, which)
+    axes.grid(panel.grid)
+    if panel.equal:
+        axes.set_aspect("equal")
+
+
+def _limits(axes: Axes, axis: Axis, which: str) -> None:
+    if axis.low is not None or axis.high is not None:
+        ends = {"x": ("left", "right"), "y": ("bottom", "top")}[which]
+        given = {n: v for n, v in zip(ends, (axis.low, axis.high), strict=True) if v is not None}
+        getattr(axes, f"set_{which}lim")(**given)
+    if axis.ticks is not None:
+        getattr(axes, f"set_{which}ticks")(
+            [place for place, _ in axis.ticks], [text for _, text in axis.ticks]
+        )
+
+
+def _scaled(item: Item, x: float, y: float) -> Item:
+    """An item in the units of the axes."""
+    if x == y == 1.0:
+        return item
+    if isinstance(item, (Line, Marks, Area, Stems)):
+        return replace(item, x=item.x * x, y=item.y * y)
+    if isinstance(item, Rule):
+        return replace(item, value=item.value * (y if item.axis == "y" else x))
+    if isinstance(item, Band):
+        ratio = y if item.axis == "y" else x
+        return replace(item, low=item.low * ratio, high=item.high * ratio)
+    if isinstance(item, Words) and item.data:
+        return replace(item, x=item.x * x, y=item.y * y)
+    if isinstance(item, Pixels):
+        return replace(
+            item, left=item.left * x, right=item.right * x, bottom=item.bottom * y, top=item.top * y
+        )
+    return item
+
+
+def _legend(plot: Plot, axes: Axes) -> None:
+    if len(plot.legend) < 2:
+        return
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D(
+            [], [], color=entry.color, marker=entry.marker or "none", label=entry.label,
+            linestyle=((0, entry.dash) if entry.dash else "-") if entry.line else "none",
+        )
+        for entry in plot.legend
+    ]  # fmt: skip
+    axes.legend(handles=handles, title=plot.legend_title or None, fontsize=8)
+
+
+def _release_ticks(axes: Axes) -> None:
+    """Let the round numbers of the page follow as soon as somebody zooms."""
+
+    def follow(changed: Axes) -> None:
+        for side, log in (
+            (changed.xaxis, changed.get_xscale() == "log"),
+            (changed.yaxis, changed.get_yscale() == "log"),
+        ):
+            side.set_major_locator(LogLocator() if log else AutoLocator())
+            if not log:
+                side.set_major_formatter(ScalarFormatter())
+                side.set_minor_locator(NullLocator())
+            side.set_minor_formatter(NullFormatter())
+
+    axes.callbacks.connect("xlim_changed", follow)
+    axes.callbacks.connect("ylim_changed", follow)

@@ -1,0 +1,111 @@
+"""Heights of a scan as colours, and its summits; who calls says of what."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from microslip._core.checks import Floats
+from microslip._core.units import engineering, prefix
+from microslip.report.plot import Axis, Panel, Pixels, Plot
+from microslip.report.scales import length_prefix
+
+MOST_PIXELS = 700
+SHARE = 0.005
+"""Share of the points at either end of the colour scale that are beyond it."""
+_MISSING = 255  # white
+# Even steps of cividis (Nuñez, Anderton and Renslow 2018, DOI 10.1371/journal.pone.0199239), made
+# for the colour-blind; its lightness rises evenly.
+_COLOURS = np.array(
+    (
+        (0, 34, 78), (0, 46, 106), (26, 56, 111), (50, 67, 109), (67, 78, 108), (83, 90, 109),
+        (97, 101, 111), (111, 112, 115), (125, 124, 120), (140, 136, 120), (155, 148, 118),
+        (171, 160, 114), (188, 174, 108), (205, 187, 99), (222, 201, 88), (240, 216, 70),
+        (254, 232, 56),
+    ),
+    dtype=float,
+)  # fmt: skip
+
+
+def coloured(heights: Floats, low: float, high: float) -> NDArray[np.uint8]:
+    """Heights as colours; what is beyond the ends has their colour, what is missing is white."""
+    place = np.clip((heights - low) / (high - low if high > low else 1.0), 0.0, 1.0)
+    missing = np.isnan(place)
+    steps = np.arange(len(_COLOURS)) / (len(_COLOURS) - 1.0)
+    table = np.stack([np.interp(np.arange(256) / 255.0, steps, c) for c in _COLOURS.T], axis=1)
+    result: NDArray[np.uint8] = np.rint(table).astype(np.uint8)[
+        np.where(missing, 0, np.rint(255.0 * np.nan_to_num(place))).astype(np.intp)
+    ]
+    result[missing] = _MISSING
+    return result
+
+
+def coarse(heights: Floats) -> Floats:
+    """Every so many points; the mean of each block would round the summits off."""
+    step = max(1, math.ceil(max(heights.shape) / MOST_PIXELS))
+    return heights[::step, ::step]
+
+
+def trace_figure(scan: Any, title: str = "") -> Plot:
+    """Heights along a profile."""
+    unit, letter = length_prefix(scan.size[0])
+    heights = scan.heights - float(np.nanmean(scan.heights))
+    h_unit, h_letter = prefix(float(np.nanmax(np.abs(heights))))
+    panel = Panel(
+        Axis(f"Position [{letter}m]", margin=0.0, unit=unit),
+        Axis(f"Height above the mean [{h_letter}m]", unit=h_unit),
+    )
+    places = scan.pixel[0] / unit * np.arange(heights.size)
+    panel.line(places, heights / h_unit, width=0.9)
+    return Plot([panel], 3.0, title)
+
+
+def map_figure(scan: Any) -> Plot:
+    """A map of the heights, cividis from low to high; of a profile, its trace."""
+    if scan.is_profile:
+        return trace_figure(scan)
+    low, high = np.nanquantile(scan.heights, (SHARE, 1.0 - SHARE)).tolist()
+    middle = float(np.nanmean(scan.heights))
+    panel = _map_panel(scan)
+    ends = panel.x.low or 0.0, panel.x.high or 1.0, panel.y.low or 0.0, panel.y.high or 1.0
+    panel.add(Pixels(coloured(coarse(scan.heights)[::-1], low, high), *ends))
+    span = " to ".join(engineering(end - middle, "m") for end in (low, high))
+    panel.note = f"Heights, dark to light: {span} from the mean"
+    return Plot([panel], _page_height(scan))
+
+
+def summit_figure(summits: Any) -> Plot:
+    """Where the summits are, as rings that show on a map of the heights; of a profile, on it."""
+    if summits.scan.is_profile:
+        return trace_figure(summits.scan)
+    panel = _map_panel(summits.scan)
+    unit = panel.x.unit
+    size = 5.0 if summits.count <= 200 else 3.0
+    panel.marks(*(summits.positions / unit).T, size=size)
+    cut = (
+        "the pixel decides"
+        if summits.cutoff is None
+        else (f"cut-off {engineering(summits.cutoff, 'm', 4, trim=True)}")
+    )
+    panel.note = f"{summits.count} summits, {cut}"
+    return Plot([panel], _page_height(summits.scan))
+
+
+def _page_height(scan: Any) -> float:
+    """Height of a page whose width the map fills [in]."""
+    return float(min(max(6.0 * scan.size[1] / scan.size[0], 2.0), 8.0)) + 0.8
+
+
+def _map_panel(scan: Any) -> Panel:
+    unit, letter = length_prefix(max(scan.size))
+    dx, dy = (step / unit for step in scan.pixel)
+    rows, columns = scan.heights.shape
+    return Panel(
+        Axis(f"x [{letter}m]", -0.5 * dx, (columns - 0.5) * dx, unit=unit),
+        Axis(f"y [{letter}m]", -0.5 * dy, (rows - 0.5) * dy, unit=unit),
+        equal=True,
+        grid=False,
+    )

@@ -1,0 +1,99 @@
+"""Figures of modes, responses and motions in time; who calls says of what."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats, whole
+from microslip._core.units import prefix
+from microslip.report.plot import COLORS, DASHED, Axis, Panel, Plot, stacked
+from microslip.report.scales import force_prefix, length_prefix
+
+
+def modal_figure(curve: Any) -> Plot:
+    """Frequency and damping ratio against the amplitude that was asked for."""
+    known = curve.amplitude[np.isfinite(curve.amplitude)]
+    unit, letter = prefix(float(known.max()))
+    at_sensor = not np.array_equal(curve.amplitude, curve.modal_amplitude)
+    label = (
+        f"Amplitude at the sensor [{letter}m]"
+        if at_sensor
+        else (f"Modal amplitude [{letter}m kg^½]")
+    )
+    above = Panel(Axis(label, log=True, margin=0.02, unit=unit), Axis("Frequency [Hz]"))
+    below = Panel(
+        Axis(label, log=True, margin=0.02, unit=unit), Axis("Damping ratio ζ of the mode", log=True)
+    )
+    above.line(curve.amplitude / unit, curve.frequency)
+    below.line(curve.amplitude / unit, curve.damping_ratio)
+    note = f"Mode {curve.index + 1}, dashed: with sticking joints, {curve.linear_frequency:.5g} Hz"
+    above.note = note
+    above.line(
+        curve.amplitude / unit, np.full_like(curve.amplitude, curve.linear_frequency),
+        width=0.9, dash=DASHED,
+    )  # fmt: skip
+    return stacked([above, below], 5.2, (1.0, 1.3))
+
+
+def response_figure(response: Any, sensor: Floats | None) -> Plot:
+    """Amplitude of the fundamental harmonic against frequency, as far as it was followed."""
+    if sensor is None:
+        first = np.abs(response.displacement[:, :, response.harmonics.index(1)])
+        sensor = np.zeros(first.shape[1])
+        place = int(np.argmax(first.max(axis=0)))
+        sensor[place] = 1.0
+        note = f"degree of freedom {place}, which moves most"
+    else:
+        note = "at the sensor"
+    amplitude = response.amplitude(sensor)
+    unit, letter = length_prefix(float(amplitude.max()))
+    panel = Panel(
+        Axis("Frequency [Hz]", margin=0.0),
+        Axis(f"Amplitude of the fundamental [{letter}m]", unit=unit),
+        note=f"Forced response, {note}",
+    )
+    panel.line(response.frequency, amplitude / unit)
+    turns = response.turning_points
+    if turns.size:
+        panel.marks(response.frequency[turns], amplitude[turns] / unit, COLORS[2])
+        panel.note += "; circles: turning points"
+    return Plot([panel], 4.2)
+
+
+def motion_figure(motion: Any, sensor: int | None) -> Plot:
+    """Displacement and energies in time."""
+    count = motion.displacement.shape[1]
+    if sensor is None:
+        place = int(np.abs(motion.displacement).max(axis=0).argmax())
+    else:
+        place = whole("at", sensor, 0, count - 1)
+    return _in_time(
+        motion.time,
+        motion.displacement[:, place],
+        f"Degree of freedom {place}",
+        motion.dissipated_energy,
+    )
+
+
+def ring_down_figure(motion: Any) -> Plot:
+    """Displacement in time, and the energy that is lost."""
+    lost = motion.dissipated_energy + motion.viscous_energy
+    return _in_time(motion.time, motion.displacement, "Free oscillation", lost)
+
+
+def _in_time(time: Floats, displacement: Floats, note: str, lost: Floats) -> Plot:
+    t_unit, t_letter = prefix(float(time[-1])) if float(time[-1]) < 1.0 else (1.0, "")
+    x_unit, x_letter = length_prefix(float(np.abs(displacement).max()) or 1.0)
+    e_unit, e_letter = force_prefix(lost)
+    panels = []
+    for label, unit, values in (
+        (f"Displacement [{x_letter}m]", x_unit, displacement),
+        (f"Energy lost [{e_letter}J]", e_unit, lost),
+    ):
+        panel = Panel(Axis(f"Time [{t_letter}s]", margin=0.0, unit=t_unit), Axis(label, unit=unit))
+        panel.line(time / t_unit, values / unit, width=0.9)
+        panels.append(panel)
+    panels[0].note = note
+    return stacked(panels, 5.0, (1.5, 1.0))

@@ -1,0 +1,95 @@
+"""Figures of records and of the cycles in them; who calls says of what."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from microslip._core.units import engineering, prefix
+from microslip._core.wording import shorten
+from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
+from microslip.report.scales import evenly, force_prefix, length_prefix
+
+MOST_LOOPS = 6
+
+
+def measured_loops(measurements: Sequence[Any]) -> Plot:
+    """Mean loop of each record and, beside it, what its cycles dissipate.
+
+    Forces are over the mean normal load where every record has one.
+    """
+    shown = [measurements[i] for i in evenly(len(measurements), MOST_LOOPS)]
+    normalised = all("normal_load" in measured.mean for measured in shown)
+    x_unit, x_letter = length_prefix(max(m.mean["amplitude"].value for m in shown))
+    y_unit, y_letter = prefix(max(m.mean["force_amplitude"].value for m in shown))
+    energies = np.concatenate([m.cycles["dissipated_energy"] for m in shown])
+    e_unit, e_letter = prefix(float(np.abs(energies).max()))
+    force_label = "Force / normal load, T/N [–]" if normalised else f"Force [{y_letter}N]"
+    left = Panel(
+        Axis(f"Displacement [{x_letter}m]", unit=x_unit),
+        Axis(force_label, unit=1.0 if normalised else y_unit),
+        note="Mean cycles, offsets taken off",
+        cell=(0, 0, 0, 0),
+    )
+    right = Panel(
+        Axis("Cycle", integer=True),
+        Axis(
+            f"Dissipated energy [{e_letter}J]",
+            low=min(0.0, 1.1 * float(energies.min()) / e_unit),
+            high=max(0.0, 1.1 * float(energies.max()) / e_unit) or None,
+            unit=e_unit,
+        ),
+        note="Each cycle",
+        cell=(0, 0, 1, 1),
+    )
+    left.cross()
+    legend = []
+    for i, measured in enumerate(shown):
+        color, dash = COLORS[i % len(COLORS)], DASHES[i % len(DASHES)]
+        x, force = measured.loop
+        x = x - measured.mean["displacement_offset"].value
+        force = force - measured.mean["force_offset"].value
+        scale = measured.mean["normal_load"].value if normalised else y_unit
+        left.line(x / x_unit, force / scale, color, dash=dash)
+        energy = measured.cycles["dissipated_energy"] / e_unit
+        places = np.arange(1, energy.size + 1)
+        if energy.size == 1:
+            right.marks(places, energy, color)
+        right.line(places, energy, color, dash=dash)
+        load = measured.mean.get("normal_load")
+        label = shorten(measured.name, 40)
+        if load is not None:
+            label += f", {engineering(load.value, 'N')}"
+        legend.append(Entry(label, color, dash))
+    more = len(measurements) - len(shown)
+    return Plot(
+        [left, right],
+        3.9,
+        widths=(1.5, 1.0),
+        legend=tuple(legend),
+        legend_title=f"{more} more records are in the tables" if more else "",
+    )
+
+
+def record_figure(record: Any) -> Plot:
+    """Displacement, force and normal load against time, or the samples where there is none."""
+    time, label, t_unit = np.arange(len(record), dtype=np.float64), "Sample", 1.0
+    if record.time is not None or record.sample_rate is not None:
+        time = record.time if record.time is not None else time / record.sample_rate
+        t_unit, letter = prefix(float(time[-1])) if 0.0 < float(time[-1]) < 1.0 else (1.0, "")
+        label = f"Time [{letter}s]"
+    x_unit, x_letter = length_prefix(float(np.abs(record.displacement).max()) or 1.0)
+    shown = [(f"Displacement [{x_letter}m]", x_unit, record.displacement)]
+    for name, values in (("Force", record.force), ("Normal load", record.normal_load)):
+        if np.ndim(values) == 1:
+            unit, letter = force_prefix(values)
+            shown.append((f"{name} [{letter}N]", unit, values))
+    panels = []
+    for name, unit, values in shown:
+        panel = Panel(Axis(label, margin=0.0, unit=t_unit), Axis(name, unit=unit))
+        panel.line(time / t_unit, values / unit, width=0.9)
+        panels.append(panel)
+    panels[0].note = shorten(record.name, 60)
+    return stacked(panels, 0.9 + 1.8 * len(panels), (1.0,) * len(panels))

@@ -1,0 +1,149 @@
+"""Figures in Python: the same data as the command's, on axes of one's own or on new ones."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib import pyplot, style
+from matplotlib.figure import Figure
+
+import microslip as ms
+from microslip.friction.laws import LAWS
+
+JOINT = ms.Interface(
+    ms.SphereOnFlat(ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33)), radius=5e-3),
+    friction_coefficient=0.5,
+    normal_load=20.0,
+)
+
+
+@pytest.fixture(autouse=True)
+def _no_window() -> Iterator[None]:
+    with mpl.rc_context({"backend": "Agg"}):
+        yield
+    pyplot.close("all")
+
+
+def own_axes(count: int = 1):
+    return Figure().subplots(count, squeeze=count == 1)
+
+
+def shown(ax, number: int = 0):
+    line = ax.lines[number]
+    return np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+
+
+def curve(ax):
+    return next(line for line in ax.lines if len(line.get_xdata()) > 2)
+
+
+def test_a_loop_in_its_units() -> None:
+    loop = JOINT.loop(3e-7)
+    ax = loop.plot()
+    assert ax.get_xlabel() == "Displacement [µm]"
+    assert ax.get_ylabel() == "Force [N]"
+    x, y = np.asarray(curve(ax).get_data())
+    assert np.allclose(x, 1e6 * loop.displacement, rtol=1e-15, atol=0.0)
+    assert np.array_equal(y, loop.force)
+
+
+def test_loops_laid_over_each_other_share_units_and_have_their_own_colours() -> None:
+    ax = own_axes()
+    wide, thin = JOINT.loop(3e-6), JOINT.loop(2e-9)
+    assert wide.plot(ax, label="wide") is ax
+    thin.plot(ax, label="thin")
+    lines = [line for line in ax.lines if len(line.get_xdata()) > 2]
+    assert np.allclose(lines[1].get_xdata(), 1e6 * thin.displacement, rtol=1e-14)
+    assert lines[0].get_color() != lines[1].get_color()
+    assert [line.get_label() for line in lines] == ["wide", "thin"]
+
+
+def test_minus_secant_keeps_the_area_and_loses_the_slope() -> None:
+    loop = JOINT.loop(2e-7, samples=4001)
+    rest = loop.force_minus_secant
+    area = 0.5 * np.dot(rest[1:] + rest[:-1], np.diff(loop.displacement))
+    assert area == pytest.approx(loop.dissipated_energy, rel=1e-10)
+    assert abs(rest[0]) < 1e-12 * loop.force_amplitude
+    assert loop.plot(minus_secant=True).get_ylabel().startswith("Force minus secant")
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+def test_every_law(law) -> None:
+    example = law.examples()[0]
+    ax = example.plot()
+    assert ax.get_xscale() == "log"
+    damping = example.plot(quantity="loss_factor", amplitudes=[1e-7, 1e-6, 1e-5])
+    assert np.allclose(curve(damping).get_ydata(), example.loss_factor([1e-7, 1e-6, 1e-5]))
+
+
+def test_records_cycles_and_fits() -> None:
+    rig = ms.VirtualTribometer(
+        JOINT.at(normal_load=200.0), noise={"force": 0.01, "displacement": 1e-9}
+    )
+    record = rig.record(amplitude=2e-5, frequency=10.0, cycles=4)
+    axes = record.plot()
+    assert axes[-1].get_xlabel() == "Time [ms]"
+    assert len(shown(axes[0])[0]) == len(record)
+    measured = ms.measure(record)
+    loop, energies = measured.plot()
+    assert energies.get_ylabel() == "Dissipated energy [mJ]"
+    assert np.allclose(shown(energies)[1], 1e3 * measured.cycles["dissipated_energy"], rtol=1e-12)
+    fit = ms.identify([record], "jenkins")
+    assert len(fit.plot()) == 2
+    with pytest.raises(ms.InputError, match="ax must be 2 of them"):
+        fit.plot(loop)
+
+
+def test_modes_responses_motions_and_sweeps() -> None:
+    masses, springs = np.diag([2.0, 1.0]), np.array([[2e8, -1e8], [-1e8, 1e8]])
+    structure = ms.Structure(masses, springs).attach(JOINT, directions=[1.0, -1.0])
+    frequency, damping = structure.modes(0, [1e-9, 1e-8, 1e-7]).plot()
+    assert frequency.get_ylabel() == "Frequency [Hz]"
+    assert damping.get_yscale() == "log"
+    response = structure.forced_response([0.0, 0.5], np.linspace(880.0, 960.0, 9))
+    assert np.array_equal(shown(response.plot())[0], response.frequency)
+    time = np.linspace(0.0, 2e-3, 50)
+    motion = structure.integrate(np.outer(np.sin(6000.0 * time), [0.0, 0.5]), time)
+    assert motion.plot(at=1)[0].get_ylabel().startswith("Displacement")
+    with pytest.raises(ms.InputError, match="at must be an integer from 0 to 1, got 2"):
+        motion.plot(at=2)
+    swept = ms.sweep(JOINT, normal_load=[10.0, 20.0], amplitude=np.geomspace(1e-8, 1e-5, 30))
+    ax = swept.plot(quantity="dissipated_energy")
+    assert len(ax.lines) == 2
+    with pytest.raises(ms.InputError, match=r"quantity must be one of .*, got 'colour'"):
+        swept.plot(quantity="colour")
+
+
+def test_summits_lie_on_the_map_of_their_scan() -> None:
+    x, y = np.meshgrid(np.arange(60.0), np.arange(40.0))
+    scan = ms.Scan(1e-7 * np.sin(0.5 * x) * np.cos(0.4 * y), pixel=1e-6).condition(level="plane")
+    summits = scan.summits(cutoff=None)
+    ax = scan.plot(own_axes())
+    summits.plot(ax)
+    assert ax.images
+    assert np.allclose(shown(ax)[0], 1e6 * summits.positions[:, 0])
+
+
+@pytest.mark.parametrize("ax", [3, "axes", [None]])
+def test_something_else_than_axes(ax) -> None:
+    with pytest.raises(ms.InputError, match="ax must be Matplotlib's axes, got"):
+        JOINT.plot(ax)
+
+
+def test_an_unknown_quantity() -> None:
+    with pytest.raises(ms.InputError, match=r"quantity must be one of backbone, .*, got 'lost'"):
+        JOINT.plot(quantity="lost")
+
+
+def test_the_style_alone_and_an_import_without_matplotlib() -> None:
+    with style.context("microslip.style"):
+        assert mpl.rcParams["svg.fonttype"] == "none"
+    code = (
+        "import sys, microslip as ms; ms.Loop; ms.Interface; assert 'matplotlib' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -20,6 +20,8 @@ PY := $(VENV)/bin/python
 UV := $(shell command -v uv 2>/dev/null)
 export UV_PYTHON_DOWNLOADS := never
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# Where it is set, every worker and every command of the tests compiles the whole house again.
+unexport PYTHONDONTWRITEBYTECODE
 
 # The stamps carry the name of the interpreter, so that another PYTHON makes the environment anew.
 space := $(subst ,, )

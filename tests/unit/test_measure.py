@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from dataclasses import FrozenInstanceError
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command import run
+from scipy.special import stdtr, stdtrit
 
 import microslip as ms
 from microslip.results.measured import document
@@ -23,6 +25,7 @@ from microslip.tribometer import (
 from microslip.tribometer.cycle_columns import UNITS
 from microslip.tribometer.cycle_selection import beyond
 from microslip.tribometer.cycles import split
+from microslip.tribometer.estimates import quantile
 from microslip.tribometer.reading import _range
 from microslip.tribometer.regimes import thresholds
 from microslip.tribometer.spikes import spikes_of
@@ -536,3 +539,21 @@ def test_a_force_that_never_varies_is_refused() -> None:
         "force must vary, got 0 N at all 400 samples: a dead sensor, or another column than the "
         "force"
     )
+
+
+@pytest.mark.parametrize("confidence", [0.1, 0.5, 0.6827, 0.95, 0.99])
+def test_students_quantile(confidence: float) -> None:
+    """By its two closed forms, and by SciPy's continued fractions."""
+    assert quantile(confidence, 1) == pytest.approx(math.tan(0.5 * math.pi * confidence), rel=2e-14)
+    two = math.sqrt(2.0 * confidence**2 / (1.0 - confidence) / (1.0 + confidence))
+    assert quantile(confidence, 2) == pytest.approx(two, rel=2e-14)
+    freedom = np.array([3, 4, 9, 30, 99, 1000, 10_001, 200_000])
+    found = [quantile(confidence, int(count)) for count in freedom]
+    np.testing.assert_allclose(found, stdtrit(freedom, 0.5 + 0.5 * confidence), rtol=5e-14)
+
+
+def test_students_quantile_of_next_to_all() -> None:
+    # The rounding of the confidence alone moves it by this much.
+    for freedom in (1, 2, 5, 50):
+        tail = stdtr(freedom, -quantile(1.0 - 1e-9, freedom))
+        assert tail == pytest.approx(0.5e-9, rel=3e-5)

@@ -44,10 +44,10 @@ def _model(kind: Any) -> Model | None:
         return _OWN[kind].made()
     if not (inspect.isclass(kind) and issubclass(kind, BackboneLaw)):
         return None
-    rigid = any(math.isinf(law.tangential_stiffness) for law in kind.examples())
-    if not says_all(kind) or rigid or any(item.many for item in parameters_of(kind)):
+    if not says_all(kind) or any(item.many for item in parameters_of(kind)):
         return None
-    return LawModel(kind)
+    rigid = any(math.isinf(law.tangential_stiffness) for law in kind.examples())
+    return None if rigid else LawModel(kind)
 
 
 MODELS: tuple[Model, ...] = tuple(

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from microslip._core.units import significant
 from microslip._version import __version__
@@ -31,9 +31,10 @@ from microslip.report.files import header, standard_files, text_cell, text_file,
 from microslip.results.identified import numbers
 from microslip.results.identified.joint_study import joint_text
 from microslip.results.identified.numbers import Summary
-from microslip.study.build import build_joints
-from microslip.study.description import StudyDescription
 from microslip.tribometer import Record
+
+if TYPE_CHECKING:
+    from microslip.study.description import StudyDescription
 
 KIND = "microslip-identification"
 """What summary.json says of a folder of an identified joint."""
@@ -123,7 +124,11 @@ def identified(
             own["rig_stiffness"] = None  # its elastic part stands for the rig
         if index > 0:
             own["intervals"] = "curvature"  # of what is compared there are no profiles
-        model = law if law != "interface" or study is None else build_joints(study)[0]
+        model: Any = law
+        if law == "interface" and study is not None:
+            from microslip.study.build import build_joints  # all that reads studies
+
+            model = build_joints(study)[0]
 
         def report(share: float, index: int = index) -> None:
             progress((index + share) / len(laws))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable
 from textwrap import wrap
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from microslip._core.wording import shorten
 from microslip._version import __version__
@@ -13,8 +13,10 @@ from microslip.errors import InputError, Phrase
 from microslip.identification import Identification
 from microslip.identification.labels import label
 from microslip.results.identified.numbers import knows_radius, open_of, quantity
-from microslip.study.description import StudyDescription
 from microslip.study.overrides import dump
+
+if TYPE_CHECKING:
+    from microslip.study.description import StudyDescription
 
 
 class _Found(Protocol):

@@ -23,7 +23,7 @@ AS_IS = ("--unit", "um", "--pixel", "1 um")
 FILES = [
     *("cutoffs.csv", "cutoffs.png", "cutoffs.svg", "density.png", "density.svg"),
     *("heights.png", "heights.svg", "report.html", "spectrum.png", "spectrum.svg"),
-    *("summary.json", "summits.csv", "surface.toml"),
+    *("summary.json", "summit_heights.png", "summit_heights.svg", "summits.csv", "surface.toml"),
 ]
 STUDY = """\
 schema = 1
@@ -49,7 +49,7 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     assert "short-wave cut-off" in outcome.stdout
     assert "6 µm" in outcome.stdout
     assert "6.00 µm *" in outcome.stdout  # in the table over cut-offs
-    assert outcome.stdout.endswith("13 files in out\n")
+    assert outcome.stdout.endswith("15 files in out\n")
     assert sorted(path.name for path in (folder / "out").iterdir()) == FILES
     summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
     assert sorted(summary["files"]) == FILES
@@ -187,7 +187,9 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert "A profile has peaks but no summits" in outcome.stdout
     names = sorted(path.name for path in (folder / "out").iterdir())
-    assert names == [name for name in FILES if name != "summits.csv" and not name.endswith(".png")]
+    assert names == [
+        name for name in FILES if not name.startswith("summit") and not name.endswith(".png")
+    ]
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,6 @@ import microslip as ms
 from microslip.friction import Verdict
 from microslip.scans import SummitStatistics, cut, find_summits, paraboloids, random_surface
 from microslip.scans.noise import noise_passed, noise_std, present
-from microslip.scans.summit_set import resample
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
@@ -206,6 +205,14 @@ def test_surfaces() -> None:
     assert found.to_surface(PAIR, "2 cm^2").area == pytest.approx(2e-4)
     # A little more than was counted, for the edge on which none could be.
     assert found.count <= population.summit_count < 1.2 * found.count
+    assert population.summit_count == pytest.approx(found.density * found.scan.area, rel=1e-14)
+    same = found.to_surface(PAIR, heights="population")
+    assert same.load(0.0) == population.load(0.0)
+    # As many as an area of ten square metres has: each summit with its weight.
+    large = found.to_surface(PAIR, 10.0, heights="population")
+    ratio = 10.0 / found.scan.area
+    assert large.load(1e-8) == pytest.approx(ratio * population.load(1e-8), rel=1e-14)
+    assert large.contact_area(0.0) == pytest.approx(ratio * population.contact_area(0.0), rel=1e-14)
 
 
 def test_equivalent_surface_of_two() -> None:
@@ -215,17 +222,6 @@ def test_equivalent_surface_of_two() -> None:
     flat = SummitStatistics(1e10, 1e-5, 0.0)
     with pytest.raises(ms.InputError, match='heights="discrete"'):
         flat.to_surface(PAIR, 1e-4)
-
-
-@pytest.mark.parametrize("count", [1, 2, 5, 7, 10, 23])
-def test_resample(count: int) -> None:
-    heights = np.array([3.0, 1.0, 2.0, 5.0, 4.0])
-    chosen = np.sort(heights[resample(heights, count)])
-    assert chosen.size == count
-    if count % 5 == 0:
-        np.testing.assert_array_equal(chosen, np.repeat([1.0, 2.0, 3.0, 4.0, 5.0], count // 5))
-    if count % 2 == 1:
-        assert np.median(chosen) == 3.0
 
 
 # -- verdicts --------------------------------------------------------------------------------------
@@ -323,12 +319,12 @@ def test_wrong_joints() -> None:
         found.to_surface(PAIR, estimate="bogus")  # type: ignore[arg-type]
     with pytest.raises(ms.InputError, match=r'area: wanted an area such as "2 cm\^2"'):
         found.to_surface(PAIR, "2 cm")
-    with pytest.raises(ms.InputError, match='heights must be "gaussian"'):
+    with pytest.raises(ms.InputError, match='heights must be "gaussian", "table"'):
         found.to_surface(PAIR, 1e-4, heights="flat")  # type: ignore[arg-type]
     with pytest.raises(ms.InputError, match="left out for a population"):
         found.to_surface(PAIR, 1e-4, estimate="population", heights="table")
-    with pytest.raises(ms.InputError, match="at most 2000000 summits"):
-        found.to_surface(PAIR, 10.0, estimate="population")
+    with pytest.raises(ms.InputError, match='goes with estimate="counted"'):
+        found.to_surface(PAIR, estimate="mccool", heights="population")
     with pytest.raises(ms.InputError, match="area must hold at least one summit"):
         found.to_surface(PAIR, 1e-15, estimate="population")
     with pytest.raises(ms.InputError, match="area must be above zero"):

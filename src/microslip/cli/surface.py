@@ -16,6 +16,7 @@ from microslip.cli.work import progress, stoppable
 from microslip.scans.options import (
     CONDITIONING,
     CUTOFF,
+    JOINT,
     READING,
     SCAN_AREA,
     SUMMITS,
@@ -45,7 +46,7 @@ class _Once(click.Command):
 
 @click.command(cls=_Once, short_help="Measure the roughness and the summits in a scan.")
 @click.argument("scan", metavar="SCAN", type=click.Path(path_type=Path, readable=False))
-@offers(CUTOFF.but(default=None), *CONDITIONING[1:], *SUMMITS, SCAN_AREA, *READING)
+@offers(CUTOFF.but(default=None), *CONDITIONING[1:], *SUMMITS, SCAN_AREA, *JOINT, *READING)
 @writes("report, tables and figures", "one")
 def surface(
     scan: Path, folder: Path | None, overwrite: bool, png: bool, as_json: bool, **options: Any

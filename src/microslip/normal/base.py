@@ -30,6 +30,28 @@ def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[s
     return {"plasticity index": pair.composite_modulus / pair.hardness * math.sqrt(spread / radius)}
 
 
+def sparse_contacts(
+    surface: Any, area: float, spread: float, radius: float, separation: float | None
+) -> dict[str, float | None]:
+    """What is asked of summits on an apparent area [m^2]: far apart, small, many and elastic.
+
+    Of a law with a count of summits, contacts and a contact area; None is no contact at all.
+    """
+    real, count = 0.0, 0.0
+    if separation is not None:
+        real = float(surface.contact_area(separation))
+        count = float(surface.contact_count(separation))
+    density = surface.summit_count / area
+    mean_square = real / (math.pi * count) if count > 0.0 else 0.0
+    return {
+        "density * radius * std": density * radius * spread,
+        "real over apparent area": real / area,
+        "contact radius over summit spacing": math.sqrt(mean_square * density),
+        "contacts": count,
+        **plasticity_index(surface.pair, spread, radius),
+    }
+
+
 def check_pair(pair: Any) -> None:
     """Every law stands on a pair of materials."""
     if not isinstance(pair, MaterialPair):

@@ -21,7 +21,7 @@ from microslip.heights import (
     as_heights,
 )
 from microslip.materials import MaterialPair
-from microslip.normal.base import NormalLaw, aluminium, plasticity_index
+from microslip.normal.base import NormalLaw, aluminium, sparse_contacts
 from microslip.normal.spheres import DERIVATIVES, Spheres
 from microslip.normal.tightened import TightenedSurface, yield_stress_of
 
@@ -88,18 +88,7 @@ class GreenwoodWilliamson(NormalLaw):
         return Spheres(values, np.full(values.size, self._constant / values.size))
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
-        spread, area, count = self.heights.spread, 0.0, 0.0
-        if separation is not None:
-            area = float(self.contact_area(separation))
-            count = float(self.contact_count(separation))
-        mean_square = area / (math.pi * count) if count > 0.0 else 0.0
-        return {
-            "density * radius * std": self.density * self.radius * spread,
-            "real over apparent area": area / self.area,
-            "contact radius over summit spacing": math.sqrt(mean_square * self.density),
-            "contacts": count,
-            **plasticity_index(self.pair, spread, self.radius),
-        }
+        return sparse_contacts(self, self.area, self.heights.spread, self.radius, separation)
 
     def _slip_measure(self) -> tuple[float, str] | None:
         name = self.heights._spread_name

@@ -10,13 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, plain, record
+from microslip._core.checks import Floats, floats, plain, positive, record
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
 from microslip.heights import Discrete
 from microslip.materials import MaterialPair
-from microslip.normal.base import NormalLaw, aluminium, check_pair, plasticity_index
+from microslip.normal.base import (
+    NormalLaw,
+    aluminium,
+    check_pair,
+    plasticity_index,
+    sparse_contacts,
+)
 from microslip.normal.spheres import Spheres
 from microslip.normal.tightened import TightenedSurface, yield_stress_of
 
@@ -33,6 +39,11 @@ class AsperityPopulation(Locked, NormalLaw):
         Summit heights y_i [m], one-dimensional.
     radii : array_like
         Summit radii rho_i [m]: one for each height, or one number for all.
+    copies : float, optional
+        How often each of them is there [-], above zero: the apparent area over the scanned one
+        where the summits are those of a scan.
+    area : float, optional
+        Apparent area [m^2] that they stand on; it enters no load, only verdicts.
 
     Raises
     ------
@@ -52,6 +63,8 @@ class AsperityPopulation(Locked, NormalLaw):
     radii: ArrayLike = field(
         metadata=parameter("rho_i", "m", "radii of the summits", above=0.0, many=True)
     )
+    copies: float = 1.0
+    area: float | None = None
 
     def __post_init__(self) -> None:
         check_pair(self.pair)
@@ -67,25 +80,31 @@ class AsperityPopulation(Locked, NormalLaw):
             raise InputError(Argument("radii"), f" must be above zero [m], got {radii.min():g}")
         radii = np.broadcast_to(radii.reshape(-1), heights.shape).copy()
         heights = heights.copy()
+        object.__setattr__(self, "copies", positive("copies", self.copies, "", 1.0))
+        if self.area is not None:
+            object.__setattr__(self, "area", positive("area", self.area, "m^2", 2e-4))
         for name, values in (("heights", heights), ("radii", radii)):
             object.__setattr__(self, name, lock(values))
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         spread = float(np.std(np.asarray(self.heights)))
-        return plasticity_index(self.pair, spread, float(np.mean(np.asarray(self.radii))))
+        radius = float(np.mean(np.asarray(self.radii)))
+        if self.area is None:
+            return plasticity_index(self.pair, spread, radius)
+        return sparse_contacts(self, self.area, spread, radius, separation)
 
     def __repr__(self) -> str:
         low, high = self._span
-        return f"AsperityPopulation({self.summit_count} summits from {low:g} to {high:g})"
+        return f"AsperityPopulation({self.summit_count:.10g} summits from {low:g} to {high:g})"
 
     @property
-    def summit_count(self) -> int:
-        """Number of all summits."""
-        return np.asarray(self.heights).size
+    def summit_count(self) -> float:
+        """Number of all summits, copies included."""
+        return np.asarray(self.heights).size * self.copies
 
     @cached_property
     def _spheres(self) -> Spheres:
-        stiff = 4.0 / 3.0 * self.pair.composite_modulus
+        stiff = self.copies * (4.0 / 3.0) * self.pair.composite_modulus
         return Spheres(np.asarray(self.heights), stiff * np.sqrt(np.asarray(self.radii)))
 
     @property
@@ -98,18 +117,18 @@ class AsperityPopulation(Locked, NormalLaw):
 
     def contact_probability(self, separation: ArrayLike) -> Any:
         """Share of the summits that is in contact (19.5), for separations [m] of any shape."""
-        return plain(self._counts(separation) / self.summit_count)
+        return plain(self._counts(separation) / np.asarray(self.heights).size)
 
     def contact_count(self, separation: ArrayLike) -> Any:
         """Number of summits in contact (19.6), for separations [m] of any shape."""
-        return plain(self._counts(separation).astype(float))
+        return plain(self.copies * self._counts(separation))
 
     def contact_area(self, separation: ArrayLike) -> Any:
         """Real contact area [m^2], pi rho_i (y_i - d) for each contact (19.2), any shape."""
         d = self._separations(separation)
         heights, radii = np.asarray(self.heights), np.asarray(self.radii)
         areas = [float(np.maximum(heights - v, 0.0) @ radii) for v in d.reshape(-1)]
-        return plain(math.pi * np.array(areas).reshape(d.shape))
+        return plain(math.pi * self.copies * np.array(areas).reshape(d.shape))
 
     def _counts(self, separation: ArrayLike) -> Any:
         d = self._separations(separation)
@@ -149,10 +168,11 @@ class AsperityPopulation(Locked, NormalLaw):
             self.pair,
             Discrete(self.heights),
             np.asarray(self.radii)[order],
-            float(self.summit_count),
+            self.summit_count,
             normal_load,
             yield_stress_of(yield_stress, hardness),
             model,
+            self.area,
         )
 
     @classmethod

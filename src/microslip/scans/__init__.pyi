@@ -10,6 +10,9 @@ from .gap_table import GapTable as GapTable
 from .gap_table import read_gap_table as read_gap_table
 from .height_fit import HeightFit as HeightFit
 from .height_fit import height_distribution as height_distribution
+from .height_laws import HeightLaws as HeightLaws
+from .height_laws import LawAtLoad as LawAtLoad
+from .joint_over_cutoffs import JointOverCutoffs as JointOverCutoffs
 from .moments import Moments as Moments
 from .nayak import NayakSummits as NayakSummits
 from .patches import PatchErrors as PatchErrors

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from microslip._core.options import REQUIRED, Option
-from microslip._core.units import AREA, LENGTH
+from microslip._core.units import AREA, FORCE, LENGTH
 
 LEVELS = ("plane", "quadratic", "cylinder", "mean")
 METHODS = ("watershed", "neighbours")
 ESTIMATES = ("counted", "neighbours", "mccool", "nayak", "population")
+LAWS_OF_HEIGHTS = ("gaussian", "table", "discrete", "population")
 OF_PROFILES = ("mccool", "nayak")
 
 CUTOFF = Option(
@@ -66,12 +67,51 @@ ESTIMATE = Option(
     default="counted",
     choices=ESTIMATES,
 )
+HEIGHTS = Option(
+    "heights",
+    "Law of the summit heights: gaussian, the density of those counted as a table, those counted "
+    "one by one (discrete), or each with its own radius, too (population).",
+    default="gaussian",
+    choices=LAWS_OF_HEIGHTS,
+)
 SCAN_AREA = Option(
     "area",
     "Apparent area of the joint; that of the scan if absent.",
     AREA,
     example="2 cm^2",
     metavar="AREA",
+)
+BODIES = Option(
+    "materials",
+    "Two metals of the table; with a load, what the scan makes of their joint is told.",
+    example="steel",
+    most=2,
+    least=2,
+    metavar="METAL METAL",
+)
+LOAD = Option(
+    "normal_load",
+    "Normal load of that joint on its apparent area.",
+    FORCE,
+    example="500 N",
+    flag="load",
+    metavar="FORCE",
+)
+FRICTION = Option(
+    "friction_coefficient",
+    "Friction coefficient of that joint, for its loss factor.",
+    float,
+    default=0.5,
+    above=0.0,
+    flag="friction",
+    metavar="X",
+)
+AMPLITUDE = Option(
+    "amplitude",
+    "Amplitude of its motion at which the loss factor is told.",
+    LENGTH,
+    example="1 um",
+    metavar="LENGTH",
 )
 
 FORMAT = Option("format", "Format of the file; found if absent.", example="plu", metavar="FORMAT")
@@ -109,3 +149,5 @@ CHANNEL = Option(
 READING = (FORMAT, UNIT, PIXEL, VALID, KEY, CHANNEL)
 CONDITIONING = (CUTOFF, LONG_CUTOFF, LEVEL, OUTLIERS, FILL)
 SUMMITS = (METHOD, PROMINENCE)
+JOINT = (HEIGHTS.but(default=None), BODIES, LOAD, FRICTION, AMPLITUDE)
+"""What `microslip surface` asks of a joint; without heights those that the loaded tail bears."""

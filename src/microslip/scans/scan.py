@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import show
 from microslip.errors import Argument, InputError
+from microslip.materials import MaterialPair
 from microslip.scans.checks import LIMIT
 from microslip.scans.conditioning import Steps, condition
 from microslip.scans.cutoffs import CutoffTable, over_cutoffs
@@ -19,7 +20,9 @@ from microslip.scans.file_reading import read
 from microslip.scans.height_fit import HeightFit, height_distribution
 from microslip.scans.height_map import HeightMap
 from microslip.scans.heights_in_files import Wishes
+from microslip.scans.joint_over_cutoffs import JointOverCutoffs, joint_over_cutoffs
 from microslip.scans.levelling import Level
+from microslip.scans.measured_surface import Heights
 from microslip.scans.spectrum import Spectrum, spectrum
 from microslip.scans.summits import Summits, find_summits
 
@@ -239,6 +242,76 @@ class Scan(HeightMap):
             prominence=prominence,
             level=level,
             window=window,
+        )
+
+    def joint_over_cutoffs(
+        self,
+        pair: MaterialPair,
+        normal_load: float,
+        *,
+        cutoff: float | str | None,
+        long_cutoff: float | str | None = None,
+        cutoffs: ArrayLike | None = None,
+        long_cutoffs: ArrayLike | None = None,
+        area: float | str | None = None,
+        friction_coefficient: float = 0.5,
+        amplitude: float | None = None,
+        heights: Heights = "population",
+        level: Level | None = "plane",
+        method: Literal["watershed", "neighbours"] = "watershed",
+        prominence: float | str | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> JointOverCutoffs:
+        """What is wanted of a joint against both cut-offs and on patches of the scan.
+
+        Parameters
+        ----------
+        pair : MaterialPair
+            The two materials.
+        normal_load : float
+            Load of the joint [N].
+        cutoff, long_cutoff : float, str or None
+            The cut-offs [m] that are meant, at which slopes are told.
+        cutoffs, long_cutoffs : array_like, optional
+            Others [m], one-dimensional; by default half to four times the cut-off, and an eighth
+            to a half of the scan.
+        area : float or str, optional
+            Apparent area of the joint [m^2]; by default that of the scan.
+        friction_coefficient, amplitude : float, optional
+            Friction coefficient [-] and amplitude [m] for the loss factor.
+        heights : {"gaussian", "table", "discrete", "population"}
+            Law of the summit heights, as in :meth:`Summits.to_surface`.
+        level, method, prominence
+            As in :meth:`condition` and :meth:`summits`.
+        progress : callable, optional
+            Called with the joints done and those to do, after each.
+
+        Returns
+        -------
+        JointOverCutoffs
+            Stiffness, real area, plasticity index, contact radius over cut-off and loss factor.
+
+        Raises
+        ------
+        InputError
+            A profile; cut-offs that cannot be used; values out of their range.
+        """
+        return joint_over_cutoffs(
+            self.measurable(),
+            pair,
+            normal_load,
+            cutoff=cutoff,
+            long_cutoff=long_cutoff,
+            cutoffs=cutoffs,
+            long_cutoffs=long_cutoffs,
+            area=area,
+            friction_coefficient=friction_coefficient,
+            amplitude=amplitude,
+            heights=heights,
+            level=level,
+            method=method,
+            prominence=prominence,
+            progress=progress,
         )
 
     def over_cutoffs(

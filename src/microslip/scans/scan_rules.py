@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from microslip._core.verdicts import Rule, Verdict
+from microslip.friction.validity import TAIL_RULE
 from microslip.scans.extreme_values import GAUSSIAN_SHARE, extreme_shares
 from microslip.scans.height_map import HeightMap
 from microslip.scans.moments import SUMMIT_SHARE, lost_to_pixel
@@ -83,6 +84,62 @@ RULES: Mapping[str, Rule] = {
         Rule("points missed by a Gaussian", 0.02, 0.05, _GAUSSIAN, _OWN),
         Rule("quantiles missed by a Gaussian, over rms", 0.1, 0.5, _GAUSSIAN, _OWN),
         Rule("the same of the highest tenth", 0.1, 0.5, _GAUSSIAN, _OWN),
+        # Of the summits under a load.
+        TAIL_RULE,
+        Rule(
+            "stiffness by Gaussian heights against counted, as a factor",
+            1.1,
+            1.5,
+            "a Gaussian fitted to all summits stands for the few that carry the load",
+            "the summits themselves carry the same load, each with its height and radius",
+            'take heights = "population"',
+        ),
+        Rule(
+            "measured summits in contact",
+            30.0,
+            10.0,
+            "the scan holds enough of the summits that carry the load",
+            "a mean over fewer scatters by a fifth and more",
+            "scan a larger area",
+        ),
+        # Of both cut-offs.
+        *(
+            Rule(
+                f"slope of stiffness over {which}-wave cut-off",
+                0.2,
+                0.5,
+                f"the {which}-wave cut-off decides little: twice of it moves the stiffness by "
+                f"{times} at most",
+                _OWN,
+                remedy,
+            )
+            for which, times, remedy in (
+                ("short", "15 %", "tell the cut-off with the result, and compare with a test"),
+                (
+                    "long",
+                    "15 %",
+                    "take the cut-off from what the bodies follow by bending, scan as much as "
+                    "the joint is large, or compare with a test",
+                ),
+            )
+        ),
+        Rule(
+            "stiffness on patches of half the length, as a factor",
+            1.2,
+            1.5,
+            "the size of the scan decides little",
+            _OWN,
+            "scan a larger area, and treat waves longer than it as form",
+        ),
+        Rule(
+            "contact radius over cut-off",
+            0.25,
+            0.5,
+            "a contact is small beside the shortest wave that is left, so that its summit is a "
+            "paraboloid there",
+            "a wave is a paraboloid to 10 % within a sixth of its length",
+            "choose a longer short-wave cut-off",
+        ),
         # Of the summits.
         Rule(
             RADIUS_IN_PIXELS,

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
@@ -21,16 +20,16 @@ from microslip.materials import MaterialPair
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
+from microslip.scans.height_laws import HeightLaws, height_laws
 from microslip.scans.height_map import HeightMap
+from microslip.scans.measured_surface import Heights, MeasuredSurface
 from microslip.scans.moments import lost_to_pixel
+from microslip.scans.options import LAWS_OF_HEIGHTS
 from microslip.scans.scan_rules import LOST_TO_PIXEL, judged, radius_in_pixels
 from microslip.scans.summit_statistics import SummitStatistics, area_of
 
 Method = Literal["watershed", "neighbours"]
 Estimate = Literal["counted", "neighbours", "mccool", "nayak"]
-LARGEST_POPULATION = 2_000_000
-"""Summits that a population is made of at most."""
-
 METHODS = ("watershed", "neighbours")
 ESTIMATES = ("counted", "neighbours", "mccool", "nayak")
 
@@ -196,7 +195,7 @@ class Summits(Locked, Plottable):
         area: float | str | None = None,
         *,
         estimate: Estimate | Literal["population"] = "counted",
-        heights: Literal["gaussian", "discrete", "table"] | HeightDistribution = "gaussian",
+        heights: Heights | HeightDistribution = "gaussian",
     ) -> GreenwoodWilliamson | AsperityPopulation:
         """A rough surface with these summits, against a rigid plane.
 
@@ -207,12 +206,12 @@ class Summits(Locked, Plottable):
         area : float or str, optional
             Apparent area of the joint [m^2], or such as "2 cm^2"; by default that of the scan.
         estimate : {"counted", "neighbours", "mccool", "nayak", "population"}
-            One of :meth:`statistics` for Greenwood and Williamson's law with one radius, or the
-            summits themselves, each with its own height and radius, as many as the area has.
-        heights : {"gaussian", "discrete", "table"} or HeightDistribution
+            One of :meth:`statistics` for Greenwood and Williamson's law with one radius;
+            "population" is another word for counted summits with heights="population".
+        heights : {"gaussian", "table", "discrete", "population"} or HeightDistribution
             Law of the summit heights: Gaussian with the mean and the standard deviation of the
-            estimate; the counted heights one by one; the density of the counted heights as a
-            table; or another one. A population has its own.
+            estimate; the density of the counted heights as a table; the counted heights one by
+            one; the counted summits, each with its own height and radius; or another law.
 
         Returns
         -------
@@ -222,14 +221,14 @@ class Summits(Locked, Plottable):
         Raises
         ------
         InputError
-            A word or an area that is not understood; too many summits for a population.
+            A word or an area that is not understood; an area of less than one summit.
 
         Notes
         -----
-        For a population the summits are ranked by height; each is taken as often as the apparent
-        area holds the scanned one, and the remainder is drawn at even steps of rank. So the number
-        is right to half a summit, and the distribution of heights is that of the scan to 1/n. The
-        highest summit is then there several times: one scan knows nothing of higher ones.
+        A population has each counted summit as often as the apparent area holds the scanned one.
+        The highest one is then there several times: one scan knows nothing of higher ones. Fitted
+        heights go on above the highest measured summit; their joints are judged by the share of
+        the load that is carried there. :meth:`height_laws` compares them at a load.
 
         Of Gaussian heights the load is smooth in the separation, and a joint under a changing
         normal load tabulates it. Of a table, heights one by one or a population it is not: each
@@ -237,15 +236,22 @@ class Summits(Locked, Plottable):
         """
         area = self.scan.area if area is None else area_of(area)
         if estimate == "population":
-            if heights != "gaussian":
+            if heights not in ("gaussian", "population"):
                 raise InputError(
                     Argument("heights"),
                     f" must be left out for a population, which has its own, got {show(heights)}",
                 )
-            return self._population(pair, area)
+            estimate, heights = "counted", "population"
         if estimate not in ESTIMATES:
             words = quoted((*ESTIMATES, "population"))
             raise InputError(Argument("estimate"), f" must be one of {words}, got {show(estimate)}")
+        if isinstance(heights, str) and heights == "population":
+            if estimate != "counted":
+                raise InputError(
+                    *(Argument("heights", "population"), " goes with "),
+                    *(Argument("estimate", "counted"), f", got {show(estimate)}"),
+                )
+            return self._population(pair, area)
         statistics = self.statistics(estimate)
         law: Any = heights
         if isinstance(heights, str) and heights == "discrete":
@@ -254,10 +260,62 @@ class Summits(Locked, Plottable):
             law = TabulatedHeights.from_samples(self.heights)
         elif not isinstance(heights, HeightDistribution) and heights != "gaussian":
             raise InputError(
-                f'heights must be "gaussian", "discrete", "table" or a height distribution, got '
+                f"heights must be {quoted(LAWS_OF_HEIGHTS)} or a height distribution, got "
                 f"{show(heights)}"
             )
-        return statistics.to_surface(pair, area, heights=law)
+        made = statistics.to_surface(pair, area, heights=law)
+        return MeasuredSurface(
+            *(pair, made.heights, made.radius, made.density, area, float(self.heights.max()))
+        )
+
+    def height_laws(
+        self,
+        pair: MaterialPair,
+        normal_load: float,
+        *,
+        area: float | str | None = None,
+        friction_coefficient: float = 0.5,
+        amplitude: float | None = None,
+    ) -> HeightLaws:
+        """What each law of the summit heights makes of a joint at a load, and which to take.
+
+        Parameters
+        ----------
+        pair : MaterialPair
+            The two materials.
+        normal_load : float
+            Load of the joint [N].
+        area : float or str, optional
+            Apparent area of the joint [m^2], or such as "2 cm^2"; by default that of the scan.
+        friction_coefficient : float
+            Friction coefficient [-]; the loss factor hangs on it.
+        amplitude : float, optional
+            Amplitude of motion [m] at which the loss factor is told.
+
+        Returns
+        -------
+        HeightLaws
+            Contacts, real area, stiffness and loss factor by each law, the share of the load
+            above the highest measured summit, and the law that the loaded tail bears.
+
+        Raises
+        ------
+        InputError
+            A value out of its range, or a load that the summits cannot carry.
+        """
+        laws: tuple[Heights, ...] = ("gaussian", "table", "discrete", "population")
+        return height_laws(
+            {
+                name: self.to_surface(pair, area, heights=name)
+                for name in laws
+                if name != "gaussian" or self.std > 0.0
+            },
+            self.heights,
+            self.radii,
+            normal_load,
+            friction_coefficient,
+            amplitude,
+        )
 
     def validity(self, joint: Interface | None = None) -> tuple[Verdict, ...]:
         """How far the summits bear a joint, a verdict for each assumption.
@@ -309,24 +367,9 @@ class Summits(Locked, Plottable):
 
     def _population(self, pair: MaterialPair, area: float) -> AsperityPopulation:
         wanted = self.density * area
-        if wanted > LARGEST_POPULATION:
-            raise InputError(
-                f"a population must be of at most {LARGEST_POPULATION} summits, got {wanted:.3g} "
-                f'on {area:g} m^2: use estimate="counted" with heights="discrete", which weighs '
-                "the same heights, or a smaller area"
-            )
         if wanted < 0.5:
             raise InputError(
                 Argument("area"),
                 f" must hold at least one summit, {1.0 / self.density:.3g} m^2, got {area:g} m^2",
             )
-        chosen = resample(self.heights, round(wanted))
-        return AsperityPopulation(pair, self.heights[chosen], self.radii[chosen])
-
-
-def resample(heights: NDArray[np.float64], count: int) -> NDArray[np.intp]:
-    """Indices of ``count`` summits that have the heights of the given ones."""
-    ranked = np.argsort(heights, kind="stable")
-    whole, rest = divmod(count, heights.size)
-    steps = ((np.arange(rest) + 0.5) / max(rest, 1) * heights.size).astype(np.intp)
-    return np.concatenate([np.tile(ranked, whole), ranked[steps]])
+        return AsperityPopulation(pair, self.heights, self.radii, wanted / self.count, area)

@@ -19,6 +19,7 @@ from microslip.scans.options import (
     ESTIMATES,
     FILL,
     FORMAT,
+    HEIGHTS,
     KEY,
     LEVEL,
     LONG_CUTOFF,
@@ -86,6 +87,7 @@ class ScanSurface(Part):
     method: str = key_of(METHOD)
     prominence: float | None = key_of(PROMINENCE)
     estimate: str = key_of(ESTIMATE)
+    heights: str = key_of(HEIGHTS)
     area: float | None = key_of(SCAN_AREA)
     format: str | None = key_of(FORMAT)
     unit: tuple[str, ...] | None = key_of(UNIT)
@@ -129,6 +131,21 @@ class ScanSurface(Part):
             self._check_profile()
         return self
 
+    @model_validator(mode="after")
+    def _check_heights(self) -> Self:
+        """Summits one by one are counted ones, and have their own heights."""
+        population = "population" in (self.estimate, self.heights)
+        if population and (
+            self.estimate not in ("counted", "population")
+            or self.heights not in ("gaussian", "population")
+        ):
+            raise KeyedError(
+                "surface.heights",
+                f"wanted other heights with estimate = {show(self.estimate)}, got "
+                f'{show(self.heights)}; "population" goes with estimate = "counted"',
+            )
+        return self
+
     def _check_profile(self) -> None:
         """A profile has moments only, and no area."""
         if self.estimate not in OF_PROFILES:
@@ -136,6 +153,11 @@ class ScanSurface(Part):
                 "surface.estimate",
                 "a profile has peaks but no summits to count: wanted "
                 f"{quoted(OF_PROFILES)}, got {show(self.estimate)}",
+            )
+        if self.heights != "gaussian":
+            raise KeyedError(
+                "surface.heights",
+                f'a profile has no summits to count: wanted "gaussian", got {show(self.heights)}',
             )
         if self.prominence is not None:
             raise KeyedError("surface.prominence", "means nothing for a profile; leave it out")
@@ -191,6 +213,7 @@ class ScanSurface(Part):
             pair,
             area=self.area,
             estimate=self.estimate,  # type: ignore[arg-type]
+            heights=self.heights,  # type: ignore[arg-type]
         )
         return surface
 
@@ -218,6 +241,7 @@ class ScanSurface(Part):
             "cutoff": self.cutoff,
             "long_cutoff": self.long_cutoff,
             "estimate": self.estimate,
+            "heights": self.heights,
             "count": None if found is None else found.count,
             "area": None if found is None else scan.area,
             **{
@@ -253,7 +277,11 @@ class ScanSurface(Part):
         part = self._estimates().get("counted" if self.estimate == "population" else self.estimate)
         said = f"cut-off {self.cutoff_text()}" if self.cutoff else "no cut-off: the pixel decides"
         what = "" if part is None else f" {part}"
-        apart = ", each summit by itself" if self.estimate == "population" else ""
+        apart = {
+            "table": ", heights by the density of those counted",
+            "discrete": ", heights as they were counted",
+            "population": ", each summit by itself",
+        }.get("population" if self.estimate == "population" else self.heights, "")
         if self.read_scan.is_profile:
             apart = ", as if the profile were of an isotropic Gaussian surface"
         return [f"surface.scan: {name}, {said}:{what}{apart}. The cut-off decides these numbers."]

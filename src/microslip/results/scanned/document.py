@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.units import engineering, significant
-from microslip.errors import Phrase
+from microslip.errors import Argument, Phrase
 from microslip.report.document import (
     Block,
     Column,
@@ -24,6 +24,7 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import Progress, standard_files, text_file, write_all
+from microslip.results.scanned import joint_section
 from microslip.results.scanned.cutoff_picture import cutoff_plot
 from microslip.results.scanned.density_picture import density_plot
 from microslip.results.scanned.disagreements import disagreements
@@ -68,6 +69,7 @@ def document(
             (_over_cutoffs(found, data), Note(_explained(found, data))),
         ),
         Section("Height distribution", (Note(found.fit.verdict),)),
+        *joint_section.sections(found),
         Section("Figures", pictures, brief=False),
         Section("Validity", (Verdicts(found.verdicts),)),
     ]
@@ -89,6 +91,8 @@ def write(
         if isinstance(item, Listing)
     ]
     others = [*listings, text_file("cutoffs.csv", lambda: _cutoff_rows(found))]
+    if (table := found.joint_table) is not None:
+        others.append(text_file("joint_cutoffs.csv", lambda: joint_section.as_csv(table)))
     if found.summits is not None:
         others.append(text_file("summits.csv", lambda: _summit_rows(found)))
     write_all(standard_files(document, document.data["files"], others), folder, progress)
@@ -97,6 +101,7 @@ def write(
 def _names(found: Findings, pictures: tuple[Picture, ...], png: bool) -> tuple[str, ...]:
     """Names of the files, the page first."""
     names = ["report.html", "cutoffs.csv"]
+    names += ["joint_cutoffs.csv"] * (found.joint_table is not None)
     names += ["summits.csv"] * (found.summits is not None) + ["surface.toml"] * found.makes_surface
     names += [
         f"{picture.name}.{kind}" for picture in pictures for kind in ("svg", "png")[: 1 + png]
@@ -111,6 +116,11 @@ def _remarks(found: Findings) -> list[str]:
         suspects = []  # what was left out is no more to be suspected
     remarks = [] if found.request.cutoff_given else [NOT_GIVEN if found.has_cutoffs else TOO_SMALL]
     remarks += [_without(note, SUSPECT) for note in suspects]
+    laws = found.laws
+    if laws is not None and found.request.heights not in (None, laws.recommended):
+        remarks.append(
+            Phrase(f"{_capital(laws.reason)}. Take ", Argument("heights", laws.recommended), ".")
+        )
     return [*remarks, *found.missing, *disagreements(found)]
 
 
@@ -303,7 +313,14 @@ def _pictures(found: Findings) -> tuple[Picture, ...]:
         lambda: cutoff_plot(found),
         "Summit density, radius, spread, rms height and slope, Nayak's alpha against the cut-off",
     )
-    return (heights, density, spectrum, *((cutoffs,) if found.has_cutoffs else ()))
+    return (
+        heights,
+        density,
+        spectrum,
+        *((cutoffs,) if found.has_cutoffs else ()),
+        *joint_section.tail_picture(found),
+        *joint_section.pictures(found),
+    )
 
 
 # -- rows of files --------------------------------------------------------------------------------

@@ -13,13 +13,17 @@ import numpy as np
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
 from microslip._core.wording import shorten
-from microslip.errors import InputError, Phrase
+from microslip.errors import Argument, InputError, Phrase
+from microslip.materials import Material, MaterialPair
 from microslip.results.scanned.patch_scatter import standard_errors
 from microslip.scans import Scan
 from microslip.scans.conditioning import Steps, condition
 from microslip.scans.cutoffs import CutoffTable, default_cutoffs, over_cutoffs
 from microslip.scans.height_fit import HeightFit, height_distribution
+from microslip.scans.height_laws import HeightLaws
 from microslip.scans.height_map import HeightMap
+from microslip.scans.joint_over_cutoffs import JointOverCutoffs, joint_over_cutoffs
+from microslip.scans.measured_surface import MeasuredSurface
 from microslip.scans.moments import Moments
 from microslip.scans.options import READING
 from microslip.scans.scan_rules import judged, radius_in_pixels, verdicts
@@ -68,6 +72,11 @@ class Request:
     method: Any = "watershed"
     prominence: float | None = None
     area: float | None = None
+    heights: Any = None
+    materials: tuple[str, str] | None = None
+    normal_load: float | None = None
+    friction_coefficient: float = 0.5
+    amplitude: float | None = None
     reading: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
@@ -80,6 +89,24 @@ class Request:
         for name in ("unit", "pixel"):
             reading[name] = alone(reading[name])
         return cls(path, cutoff_given=cutoff_given, reading=reading, **options)
+
+    def pair(self) -> MaterialPair | None:
+        """The two bodies of the joint that is asked for; None where none is."""
+        if self.materials is None and self.normal_load is None:
+            if self.amplitude is None:
+                return None
+            raise InputError(
+                *(Argument("amplitude"), " goes with ", Argument("materials", ("steel", "steel"))),
+                *(" and ", Argument("normal_load", "500 N")),
+            )
+        if self.materials is None:
+            raise InputError(
+                Argument("normal_load"), " goes with ", Argument("materials", ("steel", "steel"))
+            )
+        if self.normal_load is None:
+            raise InputError(Argument("materials"), " goes with ", Argument("normal_load", "500 N"))
+        first, second = map(Material.named, self.materials)
+        return MaterialPair(first, second)
 
     @property
     def is_filtered(self) -> bool:
@@ -113,6 +140,10 @@ class Findings:
     errors: dict[str, float]
     """Standard errors from patches, by names such as "rms" and "mccool.density"."""
     verdicts: tuple[Verdict, ...]
+    laws: HeightLaws | None = None
+    """The joint that was asked for by every law of the summit heights."""
+    joint_table: JointOverCutoffs | None = None
+    """The same joint against both cut-offs."""
 
     @property
     def makes_surface(self) -> bool:
@@ -120,6 +151,15 @@ class Findings:
         if self.scan.is_profile:
             return self.estimates.get("mccool") is not None
         return self.summits is not None
+
+    def gaussian_surface(self) -> MeasuredSurface:
+        """The surface of Gaussian heights on the summits, of the joint that was asked for."""
+        pair, summits = self.request.pair(), self.summits
+        assert pair is not None
+        assert summits is not None
+        surface = summits.to_surface(pair, self.request.area)
+        assert isinstance(surface, MeasuredSurface)
+        return surface
 
     @property
     def has_cutoffs(self) -> bool:
@@ -146,6 +186,7 @@ class Findings:
 def analyse(request: Request, progress: Progress | None = None) -> Findings:
     """Measure a scan: parameters, spectra, summits and their dependence on the cut-off."""
     report = progress or (lambda share: None)
+    pair = request.pair()
     raw = Scan.read(request.path, **request.reading)
     report(0.1)
     fill = "interpolate" if request.fill else None
@@ -175,7 +216,18 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     kept = spectrum(scan.measurable()) if request.is_filtered else whole_spectrum
     fit = height_distribution(scan.measurable())
     report(0.5)
-    table = _over_cutoffs(levelled, request, summits, lambda share: report(0.5 + 0.4 * share))
+    end = 0.9 if pair is None else 0.7
+    table = _over_cutoffs(
+        levelled, request, summits, lambda share: report(0.5 + (end - 0.5) * share)
+    )
+    laws = joint_table = None
+    if pair is not None and summits is not None:
+        laws, joint_table = _joint(
+            request, pair, whole, summits, lambda share: report(end + (1.0 - end) * share)
+        )
+    judged_joint = (
+        () if laws is None or joint_table is None else (*laws.verdicts(), *joint_table.verdicts())
+    )
     result = Findings(
         request=request,
         raw=raw,
@@ -191,10 +243,38 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
         fit=fit,
         table=table,
         errors=standard_errors(scan, summits),
-        verdicts=_verdicts(scan, summits, estimates["mccool"]),
+        verdicts=(*_verdicts(scan, summits, estimates["mccool"]), *judged_joint),
+        laws=laws,
+        joint_table=joint_table,
     )
     report(1.0)
     return result
+
+
+def _joint(
+    request: Request, pair: MaterialPair, whole: Scan, summits: Summits, report: Progress
+) -> tuple[HeightLaws, JointOverCutoffs]:
+    """The joint that was asked for, by the laws of the heights and against both cut-offs."""
+    assert request.normal_load is not None
+    wanted: dict[str, Any] = {
+        "area": request.area,
+        "friction_coefficient": request.friction_coefficient,
+        "amplitude": request.amplitude,
+    }
+    laws = summits.height_laws(pair, request.normal_load, **wanted)
+    table = joint_over_cutoffs(
+        whole,
+        pair,
+        request.normal_load,
+        cutoff=request.cutoff,
+        long_cutoff=request.long_cutoff,
+        heights=request.heights or laws.recommended,
+        method=request.method,
+        prominence=request.prominence,
+        progress=lambda done, count: report(done / count),
+        **wanted,
+    )
+    return laws, table
 
 
 def _summits(request: Request, levelled: Scan) -> tuple[Summits | None, list[str]]:

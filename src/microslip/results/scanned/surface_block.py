@@ -10,6 +10,7 @@ from typing import Any
 from microslip._core.files import seen_from
 from microslip._core.units import engineering
 from microslip.results.scanned.findings import Findings
+from microslip.scans.options import LAWS_OF_HEIGHTS
 
 _HEAD = """\
 # The surface of a study, from a scan: put it in place of [surface] in one that
@@ -46,8 +47,11 @@ def block(found: Findings, folder: Path) -> str:
     lines.append(
         'estimate = "mccool"  # or "nayak": a profile has no summits to count'
         if profile
-        else 'estimate = "counted"  # or "neighbours", "mccool", "nayak", "population"'
+        else 'estimate = "counted"  # or "neighbours", "mccool", "nayak"'
     )
+    if not profile:
+        law = request.heights or ("gaussian" if found.laws is None else found.laws.recommended)
+        lines.append(f'heights = "{law}"  # or {_others(law)}')
     area = request.area
     lines.append(
         '# area = "2 cm^2"  # apparent area of the joint: a profile has none, so put yours here'
@@ -60,6 +64,10 @@ def block(found: Findings, folder: Path) -> str:
     lines += [f"{key} = {_value(value)}" for key, value in given.items()]
     lines += _numbers(found)
     return _HEAD + "\n".join(lines) + "\n"
+
+
+def _others(law: str) -> str:
+    return ", ".join(f'"{other}"' for other in LAWS_OF_HEIGHTS if other != law)
 
 
 def _path(path: Path, folder: Path) -> str:

@@ -1,0 +1,187 @@
+"""Floor 6: what each law of the summit heights makes of a joint, and which one the tail bears."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.units import engineering
+from microslip._core.verdicts import Verdict
+from microslip.friction import Interface
+from microslip.scans.measured_surface import TAIL, Heights, MeasuredSurface
+from microslip.scans.scan_rules import judged
+
+ALIKE = 0.1
+"""Difference of two stiffnesses (of their logarithms) that is as good as none."""
+
+FEW = 10
+"""Measured summits that carry a load, below which none of the laws has a foundation."""
+
+
+@dataclass(frozen=True)
+class LawAtLoad:
+    """A joint at rest by one law of the summit heights.
+
+    Parameters
+    ----------
+    separation : float
+        Of the plane from the mean plane of the scan [m].
+    contacts : float
+        Summits in contact [-].
+    real_area : float
+        Real over apparent area [-].
+    tangential_stiffness : float
+        At rest [N/m].
+    loss_factor : float or None
+        At the amplitude, if one was given [-].
+    above : float
+        Share of the load above the highest measured summit [-].
+    """
+
+    separation: float
+    contacts: float
+    real_area: float
+    tangential_stiffness: float
+    loss_factor: float | None
+    above: float
+
+
+@dataclass(frozen=True)
+class HeightLaws:
+    """The same summits and load by every law of their heights.
+
+    Parameters
+    ----------
+    normal_load : float
+        Load of the joint [N].
+    area : float
+        Its apparent area [m^2].
+    laws : mapping of str to LawAtLoad
+        By "gaussian", "table", "discrete" and "population"; Gaussian is left out where all
+        heights are one.
+    measured_contacts : int
+        Summits of the scan that carry load as a population.
+    scatter : float
+        Standard deviation [-] of the logarithm of the population's stiffness at this load, as of
+        summits that are independent; those on the same long wave are not, so it is a lower bound.
+    recommended : {"gaussian", "population"}
+        The law that the loaded tail bears.
+    reason : str
+        Why, in a sentence.
+    """
+
+    normal_load: float
+    area: float
+    laws: Mapping[str, LawAtLoad]
+    measured_contacts: int
+    scatter: float
+    recommended: Heights
+    reason: str
+
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """On the tail of the Gaussian, how far it misses the stiffness, and the summits in it."""
+        values: dict[str, float | None] = {}
+        own = self.laws.get("gaussian")
+        if own is not None:
+            values[TAIL] = own.above
+            values["stiffness by Gaussian heights against counted, as a factor"] = math.exp(
+                abs(self._miss(own))
+            )
+        values["measured summits in contact"] = float(self.measured_contacts)
+        return judged(values)
+
+    def _miss(self, law: LawAtLoad) -> float:
+        counted = self.laws["population"].tangential_stiffness
+        return math.log(law.tangential_stiffness / counted)
+
+
+def height_laws(
+    surfaces: Mapping[Heights, Any],
+    heights: Floats,
+    radii: Floats,
+    normal_load: float,
+    friction_coefficient: float,
+    amplitude: float | None,
+) -> HeightLaws:
+    """Compare the surfaces of some summits, their heights and radii [m], by each law at a load."""
+    highest = float(heights.max())
+    found: dict[str, LawAtLoad] = {}
+    for name, surface in surfaces.items():
+        joint = Interface(surface, friction_coefficient, normal_load=normal_load)
+        above = 0.0
+        if isinstance(surface, MeasuredSurface):
+            above = surface.load_share_above(highest, joint.separation)
+        found[name] = LawAtLoad(
+            joint.separation,
+            float(surface.contact_count(joint.separation)),
+            float(surface.contact_area(joint.separation)) / float(surface.area),
+            joint.tangential_stiffness,
+            None if amplitude is None else float(joint.loss_factor(amplitude)),
+            above,
+        )
+    separation = found["population"].separation
+    touching = int(np.count_nonzero(heights > separation))
+    scatter = _scatter(heights - separation, radii)
+    choice: Heights = "population"
+    own = found.get("gaussian")
+    miss = math.inf
+    if own is not None:
+        miss = math.log(own.tangential_stiffness / found["population"].tangential_stiffness)
+    if own is None:
+        reason = "all heights are one"
+    elif abs(miss) <= min(max(ALIKE, 2.0 * scatter), 3.0 * ALIKE) and own.above <= 0.05:
+        choice = "gaussian"
+        reason = (
+            f"Gaussian heights give {_percent(miss)} of the stiffness of the summits themselves, "
+            f"within what {touching} measured contacts can tell, and {100.0 * own.above:.2g} % of "
+            "the load is above the highest measured summit"
+        )
+    else:
+        reason = (
+            f"Gaussian heights give {_percent(miss)} of the stiffness of the summits themselves, "
+            f"and put {100.0 * own.above:.2g} % of the load above the highest that was measured, "
+            f"{engineering(highest, 'm')} above the mean"
+        )
+    if touching < FEW:
+        carry = "summit carries" if touching == 1 else "summits carry"
+        reason += (
+            f"; but only {touching} measured {carry} the load: scan a larger area before you trust "
+            "either"
+        )
+    return HeightLaws(
+        float(normal_load),
+        float(surfaces["population"].area),
+        MappingProxyType(found),
+        touching,
+        scatter,
+        choice,
+        reason,
+    )
+
+
+def _percent(miss: float) -> str:
+    return f"{100.0 * math.exp(miss):.3g} %"
+
+
+def _scatter(depth: Floats, radii: Floats) -> float:
+    """Standard deviation of ln k of the counted summits at a load, each drawn with Poisson's law.
+
+    More of one summit adds its stiffness at once, and less of all others, as the plane rises by
+    dd = N_i/k: d ln k = k_i/k + (k'/k^2) N_i.
+    """
+    inside = depth > 0.0
+    root, depth = np.sqrt(radii[inside]), depth[inside]
+    stiff = 1.5 * root * np.sqrt(depth)
+    total = float(stiff.sum())
+    if not total > 0.0:
+        return math.inf
+    # Of k' the summits that only just touch have no finite share: their own term is left out.
+    change = -0.75 * float((root / np.sqrt(np.maximum(depth, 1e-3 * depth.max()))).sum())
+    effect = stiff / total + change / total**2 * root * depth**1.5
+    return float(np.sqrt(np.sum(effect**2)))

@@ -1,0 +1,316 @@
+"""Floor 6: what a user wants of a joint against both cut-offs of the scan and against its size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, positive, show
+from microslip._core.frozen import Locked, lock
+from microslip._core.units import engineering
+from microslip._core.verdicts import Verdict
+from microslip.errors import Argument, InputError, Phrase
+from microslip.friction import Interface
+from microslip.materials import MaterialPair
+from microslip.scans.checks import length_of
+from microslip.scans.conditioning import Steps, band, condition
+from microslip.scans.height_map import HeightMap
+from microslip.scans.levelling import Level
+from microslip.scans.measured_surface import Heights
+from microslip.scans.patches import cut
+from microslip.scans.scan_rules import judged
+from microslip.scans.summit_set import Method, Summits
+from microslip.scans.summits import find_summits
+
+WANTED = {
+    "tangential_stiffness": "N/m",
+    "real_area": "-",
+    "plasticity_index": "-",
+    "contact_radius_over_cutoff": "-",
+    "loss_factor": "-",
+}
+"""What is told of a joint, with its unit; the real area is over the apparent one."""
+
+_STEP = 2.0
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class JointOverCutoffs(Locked):
+    """A joint at rest against the short-wave and the long-wave cut-off of the scan.
+
+    Parameters
+    ----------
+    cutoff : ndarray
+        Short-wave cut-offs [m], rising; 0 where the pixel decides.
+    long_cutoff : ndarray
+        Long-wave cut-offs [m], rising; infinite where the form removed and the scan decide.
+    chosen : tuple of int
+        Place (row, column) of the joint that was asked for.
+    values : mapping of str to ndarray
+        Of each quantity one value a long-wave cut-off (row) and short-wave cut-off (column); not a
+        number where there are no summits, or no hardness or amplitude was given.
+    patches : mapping of str to ndarray
+        The same of the joint on each of two by two patches of the scan at the same pressure, each
+        levelled by itself and with the cut-offs that were asked for: a scan of half the length.
+    size : float
+        Shorter side of the scan [m], which stands for the long-wave cut-off where there is none.
+    normal_load, area : float
+        Load [N] and apparent area [m^2].
+    heights : str
+        Law of the summit heights.
+    notes : tuple of str
+        What could not be had and why.
+    """
+
+    cutoff: Floats
+    long_cutoff: Floats
+    chosen: tuple[int, int]
+    values: Mapping[str, Floats]
+    patches: Mapping[str, Floats]
+    size: float
+    normal_load: float
+    area: float
+    heights: str
+    notes: tuple[str, ...] = ()
+
+    def slope(self, quantity: str, cutoff: str) -> float:
+        """Slope d ln quantity / d ln cut-off at the joint that was asked for.
+
+        Parameters
+        ----------
+        quantity : str
+            A name of `values`.
+        cutoff : {"cutoff", "long_cutoff"}
+            Which one.
+
+        Returns
+        -------
+        float
+            By differences to the neighbours in the table; not a number where there are none.
+
+        Raises
+        ------
+        InputError
+            Another name.
+        """
+        if quantity not in self.values:
+            raise InputError(Argument("quantity"), f" must be of {[*self.values]}, got {quantity}")
+        row, column = self.chosen
+        if cutoff == "cutoff":
+            places, line, at = self.cutoff, self.values[quantity][row], column
+        elif cutoff == "long_cutoff":
+            long = np.minimum(self.long_cutoff, self.size)
+            places, line, at = long, self.values[quantity][:, column], row
+        else:
+            raise InputError(
+                Argument("cutoff"), f' must be "cutoff" or "long_cutoff", got {show(cutoff)}'
+            )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = np.log(places), np.log(line)
+        good = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+        # The neighbours at both sides; at an end, or beside "none", the one there is.
+        near = [*good[good < at][-1:], *good[good == at], *good[good > at][:1]]
+        if len(near) < 2:
+            return math.nan
+        return float((y[near[-1]] - y[near[0]]) / (x[near[-1]] - x[near[0]]))
+
+    def bias(self, quantity: str) -> float:
+        """Geometric mean over the patches over the value of the whole scan [-].
+
+        Far from one the quantity hangs on the size of the scan: waves longer than a patch are form
+        in it.
+        """
+        found = self.patches[quantity]
+        found = found[np.isfinite(found) & (found > 0.0)]
+        whole = float(self.values[quantity][self.chosen])
+        return float(np.exp(np.log(found).mean())) / whole if found.size else math.nan
+
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Whether the cut-offs and the size of the scan decide the stiffness."""
+        short, long = (self.slope("tangential_stiffness", name) for name in _CUTOFFS)
+        bias = self.bias("tangential_stiffness")
+        return judged(
+            {
+                "slope of stiffness over short-wave cut-off": abs(short),
+                "slope of stiffness over long-wave cut-off": abs(long),
+                "stiffness on patches of half the length, as a factor": max(bias, 1.0 / bias),
+                "contact radius over cut-off": float(
+                    self.values["contact_radius_over_cutoff"][self.chosen]
+                ),
+            }
+        )
+
+
+_CUTOFFS = ("cutoff", "long_cutoff")
+
+
+def joint_over_cutoffs(
+    scan: HeightMap,
+    pair: MaterialPair,
+    normal_load: float,
+    *,
+    cutoff: float | str | None,
+    long_cutoff: float | str | None = None,
+    cutoffs: ArrayLike | None = None,
+    long_cutoffs: ArrayLike | None = None,
+    area: float | str | None = None,
+    friction_coefficient: float = 0.5,
+    amplitude: float | None = None,
+    heights: Heights = "population",
+    level: Level | None = None,
+    method: Method = "watershed",
+    prominence: float | str | None = None,
+    progress: Progress | None = None,
+) -> JointOverCutoffs:
+    """A joint against both cut-offs; see :meth:`Scan.joint_over_cutoffs`."""
+    if scan.is_profile:
+        raise InputError("a profile has no summits to count")
+    load = positive("normal_load", normal_load, "N", 2000.0)
+    short, long = band(scan, cutoff, long_cutoff)
+    levelled = scan if level is None else condition(scan, Steps(level))
+    shorts = _around(short, cutoffs, 2.0 * max(scan.pixel), min(scan.size) / 4.0)
+    longs = _longs(scan, long, long_cutoffs, shorts)
+    given = {"method": method, "prominence": prominence}
+    joint = _JointOf(pair, load, area, friction_coefficient, amplitude, heights)
+    values = {name: np.full((longs.size, shorts.size), math.nan) for name in WANTED}
+    notes: list[str] = []
+    total, done = values["real_area"].size + 4, 0
+    whole_area = 0.0
+    for row, most in enumerate(longs):
+        kept = levelled
+        if math.isfinite(most) and most != scan.long_cutoff:
+            kept = condition(levelled, Steps(long_cutoff=float(most)))
+        for column, least in enumerate(shorts):
+            at = (
+                f"cut-off {_text(least)}, long-wave "
+                f"{'none' if math.isinf(most) else engineering(float(most), 'm')}"
+            )
+            try:
+                if least >= 0.8 * most:
+                    raise InputError("nothing is left between the cut-offs")
+                found = find_summits(kept.measurable(), float(least) or None, **given)  # type: ignore[arg-type]
+                whole_area = joint.put(values, (row, column), found, float(least))
+            except InputError as error:
+                notes.append(Phrase(f"{at}: ", *error.parts))
+            done += 1
+            if progress is not None:
+                progress(done, total)
+    chosen = int(np.argmin(np.abs(longs - (long or math.inf)))) if long else longs.size - 1
+    place = chosen, int(np.argmin(np.abs(shorts - (short or 0.0))))
+    patches = _patches(scan, joint, level, short, long, given)
+    if progress is not None:
+        progress(total, total)
+    return JointOverCutoffs(
+        lock(shorts),
+        lock(longs),
+        place,
+        {name: lock(array) for name, array in values.items()},
+        {name: lock(array) for name, array in patches.items()},
+        min(scan.size),
+        load,
+        whole_area,
+        heights,
+        tuple(dict.fromkeys(notes)),
+    )
+
+
+def _around(chosen: float | None, given: ArrayLike | None, least: float, most: float) -> Floats:
+    """The cut-off that was asked for, half and twice of it; or those that were given."""
+    if given is not None:
+        own = [length_of("cutoffs", one, "10 um") for one in np.atleast_1d(np.asarray(given))]
+        return np.unique(np.append(own, chosen or 0.0))
+    first = chosen or 0.0
+    start = first or 2.0 * least
+    found = start * _STEP ** np.arange(-1.0, 3.0)
+    return np.unique(np.append(found[(found > least) & (found < most)], first))
+
+
+def _longs(
+    scan: HeightMap, chosen: float | None, given: ArrayLike | None, shorts: Floats
+) -> Floats:
+    if given is not None:
+        own = [length_of("long_cutoffs", one, "0.8 mm") for one in np.atleast_1d(np.asarray(given))]
+    else:
+        start = chosen or min(scan.size)
+        powers = np.arange(-2.0, 2.0) if chosen else np.arange(-3.0, 0.0)
+        own = [one for one in start * _STEP**powers if 2.0 * shorts[0] < one < min(scan.size)]
+    if chosen is None or scan.long_cutoff is None:
+        own.append(math.inf)
+    return np.unique(np.append(own, chosen or math.inf))
+
+
+@dataclass(frozen=True)
+class _JointOf:
+    """What is computed of some summits."""
+
+    pair: MaterialPair
+    normal_load: float
+    area: float | str | None
+    friction_coefficient: float
+    amplitude: float | None
+    heights: Heights
+
+    def put(
+        self,
+        values: Mapping[str, Floats],
+        place: Any,
+        summits: Summits,
+        cutoff: float,
+        share: float = 1.0,
+    ) -> float:
+        """Store the quantities of the joint on some summits, at a share of the load and area."""
+        surface: Any = summits.to_surface(self.pair, self.area, heights=self.heights)
+        load = self.normal_load * (share if self.area is None else 1.0)
+        joint = Interface(surface, self.friction_coefficient, normal_load=load)
+        count = float(surface.contact_count(joint.separation))
+        real = float(surface.contact_area(joint.separation))
+        area = float(surface.area)
+        unit = cutoff or math.sqrt(math.prod(summits.scan.pixel))
+        found = {
+            # Per joint of the whole area, so that patches compare with it.
+            "tangential_stiffness": joint.tangential_stiffness
+            / (share if self.area is None else 1.0),
+            "real_area": real / area,
+            "plasticity_index": surface._assumptions(joint.separation).get("plasticity index"),
+            "contact_radius_over_cutoff": math.sqrt(real / (math.pi * count)) / unit
+            if count
+            else None,
+            "loss_factor": None if self.amplitude is None else joint.loss_factor(self.amplitude),
+        }
+        for name, value in found.items():
+            values[name][place] = math.nan if value is None else float(value)
+        return area
+
+
+def _patches(
+    scan: HeightMap,
+    joint: _JointOf,
+    level: Level | None,
+    short: float | None,
+    long: float | None,
+    given: Mapping[str, Any],
+) -> dict[str, Floats]:
+    """The joint on two by two patches at the same pressure, each as if it were the scan."""
+    found = {name: np.full(4, math.nan) for name in WANTED}
+    parts: list[HeightMap] = []
+    with suppress(InputError):  # too small for patches
+        parts = cut(scan, (2, 2))
+    for index, part in enumerate(parts):
+        with suppress(InputError):  # too small for the cut-off, or without a summit
+            own = condition(part, Steps(level or "plane"))
+            if long is not None and scan.long_cutoff is None:
+                own = condition(own, Steps(long_cutoff=long))
+            summits = find_summits(own.measurable(), short, **given)
+            joint.put(found, index, summits, short or 0.0, part.area / scan.area)
+    return found
+
+
+def _text(cutoff: float) -> str:
+    return "none" if cutoff == 0.0 else engineering(float(cutoff), "m")

@@ -56,6 +56,7 @@ from .results import Study as Study
 from .scans import GapTable as GapTable
 from .scans import Scan as Scan
 from .scans import Summits as Summits
+from .scans import SurfaceFinish as SurfaceFinish
 from .scans import read_gap_table as read_gap_table
 from .structures import Bolts as Bolts
 from .structures import Convergence as Convergence

@@ -223,7 +223,8 @@ def test_metals_of_the_table_are_offered() -> None:
 def test_laws_and_kinds_are_named() -> None:
     surfaces = SCHEMA["properties"]["surface"]["oneOf"]
     assert [surface["title"] for surface in surfaces] == [
-        *("greenwood-williamson", "population", "sphere", "table", "scan")
+        *("greenwood-williamson", "population", "sphere", "table"),
+        *("scan", "drawing", "two-faces"),
     ]
     heights = surfaces[0]["properties"]["heights"]["oneOf"]
     assert [kind["title"] for kind in heights] == [

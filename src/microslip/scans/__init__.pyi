@@ -1,3 +1,4 @@
+from .combination import average as average
 from .combination import combine as combine
 from .combination import moments_from as moments_from
 from .cutoffs import CutoffTable as CutoffTable
@@ -6,6 +7,7 @@ from .cutoffs import over_cutoffs as over_cutoffs
 from .distribution_fits import Fit as Fit
 from .extreme_values import ExtremeShares as ExtremeShares
 from .extreme_values import extreme_shares as extreme_shares
+from .finish import SurfaceFinish as SurfaceFinish
 from .gap_table import GapTable as GapTable
 from .gap_table import read_gap_table as read_gap_table
 from .height_fit import HeightFit as HeightFit

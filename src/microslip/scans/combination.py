@@ -1,9 +1,12 @@
-"""Floor 6: two rough surfaces as one rough surface against a flat one."""
+"""Floor 6: two rough surfaces as one against a flat one, and several scans of one face."""
 
 from __future__ import annotations
 
 import math
-from typing import overload
+from collections.abc import Sequence
+from typing import NamedTuple, overload
+
+import numpy as np
 
 from microslip._core.checks import show
 from microslip.errors import InputError
@@ -72,6 +75,64 @@ def combine(
         "combine wants two Moments or two SummitStatistics, as scan.moments() and "
         f"summits.statistics() are, got {show(type(a).__name__)} and {show(type(b).__name__)}"
     )
+
+
+class Spread(NamedTuple):
+    """How much estimates of one face scatter: standard deviations over the mean [-]."""
+
+    density: float
+    radius: float
+    std: float
+
+
+def average(faces: Sequence[SummitStatistics]) -> tuple[SummitStatistics, Spread]:
+    """Summits of several scans of one face as those of one, and how much the scans differ.
+
+    Parameters
+    ----------
+    faces : sequence of SummitStatistics
+        One for each scan, at least one, their radii of one kind.
+
+    Returns
+    -------
+    SummitStatistics
+        All summits together, as if the scans, equally large, were one: the mean density; curvature
+        and mean square height weighted by it.
+    Spread
+        Standard deviation from scan to scan over the mean, of density, radius and std; not a
+        number for one scan.
+
+    Raises
+    ------
+    InputError
+        None at all, something else, or radii of two kinds.
+    """
+    for item in faces:
+        if not isinstance(item, SummitStatistics):
+            raise InputError(
+                f"average wants SummitStatistics, as summits.statistics() is, got {show(item)}"
+            )
+    kinds = {item.radius_by for item in faces}
+    if len(kinds) != 1:
+        came = "none" if not faces else "radii by load and by curvature"
+        raise InputError(f"average wants one or more SummitStatistics of one kind, got {came}")
+    table = np.array([(item.density, item.radius, item.std) for item in faces])
+    weights = table[:, 0] / table[:, 0].sum()
+    means = np.array([item.mean_height for item in faces])
+    mean = float(weights @ means)
+    # Each scan has its own mean plane: what these differ by is no roughness.
+    pooled = SummitStatistics(
+        float(table[:, 0].mean()),
+        1.0 / float(weights @ (1.0 / table[:, 1])),
+        math.sqrt(float(weights @ table[:, 2] ** 2)),
+        mean,
+        faces[0].estimate,
+        faces[0].radius_by,
+    )
+    if len(faces) == 1:
+        return pooled, Spread(math.nan, math.nan, math.nan)
+    scatter = table.std(axis=0, ddof=1) / table.mean(axis=0)
+    return pooled, Spread(*map(float, scatter))
 
 
 def _add(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:

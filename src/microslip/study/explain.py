@@ -12,6 +12,7 @@ from microslip.materials import metals
 from microslip.study import schema as s
 from microslip.study.columns import Column
 from microslip.study.distributions import names
+from microslip.study.faces import FACES
 from microslip.study.heights import HEIGHTS_TABLES, GivenHeights
 from microslip.study.joints import INTERFACE, LAW_TABLES, Joint
 from microslip.study.overrides import Override
@@ -47,14 +48,17 @@ _MODELS: dict[str, type[Part]] = {
     "measured": MeasuredPart,
     INTERFACE: Joint,
 }
+_FACES = ("first", "second")
 _HELD: dict[str, dict[str, type[Part]]] = {
     "joint": {INTERFACE: Joint, **LAW_TABLES},
     "surface": SURFACE_TABLES,
     "heights": HEIGHTS_TABLES,
+    **dict.fromkeys(_FACES, FACES),
 }
 """The tables among which a law or a kind chooses."""
 _TABLES = {
     "heights": '{ kind = "gaussian", std = "0.5 um" }',
+    **dict.fromkeys(_FACES, '{ ra = "0.8 um", rsm = "60 um" }'),
     "curve": '{ from = "1 nm", to = "100 um", points = 200 }',
     "history": '{ file = "record.csv", column = "x", unit = "um" }',
     "load_variation": '{ amplitude = "400 N", phase = "90 deg" }',
@@ -109,7 +113,7 @@ def _is_tag(loc: Loc, index: int) -> bool:
         return index == 2
     if loc[0] not in ("surface", "joint") or index == 0:
         return False
-    return index == 1 or (loc[0] == "surface" and loc[index - 1] == "heights")
+    return index == 1 or (loc[0] == "surface" and loc[index - 1] in ("heights", *_FACES))
 
 
 def _place(loc: Loc) -> int:

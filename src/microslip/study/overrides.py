@@ -69,10 +69,14 @@ _FILES = ("file", "scan")
 def moved(text: str, folder: Path, other: Path) -> str:
     """Name the files that a study uses as they are seen from another folder."""
     data = tomllib.loads(text)
+
+    def seen(name: str) -> str:
+        return name if Path(name).is_absolute() else seen_from(other, folder / name)
+
     changes = [
-        Override("", path, seen_from(other, folder / name))
-        for path, name in _texts(data)
-        if path[-1] in _FILES and not Path(name).is_absolute()
+        Override("", path, seen(names) if isinstance(names, str) else list(map(seen, names)))
+        for path, names in _texts(data)
+        if path[-1] in _FILES
     ]
     for change in changes:
         _put(data, change)
@@ -81,11 +85,13 @@ def moved(text: str, folder: Path, other: Path) -> str:
 
 def _texts(
     node: dict[str, Any], above: tuple[str, ...] = ()
-) -> Iterator[tuple[tuple[str, ...], str]]:
+) -> Iterator[tuple[tuple[str, ...], str | list[str]]]:
     for key, value in node.items():
         if isinstance(value, dict):
             yield from _texts(value, (*above, key))
-        elif isinstance(value, str):
+        elif isinstance(value, str) or (
+            isinstance(value, list) and value and all(isinstance(item, str) for item in value)
+        ):
             yield (*above, key), value
 
 

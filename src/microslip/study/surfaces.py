@@ -14,6 +14,7 @@ from microslip._core.parameters import key_of, parameters_of
 from microslip._core.units import engineering
 from microslip.materials import Material, MaterialPair
 from microslip.normal import NORMAL_LAWS, AsperityPopulation, NormalLaw, TabulatedNormalLaw
+from microslip.study.faces import DrawnSurface, FacedSurface, TwoFaces
 from microslip.study.fields import (
     Hardness,
     Modulus,
@@ -30,11 +31,13 @@ from microslip.study.part import KeyedError, Part
 from microslip.study.scanned_surface import ScanSurface
 
 __all__ = [
+    "MEASURED",
     "SURFACE_TABLES",
     "AnyMaterial",
     "AnySurface",
     "Elastic",
     "ExponentialHeights",
+    "FacedSurface",
     "GaussianHeights",
     "PopulationSurface",
     "Rigid",
@@ -190,6 +193,9 @@ class TableSurface(Surface):
         )
 
 
+MEASURED = (ScanSurface, FacedSurface)
+"""Tables whose summits come from something else, and say from what."""
+
 _OWN: dict[str, type[Part]] = {"population": PopulationSurface, "table": TableSurface}
 _HEIGHTS = Field(
     description="Distribution of the summit heights.",
@@ -211,8 +217,10 @@ SURFACE_TABLES: dict[str, type[Any]] = {
         if (name := key_of(kind)) in _OWN or parameters_of(kind)
     },
     "scan": ScanSurface,
+    "drawing": DrawnSurface,
+    "two-faces": TwoFaces,
 }
-"""Tables of all exported normal laws by their name, and that of scans."""
+"""Tables of all exported normal laws by their name, and those of measured or drawn faces."""
 
 
 def _material_tag(given: Any) -> str:
@@ -231,6 +239,6 @@ GaussianHeights, ExponentialHeights, TableHeights = (
 globals().update({table.__name__: table for table in SURFACE_TABLES.values()})
 
 if TYPE_CHECKING:
-    AnySurface = PopulationSurface | TableSurface | ScanSurface | DescribedSurface
+    AnySurface = PopulationSurface | TableSurface | ScanSurface | DescribedSurface | TwoFaces
 else:
     AnySurface = Annotated[reduce(or_, SURFACE_TABLES.values()), Field(discriminator="law")]

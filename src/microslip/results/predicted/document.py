@@ -30,7 +30,7 @@ from microslip.results.predicted.tables import (
 from microslip.results.structure.document import answer as structure_answer
 from microslip.results.structure.document import sections as structure_sections
 from microslip.study.description import StudyDescription
-from microslip.study.surfaces import ScanSurface
+from microslip.study.surfaces import FacedSurface, ScanSurface
 
 _LAWS = {
     "greenwood-williamson": "of a Greenwood–Williamson surface",
@@ -38,6 +38,8 @@ _LAWS = {
     "sphere": "of one sphere on a flat",
     "table": "with a tabulated normal law",
     "scan": "of a scanned surface",
+    "drawing": "of a surface by its drawing",
+    "two-faces": "of two rough faces",
 }
 REMARK = (
     "η (loss factor) and ζ = η/2 (damping ratio) are the interface’s own, not a mode’s: in a "
@@ -139,6 +141,8 @@ def _law(study: StudyDescription) -> str:
     surface = study.surface
     if surface is None:
         return str(study.joint.law)
+    if isinstance(surface, FacedSurface):
+        return "greenwood-williamson"
     if not isinstance(surface, ScanSurface):
         return str(surface.law)
     return "population" if surface.estimate == "population" else "greenwood-williamson"

@@ -128,8 +128,10 @@ def _structure(result: Prediction) -> dict[str, Any]:
 
 
 def _scan(study: StudyDescription) -> dict[str, Any]:
-    """What was found in a scan, if the surface comes from one."""
+    """What was found in a scan or of faces, if the surface comes from such."""
     surface = study.surface
+    if isinstance(surface, u.FacedSurface):
+        return {"faces": surface.summary()}
     return {"scan": surface.summary()} if isinstance(surface, u.ScanSurface) else {}
 
 
@@ -172,7 +174,7 @@ def tightening_notes(joint: Any) -> list[str]:
 
 def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
     """What a scan and tightening have given, and what is at constant normal load, in sentences."""
-    notes = study.surface.sentences() if isinstance(study.surface, u.ScanSurface) else []
+    notes = study.surface.sentences() if isinstance(study.surface, u.MEASURED) else []
     notes += tightening_notes(joint)
     variation, history = study.excitation.load_variation, study.excitation.history
     if variation is not None:
@@ -286,7 +288,7 @@ def verdicts(study: StudyDescription, joint: Interface) -> list[tuple[Verdict, f
     if not study.joint.loads:
         return []
     surface = study.surface
-    scanned = surface.verdicts() if isinstance(surface, u.ScanSurface) else ()
+    scanned = surface.verdicts() if isinstance(surface, u.MEASURED) else ()
     loads = extremes(study.excitation, joint.normal_load)
     return [*worst_validity(joint, loads), *((verdict, None) for verdict in scanned)]
 

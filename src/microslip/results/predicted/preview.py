@@ -29,6 +29,7 @@ _WORDS = {
 _UNITS = {
     **dict.fromkeys(("young_modulus", "hardness", "yield_stress"), "Pa"),
     **dict.fromkeys(("std", "mean", "scale", "location", "values", "radius", "separation"), "m"),
+    **dict.fromkeys(("ra", "rq", "rz", "rsm"), "m"),
     **dict.fromkeys(("height", "amplitudes", "from", "to"), "m"),
     **dict.fromkeys(("cutoff", "long_cutoff", "prominence", "pixel", "valid"), "m"),
     **dict.fromkeys(("load", "normal_load", "tightening_load", "force_amplitudes"), "N"),

@@ -27,6 +27,12 @@ _KEYS = {
     "parameters": ("Its shape parameters", ""),
     "location": ("Its location", "m"),
     "scale": ("Their scale", "m"),
+    "ra": ("Roughness average Ra", "m"),
+    "rq": ("Root mean square height Rq", "m"),
+    "rz": ("Peak-to-valley height Rz", "m"),
+    "rsm": ("Mean width of profile elements RSm", "m"),
+    "process": ("Made by", ""),
+    "breadth": ("Nayak’s α", ""),
     "radius": ("Radius", "m"),
     "density": ("Summits per apparent area", "1/m²"),
     "area": ("Apparent area", "m²"),
@@ -92,6 +98,8 @@ _LAWS = {
     "sphere": "one sphere on a flat",
     "table": "a table",
     "scan": "summits of a scan",
+    "drawing": "a drawing",
+    "two-faces": "two rough faces",
 }
 # What is said with something else, or in the notes.
 _ELSEWHERE = (
@@ -143,6 +151,8 @@ def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
             rows.append(("Own history", f"{what} of {value.file}"))
         elif name == "load_variation":
             rows.append(("Normal load varies by", in_words(value)))
+        elif name in ("first", "second"):
+            rows += [(f"{name.capitalize()} face: {key}", said) for key, said in _rows(value)]
         elif isinstance(value, BaseModel):
             rows += _rows(value)
         else:

@@ -1,0 +1,345 @@
+"""Floor 8: rough faces in a study: as a scan, as a drawing or as summits, alone or two together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
+
+from pydantic import (
+    Discriminator,
+    Field,
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    Tag,
+    ValidationError,
+    ValidationInfo,
+    create_model,
+    model_validator,
+)
+
+from microslip._core.units import engineering, significant
+from microslip._core.wording import shorten
+from microslip.errors import InputError
+from microslip.study.fields import Area, Density, Radius, Roughness, TwoNames, array, number, one_of
+from microslip.study.part import KeyedError, Part, as_key
+from microslip.study.scanned_surface import ScanName, ScanSurface
+
+if TYPE_CHECKING:
+    from microslip.friction import Verdict
+    from microslip.materials import MaterialPair
+    from microslip.normal import NormalLaw
+    from microslip.scans import SummitStatistics, SurfaceFinish
+    from microslip.scans.combination import Spread
+
+_PROCESSES = ("milled", "turned", "ground", "honed", "lapped", "polished", "eroded", "blasted")
+_MOST_SCANS = 50
+
+
+class RoughFace(NamedTuple):
+    """What is known of one face."""
+
+    statistics: SummitStatistics
+    said: str
+    """Where it is from, in a sentence without its end."""
+    verdicts: tuple[Verdict, ...] = ()
+    """How far that bears a joint."""
+    spread: Spread | None = None
+    """Scatter from scan to scan."""
+    ranges: dict[str, tuple[float, float]] | None = None
+    """Between what its numbers lie."""
+
+
+class SummitsFace(Part):
+    """A face by its summits: spread of their heights, radius [m], density [1/m^2]."""
+
+    std: Roughness = Field(
+        description="Standard deviation of the summit heights.", examples=['"0.4 um"']
+    )
+    radius: Radius = Field(
+        description="One over the mean curvature of the summits.", examples=['"20 um"']
+    )
+    density: Density = Field(description="Summits per area.", examples=['"3000 1/mm^2"'])
+
+    def face(self) -> RoughFace:
+        """Its summits."""
+        from microslip.scans import SummitStatistics
+
+        return RoughFace(SummitStatistics(self.density, self.radius, self.std), "as given")
+
+
+class DrawnFace(Part):
+    """A face by its drawing: Ra, Rq or Rz, RSm [m], or the process that made it."""
+
+    ra: Roughness | None = Field(
+        default=None, description="Roughness average Ra.", examples=['"0.8 um"']
+    )
+    rq: Roughness | None = Field(
+        default=None, description="Root mean square height Rq, instead.", examples=['"1 um"']
+    )
+    rz: Roughness | None = Field(
+        default=None, description="Mean peak-to-valley height Rz, instead.", examples=['"5 um"']
+    )
+    rsm: Roughness | None = Field(
+        default=None,
+        description="Mean width of the profile elements RSm; without it slopes come from "
+        "correlations with the height.",
+        examples=['"60 um"'],
+    )
+    process: Annotated[str, one_of(*_PROCESSES)] | None = Field(
+        default=None,
+        description="What made the face; without a height the roughness that it commonly leaves.",
+        examples=['"ground"'],
+    )
+    breadth: (
+        Annotated[
+            float,
+            number("a number of at least 1.5 such as 10", lambda v: v >= 1.5, {"minimum": 1.5}),
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="Nayak's alpha, the breadth of the spectrum; 10 between 2 and 50 if absent.",
+        examples=["10"],
+    )
+
+    @model_validator(mode="after")
+    def _can_be(self) -> Self:
+        try:
+            _ = self.finish
+        except InputError as error:
+            parts = error.parts[1:] if error.argument else error.parts
+            message = InputError(*parts).said(as_key).strip()
+            raise KeyedError(f".{error.argument or 'ra'}", message) from None
+        return self
+
+    @property
+    def finish(self) -> SurfaceFinish:
+        """What the drawing says."""
+        from microslip.scans import SurfaceFinish
+
+        return SurfaceFinish(
+            **{name: getattr(self, name) for name in DrawnFace.model_fields if name in _DRAWN}
+        )
+
+    def face(self) -> RoughFace:
+        """Summits in the middle of the ranges."""
+        finish = self.finish
+        said = f"by its drawing, which leaves open {self._between(finish.ranges)}"
+        return RoughFace(finish.statistics, said, ranges=finish.ranges)
+
+    def _between(self, ranges: Mapping[str, tuple[float, float]]) -> str:
+        said = []
+        for name, (low, high) in ranges.items():
+            ends = [
+                f"{significant(1e-6 * x)} 1/mm^2"
+                if name == "density"
+                else engineering(x, "m").replace("µ", "u")
+                for x in (low, high)
+            ]
+            said.append(f'{name} = {{ low = "{ends[0]}", high = "{ends[1]}" }}')
+        return ", ".join(said)
+
+
+_DRAWN = ("ra", "rq", "rz", "rsm", "process", "breadth")
+
+
+class _ScannedFace(Part):
+    """A face by one scan or several of it, at one cut-off."""
+
+    scan: Annotated[
+        tuple[ScanName, ...], array('["ground1.plu", "ground2.plu"]', _MOST_SCANS, single=True)
+    ] = Field(
+        description="Scan of the face, or several of it, which are averaged; relative to the "
+        "folder of the study.",
+        examples=['["ground1.plu", "ground2.plu"]'],
+    )
+
+    _scans: tuple[ScanSurface, ...] = PrivateAttr(default=())
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _read(
+        cls, given: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo
+    ) -> Self:
+        self = handler(given)
+        if not isinstance(given, dict):
+            self._scans = given._scans
+            return self
+        if given.get("estimate") == "population":
+            raise KeyedError(".estimate", 'wanted one radius for all summits, got "population"')
+        # A profile has no area, and the joint has its own.
+        keys = {**given, "law": "scan", "materials": ("", ""), "area": "1 mm^2"}
+        found = []
+        for name in self.scan:
+            try:
+                part = ScanSurface.model_validate({**keys, "scan": name}, context=info.context)
+            except ValidationError as error:
+                raise _of_face(error) from None
+            found.append(part)
+        self._scans = tuple(found)
+        return self
+
+    def face(self) -> RoughFace:
+        """Summits of all scans together, and how much they differ."""
+        from microslip.scans import average
+
+        statistics, spread = average([_statistics(scan) for scan in self._scans])
+        if len(self._scans) == 1:
+            return RoughFace(statistics, f"by {shorten(self.scan[0], 100)}", self.verdicts())
+        scatter = ", ".join(
+            f"{name} {100.0 * value:.2g} %"
+            for name, value in zip(spread._fields, spread, strict=True)
+        )
+        said = f"by {len(self._scans)} scans, which scatter by {scatter} (standard deviation)"
+        return RoughFace(statistics, said, self.verdicts(), spread)
+
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """How far the scans bear a joint: those of all of them."""
+        return tuple(verdict for scan in self._scans for verdict in scan.verdicts())
+
+
+def _of_face(error: ValidationError) -> Exception:
+    """What is wrong with a scan, at the key of the face."""
+    cause = error.errors(include_url=False)[0].get("ctx", {}).get("error")
+    if isinstance(cause, KeyedError):
+        return KeyedError(cause.key.removeprefix("surface"), str(cause))
+    return ValueError(str(cause or error))
+
+
+def _statistics(scan: ScanSurface) -> SummitStatistics:
+    if scan.read_scan.is_profile:
+        return scan._of_profile()
+    return scan.summits.statistics(scan.estimate)  # type: ignore[arg-type]
+
+
+_NOT_OF_A_FACE = ("law", "materials", "scan", "area", "heights")
+ScannedFace: type[_ScannedFace] = create_model(
+    "ScannedFace",
+    __base__=_ScannedFace,
+    __doc__=_ScannedFace.__doc__,
+    __module__=__name__,
+    **{  # type: ignore[call-overload]
+        name: (field.annotation, field)
+        for name, field in ScanSurface.model_fields.items()
+        if name not in _NOT_OF_A_FACE
+    },
+)
+
+FACES: dict[str, type[Part]] = {
+    "scanned": ScannedFace,
+    "drawn": DrawnFace,
+    "summits": SummitsFace,
+}
+"""Ways to describe a face."""
+
+
+def _kind(given: Any) -> str:
+    """Which way was taken; what has keys of none is told what summits need."""
+    keys = set(given) if isinstance(given, dict) else set(getattr(type(given), "model_fields", ()))
+    if "scan" in keys:
+        return "scanned"
+    return "drawn" if keys & set(DrawnFace.model_fields) else "summits"
+
+
+if TYPE_CHECKING:
+    AnyFace = _ScannedFace | DrawnFace | SummitsFace
+else:
+    AnyFace = Annotated[
+        reduce(or_, (Annotated[table, Tag(name)] for name, table in FACES.items())),
+        Discriminator(_kind),
+    ]
+
+
+class FacedSurface(Part):
+    """A surface of rough faces, as summits against a flat."""
+
+    materials: TwoNames = Field(
+        description="Names of the two bodies: materials of this file or metals of the table.",
+        examples=['["steel", "steel"]'],
+    )
+    area: Area = Field(description="Apparent area.", examples=['"2 cm^2"'])
+
+    _faces: Any = PrivateAttr(default=None)
+
+    def given_faces(self) -> dict[str, AnyFace]:
+        """Tables of the faces, by their keys."""
+        raise NotImplementedError
+
+    @property
+    def faces(self) -> dict[str, RoughFace]:
+        """What is known of each face; it is found once."""
+        if self._faces is None:
+            self._faces = {key: part.face() for key, part in self.given_faces().items()}
+        faces: dict[str, RoughFace] = self._faces
+        return faces
+
+    @property
+    def statistics(self) -> SummitStatistics:
+        """Summits of the one surface that meets a flat as the faces meet each other."""
+        from microslip.scans import combine
+
+        return reduce(combine, (face.statistics for face in self.faces.values()))
+
+    def build(self, pair: MaterialPair) -> NormalLaw:
+        """Normal law of the summits."""
+        return self.statistics.to_surface(pair, self.area)
+
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """How far what the faces are known by bears a joint."""
+        return tuple(verdict for face in self.faces.values() for verdict in face.verdicts)
+
+    def sentences(self) -> list[str]:
+        """Where the summits are from."""
+        said = [
+            f"surface{key}: {face.statistics}, {face.said}." for key, face in self.faces.items()
+        ]
+        if len(said) > 1:
+            said.append(
+                f"surface: both faces together {self.statistics}: their spectral moments add "
+                "(Greenwood 1984), as of isotropic Gaussian faces that know nothing of each other."
+            )
+        return said
+
+    def summary(self) -> dict[str, Any]:
+        """What summary.json says of the faces, in SI units."""
+        faces = {
+            key.lstrip(".") or "face": {
+                **asdict(face.statistics),
+                **({"scatter": face.spread._asdict()} if face.spread else {}),
+                **({"ranges": face.ranges} if face.ranges else {}),
+            }
+            for key, face in self.faces.items()
+        }
+        return {**faces, "together": asdict(self.statistics)} if len(faces) > 1 else faces
+
+
+class TwoFaces(FacedSurface):
+    """Two rough faces on each other, each by scans, by its drawing or by its summits."""
+
+    law: Literal["two-faces"] = Field(description="Two rough faces on each other.")
+    first: AnyFace = Field(
+        description="The face of the first body: { scan, cutoff, … }, { ra, rsm, process } or "
+        "{ std, radius, density }.",
+        examples=['{ ra = "0.8 um", rsm = "60 um" }'],
+    )
+    second: AnyFace = Field(
+        description="The face of the second body, likewise.",
+        examples=['{ std = "0.4 um", radius = "20 um", density = "3000 1/mm^2" }'],
+    )
+
+    def given_faces(self) -> dict[str, AnyFace]:
+        """The two."""
+        return {".first": self.first, ".second": self.second}
+
+
+class DrawnSurface(DrawnFace, FacedSurface):
+    """A rough face by its drawing on a smooth one: Ra, Rq or Rz, RSm, or a process."""
+
+    law: Literal["drawing"] = Field(description="A face by its drawing on a smooth one.")
+
+    def given_faces(self) -> dict[str, AnyFace]:
+        """Itself."""
+        return {"": self}

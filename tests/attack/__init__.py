@@ -26,8 +26,8 @@ ATTACKS = {
     "histories": Campaign("histories at constant load", attack_histories, 4),
     "states": Campaign("operations on states in any order", attack_states, 2),
     "varying": Campaign("paths in separation and displacement", attack_varying_loads, 2),
-    "kinds": Campaign("wrong kinds of input to every callable", attack_wrong_kinds, 6),
-    "files": Campaign("mutated studies, records and scans", attack_files, 2),
+    "kinds": Campaign("wrong kinds of input to every callable", attack_wrong_kinds, 12),
+    "files": Campaign("mutated studies, records and scans", attack_files, 3),
     "disks": Campaign("full disks and kills", attack_disks, 0.001),
     "threads": Campaign("threads that share a joint", attack_threads, 0.2),
 }

@@ -15,6 +15,8 @@ from .campaign import Tally, run
 
 MEMORY = 6 * 2**30
 """Bytes a worker may have: what grows without bound ends here, and counts as wrong."""
+SHARE = 25_000
+"""Inputs of all attacks together after which a worker begins anew."""
 
 
 def work(name: str, inputs: int, seed: int) -> tuple[str, Tally, float]:
@@ -39,28 +41,31 @@ def main() -> int:
     weight = sum(ATTACKS[name].weight for name in names)
     tallies = {name: Tally() for name in names}
     seconds = dict.fromkeys(names, 0.0)
+    parts = max(4 * given.jobs, given.inputs // SHARE)
     with ProcessPoolExecutor(given.jobs) as pool:
         shares = [
             pool.submit(
                 work,
                 name,
-                max(1, round(given.inputs * ATTACKS[name].weight / weight / (4 * given.jobs))),
+                max(1, round(given.inputs * ATTACKS[name].weight / weight / parts)),
                 given.seed * 1000 + part,
             )
-            for part in range(4 * given.jobs)
+            for part in range(parts)
             for name in names
         ]
-        for done, share in enumerate(as_completed(shares), 1):
-            name, tally, took = share.result()
-            tallies[name].add(tally)
-            seconds[name] += took
-            if sys.stderr.isatty():
-                print(f"\r{done} of {len(shares)} shares", end="", file=sys.stderr)
+        try:
+            for done, share in enumerate(as_completed(shares), 1):
+                name, tally, took = share.result()
+                tallies[name].add(tally)
+                seconds[name] += took
+                for text in tally.wrong[:20]:
+                    print(f"WRONG {name}: {text}", flush=True)
+                if sys.stderr.isatty():
+                    print(f"\r{done} of {len(shares)} shares", end="", file=sys.stderr)
+        except KeyboardInterrupt:  # what has come until then counts
+            pool.shutdown(wait=False, cancel_futures=True)
     lines = table(tallies, seconds)
     print("\n".join(lines))
-    for name, tally in tallies.items():
-        for text in tally.wrong[:20]:
-            print(f"WRONG {name}: {text}")
     if given.table is not None:
         write(given.table, lines)
     return 1 if any(tally.wrong for tally in tallies.values()) else 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import time
 import warnings
@@ -17,7 +18,8 @@ from microslip.errors import InputError
 Random = np.random.Generator
 
 LONGEST_ANSWER = 30.0
-"""Seconds after which an answer counts as a hang; the slowest honest one takes a tenth of it."""
+"""Seconds of computing after which an answer counts as a hang; the slowest honest one takes a
+tenth of it. A machine that has other things to do may take ten times as long."""
 LONGEST_MESSAGE = 600
 
 
@@ -45,14 +47,14 @@ class Tally:
         self.slowest = max(self.slowest, other.slowest)
         self.wrong += other.wrong
 
-    def attempt(self, label: str, call: Callable[[], Any]) -> Any:
+    def attempt(self, label: str | Callable[[], str], call: Callable[[], Any]) -> Any:
         """Make one input: its answer, or None where it was refused or went wrong.
 
         ``call`` raises Wrong for an answer that is not right. All else but an InputError of one
         line is of a wrong kind: other errors, warnings, hangs.
         """
         self.tried += 1
-        begun = time.perf_counter()
+        begun = _spent()
         try:
             with _alarm(LONGEST_ANSWER), warnings.catch_warnings():
                 warnings.simplefilter("error")
@@ -61,26 +63,35 @@ class Tally:
             self.refused += 1
             message = str(error)
             if "\n" in message or not message.strip() or len(message) > LONGEST_MESSAGE:
-                self.wrong.append(f"{label}: refused by {message[:200]!r}")
+                self._wrong(label, f"refused by {message[:200]!r}")
         except Wrong as error:
-            self.wrong.append(f"{label}: {error}")
+            self._wrong(label, str(error))
         except Hang:
-            self.wrong.append(f"{label}: no answer within {LONGEST_ANSWER:g} s")
+            self._wrong(label, f"no answer within {LONGEST_ANSWER:g} s")
         except Exception as error:
-            self.wrong.append(f"{label}: {type(error).__name__}: {str(error)[:200]}")
+            self._wrong(label, f"{type(error).__name__}: {str(error)[:200]}")
         finally:
-            self.slowest = max(self.slowest, time.perf_counter() - begun)
+            self.slowest = max(self.slowest, _spent() - begun)
         return None
+
+    def _wrong(self, label: str | Callable[[], str], what: str) -> None:
+        """Keep what went wrong; a label that costs is written only now."""
+        self.wrong.append(f"{label if isinstance(label, str) else label()}: {what}")
+
+
+def _spent() -> float:
+    """Seconds that this process and those it waited for have computed."""
+    return sum(os.times()[:4])
 
 
 Attack = Callable[[Random, Tally], None]
 """Makes some inputs (usually one to a hundred) and counts them."""
 
 
-def demand(holds: bool | np.bool_, what: str) -> None:
-    """An answer that is not right, said with its numbers."""
+def demand(holds: bool | np.bool_, what: str, *values: Any) -> None:
+    """An answer that is not right, said with its numbers, which are written only then."""
     if not holds:
-        raise Wrong(what)
+        raise Wrong(" ".join([what, *map(str, values)]))
 
 
 def run(
@@ -103,8 +114,12 @@ def _alarm(seconds: float) -> Iterator[None]:
         yield
         return
 
+    begun, end = _spent(), time.perf_counter() + 10.0 * seconds
+
     def ring(_signal: int, _frame: Any) -> None:
-        raise Hang
+        if _spent() - begun >= seconds or time.perf_counter() >= end:
+            raise Hang
+        signal.setitimer(signal.ITIMER_REAL, seconds)
 
     before = signal.signal(signal.SIGALRM, ring)
     signal.setitimer(signal.ITIMER_REAL, seconds)

@@ -48,8 +48,12 @@ def seeds() -> tuple[tuple[str, bytes, Callable[[Path], Any]], ...]:
     grid = io.BytesIO()
     y, x = np.mgrid[:12, :10] * 1e-6
     np.savetxt(grid, np.column_stack([x.ravel(), y.ravel(), heights[:12, :10].ravel()]))
+    matrices = io.BytesIO()
+    np.savez(matrices, M=np.diag([2.0, 3.0]), K=1e6 * np.array([[2.0, -1.0], [-1.0, 2.0]]))
     return (
         ("study.toml", STUDY.encode(), ms.Study.load),
+        ("structure.toml", BEAM.encode(), ms.Study.load),
+        ("matrices.npz", matrices.getvalue(), ms.Structure.load),
         ("record.csv", text.getvalue(), ms.Record.read),
         ("record.npz", packed.getvalue(), _read_arrays),
         ("scan.npy", array.getvalue(), lambda path: ms.Scan.read(path, pixel=1e-6, unit="m")),
@@ -83,6 +87,42 @@ normal_load = ["100 N", "2 kN"]
 
 [excitation]
 amplitudes = ["0.1 um", "1 um"]
+"""
+
+
+BEAM = """schema = 1
+
+[surface]
+law = "greenwood-williamson"
+materials = ["steel", "steel"]
+heights = { kind = "gaussian", std = "1 um" }
+radius = "1 mm"
+density = "50 1/mm^2"
+area = "2 cm^2"
+
+[joint]
+friction_coefficient = { low = 0.1, high = 0.6 }
+
+[structure]
+length = "200 mm"
+width = "20 mm"
+thickness = "12 mm"
+lap = "30 mm"
+density = "7800 kg/m^3"
+patches = [3, 2]
+modes = [1, 3]
+amplitude = { from = "0.1 um", to = "10 um", points = 3 }
+base_damping_ratio = 0.0005
+sensor = { at = ["0.1 m", "0 m", "0 m"], direction = "z" }
+
+[structure.bolts]
+positions = ["0 mm"]
+shank = "6 mm"
+hole = "6.6 mm"
+washer = "12 mm"
+torque = { mean = "10 N m", cv = 0.15 }
+thread = "6 mm"
+nut_factor = 0.2
 """
 
 

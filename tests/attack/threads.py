@@ -15,7 +15,7 @@ from .histories import random_law, reach_of
 def attack_threads(rng: Random, tally: Tally) -> None:
     """A joint whose tables are not built yet, asked by four threads at once."""
     law = random_law(rng)
-    tally.attempt(f"{law!r:.120} in threads", lambda: answers_as_alone(law, rng))
+    tally.attempt(lambda: f"{law!r:.120} in threads", lambda: answers_as_alone(law, rng))
 
 
 def answers_as_alone(law: ms.BackboneLaw, rng: Random) -> None:

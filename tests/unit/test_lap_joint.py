@@ -114,7 +114,7 @@ def test_laps_that_are_none(changes: dict[str, Any], message: str) -> None:
         ({"patches": (1000, 1000)}, "patches must be at most"),
         ({"patches": [[0.0, -0.01, 0.0, 0.01]]}, "a patch must reach from less to more"),
         ({"patches": [[1.0, 1.1, 0.0, 0.01]]}, "no patch holds any of the faces"),
-        ({"kept_modes": 0}, "kept_modes must be a whole number above zero"),
+        ({"kept_modes": 0}, "kept_modes must be an integer from 1"),
         ({"sensors": {"tip": (9, 9, 9)}}, 'sensor "tip" must be a place and a direction'),
         ({"sensors": {"tip": ((1.0, 0, 0), "z")}}, 'sensor "tip" must lie on the bodies'),
         ({"sensors": {"tip": ((0.1, 0, 0), "w")}}, 'the direction of sensor "tip" must be "x"'),

@@ -241,7 +241,7 @@ def test_wrong_lengths(name: str) -> None:
 def test_wrong_ring_downs(monkeypatch: pytest.MonkeyPatch) -> None:
     for wrong in (7, 100.0, True, "100"):
         assert refusal(MODE.ring_down, 1e-6, cycles=1, samples_per_cycle=wrong) == (
-            f"samples_per_cycle must be an integer of at least 8, got {wrong!r}"
+            f"samples_per_cycle must be an integer from 8 to 1000000, got {wrong!r}"
         )
     assert refusal(MODE.ring_down, 1e-6, cycles=10_000_000) == (
         "ring_down holds at most 20000000 samples, this one would be 1e+09; "

@@ -106,7 +106,7 @@ def surface() -> ms.GreenwoodWilliamson:
 def test_modes_refuse_what_they_cannot_answer(chain: ms.Structure) -> None:
     for message, options in (
         ("index must be below 3", {"index": 3}),
-        ("index must be a whole number from 0 on", {"index": -1}),
+        ("index must be an integer from 0", {"index": -1}),
         ("amplitudes must be above zero", {"amplitudes": [0.0, 1e-6]}),
         ("amplitudes must be one-dimensional", {"amplitudes": [[1e-6]]}),
         ("1 among them, got", {"harmonics": [3]}),

@@ -311,7 +311,7 @@ WRONG_RECORDS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "limits={'frequency': (lowest, highest)} sets own ones": ({}, {"frequency": 300.0}),
     "force must be within the limits of the rig, -5000 to 5000 N, got -6000 N; "
     "limits={'force': (lowest, highest)} sets own ones": ({"joint": ms.Coulomb(6e3)}, {}),
-    "cycles must be an integer of at least 1, got 0": ({}, {"cycles": 0}),
+    "cycles must be an integer from 1 to 100000000, got 0": ({}, {"cycles": 0}),
     "sample_rate must give at least 16 samples a cycle, 160 Hz at 10 Hz, got 100 Hz": (
         {"sample_rate": 100}, {"frequency": 10.0},
     ),

@@ -117,6 +117,58 @@ def whole(name: str, value: Any, least: int = 1, most: int | None = None) -> int
     return int(value)
 
 
+def rising_orders(name: str, value: Any) -> tuple[int, ...]:
+    """Rising whole numbers from 0 on, as harmonics are, or an error that says so."""
+    try:
+        orders = np.asarray(value)
+        fit = orders.dtype.kind in "iu" and orders.ndim == 1 and not np.ma.is_masked(value)
+    except Exception:  # an object's own conversion may raise anything
+        fit = False
+    if not fit or orders.min(initial=0) < 0 or np.any(orders[1:] <= orders[:-1]):
+        raise InputError(
+            Argument(name),
+            f" must be whole numbers that rise, such as [0, 1, 3], got {show(value)}",
+        )
+    return tuple(orders.tolist())
+
+
+def members(name: str, value: Any, kind: type, wanted: str) -> list[Any]:
+    """Objects of one kind, at least one, or an error that says which one is not."""
+    found: list[Any] = []
+    try:
+        for member in value.ravel().tolist() if isinstance(value, np.ndarray) else value:
+            if not isinstance(member, kind):  # what never ends is none of ours, or fills no memory
+                raise InputError(
+                    Argument(name),
+                    f" must be {wanted}, got {show(member)} at index {len(found)}",
+                )
+            found.append(member)
+    except InputError:
+        raise
+    except Exception:  # nothing to go through, or an iteration that raises what it likes
+        raise InputError(Argument(name), f" must be {wanted}, got {show(value)}") from None
+    if not found:
+        raise InputError(Argument(name), f" must be {wanted}, got none")
+    return found
+
+
+def beyond(values: Any, scale: Any) -> Any:
+    """Values over a scale; what lies beyond all numbers is infinite, without a warning."""
+    with np.errstate(over="ignore"):
+        return values / scale
+
+
+def sized(name: str, value: ArrayLike, unit: str = "m") -> Floats:
+    """Numbers of a size that energies stay finite for."""
+    array = floats(name, value)
+    if max(-float(array.min()), float(array.max())) > LARGEST:
+        worst = float(np.abs(array).max())
+        raise InputError(
+            Argument(name), f" must be at most {LARGEST:g} {unit}, got {worst:g} {unit}"
+        )
+    return array
+
+
 def record(name: str, value: ArrayLike) -> Floats:
     """A series in time: one-dimensional (a single number counts as one sample)."""
     array = floats(name, value)

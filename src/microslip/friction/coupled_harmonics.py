@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, show
+from microslip._core.checks import Floats, is_whole, show
 from microslip.errors import InputError
 from microslip.friction.coupled import Joint
 from microslip.friction.coupled_cycles import coupled_cycle
@@ -47,8 +47,7 @@ def coupled_harmonics(
         raise InputError("normal_load or separation must be given, not both")
     basis = Basis(harmonics)
     least = 2 * basis.orders[-1] + 1
-    whole = isinstance(samples, (int, np.integer)) and not isinstance(samples, bool)
-    if not whole or not least <= samples <= _MOST_SAMPLES:
+    if not is_whole(samples) or not least <= samples <= _MOST_SAMPLES:
         raise InputError(
             f"samples must be a whole number from {least}, for harmonic {basis.orders[-1]}, to "
             f"{_MOST_SAMPLES}, got {show(samples)}"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, Floats, floats, plain
+from microslip._core.checks import Floats, floats, plain, sized
 from microslip.errors import Argument, InputError
 from microslip.friction.unit_cycles import checked_cycle, halves_of
 from microslip.loops import Loop
@@ -66,14 +66,15 @@ class CycleMeasures(ABC):
                 f"amplitude [m] or force_amplitude=... [N] must be given, one of them, got {came}"
             )
         name = "amplitude" if force_amplitude is None else "force_amplitude"
-        values = floats(name, amplitude if force_amplitude is None else force_amplitude)
+        values = (
+            sized("amplitude", amplitude)
+            if force_amplitude is None
+            else floats(name, force_amplitude)
+        )
         if values.min() < 0.0:
             raise InputError(Argument(name), f" must not be negative, got {values.min():g}")
         values = np.abs(values)  # -0.0 is 0.0 here
         if force_amplitude is None:
-            if values.max() > LARGEST:
-                worst = f"{values.max():g} m"
-                raise InputError(Argument(name), f" must be at most {LARGEST:g} m, got {worst}")
             return values
         self._below_limit(name, values)
         return self._inverse(values.reshape(-1)).reshape(values.shape)

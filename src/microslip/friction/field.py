@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, Floats, exact, floats, number, show
+from microslip._core.checks import LARGEST, Floats, beyond, exact, floats, number, show, sized
 from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
@@ -129,6 +129,7 @@ class JointField(SettledField, Locked):
         object.__setattr__(self, "_weights", self.friction * self._scale)
 
     def _rest_under(self, kind: str, given: Floats, curve: FieldCurve | None) -> None:
+        sized(kind, given, "N" if kind == "loads" else "Pa")
         if given.min() < 0.0:
             i = int(np.argmax(given < 0.0))
             unit = "N" if kind == "loads" else "Pa"
@@ -290,7 +291,7 @@ class JointField(SettledField, Locked):
         above kappa w so that all new contact sticks, T = mu delta/(kappa w) [N(d) - N(d0)]
         (Jaeger 1998, DOI 10.1115/1.2833765).
         """
-        place = self._each("displacement", displacement) / self._slip
+        place = beyond(self._each("displacement", displacement), self._slip)
         step = self._step_array(separation, "separation")
         return self._first_loading(place, step)
 
@@ -332,8 +333,9 @@ class JointField(SettledField, Locked):
         InputError
             Negative, not finite, or another number of them.
         """
-        many = np.ndim(amplitude) == 2
-        a = floats("amplitude", amplitude) if many else self._each("amplitude", amplitude)[None]
+        a = sized("amplitude", amplitude)
+        many = a.ndim == 2
+        a = a if many else self._each("amplitude", a)[None]
         if a.shape[1] != self.size:
             raise InputError(
                 f"amplitude must have the shape ({self.size},), one a node, or (cycles, "

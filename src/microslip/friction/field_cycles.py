@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip import kernels
-from microslip._core.checks import Floats, floats, is_whole, show
+from microslip._core.checks import Floats, floats, is_whole, rising_orders, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.field_nodes import FieldNodes
@@ -250,14 +250,10 @@ def _rest(field: FieldNodes, rest: Any, x: Floats) -> tuple[Floats, bool]:
 
 
 def _orders(value: Any) -> tuple[int, ...]:
-    given = list(value) if hasattr(value, "__iter__") and not isinstance(value, str) else None
-    whole = given is not None and all(is_whole(n) and n >= 0 for n in given)
-    if given is None or not whole or not given or sorted(set(given)) != given:
-        raise InputError(
-            "harmonics must be whole numbers that rise, 0 for the mean, such as [0, 1, 3], "
-            f"got {show(value)}"
-        )
-    return tuple(int(n) for n in given)
+    orders = rising_orders("harmonics", value)
+    if not orders:
+        raise InputError("harmonics must be at least one, such as [0, 1, 3], got none")
+    return orders
 
 
 def _samples(samples: Any, orders: tuple[int, ...]) -> int:

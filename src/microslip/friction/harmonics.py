@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, number, show
+from microslip._core.checks import Floats, floats, number, rising_orders, show
 from microslip.errors import InputError
 from microslip.friction.cycles import Backbone, Rest
 from microslip.numerics.quadrature import gauss_legendre
@@ -55,21 +55,9 @@ class Basis:
     """The functions [1,] cos, sin, cos, sin ... of given harmonics."""
 
     def __init__(self, harmonics: Any) -> None:
-        listed = list(harmonics) if hasattr(harmonics, "__iter__") else None
-        whole = (
-            listed is not None
-            and not isinstance(harmonics, str)
-            and all(
-                isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= 0
-                for n in listed
-            )
-        )
-        if listed is None or not whole or not listed or sorted(set(listed)) != listed:
-            raise InputError(
-                "harmonics must be whole numbers that rise, 0 for the mean, such as [0, 1, 3], "
-                f"got {show(harmonics)}"
-            )
-        self.orders = [int(n) for n in listed]
+        self.orders = list(rising_orders("harmonics", harmonics))
+        if not self.orders:
+            raise InputError("harmonics must be at least one, such as [0, 1, 3], got none")
         self.has_mean = self.orders[0] == 0
         turning = [n for n in self.orders if n]
         self._n = np.repeat(np.array(turning, dtype=float), 2)

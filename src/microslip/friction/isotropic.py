@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, plain, show
+from microslip._core.checks import Floats, floats, plain, show, sized, whole
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw, CellModel
@@ -108,9 +108,8 @@ class IsotropicJoint(Locked):
         InputError
             No whole number above zero.
         """
-        whole = isinstance(nodes, (int, np.integer)) and not isinstance(nodes, bool)
-        if nodes is not None and not (whole and nodes > 0):
-            raise InputError(f"nodes must be a whole number above zero, got {show(nodes)}")
+        if nodes is not None:
+            whole("nodes", nodes)
         return VectorState(_Held(self, int(nodes or 1)), nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
@@ -157,7 +156,7 @@ class IsotropicJoint(Locked):
         InputError
             Negative, not finite, or none.
         """
-        a = floats("amplitude", amplitude)
+        a = sized("amplitude", amplitude)
         if a.min() < 0.0:
             raise InputError(f"amplitude must not be negative, got {a.min():g}")
         rest = np.maximum(a[..., None] ** 2 - self._tops**2, 0.0)
@@ -267,11 +266,7 @@ class _Held:
 
 def check_sliders(sliders: Any, least: int) -> None:
     """A number of sliders."""
-    whole = isinstance(sliders, (int, np.integer)) and not isinstance(sliders, bool)
-    if not whole or not least <= sliders <= MOST_SLIDERS:
-        raise InputError(
-            f"sliders must be an integer from {least} to {MOST_SLIDERS}, got {show(sliders)}"
-        )
+    whole("sliders", sliders, least, MOST_SLIDERS)
 
 
 def _path(name: str, value: ArrayLike) -> Floats:

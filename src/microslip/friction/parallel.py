@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, show
+from microslip._core.checks import Floats, members
 from microslip._core.frozen import Locked, lock
-from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.jenkins import Jenkins
@@ -47,16 +46,7 @@ class Parallel(Locked, BackboneLaw):
     def __post_init__(self) -> None:
         given = self.laws
         wanted = "a sequence of backbone laws, such as Parallel([joint, other])"
-        if isinstance(given, (str, bytes)) or not hasattr(given, "__iter__"):
-            raise InputError(Argument("laws"), f" must be {wanted}, got {show(given)}")
-        laws = tuple(given)
-        if not laws:
-            raise InputError(Argument("laws"), f" must be {wanted}, got none")
-        for i, law in enumerate(laws):
-            if not isinstance(law, BackboneLaw):
-                raise InputError(
-                    Argument("laws"), f" must be {wanted}, got {show(law)} at index {i}"
-                )
+        laws = tuple(members("laws", given, BackboneLaw, wanted))
         object.__setattr__(self, "laws", laws)
 
     @cached_property

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, plain, positive, show
+from microslip._core.checks import Floats, beyond, floats, plain, positive, show
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.normal.grids import pairs_of
@@ -109,7 +109,7 @@ def loaded(
 def _loaded(
     law: NormalLaw, friction: float, slip: float, x: Floats, d: Floats, d0: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    place = np.abs(x) / slip
+    place = beyond(np.abs(x), slip)
     fall = d0 - d
     sticks = place <= fall
     width = np.where(sticks, fall, place)  # over which D is not 0

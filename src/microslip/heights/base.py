@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, plain, show
+from microslip._core.checks import Floats, plain, show, sized
 from microslip._core.parameters import Parametric, rescaled, says_all, values_of
 from microslip.errors import Argument, InputError
 
@@ -105,14 +105,14 @@ class HeightDistribution(Parametric, ABC):
         Raises
         ------
         InputError
-            Another order; a threshold that is not finite.
+            Another order; a threshold that is not finite, or beyond 1e40 m.
         """
         if not isinstance(order, numbers.Real) or order not in TWICE_ORDERS:
             raise InputError(
                 Argument("order"),
                 f" must be one of {', '.join(f'{n:g}' for n in TWICE_ORDERS)}, got {show(order)}",
             )
-        return plain(self._moment(TWICE_ORDERS[order], floats("threshold", threshold)))
+        return plain(self._moment(TWICE_ORDERS[order], sized("threshold", threshold)))
 
     def probability_above(self, height: ArrayLike) -> Any:
         """Probability that a summit is higher than ``height`` [m] (19.5), any shape.
@@ -122,7 +122,7 @@ class HeightDistribution(Parametric, ABC):
         InputError
             Not finite or empty.
         """
-        return plain(np.clip(self._moment(0, floats("height", height)), 0.0, 1.0))
+        return plain(np.clip(self._moment(0, sized("height", height)), 0.0, 1.0))
 
     def cdf(self, height: ArrayLike) -> Any:
         """Probability that a summit is not higher than ``height`` [m], any shape.
@@ -134,7 +134,7 @@ class HeightDistribution(Parametric, ABC):
         InputError
             Not finite or empty.
         """
-        return plain(np.clip(self._below(floats("height", height)), 0.0, 1.0))
+        return plain(np.clip(self._below(sized("height", height)), 0.0, 1.0))
 
     def pdf(self, height: ArrayLike) -> Any:
         """Probability density [1/m] at ``height`` [m], any shape; Gaussian heights: (19.25).
@@ -144,7 +144,7 @@ class HeightDistribution(Parametric, ABC):
         InputError
             Not finite, empty, or heights given one by one, which have no density.
         """
-        return plain(self._density(floats("height", height)))
+        return plain(self._density(sized("height", height)))
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:

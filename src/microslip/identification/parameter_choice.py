@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import exact, number, positive, show
+from microslip._core.checks import exact, members, number, positive, show
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean
 from microslip.errors import UNSAID, Argument, InputError
@@ -59,20 +59,8 @@ def checked_loads(model: Model, folded: Sequence[Folded]) -> None:
 
 def listed(records: Any) -> list[Record]:
     """The records one by one, of whatever holds them."""
-    listed_records = [records] if isinstance(records, Record) else records
-    if isinstance(listed_records, np.ndarray):
-        listed_records = listed_records.ravel().tolist()
-    if isinstance(listed_records, Iterable) and not isinstance(
-        listed_records, (str, bytes, Mapping)
-    ):
-        listed_records = list(listed_records)
-    if not isinstance(listed_records, list) or not listed_records:
-        raise InputError(
-            Argument("records"),
-            f" must be a Record or a list of them, got {show(records)}; "
-            "write Record(displacement, force) or Record.read(path)",
-        )
-    return listed_records
+    wanted = "a Record or a list of them; write Record(displacement, force) or Record.read(path)"
+    return members("records", [records] if isinstance(records, Record) else records, Record, wanted)
 
 
 def checked_area(contact: Coordinate | None, area: float | None) -> None:

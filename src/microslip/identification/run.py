@@ -36,6 +36,7 @@ from microslip.numerics.threads import single_threaded
 from microslip.tribometer.record import Record
 
 _MOST_FORCES = 1 << 15
+_LEAST_CONFIDENCE = 1e-3
 _MOST_DELAYS = 10
 INTERVALS = ("profile", "minos", "curvature")
 _IN_TIME, _LATEST = 1e-5, 1.0  # rad
@@ -147,12 +148,17 @@ def identify(
     """
     report = _reporter(progress)
     level = _share("confidence", confidence)
+    if level < _LEAST_CONFIDENCE:
+        raise InputError(
+            Argument("confidence"), f" must be at least {_LEAST_CONFIDENCE:g}, got {exact(level)}"
+        )
     if loss not in LOSSES:
         raise InputError(Argument("loss"), f" must be one of {', '.join(LOSSES)}, got {show(loss)}")
     if intervals not in INTERVALS:
         wanted = ", ".join(map(repr, INTERVALS))
         raise InputError(Argument("intervals"), f" must be one of {wanted}, got {show(intervals)}")
-    held = 0.0 if held_back == 0 else _share("held_back", held_back)
+    held = number("held_back", held_back, "", 0.25)
+    held = 0.0 if held == 0.0 else _share("held_back", held)
     folded = _folded(records, cycles, lambda share: report(0.3 * share))
     options = {"heights": heights, "surface": surface}
     model = model_of(law, **{key: value for key, value in options.items() if value is not None})

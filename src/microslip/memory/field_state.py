@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip import kernels
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, beyond
 from microslip.errors import InputError
 from microslip.kernels import Integers, twin_field
 from microslip.kernels.profile import LOSS_RULES, Profile
@@ -168,7 +168,7 @@ class FieldState:
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
         field = self._field
-        place = field._each("displacement", displacement) / field._slip
+        place = beyond(field._each("displacement", displacement), field._slip)
         step = None
         if separations is not None:
             step = field._step_array(separations) - field._steps

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, Floats, exact, number, record, show
+from microslip._core.checks import LARGEST, Floats, beyond, exact, number, record, show
 from microslip.errors import Argument, InputError
 from microslip.kernels.profile import Profile
 from microslip.kernels.table import Table
@@ -434,7 +434,7 @@ class State:
     def _try_coupled(self, x: float, step: float, normal_load: float | None = None) -> Trial:
         load, diagram = self._coupling(), self._current()
         profile = load.profile(min(step, diagram.separation), max(step, diagram.separation))
-        probed = diagram.probe(step, x / load.slip, load.drop, profile)
+        probed = diagram.probe(step, beyond(x, load.slip), load.drop, profile)
         self._trial = _Coupled(x, diagram, probed)
         density = probed.density
         if probed.kind == 0 and not probed.front > step:
@@ -472,7 +472,7 @@ class State:
             min(float(steps.min()), diagram.separation), max(float(steps.max()), diagram.separation)
         )
         ledger = self._open_ledger(diagram)
-        forces = load.friction * diagram.respond(steps, x / load.slip, load.drop, profile)
+        forces = load.friction * diagram.respond(steps, beyond(x, load.slip), load.drop, profile)
         ledger.note(steps, x.copy(), diagram, load)
         self._settle(diagram, float(x[-1]), float(forces[-1]))
         return forces

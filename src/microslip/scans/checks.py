@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import LARGEST, exact, positive, show
+from microslip._core.checks import LARGEST, exact, floats, positive, show
 from microslip._core.frozen import lock
 from microslip._core.units import LENGTH, QuantityError, to_si
 from microslip.errors import Argument, InputError, Phrase
@@ -99,9 +99,12 @@ def objection(heights: NDArray[np.float64]) -> Phrase:
 
 def pixel_of(given: Any, axes: int) -> tuple[float, ...]:
     """Distance of neighbours [m] along each axis, from one for all or one for each."""
-    if isinstance(given, (str, bytes)) or np.ndim(given) == 0:
+    if isinstance(given, (list, tuple)):
+        steps = tuple(_step(one) for one in given)
+    elif isinstance(given, np.ndarray) and given.ndim:
+        steps = tuple(_step(step) for step in floats("pixel", given).ravel().tolist())
+    else:
         return (_step(given),) * axes
-    steps = tuple(_step(one) for one in given)
     if len(steps) != axes:
         wanted = "one distance" if axes == 1 else "one distance, or (along x, along y)"
         raise InputError(Argument("pixel"), f" must be {wanted}, got {len(steps)} of them")
@@ -132,7 +135,7 @@ def own(given: ArrayLike) -> NDArray[np.float64]:
     mask = np.ma.getmaskarray(given) if np.ma.isMaskedArray(given) else None
     try:
         array = np.asarray(np.ma.getdata(given) if mask is not None else given)
-    except (TypeError, ValueError):
+    except Exception:  # an object's own conversion may raise anything
         raise InputError(
             Argument("heights"), f" must be an array of numbers, got {show(given)}"
         ) from None

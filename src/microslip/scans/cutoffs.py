@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import floats
+from microslip._core.checks import sized
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip.errors import Argument, InputError, Phrase
@@ -204,7 +204,7 @@ def _lengths(given: Any) -> Floats:
             else one
             for one in ([given] if isinstance(given, str) else given)
         ]
-    return np.atleast_1d(floats("cutoffs", given))
+    return np.atleast_1d(sized("cutoffs", given))
 
 
 def _measure(scan: HeightMap, columns: dict[str, Floats], row: int) -> None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import number, show
+from microslip._core.checks import is_whole, number, show
 from microslip._core.units import engineering, significant
 from microslip._core.wording import quoted
 from microslip.errors import Argument, InputError
@@ -59,7 +59,7 @@ def find_summits(
         raise InputError(
             Argument("method"), f" must be one of {quoted(METHODS)}, got {show(method)}"
         )
-    if not isinstance(window, (int, np.integer)) or window not in range(3, 16, 2):
+    if not is_whole(window) or window not in range(3, 16, 2):
         raise InputError(
             Argument("window"), f" must be an odd number from 3 to 15, got {show(window)}"
         )

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, show
+from microslip._core.checks import SMALLEST, Floats, show, sized
 from microslip.errors import InputError
 from microslip.structures.matrices import direction_matrix
 
@@ -84,9 +84,10 @@ def checked_amplitudes(value: ArrayLike) -> Floats:
     InputError
         Not above zero, not finite, none, several dimensions.
     """
-    a = floats("amplitudes", value)
+    a = sized("amplitudes", value)
     if a.ndim > 1:
         raise InputError(f"amplitudes must be one-dimensional, got shape {a.shape}")
-    if a.min() <= 0.0:
-        raise InputError(f"amplitudes must be above zero, got {a.min():g}")
+    if a.min() < SMALLEST:
+        wanted = "above zero" if a.min() <= 0.0 else f"at least {SMALLEST:g}"
+        raise InputError(f"amplitudes must be {wanted}, got {a.min():g}")
     return a.reshape(-1)

@@ -37,9 +37,12 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Followed:
     solutions: list[Solution | None] = [None] * amplitudes.size
     iterations = steps = 0
     track: list[tuple[float, ModePoint]] = []
+    before = -1
     for place in order:
         target = float(amplitudes[place])
-        if not track:
+        if track and target == track[-1][0]:  # asked for twice
+            solution = solutions[before]
+        elif not track:
             solution, spent, tried = _begin(equations, target)
             iterations, steps = iterations + spent, steps + tried
         else:
@@ -66,6 +69,7 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Followed:
             stopped = track[-1][0] if track else target
             return Followed(solutions, iterations, steps, stopped)
         solutions[place] = solution
+        before = place
         if not track or track[-1][0] != target:
             track.append((target, solution.point))
         del track[:-3]

@@ -223,7 +223,10 @@ def forced_response(
 ) -> ForcedResponse:
     """See :meth:`microslip.Preload.forced_response`."""
     size = model.shapes.shape[0]
-    push = np.asarray(force)
+    try:
+        push = np.asarray(force)
+    except Exception:  # an object's own conversion may raise anything; said below
+        push = np.zeros(0)
     real = floats("force", np.stack([push.real, push.imag]) if np.iscomplexobj(push) else force)
     if not np.iscomplexobj(push):
         real = np.stack([real, np.zeros_like(real)])

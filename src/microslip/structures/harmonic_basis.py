@@ -10,9 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, show
+from microslip._core.checks import Floats, rising_orders, show, whole
 from microslip._core.frozen import lock
 from microslip.errors import InputError
+
+MOST_SAMPLES = 1 << 16
+_MOST_ORDER = 1000
 
 
 @dataclass(frozen=True)
@@ -72,21 +75,17 @@ def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
     InputError
         Harmonics that are no whole numbers or without the first, too few samples for the highest.
     """
-    try:
-        orders = sorted({int(order) for order in harmonics})
-        whole = all(order == int(order) and not isinstance(order, bool) for order in harmonics)
-    except (TypeError, ValueError, OverflowError):
-        orders, whole = [], False
-    if not whole or not orders or orders[0] < 0 or 1 not in orders:
+    orders = rising_orders("harmonics", harmonics)
+    if 1 not in orders:
         raise InputError(
-            f"harmonics must be whole numbers from 0 on, 1 among them, got {show(harmonics)}; "
-            "write harmonics=[1, 3]"
+            f"harmonics must have 1 among them, got {show(harmonics)}; write harmonics=[1, 3]"
         )
-    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)):
-        raise InputError(f"samples must be a whole number, got {show(samples)}")
+    if orders[-1] > _MOST_ORDER:
+        raise InputError(f"harmonics must be at most {_MOST_ORDER}, got {orders[-1]}")
+    samples = whole("samples", samples, 1, MOST_SAMPLES)
     if samples < 4 * orders[-1]:
         raise InputError(
             f"samples must be at least {4 * orders[-1]}, four a period of the highest one, "
             f"got {samples}"
         )
-    return HarmonicBasis(tuple(sorted({0, *orders})), int(samples))
+    return HarmonicBasis(tuple(sorted({0, *orders})), samples)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, floats
+from microslip._core.checks import Floats, floats, whole
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.report.plot import Plot
@@ -132,6 +132,7 @@ class ModalCurve(Locked, Plottable):
                 f"force must be one for each of the {self.shape.shape[1]} degrees of freedom, "
                 f"got shape {f.shape}"
             )
+        samples = whole("samples", samples, 2, 1_000_000)
         good = np.flatnonzero(self.converged)
         good = good[np.argsort(self.modal_amplitude[good])]
         a = self.modal_amplitude[good]

@@ -131,7 +131,7 @@ def integrate(
     radius: float,
 ) -> Motion:
     """See :meth:`microslip.Preload.integrate`."""
-    times = record("time", time)
+    times = np.atleast_1d(record("time", time))
     size = model.shapes.shape[0]
     steps = np.diff(times)
     if times.size < 2 or steps.min() <= 0.0 or np.ptp(steps) > 1e-6 * steps.mean():
@@ -243,8 +243,12 @@ def _forces(force: Any, times: Floats, size: int) -> Floats:
     """Forces at each time, (times, n)."""
     if force is None:
         return np.zeros((times.size, size))
-    values = [force(float(t)) for t in times] if callable(force) else force
-    array = floats("force", values)
+    if callable(force):
+        try:
+            force = [force(float(t)) for t in times]
+        except (TypeError, ValueError) as error:
+            raise InputError(f"force, as a function of the time, failed: {error}") from None
+    array = floats("force", force)
     if array.shape != (times.size, size):
         raise InputError(
             f"force must have the shape ({times.size}, {size}), a row for each time, or be a "

@@ -349,7 +349,7 @@ class Oscillator:
         """
         a = positive("amplitude", amplitude, "m", 1e-6)
         length = _length("ring_down", cycles, duration)
-        per_cycle = whole("samples_per_cycle", samples_per_cycle, 8)
+        per_cycle = whole("samples_per_cycle", samples_per_cycle, 8, 1_000_000)
         return ring_down(self, a, length.cycles, length.duration, per_cycle)
 
 

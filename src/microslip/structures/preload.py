@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, number, show
+from microslip._core.checks import Floats, exact, number, show, whole
 from microslip._core.frozen import lock
 from microslip.errors import InputError
 from microslip.numerics.threads import single_threaded
@@ -36,6 +36,9 @@ class LinearModes(NamedTuple):
     """Frequencies [Hz], rising; rigid motions are among them."""
     shape: Floats
     """Shapes (n, modes), each of modal mass 1 kg."""
+
+
+_MOST_MODES = 100_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -132,7 +135,7 @@ class Preload:
         """
         if joints not in ("stuck", "open"):
             raise InputError(f'joints must be "stuck" or "open", got {show(joints)}')
-        count = _whole("count", count, 1)
+        count = whole("count", count, 1, _MOST_MODES)
         stiffness = self.stiffness
         if joints == "stuck":
             from microslip.structures.modal_model import stuck_stiffness
@@ -201,7 +204,7 @@ class Preload:
         node follows the exact coupled law along its line of motion in the mode, under a separation
         that varies; across that line it sticks.
         """
-        index = _whole("index", index, 0)
+        index = whole("index", index, 0, _MOST_MODES)
         if method not in ("harmonic-balance", "quasi-static"):
             raise InputError(
                 f'method must be "harmonic-balance" or "quasi-static", got {show(method)}'
@@ -318,9 +321,3 @@ class Preload:
 
     def __repr__(self) -> str:
         return f"Preload({self.static_force.size} degrees of freedom, {self.message})"
-
-
-def _whole(name: str, value: Any, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise InputError(f"{name} must be a whole number from {least} on, got {show(value)}")
-    return int(value)

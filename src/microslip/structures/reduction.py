@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, floats, positive, show
+from microslip._core.checks import Floats, floats, positive, show, whole
 from microslip.errors import InputError
 from microslip.numerics.threads import single_threaded
 from microslip.structures.mesh import FACETS, JointMesh, check_count
@@ -181,9 +181,7 @@ def _inverse(compliance: Floats) -> Floats:
 
 
 def _count(value: Any) -> int:
-    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
-        raise InputError(f"kept_modes must be a whole number above zero, got {show(value)}")
-    return int(value)
+    return whole("kept_modes", value, 1, 1000)
 
 
 def _check_joined(mesh: JointMesh) -> None:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, number, positive, record, show
+from microslip._core.checks import Floats, number, positive, record, show, whole
 from microslip._core.frozen import Locked, lock
 from microslip._core.verdicts import Rule, Verdict
 from microslip._core.wording import did_you_mean, quoted
@@ -126,8 +126,7 @@ class ModalTest(Locked):
             )
         for name in ("frequency_error", "damping_error"):
             object.__setattr__(self, name, positive(name, getattr(self, name), "", 0.05))
-        if isinstance(self.mode, bool) or not isinstance(self.mode, int) or self.mode < 0:
-            raise InputError(f"mode must be a whole number from 0 on, got {show(self.mode)}")
+        whole("mode", self.mode, 0, 1000)
 
     @classmethod
     def from_ring_down(
@@ -163,7 +162,7 @@ class ModalTest(Locked):
         if good.size == 0:
             raise InputError("displacement must decay, got one that nowhere does")
         levels = np.log(decay.amplitude[good])
-        count = max(1, min(int(points), good.size))
+        count = min(whole("points", points, 1, 1000), good.size)
         edges = np.linspace(levels.min(), levels.max(), count + 1)
         place = np.clip(np.searchsorted(edges, levels, side="right") - 1, 0, count - 1)
         held = np.unique(place)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import numbers
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -89,7 +90,8 @@ class Record(Locked, Plottable):
                 Argument("displacement"), f" must hold at least two samples, got {size}"
             )
         load: Any = None
-        if normal_load is not None and np.ndim(normal_load) == 0:
+        alone = isinstance(normal_load, np.ndarray) and normal_load.ndim == 0
+        if alone or isinstance(normal_load, (numbers.Real, str)):
             load = positive("normal_load", normal_load, "N", 100.0)
         elif normal_load is not None:
             arrays["normal_load"] = load = _own("normal_load", normal_load)

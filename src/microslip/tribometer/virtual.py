@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats, exact, number, positive, show
+from microslip._core.checks import Floats, exact, number, positive, show, whole
 from microslip.errors import Argument, InputError
 from microslip.friction import BackboneLaw
 from microslip.tribometer.motion import path, shape, turns
@@ -170,14 +170,7 @@ class VirtualTribometer:
             raise InputError(
                 f"load_ripple has no meaning for {type(self.joint).__name__}: it has no surface"
             )
-        if isinstance(self.seed, bool) or not isinstance(self.seed, (int, np.integer)):
-            raise InputError(
-                Argument("seed"), f" must be an integer of at least 0, got {show(self.seed)}"
-            )
-        if self.seed < 0:
-            raise InputError(
-                Argument("seed"), f" must be an integer of at least 0, got {self.seed}"
-            )
+        whole("seed", self.seed, 0)
         keep(self, "noise", _checked_noise(self.noise))
         keep(self, "limits", _checked_limits(self.limits))
         if self._load is not None:
@@ -240,10 +233,7 @@ class VirtualTribometer:
 
         amplitude = positive("amplitude", amplitude, "m", 1e-5)
         frequency = positive("frequency", frequency, "Hz", 10.0)
-        if isinstance(cycles, bool) or not isinstance(cycles, (int, np.integer)) or cycles < 1:
-            raise InputError(
-                Argument("cycles"), f" must be an integer of at least 1, got {show(cycles)}"
-            )
+        cycles = whole("cycles", cycles, 1, MOST_SAMPLES)
         self._within("amplitude", amplitude, "m", "amplitude")
         self._within("frequency", frequency, "Hz", "frequency")
         rate = self.sample_rate or SAMPLES_A_CYCLE * frequency

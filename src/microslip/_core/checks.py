@@ -97,6 +97,22 @@ def floats(name: str, value: ArrayLike) -> Floats:
     return array
 
 
+def positives(name: str, value: ArrayLike, unit: str = "") -> Floats:
+    """Numbers above zero of any shape, and of a size that a joint can have."""
+    array = floats(name, value)
+    least, most = float(array.min()), float(array.max())
+    in_unit = f" [{unit}]" if unit else ""
+    if least <= 0.0:
+        raise InputError(Argument(name), f" must be above zero{in_unit}, got {exact(least)}")
+    if not (least >= SMALLEST and most <= LARGEST):
+        worst = most if most > LARGEST else least
+        raise InputError(
+            Argument(name),
+            f" must be between {SMALLEST:g} and {LARGEST:g}{in_unit}, got {exact(worst)}",
+        )
+    return array
+
+
 def _is_text(value: Any) -> bool:
     """Whether something is bytes, which NumPy takes for small integers."""
     if isinstance(value, memoryview):

@@ -54,6 +54,7 @@ static PyMethodDef methods[] = {
     {"loads", py_loads, METH_VARARGS, NULL},
     {"drops", py_drops, METH_VARARGS, NULL},
     {"excesses", py_excesses, METH_VARARGS, NULL},
+    {"cycle_energies", py_cycle_energies, METH_VARARGS, NULL},
     {"field_cycle", py_field_cycle, METH_VARARGS, NULL},
     {"field_try", py_field_try, METH_VARARGS, NULL},
     {"field_commit", py_field_commit, METH_VARARGS, NULL},

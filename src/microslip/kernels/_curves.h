@@ -192,6 +192,75 @@ static PyObject *py_drops(PyObject *self, PyObject *args)
     return none();
 }
 
+static inline double curve_integral(const double *c, double s)
+{
+    double q = s * s, even = c[12] / 13, odd = c[13] / 14;
+    for (int k = 10; k >= 0; k -= 2) even = even * q + c[k] / (k + 1);
+    for (int k = 11; k >= 1; k -= 2) odd = odd * q + c[k] / (k + 1);
+    return s * (odd * s + even);
+}
+
+/* At small steps by quadrature of what is positive, further out by the integrals of N. */
+static double cycle_energy_at(const Profile *p, const double *bends, const double *tails,
+                              const double *rule, Py_ssize_t nodes, double base, double width)
+{
+    double s0, s1, z = (base - p->anchor) * p->inverse_width, step = width * p->inverse_width;
+    Py_ssize_t low = find_panel(p, z, &s0);
+    if (low >= p->panels) return 0.0;
+    const double *c = panel_at(p, low);
+    double here = curve_value(c, s0), fall = curve_slope(c, s0);
+    /* One decay length of N = (-d)^(3/2), two of an exponential, which is smoother. */
+    double reach = here * (0.5 + 1.5 * here * shape(bends + low * TERMS, s0) / (fall * fall));
+    if (-2.0 * step * fall < reach) {
+        double sum = 0.0, s;
+        for (Py_ssize_t i = 0; i < nodes; i++) {
+            double share = rule[i];
+            Py_ssize_t panel = find_panel(p, z + share * step, &s);
+            if (panel >= p->panels) break;
+            sum += rule[nodes + i] * share * (1.0 - share) * shape(bends + panel * TERMS, s);
+        }
+        return 2.0 * width * step * step * sum;
+    }
+    double half = 0.5 / p->inverse_width, there = 0.0;
+    double whole = tails[low] - half * curve_integral(c, s0);
+    Py_ssize_t high = find_panel(p, z + step, &s1);
+    if (high < p->panels) {
+        const double *d = panel_at(p, high);
+        there = curve_value(d, s1);
+        whole -= tails[high] - half * curve_integral(d, s1);
+    }
+    return 0.5 * width * (here + there) - whole;
+}
+
+static PyObject *py_cycle_energies(PyObject *self, PyObject *args)
+{
+    Py_buffer base, width, energy, bends, tails, rule, coefficients;
+    Profile p;
+    if (!PyArg_ParseTuple(args, "y*y*w*y*y*y*" PROFILE_FORMAT, &base, &width, &energy, &bends,
+                          &tails, &rule, PROFILE_ARGUMENTS(coefficients, p)))
+        return NULL;
+    const double *bases = base.buf, *widths = width.buf;
+    double *out = energy.buf;
+    Py_ssize_t n = LENGTH(base), nodes = LENGTH(rule) / 2;
+    int right = long_enough(bind_profile(&p, &coefficients) && LENGTH(width) >= n &&
+                            LENGTH(energy) >= n && LENGTH(tails) >= p.panels &&
+                            LENGTH(bends) >= p.panels * TERMS);
+    if (!right) n = 0;
+    Py_BEGIN_ALLOW_THREADS
+    for (Py_ssize_t i = 0; i < n; i++)
+        out[i] = cycle_energy_at(&p, bends.buf, tails.buf, rule.buf, nodes, bases[i], widths[i]);
+    Py_END_ALLOW_THREADS
+    PyBuffer_Release(&base);
+    PyBuffer_Release(&width);
+    PyBuffer_Release(&energy);
+    PyBuffer_Release(&bends);
+    PyBuffer_Release(&tails);
+    PyBuffer_Release(&rule);
+    PyBuffer_Release(&coefficients);
+    if (!right) return NULL;
+    return none();
+}
+
 static PyObject *py_separations(PyObject *self, PyObject *args)
 {
     Py_buffer load, separation, coefficients, inverse;

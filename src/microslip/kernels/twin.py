@@ -17,7 +17,13 @@ from microslip.kernels.twin_hold import hold
 from microslip.kernels.twin_losses import losses
 from microslip.kernels.twin_memory import accumulate, branches, closings, locate, respond
 from microslip.kernels.twin_moments import gaussian_moment, gaussian_moment_at
-from microslip.kernels.twin_profile import drops, excesses, loads, separations
+from microslip.kernels.twin_profile import (
+    cycle_energies,
+    drops,
+    excesses,
+    loads,
+    separations,
+)
 from microslip.kernels.twin_table import evaluate, evaluate_one
 from microslip.kernels.twin_vector import vector_cycle, vector_try
 
@@ -30,6 +36,7 @@ __all__ = [
     "closings",
     "coupled",
     "coupled_step",
+    "cycle_energies",
     "diagram",
     "drops",
     "evaluate",

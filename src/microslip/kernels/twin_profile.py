@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from microslip.kernels.layout import PROFILE_TERMS, TERMS, Floats
-from microslip.kernels.twin_table import evaluate
+from microslip.kernels.twin_table import _shape, evaluate
 
 
 def _value(c: Any, s: Any) -> Any:
@@ -162,6 +162,68 @@ def excesses(base: Floats, width: Floats, excess: Floats, *profile: Any) -> None
         c, d = [v[far] for v in c0], [v[far] for v in c1]
         there = step[far] * _slope(d, s1[far]) - _value(d, s1[far])
         excess[far] = _value(c, s0[far]) + np.where(high[far] < panels.count, there, 0.0)
+
+
+def _integral(c: Any, s: Any) -> Any:
+    q = s * s
+    even, odd = c[12] / 13, c[13] / 14
+    for k in (10, 8, 6, 4, 2, 0):
+        even = even * q + c[k] / (k + 1)
+    for k in (11, 9, 7, 5, 3, 1):
+        odd = odd * q + c[k] / (k + 1)
+    return s * (odd * s + even)
+
+
+def cycle_energies(
+    base: Floats,
+    width: Floats,
+    energy: Floats,
+    bends: Floats,
+    tails: Floats,
+    rule: Floats,
+    *profile: Any,
+) -> None:
+    """Half the integral of v (u - v) N''(b + v) over the step, 0 <= v <= u = w.
+
+    ``bends`` are the panels of P'', of ``TERMS`` coefficients each, ``tails`` the integrals of N
+    from the middles of the panels to infinity, ``rule`` the nodes and then the weights of a
+    quadrature on [0, 1]. At small steps the rule sums what is positive; further out the area below
+    the trapezoid does not cancel.
+    """
+    curved = bends.reshape(-1, TERMS)
+
+    def bend(panel: Any, s: Any) -> Any:
+        return np.asarray(_shape(curved[np.minimum(panel, len(curved) - 1)].T, s))
+
+    panels = Panels(*profile)
+    z, step = panels.widths(base), width * panels.inverse_width
+    low, s0 = panels.find(z)
+    c = panels.at(low)
+    here = _value(c, s0)
+    touching = low < panels.count
+    fall = _slope(c, s0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # One decay length of N = (-d)^(3/2), two of an exponential, which is smoother.
+        reach = here * (0.5 + 1.5 * here * bend(low, s0) / (fall * fall))
+    near = touching & (-2.0 * step * fall < reach)
+    energy[:] = 0.0
+    if near.any():
+        total = np.zeros(int(near.sum()))
+        for share, weight in zip(*rule.reshape(2, -1).tolist(), strict=True):
+            panel, s = panels.find(z[near] + share * step[near])
+            curve = np.where(panel < panels.count, bend(panel, s), 0.0)
+            total += weight * share * (1.0 - share) * curve
+        energy[near] = 2.0 * width[near] * step[near] * step[near] * total
+    far = touching & ~near
+    if far.any():
+        half = 0.5 / panels.inverse_width
+        high, s1 = panels.find(z[far] + step[far])
+        d, inside = panels.at(high), high < panels.count
+        whole = tails[low[far]] - half * _integral([v[far] for v in c], s0[far])
+        rest = tails.take(high, mode="clip") - half * _integral(d, s1)
+        whole -= np.where(inside, rest, 0.0)
+        there = np.where(inside, _value(d, s1), 0.0)
+        energy[far] = 0.5 * width[far] * (here[far] + there) - whole
 
 
 def load_at(x: float, *profile: Any) -> tuple[float, float]:

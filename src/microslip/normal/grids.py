@@ -2,36 +2,46 @@
 
 The sums are those of :class:`NormalLaw`: the drop N(d) - N(d + u), the fall -N'(d + u), the excess
 (half the integral of v (u - v) N''(d + v) over 0 <= v <= u) and its derivative by u. An interface
-asks for them at one d; here every step has its own. Where the law is smooth, whole rows (one
-separation, many steps) or columns (one step, many separations) become tables, if that is quicker.
+asks for them at one d; here every step has its own. Where the law is smooth, rows (one separation,
+many steps) become tables or, if that is quicker, its whole load curve a profile.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import cached_property, lru_cache, partial
 from typing import Literal
 
 import numpy as np
 
+from microslip import kernels
 from microslip._core.checks import Floats
+from microslip._core.frozen import lock
 from microslip.kernels import Integers
+from microslip.kernels.profile import Profile
 from microslip.kernels.table import Table
 from microslip.normal.base import NormalLaw
 from microslip.normal.table import TabulatedNormalLaw, _decayed
+from microslip.numerics.quadrature import gauss_legendre
 
 Kind = Literal["drop", "fall", "excess", "excess_slope"]
 Progress = Callable[[float], None]
 
 _POWERS = {"drop": 1, "excess": 3, "excess_slope": 2}
-_BLOCK = 1 << 16  # points a pass
+_BLOCK = 1 << 14  # points a pass, as many as a cache holds
 _MANY = 10_000  # loads that a table is made for
 
 # What things cost [s], to choose the quickest way; a factor of two either way does not matter.
 _POINT = 2e-6
 _ROW = 4e-4
-_COLUMN = 4e-3
+_PROFILE = 2e-2
 _TERM = 8e-9
 _PIECE = 6e-9
+
+_RULE = lock(np.concatenate(gauss_legendre(12)))
+"""For v (u - v) N'' over two decay lengths of an exponential, or one of a power: 1e-16."""
+_FAINT = 1e-30  # of the largest load; fainter ones are rare, and cost wide panels their width
+_ALL_TOUCH = 0.345  # N N'' / N'^2, which is 1 for an exponential and 1/3 where all summits touch
 
 
 def on_grid(
@@ -42,19 +52,14 @@ def on_grid(
     result = np.empty(shape)
     report = progress or _silent
     steps = np.broadcast_to(u, shape)
-    own = u.ndim > 1
     if kind == "fall" and law._spheres is None:
         for part in _parts(*shape):
             result[part] = -law._derivative(d[part, None] + steps[part], 1)
             report(min(part.stop / d.size, 1.0))
         return result
     pairs = pairs_of(law)
-    costs = _costs(law, *shape, own)
+    costs = _costs(law, kind, *shape)
     way = min(costs, key=lambda name: costs[name]) if pairs else "rows"
-    if way == "columns":
-        if _columns(law, kind, d, u, result, report):
-            return result
-        way = "points"
     if way == "rows" or pairs is None:
         for i in range(d.size):
             result[i] = _row(law, kind, float(d[i]), steps[i])
@@ -62,7 +67,10 @@ def on_grid(
         return result
     for part in _parts(*shape):
         flat = np.repeat(d[part], shape[1])
-        value = pairs(law, kind, flat, np.ascontiguousarray(steps[part]).reshape(-1))
+        step = np.ascontiguousarray(steps[part]).reshape(-1)
+        value = (pointwise_of(law).sum if way == "profile" else partial(pairs, law))(
+            kind, flat, step
+        )
         result[part] = value.reshape(-1, shape[1])
         report(min(part.stop / d.size, 1.0))
     return result
@@ -71,33 +79,14 @@ def on_grid(
 def separations(law: NormalLaw, loads: Floats) -> Floats:
     """Separations of many loads, ``law.separation(loads)`` to rounding.
 
-    Of very many on a smooth law the logarithm of the load is tabulated, and one step of Newton's
-    method takes the table's rounding away.
+    Those of very many on a smooth law come from its profile.
     """
-    rough = law._spheres is not None or law._breaks.size or pairs_of(law) is not _own_pairs
-    if loads.size < _MANY or rough:
-        return np.asarray(law.separation(loads))
-    ends = np.array([loads.min(), loads.max()])
-    last, first = law.separation(ends).tolist()
-    start, width = np.log(ends[0]), np.log(ends[1] / ends[0])
-    if first < law._edge or not width > 0.0:
-        return np.asarray(law.separation(loads))
-    # Measured from below the first, so that it does not pass zero.
-    below = first - ends[1] / -law._derivative_at(first, 1)
-    table = Table.sample(
-        lambda x: np.asarray(law.separation(np.exp(start + x))) - below,
-        width * (1.0 + 1e-9),
-        0,
-        last - below,
-    )
-    if table is None:
+    whole = pointwise_of(law)
+    if loads.size < _MANY or not whole.is_profile:
         return np.asarray(law.separation(loads))
     result = np.empty(loads.size)
     for part in _parts(loads.size, 1):
-        load = loads[part]
-        d = below + table.value(np.log(load) - start)
-        there = law._derivative(d, 0)
-        result[part] = d + np.log(there / load) * there / -law._derivative(d, 1)
+        result[part] = whole.separations(loads[part])
     return result
 
 
@@ -144,7 +133,7 @@ def _parts(rows: int, columns: int) -> Iterator[slice]:
 # -- which way -------------------------------------------------------------------------------------
 
 
-def _costs(law: NormalLaw, rows: int, columns: int, own: bool) -> dict[str, float]:
+def _costs(law: NormalLaw, kind: Kind, rows: int, columns: int) -> dict[str, float]:
     """Seconds that each way takes, roughly."""
     points = rows * columns
     spheres = law._spheres
@@ -159,8 +148,8 @@ def _costs(law: NormalLaw, rows: int, columns: int, own: bool) -> dict[str, floa
         pieces = law._spline.knots.size
         return {"points": points * pieces * _PIECE, "rows": rows * 9e-5 + points * 1e-7}
     costs = {"points": points * _POINT, "rows": rows * _ROW + points * 3e-8}
-    if not own and not law._breaks.size:
-        costs["columns"] = columns * _COLUMN + points * 3e-8
+    if kind in ("drop", "excess") and points * _POINT > _PROFILE and pointwise_of(law).is_profile:
+        costs["profile"] = points * 1.5e-7
     return costs
 
 
@@ -203,46 +192,6 @@ def _row(law: NormalLaw, kind: Kind, d: float, u: Floats) -> Floats:
         tolerance=1e-13 if kind == "drop" else 1e-12,
     )
     return exact(d, u) if table is None else table.value(u)
-
-
-def _columns(
-    law: NormalLaw, kind: Kind, d: Floats, u: Floats, result: Floats, report: Progress
-) -> bool:
-    """Fill the grid from one table over the separations for each step; False if that cannot be."""
-    smooth = d >= law._edge
-    low, high = (float(f(d[smooth])) for f in (np.min, np.max)) if smooth.any() else (0.0, 0.0)
-    if not high > low:
-        return False
-    pairs = pairs_of(law)
-    assert pairs is not None
-    # A little further, so that the last separation still lies on the table.
-    width = (high - low) * (1.0 + 1e-9) + 4e-16 * max(abs(low), abs(high))
-    rest = np.flatnonzero(~smooth)
-    inside = np.flatnonzero(smooth)
-    scale = law._derivative(d[inside], 0)
-    for j, step in enumerate(u.tolist()):
-        # Relative to N(d) u it is of one order of magnitude, however light the load.
-        def shape(place: Floats, step: float = step) -> Floats:
-            at = low + place
-            many = pairs(law, kind, at, np.full(at.size, step))
-            return np.asarray(many / (law._derivative(at, 0) * step ** _FLAT[kind]))
-
-        if step > 0.0:
-            table = Table.sample(shape, width, 0, 0.0)
-            if table is None:
-                return False
-            result[inside, j] = table.value(d[inside] - low) * (scale * step ** _FLAT[kind])
-        else:
-            result[inside, j] = 0.0
-        for part in _parts(rest.size, 1):
-            which = rest[part]
-            result[which, j] = pairs(law, kind, d[which], np.full(which.size, step))
-        report((j + 1) / u.size)
-    return True
-
-
-_FLAT = {"drop": 0, "fall": 0, "excess": 1, "excess_slope": 0}
-"""Power of the step in the size of each sum over N(d)."""
 
 
 # -- sums over pairs -------------------------------------------------------------------------------
@@ -327,3 +276,121 @@ def _table_rest(law: TabulatedNormalLaw, i: Integers, d: Floats, u: Floats) -> F
         load = loads[-1] * np.exp(-np.maximum(d[past] - knots[-1], 0.0) / length)
         total[past] -= load * np.expm1(-h[past] / length)
     return np.asarray(total)
+
+
+# -- pairs by a profile ----------------------------------------------------------------------------
+
+
+class Pointwise:
+    """The sums of a law at pairs of separations and steps, one-dimensional arrays of one size.
+
+    Where the law is smooth and fades fast its whole load curve becomes a profile, once; then a
+    difference costs tens of nanoseconds. What lies outside it, and laws that none gives, are summed
+    pair by pair.
+    """
+
+    def __init__(self, law: NormalLaw) -> None:
+        self.law = law
+
+    @cached_property
+    def _profile(self) -> tuple[Profile, tuple[Floats, Floats]] | None:
+        """The load curve; P'' of its panels, and the integrals of N beyond their middles."""
+        law = self.law
+        if law._spheres is not None or law._breaks[1:].size or pairs_of(law) is not _own_pairs:
+            return None
+        low, high = law._span
+        places = np.linspace(max(low, law._edge), high, 513)
+        load, slope, bend = (law._derivative(places, k) for k in range(3))
+        # Where nearly all summits touch, N tends to (-d)^(3/2) and no rule is short.
+        kept = places[(load > _FAINT * load[0]) & (load * bend > _ALL_TOUCH * slope * slope)]
+        if kept.size < 2:
+            return None
+        low, high = float(kept[0]), float(kept[-1])
+        reach = law._table_reach(high)
+        if reach is None:
+            return None
+        profile = Profile.sample(law._derivative, low, high, high + reach, law._edge)
+        if profile is None:
+            return None
+        count = len(profile.coefficients)
+        shares = np.arange(float(count)) - (profile.first - 0.5)
+        middles: Floats = np.asarray(profile.anchor + shares / profile.inverse_width, dtype=float)
+        k = np.arange(2, kernels.PROFILE_TERMS)
+        bends = profile.coefficients[:, 2:] * (k * (k - 1))
+        return profile, (lock(np.ascontiguousarray(bends)), lock(law._derivative(middles, -1)))
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether a profile serves it, which is quick."""
+        return self._profile is not None
+
+    def separations(self, load: Floats) -> Floats:
+        """Separations of loads."""
+        if self._profile is None:
+            return np.asarray(self.law.separation(load))
+        profile, _ = self._profile
+        least, most = profile.span
+        inside = (load >= least) & (load <= most)
+        if inside.all():
+            return profile.separations(load)
+        result = np.empty(load.size)
+        result[inside] = profile.separations(load[inside])
+        result[~inside] = self.law.separation(load[~inside])
+        return result
+
+    def load_and_fall(self, d: Floats) -> tuple[Floats, Floats]:
+        """N(d) and -N'(d)."""
+        if self._profile is None:
+            return self.law._derivative(d, 0), -self.law._derivative(d, 1)
+        profile, _ = self._profile
+        value, fall = np.empty(d.size), np.empty(d.size)
+        outside = np.flatnonzero(~((d >= profile.low) & (d <= profile.high)))
+        kernels.active.loads(np.maximum(d, profile.low), value, fall, *profile.arguments)
+        if outside.size:
+            value[outside] = self.law._derivative(d[outside], 0)
+            fall[outside] = -self.law._derivative(d[outside], 1)
+        return value, fall
+
+    def sum(self, kind: Kind, d: Floats, u: Floats) -> Floats:
+        """A sum of :class:`NormalLaw` at separations d and steps u >= 0 from each."""
+        if self._profile is None or kind not in ("drop", "excess"):
+            return self._exact(kind, d, u)
+        profile, extra = self._profile
+        result = np.empty(d.size)
+        outside = np.flatnonzero(~((d >= profile.low) & (d <= profile.high)))
+        place, step = d, np.minimum(u, 1e200)
+        if outside.size:
+            place = d.copy()
+            place[outside] = profile.low
+        if kind == "drop":
+            kernels.active.drops(place, step, result, *profile.arguments)
+        else:
+            kernels.active.cycle_energies(place, step, result, *extra, _RULE, *profile.arguments)
+        if outside.size:
+            result[outside] = self._exact(kind, d[outside], u[outside])
+        return result
+
+    def _exact(self, kind: Kind, d: Floats, u: Floats) -> Floats:
+        pairs = pairs_of(self.law)
+        result = np.empty(d.size)
+        for part in _parts(d.size, 1):
+            if pairs is not None:
+                result[part] = pairs(self.law, kind, d[part], u[part])
+                continue
+            sum_at = _sum_of(self.law, kind)
+            rows = zip(d[part].tolist(), u[part, None], strict=True)
+            result[part] = [float(sum_at(at, step)[0]) for at, step in rows]
+        return result
+
+
+@lru_cache(maxsize=8)
+def _kept(law: NormalLaw) -> Pointwise:
+    return Pointwise(law)
+
+
+def pointwise_of(law: NormalLaw) -> Pointwise:
+    """The law at pairs of separations and steps; its profile is made once."""
+    try:
+        return _kept(law)
+    except TypeError:  # one without a hash
+        return Pointwise(law)

@@ -1,6 +1,7 @@
 """Floor 8: many loads, amplitudes and coefficients of friction at once, as labelled arrays."""
 
 from microslip.sweeps.arrays import Sweep
+from microslip.sweeps.evaluation import evaluate
 from microslip.sweeps.run import sweep
 
-__all__ = ["Sweep", "sweep"]
+__all__ = ["Sweep", "evaluate", "sweep"]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, SMALLEST, Floats, exact, floats, show
+from microslip._core.checks import LARGEST, Floats, floats, positives, show
 from microslip._core.netcdf import Variable
 from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._version import __version__
@@ -142,7 +142,7 @@ def sweep(
     load = joint.normal_load if normal_load is None else normal_load
     axes = {
         "friction_coefficient": _positive_axis("friction_coefficient", friction, ""),
-        "normal_load": _positive_axis("normal_load", load, " [N]"),
+        "normal_load": _positive_axis("normal_load", load, "N"),
         **axes,
     }
     return _labelled(joint, axes, Grid(joint, axes, name, progress).values(wanted), name)
@@ -158,17 +158,7 @@ def _axis(name: str, value: Any) -> Floats:
 
 
 def _positive_axis(name: str, value: Any, unit: str) -> Floats:
-    array = _axis(name, value)
-    least, most = float(array.min()), float(array.max())
-    if least <= 0.0:
-        raise InputError(Argument(name), f" must be above zero{unit}, got {exact(least)}")
-    if not (least >= SMALLEST and most <= LARGEST):
-        worst = most if most > LARGEST else least
-        raise InputError(
-            Argument(name),
-            f" must be between {SMALLEST:g} and {LARGEST:g}{unit}, got {exact(worst)}",
-        )
-    return array
+    return positives(name, _axis(name, value), unit)
 
 
 def _wanted(quantities: Any, name: str) -> tuple[str, ...]:

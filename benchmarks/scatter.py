@@ -1,0 +1,85 @@
+"""How fast many joints are: one call for all against one object after the other.
+
+    python benchmarks/scatter.py [POINTS]
+
+Every point is a joint of its own: its material, roughness, friction, load and amplitude. Times are
+of the process on one core; the ratio is to a loop over `Interface` in the same run.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import microslip as ms
+
+OBJECTS = 300
+
+
+def drawn(count: int) -> dict[str, Any]:
+    """Arguments of so many different joints."""
+    rng = np.random.default_rng(0)
+    middles = {
+        "young_modulus": (69e9, 0.03), "std": (5e-7, 0.15), "radius": (1e-3, 0.2),
+        "density": (1e8, 0.2), "friction_coefficient": (0.55, 0.15), "normal_load": (2e3, 0.3),
+    }  # fmt: skip
+    given = {name: mean * rng.lognormal(0.0, cv, count) for name, (mean, cv) in middles.items()}
+    given["poisson_ratio"] = rng.uniform(0.25, 0.35, count)
+    given["amplitude"] = 10.0 ** rng.uniform(-8.5, -5.0, count)
+    return {**given, "area": 2e-4}
+
+
+def one(given: dict[str, Any], i: int) -> float:
+    """The loss factor of one joint, by an object."""
+    v = {name: float(x[i]) if np.ndim(x) else float(x) for name, x in given.items()}
+    metal = ms.Material(v["young_modulus"], v["poisson_ratio"])
+    surface = ms.GreenwoodWilliamson(
+        ms.MaterialPair(metal, metal), ms.Gaussian(v["std"]), v["radius"], v["density"], v["area"]
+    )
+    joint = ms.Interface(surface, v["friction_coefficient"], v["normal_load"])
+    return float(joint.loss_factor(v["amplitude"]))
+
+
+def seconds(call: Callable[[], Any], times: int = 3) -> float:
+    """CPU seconds, the least of some."""
+    best = float("inf")
+    for _ in range(times):
+        start = time.process_time()
+        call()
+        best = min(best, time.process_time() - start)
+    return best
+
+
+def main() -> None:
+    """Print the table."""
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
+    given = drawn(count)
+    ms.evaluate(**drawn(10))
+    objects = seconds(lambda: [one(given, i) for i in range(OBJECTS)], 1) / OBJECTS
+    found = ms.evaluate(**given)["loss_factor"]
+    worst = max(abs(found[i] / one(given, i) - 1.0) for i in range(OBJECTS))
+    grid = {**drawn(1), "amplitude": np.geomspace(1e-9, 1e-5, 1000)}
+    grid["normal_load"] = np.geomspace(100.0, 5e3, max(1, count // 1000))[:, None]
+    cases: dict[str, tuple[dict[str, Any], Any]] = {
+        "each point a joint, 14 results": (given, None),
+        "each point a joint, loss factor": (given, ["loss_factor"]),
+        "loads by 1000 amplitudes, loss factor": (grid, ["loss_factor"]),
+    }
+    print(f"{'one Interface after the other':40} {1e6 * objects:10.2f} us a point")
+    for name, (arguments, wanted) in cases.items():
+        each = seconds(lambda: ms.evaluate(**arguments, quantities=wanted)) / count  # noqa: B023
+        print(f"{name:40} {1e6 * each:10.3f} us a point, {objects / each:6.0f} times faster, "
+              f"{1e-6 / each:.1f} million a second")  # fmt: skip
+    print(f"largest difference to Interface of {OBJECTS} loss factors: {worst:.1e}")
+
+
+if __name__ == "__main__":
+    main()

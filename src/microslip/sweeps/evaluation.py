@@ -1,0 +1,529 @@
+"""Many joints at once: every argument an array, each point a joint of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import LARGEST, Floats, exact, floats, plain, positives, show, whole
+from microslip._core.frozen import lock
+from microslip.errors import Argument, InputError
+from microslip.friction.unit_cycles import MOST_SAMPLES, halves_of, shape_of
+from microslip.heights import Gaussian, as_heights
+from microslip.materials import Material, MaterialPair
+from microslip.normal import GreenwoodWilliamson, NormalLaw
+from microslip.normal.base import FAINTEST
+from microslip.normal.grids import Pointwise, pointwise_of
+
+_BLOCK = 1 << 14  # points at a time, as many as a cache holds
+_RATIOS = {"energy_ratio": 1.0, "loss_factor": 4.0 / math.pi, "damping_ratio": 2.0 / math.pi}
+_OF_POINTS = (
+    "amplitude",
+    "force_amplitude",
+    "backbone",
+    "dissipated_energy",
+    *_RATIOS,
+    "secant_stiffness",
+    "tangent_stiffness",
+    "dissipation_exponent",
+)
+_OF_JOINTS = (
+    "normal_load",
+    "separation",
+    "standardised_separation",
+    "slip_per_indentation",
+    "normal_stiffness",
+    "tangential_stiffness",
+    "force_limit",
+    "contact_count",
+    "contact_area",
+)
+_LOOPS = ("loop_displacement", "loop_force")
+_DEAR = ("tangent_stiffness", "dissipation_exponent", "contact_count", "contact_area")
+"""Only where they are asked for: they cost as much as all others."""
+
+Given = dict[str, Any]
+
+
+def evaluate(
+    *,
+    young_modulus: ArrayLike | None = None,
+    poisson_ratio: ArrayLike | None = None,
+    other_young_modulus: ArrayLike | None = None,
+    other_poisson_ratio: ArrayLike | None = None,
+    std: ArrayLike | None = None,
+    mean: ArrayLike | None = None,
+    heights: Any = None,
+    radius: ArrayLike | None = None,
+    density: ArrayLike | None = None,
+    area: ArrayLike | None = None,
+    surface: NormalLaw | None = None,
+    friction_coefficient: ArrayLike | None = None,
+    normal_load: ArrayLike | None = None,
+    separation: ArrayLike | None = None,
+    amplitude: ArrayLike | None = None,
+    force_amplitude: ArrayLike | None = None,
+    samples: int | None = None,
+    quantities: Sequence[str] | None = None,
+) -> Mapping[str, Any]:
+    """Many joints at once: any argument an array, all broadcast pointwise.
+
+    Parameters
+    ----------
+    young_modulus, poisson_ratio : array_like
+        Of both bodies, or of the first [Pa], [-].
+    other_young_modulus, other_poisson_ratio : array_like, optional
+        Of the second body, where it is another material; a modulus of infinity is a rigid body.
+    std : array_like
+        Standard deviation of Gaussian heights [m]; beside ``heights`` their spread.
+    mean : array_like, optional
+        Mean of Gaussian heights [m]; 0 without it.
+    heights : HeightDistribution, frozen scipy.stats distribution or array_like, optional
+        Other heights [m], the same for all joints; with ``std`` only their shape counts.
+    radius, density, area : array_like
+        Summit radius [m], summits per apparent area [1/m^2], apparent area [m^2].
+    surface : NormalLaw, optional
+        One surface for all joints, in place of all of the above.
+    friction_coefficient : array_like
+        Coefficients of friction [-].
+    normal_load : array_like
+        Normal loads [N].
+    separation : array_like, optional
+        Separations [m] instead.
+    amplitude : array_like, optional
+        Displacement amplitudes [m], not negative. Without any the joints at rest.
+    force_amplitude : array_like, optional
+        Force amplitudes [N] instead, below the force limit of each joint.
+    samples : int, optional
+        Samples of closed loops, at least 5, which are added then.
+    quantities : sequence of str, optional
+        What is wanted: amplitude, force_amplitude (or backbone, the same), dissipated_energy,
+        energy_ratio, loss_factor, damping_ratio, secant_stiffness, tangent_stiffness,
+        dissipation_exponent; normal_load, separation, standardised_separation,
+        slip_per_indentation, normal_stiffness, tangential_stiffness, force_limit, contact_count,
+        contact_area. Without it all but tangent_stiffness, dissipation_exponent and contacts.
+
+    Returns
+    -------
+    mapping of str to float or ndarray
+        Results by name, SI units, of the shape that all arguments broadcast to; loop_displacement
+        and loop_force with a last axis of the samples of :meth:`microslip.Interface.loop`. Of
+        ``xarray.DataArray`` and Dask arrays the same kind, computed when it is asked for.
+
+    Raises
+    ------
+    InputError
+        An argument that is missing or one too many, out of its range, or of a shape that does not
+        broadcast; a force at or beyond the limit; a load that a surface cannot carry.
+
+    Notes
+    -----
+    The numbers of :class:`microslip.Interface`, to 1e-13: (19.8), (19.15), (19.29) and (19.30), the
+    normal law after Greenwood and Williamson (1966), DOI 10.1098/rspa.1966.0242. A Gaussian joint
+    depends on (d/sigma, delta/(kappa sigma)) alone: one profile of F_3/2 serves all of them.
+    """
+    given = {name: value for name, value in locals().items() if value is not None}
+    wanted = _wanted(given)
+    arrays = {name: value for name, value in given.items() if name not in _NO_ARRAYS}
+    others = {name: value for name, value in given.items() if name in _NO_ARRAYS}
+    if any(type(value).__module__.startswith(("xarray", "dask")) for value in arrays.values()):
+        from microslip.sweeps.labelled import evaluate_labelled
+
+        return evaluate_labelled(evaluate, arrays, others, wanted)
+    return _evaluated(_checked(given), wanted)
+
+
+_OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
+_NO_ARRAYS = ("heights", "surface", "samples", "quantities")
+_ARRAYS = frozenset(evaluate.__kwdefaults__ or ()) - {*_NO_ARRAYS}
+
+
+def _wanted(given: Given) -> tuple[str, ...]:
+    """Names of the results."""
+    if "amplitude" in given and "force_amplitude" in given:
+        raise InputError("amplitude [m] or force_amplitude [N] must be given, not both")
+    cycles = "amplitude" in given or "force_amplitude" in given
+    known = (*_OF_JOINTS, *(_OF_POINTS if cycles else ()))
+    quantities = given.get("quantities")
+    loops: tuple[str, ...] = ()
+    if "samples" in given:
+        whole("samples", given["samples"], 5, MOST_SAMPLES)
+        if not cycles:
+            raise InputError(Argument("samples"), " must stand beside amplitude, got none")
+        loops = _LOOPS
+    if quantities is None:
+        return (*(name for name in known if name not in _DEAR), *loops)
+    if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
+        raise InputError(
+            Argument("quantities"),
+            f" must be a list of names, got {show(quantities)}; "
+            'for example quantities=["loss_factor"]',
+        )
+    for name in quantities:
+        if name not in known:
+            hint = " beside amplitude" if name in _OF_POINTS else ""
+            raise InputError(
+                Argument("quantities"), f" must be of {', '.join(known)}, got {show(name)}{hint}"
+            )
+    return (*dict.fromkeys(quantities), *loops)
+
+
+def _checked(given: Given) -> Given:
+    """Arrays within their ranges; no argument too many and none missing."""
+    needs = ["friction_coefficient"]
+    of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
+    if "surface" in given:
+        if not isinstance(given["surface"], NormalLaw):
+            raise InputError(
+                Argument("surface"), f" must be a normal load law, got {show(given['surface'])}"
+            )
+        extra = [name for name in (*of_surface, "mean", "heights", *_OTHER_BODY) if name in given]
+        if extra:
+            raise InputError(Argument(extra[0]), " must be left out: the surface has its own")
+    else:
+        needs += of_surface[: 5 if "heights" in given else 6]
+    for name in needs:
+        if name not in given:
+            raise InputError(
+                Argument(name), " must be given" + ("" if name == "std" else "; it is missing")
+            )
+    if ("normal_load" in given) == ("separation" in given):
+        came = "both" if "normal_load" in given else "neither"
+        raise InputError(
+            f"normal_load [N] or separation [m] must be given, one of them, got {came}"
+        )
+    if "mean" in given and "heights" in given:
+        raise InputError(Argument("mean"), " must be left out: the heights have their own")
+    result: Given = {k: v for k, v in given.items() if k in ("surface", "heights", "samples")}
+    for name, value in given.items():
+        if name in _NO_ARRAYS:
+            continue
+        if name in ("separation", "mean"):
+            result[name] = floats(name, value)
+        elif name in ("poisson_ratio", "other_poisson_ratio"):
+            ratio = result[name] = floats(name, value)
+            bad = ratio[(ratio <= -1.0) | (ratio > 0.5)]
+            if bad.size:
+                raise InputError(Argument(name), f" must be in (-1, 0.5], got {exact(bad[0])}")
+        elif name in ("amplitude", "force_amplitude"):
+            a = floats(name, value)
+            if a.min() < 0.0:
+                raise InputError(Argument(name), f" must not be negative, got {a.min():g}")
+            if a.max() > LARGEST:
+                raise InputError(Argument(name), f" must be at most {LARGEST:g}, got {a.max():g}")
+            result[name] = np.abs(a)
+        elif name == "other_young_modulus":
+            modulus = np.asarray(value)
+            rigid = np.isinf(modulus) & (modulus > 0.0) if modulus.dtype.kind == "f" else False
+            result[name] = np.where(rigid, np.inf, positives(name, np.where(rigid, 1.0, value)))
+        else:
+            result[name] = positives(name, value, _UNITS.get(name, ""))
+    shapes = {k: np.shape(v) for k, v in result.items() if isinstance(v, np.ndarray)}
+    shapes.pop("heights", None)
+    try:
+        result["shape"] = np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        said = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise InputError(f"arguments must have shapes that broadcast, got {said}") from None
+    return result
+
+
+_UNITS = {
+    "young_modulus": "Pa", "std": "m", "radius": "m", "density": "1/m^2", "area": "m^2",
+    "normal_load": "N",
+}  # fmt: skip
+
+
+@cache
+def _unit_gaussian() -> GreenwoodWilliamson:
+    return _unit(Gaussian(1.0))
+
+
+def _unit(heights: Any) -> GreenwoodWilliamson:
+    """One summit of radius 1 on an area of 1, of which any surface with such heights is a multiple.
+
+    Only its load constant has a modulus, which is divided out.
+    """
+    metal = Material(1.0, 0.0)
+    return GreenwoodWilliamson(MaterialPair(metal, metal), heights, 1.0, 1.0, 1.0)
+
+
+class Joints:
+    """Joints of one shape of surface: loads over ``scale`` and separations over ``length``."""
+
+    def __init__(self, given: Given) -> None:
+        self.surface: NormalLaw
+        self.friction: Floats = given["friction_coefficient"]
+        self.origin: Floats = np.zeros(())
+        self.length: Floats = np.ones(())
+        self.scale: Floats = np.ones(())
+        self.count: Floats = np.ones(())
+        self.disc: Floats = np.ones(())
+        if "surface" in given:
+            self.surface = given["surface"]
+            ratio = np.asarray(self.surface.pair.stiffness_ratio)
+        else:
+            composite, shear = _composite(given)
+            ratio = composite / (4.0 * shear)
+            self._of_summits(given, composite)
+        self.ratio = ratio
+        self.law: Pointwise = pointwise_of(self.surface)
+        self.kappa = self.friction * ratio
+        if "separation" in given:
+            self.place = (given["separation"] - self.origin) / self.length
+            self.unit_load, self.fall = self._at_places()
+            self.load = self.scale * self.unit_load
+            if float(self.load.min()) < FAINTEST:
+                raise InputError(
+                    Argument("separation"),
+                    " must be one at which the surface carries a load, and at "
+                    f"{float(np.max(given['separation'])):g} m it carries none",
+                )
+        else:
+            self.load = given["normal_load"]
+            unit = np.asarray(self.load / self.scale)
+            flat = np.ascontiguousarray(unit).reshape(-1)
+            place = [
+                self.law.separations(flat[i : i + _BLOCK]) for i in range(0, flat.size, _BLOCK)
+            ]
+            self.place = np.concatenate(place).reshape(unit.shape)
+            self.unit_load, self.fall = self._at_places()
+        self.limit = self.friction * self.load
+        # As in an interface: with it the limit is met exactly.
+        self.factor = self.limit / self.unit_load
+
+    def _of_summits(self, given: Given, composite: Floats) -> None:
+        if "heights" in given:
+            heights = as_heights(given["heights"])
+            self.surface = _unit(heights)
+            if "std" in given:
+                self.length = given["std"] / heights.spread
+        else:
+            self.surface = _unit_gaussian()
+            self.length = given["std"]
+            self.origin = given.get("mean", self.origin)
+        self.count = given["density"] * given["area"]
+        self.disc = self.count * given["radius"] * self.length
+        stiff = 4.0 / 3.0 * composite * np.sqrt(given["radius"])
+        self.scale = (
+            self.count * stiff * self.length * np.sqrt(self.length) / self.surface._constant
+        )
+
+    def _at_places(self) -> tuple[Floats, Floats]:
+        """The unit law's load and its fall."""
+        flat = np.ascontiguousarray(self.place).reshape(-1)
+        load, fall = self.law.load_and_fall(flat)
+        return load.reshape(self.place.shape), fall.reshape(self.place.shape)
+
+    @property
+    def normal_stiffness(self) -> Floats:
+        """-N'(d) [N/m]."""
+        return np.asarray(self.scale / self.length * self.fall)
+
+    @property
+    def tangential_stiffness(self) -> Floats:
+        """At rest [N/m]."""
+        return np.asarray(self.normal_stiffness / self.ratio)
+
+    def joint(self, name: str) -> Floats:
+        """What belongs to a joint at rest."""
+        if name == "separation":
+            return np.asarray(self.origin + self.length * self.place)
+        if name in ("contact_count", "contact_area"):
+            share = np.asarray(getattr(self.surface, name)(self.place))
+            return np.asarray(share * (self.count if name == "contact_count" else self.disc))
+        found = {
+            "normal_load": "load",
+            "standardised_separation": "place",
+            "slip_per_indentation": "kappa",
+            "force_limit": "limit",
+        }
+        return np.asarray(getattr(self, found.get(name, name)))
+
+
+def _composite(given: Given) -> tuple[Floats, Floats]:
+    """E* (19.4) and G* (19.11) [Pa]."""
+    first: Floats = given["young_modulus"]
+    ratio: Floats = given["poisson_ratio"]
+    second: Floats = given.get("other_young_modulus", first)
+    soft, shear = np.zeros(()), np.zeros(())
+    for e, nu in ((first, ratio), (second, given.get("other_poisson_ratio", ratio))):
+        soft = soft + (1.0 - nu * nu) / e
+        shear = shear + (2.0 - nu) * 2.0 * (1.0 + nu) / e
+    return np.asarray(1.0 / soft), np.asarray(1.0 / shear)
+
+
+def _evaluated(given: Given, wanted: tuple[str, ...]) -> Mapping[str, Any]:
+    shape = given["shape"]
+    arrays = {name: value for name, value in given.items() if name in _ARRAYS}
+    driven = {"amplitude", "force_amplitude"}
+    of_joints = [np.shape(value) for name, value in arrays.items() if name not in driven]
+    count, size = math.prod(np.broadcast_shapes(*of_joints)), math.prod(shape)
+    if count < size or size <= _BLOCK:
+        found = _block(given, wanted, shape)
+    else:
+        # Each point is a joint of its own: from its arguments to its answers in one go.
+        whole = {name: np.empty(shape) for name in wanted if name not in _LOOPS}
+        whole |= {name: np.empty((*shape, given["samples"])) for name in wanted if name in _LOOPS}
+        rows = {
+            name: array.reshape(size, *array.shape[len(shape) :]) for name, array in whole.items()
+        }
+        done = 0
+        for block in _blocks(list(arrays.values()), shape):
+            here = slice(done, done + block[0].size)
+            done = here.stop
+            part = {**given, **dict(zip(arrays, block, strict=True)), "shape": block[0].shape}
+            for name, values in _block(part, wanted, part["shape"]).items():
+                rows[name][here] = values
+        found = whole
+    return MappingProxyType({name: plain(lock(np.asarray(found[name]))) for name in wanted})
+
+
+def _blocks(arrays: Sequence[Floats], shape: tuple[int, ...]) -> Iterator[list[Floats]]:
+    """Arrays of one shape in flat blocks, broadcast and cut by NumPy's iterator in one go."""
+    for block in np.nditer(  # type: ignore[call-overload]
+        [np.broadcast_to(array, shape) for array in arrays],
+        flags=["external_loop", "buffered"],
+        op_flags=[["readonly", "contig"]] * len(arrays),
+        order="C",
+        buffersize=_BLOCK,
+    ):
+        # Of a single array the iterator gives just that.
+        yield [np.ascontiguousarray(part) for part in (block if len(arrays) > 1 else (block,))]
+
+
+def _block(given: Given, wanted: tuple[str, ...], shape: tuple[int, ...]) -> dict[str, Any]:
+    joints = Joints(given)
+    points = tuple(name for name in wanted if name in _OF_POINTS)
+    loops = given["samples"] if _LOOPS[0] in wanted else None
+    found: dict[str, Any] = {}
+    if points or loops:
+        found = _points(joints, given, points, shape, loops)
+    for name in wanted:
+        if name in _OF_JOINTS:
+            found[name] = np.broadcast_to(joints.joint(name), shape)
+    return {name: found[name] for name in wanted}
+
+
+def _points(
+    joints: Joints, given: Given, wanted: tuple[str, ...], shape: tuple[int, ...], loops: int | None
+) -> dict[str, Floats]:
+    """What belongs to an amplitude, block by block of all points."""
+    by_force = "force_amplitude" in given
+    driven = given["force_amplitude" if by_force else "amplitude"]
+    stretch = joints.kappa * joints.length
+    held = joints.tangential_stiffness
+    inputs = (driven, joints.place, stretch, joints.factor, joints.limit, held)
+    made = {name: np.empty(shape) for name in wanted if name != "backbone"}
+    if "backbone" in wanted:
+        made.setdefault("force_amplitude", np.empty(shape))
+    flat = {name: array.reshape(-1) for name, array in made.items()}
+    size, done = math.prod(shape), 0
+    curves: list[Floats] = []
+    if loops:
+        for name in _LOOPS:
+            made[name] = np.empty((*shape, loops))
+        curves = [made[name].reshape(size, loops) for name in _LOOPS]
+    for value, place, unit, factor, limit, held in _blocks(inputs, shape):
+        here = slice(done, done + value.size)
+        done = here.stop
+        if by_force:
+            _below(value, limit)
+            step = _inverse(joints.law, place, value / factor)
+            a, force = unit * step, value
+        else:
+            a, step = value, np.minimum(value, 1e200) / unit
+            force = np.minimum(factor * joints.law.sum("drop", place, step), limit)
+        answers = _cycles(joints.law, flat, a, step, force, place, unit, factor, held)
+        for name, answer in answers.items():
+            flat[name][here] = answer
+        for i in range(value.size) if curves else ():
+            moved = _loop(
+                joints.law, loops or 0, *(float(v[i]) for v in (a, place, unit, factor, limit))
+            )
+            for curve, values in zip(curves, moved, strict=True):
+                curve[here.start + i] = values
+    if "backbone" in wanted:
+        made["backbone"] = made["force_amplitude"]
+    return made
+
+
+def _cycles(
+    law: Pointwise,
+    wanted: Mapping[str, Any],
+    a: Floats,
+    step: Floats,
+    force: Floats,
+    place: Floats,
+    unit: Floats,
+    factor: Floats,
+    held: Floats,
+) -> dict[str, Floats]:
+    """The cyclic quantities of a block."""
+    found = {"amplitude": a, "force_amplitude": force}
+    if wanted.keys() & {"dissipated_energy", "dissipation_exponent", *_RATIOS}:
+        lost = found["dissipated_energy"] = 8.0 * factor * unit * law.sum("excess", place, step)
+        if wanted.keys() & _RATIOS.keys():
+            box = 4.0 * a * force
+            ratio = np.divide(lost, box, out=np.zeros(a.size), where=box > 0.0)
+            found |= {name: ratio * scale for name, scale in _RATIOS.items() if name in wanted}
+    if "secant_stiffness" in wanted:
+        found["secant_stiffness"] = np.divide(force, a, out=held.copy(), where=a > 0.0)
+    if "tangent_stiffness" in wanted:
+        found["tangent_stiffness"] = factor / unit * law.sum("fall", place, step)
+    if "dissipation_exponent" in wanted:
+        slope = 8.0 * factor * law.sum("excess_slope", place, step)
+        none = np.full(a.size, np.nan)
+        exponent = np.divide(a * slope, lost, out=none, where=lost > 0.0)
+        bends = law.law._derivative(place, 2) > 0.0
+        found["dissipation_exponent"] = np.where(np.isnan(exponent) & bends, 3.0, exponent)
+    return {name: found[name] for name in wanted if name in found}
+
+
+def _below(force: Floats, limit: Floats) -> None:
+    worst = int(np.argmax(force - limit))
+    if force[worst] >= limit[worst]:
+        raise InputError(
+            Argument("force_amplitude"),
+            f" must stay below the force limit of each joint, {limit[worst]:.10g} N of one; "
+            f"got {force[worst]:.10g} N",
+        )
+
+
+def _inverse(law: Pointwise, place: Floats, drop: Floats) -> Floats:
+    """Steps whose drops are given: Newton's method from the left, where it stays."""
+    step = drop / law.sum("fall", place, np.zeros(place.size))
+    active = np.arange(place.size)
+    for _ in range(200):
+        at, u = place[active], step[active]
+        miss = drop[active] - law.sum("drop", at, u)
+        slope = law.sum("fall", at, u)
+        more = np.divide(miss, slope, out=np.zeros(u.size), where=(miss > 0.0) & (slope > 0.0))
+        step[active] = u + more
+        active = active[(more > 4e-16 * u) & (miss > 2e-16 * drop[active])]
+        if not active.size:
+            break
+    return step
+
+
+def _loop(
+    law: Pointwise, samples: int, a: float, place: float, unit: float, factor: float, limit: float
+) -> tuple[Floats, Floats]:
+    """A closed loop, as an interface samples it."""
+    shape, turn = shape_of(samples)
+
+    def backbone(u: Floats) -> Floats:
+        drop = law.sum("drop", np.full(u.size, place), np.minimum(u, 1e200) / unit)
+        return np.minimum(factor * drop, limit)
+
+    peak = float(backbone(np.array([a]))[0])
+    rise = 2.0 * backbone(a * halves_of(samples))
+    force = np.concatenate((peak - rise[: turn + 1], rise[turn + 1 :] - peak))
+    force[-1] = peak
+    return a * shape, force

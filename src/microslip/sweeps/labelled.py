@@ -1,0 +1,56 @@
+"""Many joints at once from labelled and from lazy arrays: xarray's and Dask's do the work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+_LAST = "sample"  # the axis of loops
+
+
+def evaluate_labelled(
+    evaluate: Callable[..., Mapping[str, Any]],
+    arrays: Mapping[str, Any],
+    others: Mapping[str, Any],
+    wanted: tuple[str, ...],
+) -> dict[str, Any]:
+    """The results as DataArrays or Dask arrays, lazy where the arguments are."""
+    names = tuple(arrays)
+    keys = {**others, "quantities": [name for name in wanted if not name.startswith("loop_")]}
+
+    def blockwise(*values: Any) -> tuple[Any, ...]:
+        shape = np.broadcast_shapes(*map(np.shape, values))
+        if 0 in shape:  # Dask asks once for nothing
+            return tuple(
+                np.zeros((*shape, *(others["samples"],) * n.startswith("loop_"))) for n in wanted
+            )
+        found = evaluate(**dict(zip(names, values, strict=True)), **keys)
+        return tuple(np.asarray(found[name]) for name in wanted)
+
+    sizes = {_LAST: others["samples"]} if "samples" in others else {}
+    last = [(_LAST,) if name.startswith("loop_") else () for name in wanted]
+    if any(type(value).__module__.startswith("xarray") for value in arrays.values()):
+        import xarray
+
+        results = xarray.apply_ufunc(
+            blockwise,
+            *arrays.values(),
+            output_core_dims=last,
+            dask="parallelized",
+            output_dtypes=[float] * len(wanted),
+            dask_gufunc_kwargs={"output_sizes": sizes},
+        )
+    else:
+        import dask.array
+
+        results = dask.array.apply_gufunc(  # type: ignore[no-untyped-call,unused-ignore]
+            blockwise,
+            ",".join("()" for _ in names) + "->" + ",".join(f"({','.join(d)})" for d in last),
+            *arrays.values(),
+            output_dtypes=[float] * len(wanted),
+            output_sizes=sizes,
+        )
+    results = results if isinstance(results, tuple) else (results,)
+    return dict(zip(wanted, results, strict=True))

@@ -1,0 +1,283 @@
+"""Many joints at once: against an interface for each, on other arrays, and each error."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import microslip as ms
+from microslip import kernels
+from microslip.kernels import twin
+from microslip.normal import NORMAL_LAWS
+from microslip.normal.grids import pairs_of, pointwise_of
+
+RNG = np.random.default_rng(18)
+COUNT = 40
+ONE = {
+    "young_modulus": 69e9, "poisson_ratio": 0.33, "std": 5e-7, "radius": 1e-3, "density": 1e8,
+    "area": 2e-4, "friction_coefficient": 0.55, "normal_load": 2000.0,
+}  # fmt: skip
+MANY = {name: value * RNG.lognormal(0.0, 0.2, COUNT) for name, value in ONE.items()}
+MANY["poisson_ratio"] = RNG.uniform(-0.2, 0.5, COUNT)
+MANY["normal_load"] = RNG.lognormal(5.0, 3.0, COUNT)
+# Of an amplitude the step counts, over some decades on both sides of the slip scale.
+MANY["amplitude"] = 3e-7 * 10.0 ** RNG.uniform(-6.0, 2.0, COUNT)
+CYCLIC = (
+    "backbone", "dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio",
+    "secant_stiffness",
+)  # fmt: skip
+AT_REST = (
+    "separation", "slip_per_indentation", "normal_stiffness", "tangential_stiffness", "force_limit",
+    "contact_count", "contact_area",
+)  # fmt: skip
+
+
+@pytest.fixture(params=["compiled", "numpy"])
+def kernel(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    if request.param == "numpy":
+        monkeypatch.setattr(kernels, "active", twin)
+    elif kernels.NAME != "compiled":
+        pytest.skip("the kernel is not compiled")
+    return kernels.active
+
+
+def joint_of(given: dict[str, Any], heights: Any = None) -> ms.Interface:
+    first = second = ms.Material(given["young_modulus"], given["poisson_ratio"])
+    if "other_poisson_ratio" in given:
+        second = ms.Material.rigid()
+        if np.isfinite(given["other_young_modulus"]):
+            second = ms.Material(given["other_young_modulus"], given["other_poisson_ratio"])
+    surface = ms.GreenwoodWilliamson(
+        ms.MaterialPair(first, second),
+        ms.Gaussian(given["std"], given.get("mean", 0.0)) if heights is None else heights,
+        given["radius"],
+        given["density"],
+        given["area"],
+    )
+    load = {name: given[name] for name in ("normal_load", "separation") if name in given}
+    return ms.Interface(surface, given["friction_coefficient"], **load)
+
+
+def at(given: dict[str, Any], i: int) -> dict[str, float]:
+    return {name: float(v[i]) if np.ndim(v) else float(v) for name, v in given.items()}
+
+
+def same(found: Any, joint: ms.Interface, given: dict[str, Any], i: int) -> None:
+    a = given["amplitude"]
+    for name in CYCLIC:
+        assert found[name][i] == pytest.approx(getattr(joint, name)(a), rel=1e-13), name
+    length = joint.normal_load / joint.normal_stiffness
+    for name in AT_REST:
+        near = {"abs": 1e-14 * length} if name == "separation" else {"rel": 1e-13}
+        assert found[name][i] == pytest.approx(getattr(joint, name), **near), name
+    exponent = joint.dissipation_exponent(a)
+    # Near gross slip the table of an interface has 1e-12.
+    assert found["dissipation_exponent"][i] == pytest.approx(exponent, rel=1e-12)
+    assert found["tangent_stiffness"][i] == pytest.approx(joint.backbone_stiffness(a), rel=1e-13)
+
+
+def test_it_is_an_interface_at_every_point(kernel: ModuleType) -> None:
+    names = [*CYCLIC, *AT_REST, "dissipation_exponent", "tangent_stiffness"]
+    found = ms.evaluate(**MANY, quantities=names)
+    assert list(found) == names
+    for i in range(COUNT):
+        given = at(MANY, i)
+        same(found, joint_of(given), given, i)
+
+
+def test_other_heights_and_bodies() -> None:
+    """Exponential and SciPy's heights, two materials, one of them rigid, and separations."""
+    names = [*CYCLIC, *AT_REST, "dissipation_exponent", "tangent_stiffness"]
+    other = {"other_young_modulus": np.array([210e9, np.inf]), "other_poisson_ratio": 0.3}
+    for heights in (ms.Exponential(1e-6), stats.weibull_min(2.2, scale=1e-6), [0.0, 3e-7, 9e-7]):
+        given = {**ONE, **other, "amplitude": 2e-7}
+        spread = ms.GreenwoodWilliamson(
+            ms.MaterialPair(*[ms.Material(1e9, 0.3)] * 2), heights, 1e-3, 1e8, 2e-4
+        ).heights
+        scaled = ms.evaluate(
+            heights=heights, **{**given, "std": 2.0 * spread.spread}, quantities=names
+        )
+        found = ms.evaluate(
+            heights=heights, **{k: v for k, v in given.items() if k != "std"}, quantities=names
+        )
+        for i in range(2):
+            joint = joint_of(at(given, i), heights)
+            same(found, joint, at(given, i), i)
+            wide = joint_of(at(given, i), spread._scaled(2.0))
+            assert scaled["dissipated_energy"][i] == pytest.approx(
+                wide.dissipated_energy(2e-7), rel=1e-13
+            )
+    by_place = {k: v for k, v in ONE.items() if k != "normal_load"}
+    by_place |= {"separation": np.array([1e-7, -2e-7]), "mean": 3e-7, "amplitude": 1e-7}
+    found = ms.evaluate(**by_place, quantities=names)
+    for i in range(2):
+        same(found, joint_of(at(by_place, i)), at(by_place, i), i)
+
+
+@pytest.mark.parametrize("law", NORMAL_LAWS)
+def test_one_surface_for_all(law: type[ms.NormalLaw]) -> None:
+    surface = law.examples()[0]
+    joint = ms.Interface(surface, 0.4, 1e-2 * surface.load(surface._span[0]))
+    loads = joint.normal_load * np.array([[0.5], [1.0]])
+    a = joint.slip_scale * np.array([0.0, 1e-3, 0.3, 3.0])
+    mu = joint.friction_coefficient
+    found = ms.evaluate(
+        surface=joint.surface, friction_coefficient=mu, normal_load=loads, amplitude=a
+    )
+    for i, load in enumerate(loads[:, 0]):
+        each = joint.at(normal_load=load)
+        np.testing.assert_allclose(found["backbone"][i], each.backbone(a), rtol=1e-13)
+        # Where few summits have slipped the table of an interface has 1e-12.
+        np.testing.assert_allclose(
+            found["dissipated_energy"][i], each.dissipated_energy(a), rtol=1e-12
+        )
+        assert found["secant_stiffness"][i, 0] == pytest.approx(
+            each.tangential_stiffness, rel=1e-13
+        )
+        assert found["loss_factor"][i, 0] == 0.0
+
+
+def test_forces_and_loops() -> None:
+    forces = np.array([0.0, 1e-6, 100.0, 0.999 * 0.55 * 2000.0])
+    joint = joint_of(ONE)
+    found = ms.evaluate(**ONE, force_amplitude=forces)
+    np.testing.assert_allclose(found["amplitude"], joint.backbone_displacement(forces), rtol=1e-13)
+    np.testing.assert_array_equal(found["backbone"], forces)
+    found = ms.evaluate(**ONE, amplitude=[[1e-8, 1e-6]], samples=33, quantities=["loss_factor"])
+    assert list(found) == ["loss_factor", "loop_displacement", "loop_force"]
+    assert found["loop_force"].shape == (1, 2, 33)
+    for i, a in enumerate((1e-8, 1e-6)):
+        loop = joint.loop(a, samples=33)
+        np.testing.assert_array_equal(found["loop_displacement"][0, i], loop.displacement)
+        # Samples near a turn are differences of two forces.
+        scale = 1e-13 * loop.force_amplitude
+        np.testing.assert_allclose(found["loop_force"][0, i], loop.force, rtol=0, atol=scale)
+
+
+def test_shapes_and_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers give numbers; any shape, cut in any blocks, gives the same."""
+    from microslip.sweeps import evaluation
+
+    number = ms.evaluate(**ONE, amplitude=1e-7)
+    assert all(type(value) is float for value in number.values())
+    assert list(ms.evaluate(**ONE)) == [
+        "normal_load", "separation", "standardised_separation", "slip_per_indentation",
+        "normal_stiffness", "tangential_stiffness", "force_limit",
+    ]  # fmt: skip
+    grid = {
+        **ONE,
+        "normal_load": np.geomspace(10.0, 1e4, 7)[:, None],
+        "amplitude": np.geomspace(1e-9, 1e-5, 5),
+    }
+    whole, many = ms.evaluate(**grid, samples=7), ms.evaluate(**MANY, samples=7)
+    assert whole["loss_factor"].shape == whole["force_limit"].shape == (7, 5)
+    with pytest.raises(ValueError, match="read-only"):
+        whole["loss_factor"][0, 0] = 1.0
+    monkeypatch.setattr(evaluation, "_BLOCK", 16)
+    for given, found in ((grid, whole), (MANY, many)):
+        again = ms.evaluate(**given, samples=7)
+        for name, values in found.items():
+            np.testing.assert_array_equal(again[name], values)
+
+
+def test_kernel_and_twin_agree_with_the_sums(kernel: ModuleType) -> None:
+    """Drops and energies on a profile, steps of all sizes, against quadrature law by law."""
+    for heights in (ms.Gaussian(1.0), ms.Exponential(2.0)):
+        surface = ms.GreenwoodWilliamson(MATERIALS, heights, 1.0, 1.0, 1.0)
+        law = pointwise_of(surface)
+        assert law.is_profile
+        low = 0.0 if surface._edge == 0.0 else -12.0
+        d, u = RNG.uniform(low - 1.0, 12.0, 3000), 10.0 ** RNG.uniform(-9.0, 2.0, 3000)
+        for kind in ("drop", "excess"):
+            wanted = pairs_of(surface)(surface, kind, d, u)
+            # F itself has 1e-14 far out, and where steps are long differences of it are taken.
+            np.testing.assert_allclose(law.sum(kind, d, u), wanted, rtol=2e-13)
+        load = surface.load(d)
+        np.testing.assert_allclose(surface.load(law.separations(load)), load, rtol=1e-13)
+
+
+MATERIALS = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
+
+
+def test_buffers_too_short_are_refused() -> None:
+    if kernels.NAME != "compiled":
+        pytest.skip("the kernel is not compiled")
+    law = pointwise_of(ms.GreenwoodWilliamson(MATERIALS, ms.Gaussian(1.0), 1.0, 1.0, 1.0))
+    profile, (bends, tails) = law._profile  # type: ignore[misc]
+    five, four = np.ones(5), np.ones(4)
+    for call in (
+        (five, four, five, bends, tails),
+        (five, five, four, bends, tails),
+        (five, five, five, bends[1:], tails),
+        (five, five, five, bends, tails[1:]),
+    ):
+        with pytest.raises(ValueError, match="too short"):
+            kernels.active.cycle_energies(*call, np.ones(4), *profile.arguments)
+
+
+def test_xarray_and_dask() -> None:
+    xarray = pytest.importorskip("xarray")
+    loads = xarray.DataArray(np.geomspace(100.0, 5e3, 6), dims="load")
+    a = xarray.DataArray(np.geomspace(1e-8, 1e-5, 4), dims="point", attrs={"units": "m"})
+    given = {k: v for k, v in ONE.items() if k != "normal_load"}
+    plain = ms.evaluate(**given, normal_load=loads.values[:, None], amplitude=a.values, samples=9)
+    labelled = ms.evaluate(**given, normal_load=loads, amplitude=a, samples=9)
+    assert labelled["loop_force"].dims == ("load", "point", "sample")
+
+    def loss(load: Any, amplitude: Any) -> Any:
+        return ms.evaluate(**given, normal_load=load, amplitude=amplitude)["loss_factor"]
+
+    by_user = xarray.apply_ufunc(loss, loads, a)
+    np.testing.assert_array_equal(by_user.values, plain["loss_factor"])
+    for name, values in plain.items():
+        np.testing.assert_array_equal(labelled[name].values, values)
+    dask_array = pytest.importorskip("dask.array", reason="the extra dask is not installed")
+    lazy = ms.evaluate(**given, normal_load=loads.chunk(load=4), amplitude=a, samples=9)
+    arrays = ms.evaluate(
+        **given,
+        normal_load=dask_array.from_array(loads.values[:, None], chunks=(2, 1)),
+        amplitude=dask_array.from_array(a.values, chunks=3),
+        samples=9,
+    )
+    assert isinstance(arrays["loss_factor"], dask_array.Array)
+    for name, values in plain.items():
+        np.testing.assert_array_equal(lazy[name].compute().values, values)
+        np.testing.assert_array_equal(arrays[name].compute(), values)
+
+
+JOINT = ms.Interface.examples()[0]
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "load below zero": ({"normal_load": [1.0, -2.0]}, "normal_load must be above zero [N], got -2"),
+    "nan": ({"area": [1.0, np.nan]}, "area must be finite"),
+    "missing": ({"radius": None}, "radius must be given; it is missing"),
+    "no load": ({"normal_load": None}, "one of them, got neither"),
+    "two loads": ({"separation": 0.0}, "one of them, got both"),
+    "two amplitudes": ({"force_amplitude": 1.0}, "not both"),
+    "poisson": ({"poisson_ratio": 0.6}, "poisson_ratio must be in (-1, 0.5], got 0.6"),
+    "amplitude": ({"amplitude": -1e-9}, "amplitude must not be negative, got -1e-09"),
+    "shapes": ({"std": [1e-7] * 2, "area": [1e-4] * 3}, "broadcast, got std (2,), area (3,)"),
+    "force": ({"amplitude": None, "force_amplitude": [1.0, 1100.0]}, "limit of each joint, 1100 N"),
+    "lifted": ({"normal_load": None, "separation": 1.0}, "at 1 m it carries none"),
+    "mean and heights": ({"heights": ms.Exponential(1e-6), "mean": 0.0}, "mean must be left out"),
+    "surface and radius": ({"surface": JOINT.surface}, "young_modulus must be left out"),
+    "no surface": ({"surface": 3}, "surface must be a normal load law, got 3"),
+    "quantity": ({"quantities": ["loss"]}, "quantities must be of normal_load"),
+    "at rest": ({"amplitude": None, "quantities": ["backbone"]}, "got 'backbone' beside amplitude"),
+    "text": ({"quantities": "backbone"}, "must be a list of names"),
+    "samples": ({"samples": 3}, "samples must be an integer from 5"),
+    "samples alone": ({"amplitude": None, "samples": 9}, "samples must stand beside amplitude"),
+    "words": ({"std": "1 um"}, "std must be a number or an array"),
+    "rigid": ({"other_young_modulus": -np.inf}, "other_young_modulus must be"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", WRONG.values(), ids=WRONG)
+def test_wrong_input_is_told(case: tuple[dict[str, Any], str]) -> None:
+    changes, message = case
+    with pytest.raises(ms.InputError) as caught:
+        ms.evaluate(**{**ONE, "amplitude": 1e-7, **changes})
+    assert message in str(caught.value)

@@ -32,7 +32,7 @@ KERNEL := $(wildcard src/microslip/kernels/*.[ch])
 # An editable install sees edits of the Python sources by itself, a built one does not.
 SOURCES := $(if $(INSTALL),,$(shell find src/microslip -type f ! -name '*.so' ! -name '*.pyc'))
 
-.PHONY: help install demo test slow attack attack-sanitized lint format format-check types check bench reference coverage docs dist lock clean \
+.PHONY: help install demo test slow attack laboratory attack-sanitized lint format format-check types check bench reference coverage docs dist lock clean \
     distclean
 
 help:  ## list the targets
@@ -98,6 +98,9 @@ TABLE ?=
 attack: $(READY)  ## attack everything public with generated input
 	@cd tests && PYTHONPATH=../benchmarks:. OPENBLAS_NUM_THREADS=1 "$(abspath $(PY))" -m attack --inputs $(INPUTS) \
 	    $(if $(TABLE),--table $(abspath $(TABLE)))
+
+laboratory: $(READY)  ## how often intervals hold the truth, and what wrong physics passes
+	@cd tests && PYTHONPATH=. OPENBLAS_NUM_THREADS=1 "$(abspath $(PY))" -m laboratory
 
 attack-sanitized: $(READY)  ## the same on a kernel built with sanitizers
 	@tools/sanitize.sh "$(abspath $(PY))" --only histories --only states --only varying --inputs $(INPUTS)

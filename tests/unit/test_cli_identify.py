@@ -212,7 +212,7 @@ def test_what_was_given_and_the_loops_disagree(folder: Path) -> None:
         assert "hat was given and the loops disagree: " in text
     text = (folder / "out/joint.toml").read_text("utf-8").replace("\n# ", " ")
     assert "what was given and the loops disagree: rig_stiffness was given as 400 MN/m" in text
-    assert "IN DOUBT for that: " in text
+    assert "IN DOUBT: " in text
     (given,) = json.loads((folder / "out/summary.json").read_text("utf-8"))["identification"][
         "given"
     ]
@@ -332,18 +332,15 @@ REAL = Path(__file__).parents[3] / "shared/data/reciprocating/test_data_2.txt"
 
 @pytest.mark.skipif(not REAL.exists(), reason="the record in ../shared/data is not here")
 def test_real_record(folder: Path) -> None:
-    """Friction and rig come out with intervals, the separation does not, and the page says why.
-
-    The rig's hangs on the law, which leaves many times the noise: other laws find other values.
-    """
+    """Friction and rig come out in doubt, the separation does not, and the page says why."""
     laws = ("--law", "interface", "--law", "segalman")
     outcome = run("identify", str(REAL), "--turn", *laws, "-o", "out")
     assert outcome.exit_code == 0, outcome.output
     summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
     found = summary["identification"]
     verdicts = {name: one["verdict"] for name, one in found["parameters"].items()}
-    assert verdicts["friction_coefficient"] == "identified"
-    assert verdicts["rig_stiffness"] == "identified"
+    assert verdicts["friction_coefficient"] == "in doubt"  # its force moves
+    assert verdicts["rig_stiffness"] == "in doubt"
     rig = found["parameters"]["rig_stiffness"]
     assert 4e4 < rig["low"] < rig["high"] < 5e4
     other = summary["comparison"]["rigs"]["rig_stiffness"]["segalman"]

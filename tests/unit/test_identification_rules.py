@@ -9,20 +9,20 @@ from microslip.identification.rules import verdicts
 
 
 @pytest.mark.parametrize(
-    ("reduced", "is_known", "converged", "words"),
+    ("stake", "is_known", "converged", "words"),
     [
-        (1.0, [True, True], True, ["ok", "ok"]),
-        (3.0, [True, True], True, ["watch", "ok"]),
-        (26.0, [True, False], True, ["outside", "watch"]),
-        (1.0, [False, False], True, ["ok", "outside"]),
-        (1.0, [True, True], False, ["ok", "outside"]),
+        (0.0, [True, True], True, ["ok", "ok"]),
+        (0.03, [True, True], True, ["watch", "ok"]),
+        (0.06, [True, False], True, ["outside", "watch"]),
+        (0.0, [False, False], True, ["ok", "outside"]),
+        (0.0, [True, True], False, ["ok", "outside"]),
         (None, [True], True, ["not judged", "ok"]),
-        (1.0, [], True, ["ok", "ok"]),  # all was given
+        (0.0, [], True, ["ok", "ok"]),  # all was given
     ],
 )
 def test_words(
-    reduced: float | None, is_known: list[bool], converged: bool, words: list[str]
+    stake: float | None, is_known: list[bool], converged: bool, words: list[str]
 ) -> None:
-    found = verdicts(reduced, is_known, converged)
+    found = verdicts(stake, is_known, converged)
     assert [verdict.word for verdict in found] == words
     assert (worst(found) == "ok") == (words == ["ok", "ok"])

@@ -167,7 +167,7 @@ def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
     write(document(found, say, files=True), found, tmp_path, say=say)
     text = (tmp_path / "joint.toml").read_text("utf-8")
     assert "# RECORDS DIFFER: RIGS" in text
-    assert "# IN DOUBT for that: friction coefficient μ" in text
+    assert "# IN DOUBT: friction coefficient μ" in text
     for name in ("joint.toml", "report.html", "summary.json"):
         text = (tmp_path / name).read_text("utf-8")
         assert "--rig LABEL" in text.replace("\n# ", " "), name

@@ -120,6 +120,13 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     'radius="1±0.1 mm", density="100±5 1/mm^2", std="0.5±0.02 um"; may be repeated.',
 )
 @click.option(
+    "--summits",
+    type=float,
+    metavar="NUMBER",
+    help="Number of all summits under the apparent area, whose heights are random: what chance "
+    "does then widens the intervals.",
+)
+@click.option(
     "--loss",
     type=OneOf(LOSSES),
     default=LOSSES[0],
@@ -161,6 +168,7 @@ def identify(
     rigs: tuple[str, ...],
     contact_area: str | None,
     known_values: tuple[str, ...],
+    summits: float | None,
     loss: str,
     free_delay: bool,
     held_back: float,
@@ -202,6 +210,7 @@ def identify(
             "rigs": _rigs(rigs, len(records)),
             "contact_area": _contact_area(contact_area),
             "known": _known(known_values, laws),
+            "summits": summits,
             "loss": loss,
             "delay": "free" if free_delay else 0.0,
             "held_back": held_back,

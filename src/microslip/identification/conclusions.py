@@ -16,17 +16,17 @@ from microslip.identification.bound_sensitivity import doubted
 from microslip.identification.coordinates import APART, Coordinate
 from microslip.identification.delays import delays_of
 from microslip.identification.fit import Fit, at_bounds
-from microslip.identification.intervals import Profiled
+from microslip.identification.intervals import Profiled, is_at_stake
 from microslip.identification.prior_data import borne_out, of_coordinate
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import derived_interval
 from microslip.identification.quantities import Quantity
 from microslip.identification.reservations import (
     BY_AREA,
-    GROWN,
-    LEANT,
+    REACHED,
+    apparent,
+    extrapolated,
     far_area,
-    hung_on_law,
     in_doubt,
     remedied,
 )
@@ -37,6 +37,7 @@ from microslip.identification.result import (
     NOT_CONVERGED,
     Identification,
 )
+from microslip.identification.rules import MUCH
 from microslip.identification.verdicts import (
     ABOVE,
     FIXED,
@@ -92,18 +93,18 @@ def result_of(
     errors = np.sqrt(np.diag(answer.covariance))
     correlation = answer.covariance / np.outer(errors, errors)
     free = [coordinates[int(j)].name for j in problem.free]
-    unfit = fit_quality.misfit(records, best.cost / freedom)
-    if unfit is not None and unfit.doubtful:
-        why = "found under a law that does not answer the records"
+    unfit, stake = "", answer.stake
+    if is_at_stake(stake) or (stake is None and best.cost > MUCH * freedom):
+        unfit = fit_quality.misfit(records, best.cost / freedom)
+        parameters, derived = (
+            apparent(numbers, problem.folded, stake) for numbers in (parameters, derived)
+        )
+    reached = max(record.slip_share for record in records)
+    if reached < REACHED:
+        parameters, derived = (extrapolated(numbers, reached) for numbers in (parameters, derived))
+    for why in dict.fromkeys(record.doubt for record in problem.folded if record.doubt):
         parameters, derived = in_doubt(parameters, why), in_doubt(derived, why)
-        remedy = "free or correct what is fixed, or take another law"
-        parameters = remedied(parameters, remedy)
-    elif best.cost / freedom > LEANT:
-        parameters = hung_on_law(parameters, best.cost / freedom)
-    if any(abs(record.growth) > GROWN for record in problem.folded):
-        why = "found as a mean over cycles whose force moves, so of no state of the joint"
-        parameters, derived = in_doubt(parameters, why), in_doubt(derived, why)
-        parameters = remedied(parameters, "take settled cycles only")
+        parameters = remedied(parameters, "take settled cycles within the range of the sensors")
     given, contradicted = borne_out(problem, best, freedom, list(known or ()), quantities)
     if contradicted is not None:
         why = f"what was given for {' and '.join(contradicted.names)} and the loops disagree"
@@ -133,16 +134,16 @@ def result_of(
         why = "found as if all records had one rig, which the loops speak against"
         parameters, derived = in_doubt(parameters, why), in_doubt(derived, why)
         parameters = remedied(parameters, remedy)
-    if unfit is not None:
-        message = Phrase(message, "; ", unfit.text)
+    if unfit:
+        message = Phrase(message, "; ", unfit)
     if contradicted is not None:
         message = Phrase(message, "; ", contradicted.text)
     deviance = best.cost + problem.log_determinant
     aic, bic = fit_quality.information_criteria(deviance, count, problem.free.size + problem.flat)
     lost = any(fitted.verdict == NOT for fitted in parameters.values())
     notes = [*notes, *_notes(best.cost / freedom, answer.widen, design, loads, lost)]
-    if unfit is not None:
-        notes.append(unfit.text)
+    if unfit:
+        notes.append(unfit)
     if contradicted is not None:
         notes.append(contradicted.text)
     # What a record says of its own folding; that all cycles are there needs no word.
@@ -188,6 +189,7 @@ def result_of(
         _pair=pair,
         _area=area,
         given=given,
+        stake=stake,
         delays=MappingProxyType(delays_of(problem, answer)),
     )
 

@@ -13,7 +13,7 @@ from microslip.identification.fit import Fit
 from microslip.identification.intervals import Profiled
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of
-from microslip.identification.rules import MISFIT
+from microslip.identification.rules import LEFT, MUCH
 from microslip.identification.verdicts import IDENTIFIED, NOT, Fitted, shown
 
 _FREE = ("write ", Argument("delay", "free"))
@@ -84,10 +84,10 @@ def late_note(problem: Problem, best: Fit, freedom: int) -> str | None:
     A score test of one delay of all forces: by how much the sum of squares would fall, in the
     linear approximation.
     """
-    if problem.free_delay or not best.finite or best.cost < MISFIT.watch * freedom:
+    if problem.free_delay or not best.finite or best.cost < LEFT * freedom:
         return None
     text = _explains(problem, best)
-    if text is None and any(problem.lags) and best.cost > MISFIT.outside * freedom:
+    if text is None and any(problem.lags) and best.cost > MUCH * freedom:
         return Phrase("the delay that was given may not be that of these records; ", *_FREE)
     return text
 

@@ -18,11 +18,8 @@ from microslip.identification.fit import Fit, settle
 from microslip.identification.folding import Folded
 from microslip.identification.models import BackboneModel
 from microslip.identification.problem import Problem
-from microslip.identification.rules import MISFIT
 
 _CERTAIN = 1e-4
-_MUCH = 0.1
-"""Share of the force left from which on no number of a law can be trusted."""
 _LARGE = 0.1
 """Spread of the rigs' compliances over their mean from which on they are told to be different."""
 _EXPLAINED, _MOST_OF = 2.0, 0.1
@@ -144,6 +141,7 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
         problem.rigs,
         free_delay=problem.free_delay,
         lags=problem.lags,
+        summits=problem.summits,
     )
     held_problem.data = problem.data
     held_problem.take_weights(problem)
@@ -238,6 +236,7 @@ def _apart(problem: Problem, best: Fit) -> tuple[float, dict[int, float]] | None
         rigs,
         free_delay=problem.free_delay,
         lags=problem.lags,
+        summits=problem.summits,
     )
     separate.take_weights(problem)
     fit = Fit(np.array(q), math.inf, True, "")
@@ -315,6 +314,9 @@ def _own_compliances(problem: Problem, q: Floats, size: int) -> Floats:
     for at, i in enumerate(problem.order):
         span = problem.bins[at]
         columns[span, i] = problem.metrics[at].apply(by[span] * problem.weight[span])
+    if problem.shared is not None:
+        count = problem.weight.size
+        columns[:count] = problem.shared.apply(columns[:count].T).T
     return columns
 
 
@@ -332,27 +334,16 @@ def _by_compliance(problem: Problem, q: Floats) -> Floats:
     return problem.to_bins(by)
 
 
-class Misfit(NamedTuple):
-    """That a law does not answer the records, and by how much."""
-
-    text: str
-    doubtful: bool
-    """Whether so much is left that no number of it can be trusted."""
-
-
-def misfit(records: Sequence[RecordFit], reduced: float) -> Misfit | None:
-    """What a law leaves beside the noise; None where that is no more than a few times the noise."""
-    if not reduced > MISFIT.outside:
-        return None
+def misfit(records: Sequence[RecordFit], reduced: float) -> str:
+    """What says that a law leaves more than noise."""
     left = sum(float(record.residual @ record.residual) for record in records)
     whole = sum(
         float(np.square(record.measured - record.measured.mean()).sum()) for record in records
     )
     share = math.sqrt(left / whole) if whole > 0.0 else math.inf
-    return Misfit(
+    return (
         f"the law does not answer the records: it leaves {significant(math.sqrt(reduced), 2)} "
-        f"times their noise, {significant(100.0 * share, 2)} % of the force",
-        share > _MUCH,
+        f"times their noise, {significant(100.0 * share, 2)} % of the force"
     )
 
 

@@ -17,19 +17,28 @@ from microslip.identification.drift import Drift, drift_of
 from microslip.identification.mean_cycle import MeanCycle, Turns, all_turns, places_of
 from microslip.identification.outliers import jumps, mean_load, spared
 from microslip.loops import Loop
-from microslip.tribometer.blocks import blocks_of
+from microslip.tribometer.blocks import Blocks, blocks_of
+from microslip.tribometer.cycle_columns import columns_of_blocks
+from microslip.tribometer.estimates import Estimate, trend
+from microslip.tribometer.measurement import clipped
 from microslip.tribometer.record import Record
-from microslip.tribometer.settling import ALIKE, JUDGED, rise
+from microslip.tribometer.settling import CERTAIN, Settled, settled
 from microslip.tribometer.spikes import Spike, spikes_of, without
 
 FEWEST_CYCLES = 3
 MOST_BINS = 512
 MOST_HARMONICS = 120
+GROWN = 0.02
+"""Growth of the force over the cycles of a record from which on a mean over them is of no state."""
 OPEN = 0.25
 """Gap between the ends of a cycle, of the range of force, from which on it is not settled."""
 _FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
 _ROUNDS, _LARGE = 100, 0.3
 _QUIET = 1e-9  # of the amplitude: below it noise is rounding
+_ALIKE = 0.003
+"""Relative change of force and energy over the cycles that are folded, if any are as settled,"""
+_JUDGED, _LIKELY = 8, 2.0
+"""cycles from which their growth is judged, and standard errors from which on it is likely."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -82,8 +91,10 @@ class Folded(Locked):
     drifted: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
     """What one standard error of that does to the force of each bin [N]."""
     growth: float = 0.0
-    """Relative growth of the loops' force over the cycles that count; 0 where that is no more than
-    noise or :data:`microslip.tribometer.settling.ALIKE`."""
+    """Relative growth of the loops' force over the cycles that count; 0 where it is likely to be no
+    more than noise."""
+    doubt: str = ""
+    """Why nothing can be identified from the record; empty where it can."""
     freedom: float = math.inf
     """Degrees of freedom from which the noise of the force is known."""
 
@@ -186,7 +197,9 @@ def _fold(
         time = time / record.sample_rate
     phases = all_turns(time, x, blocks)
     turns, place, whole = phases.turns, phases.place, phases.whole
-    chosen = _settled(phases, force, cycles, running_in, record.name)
+    _span(force)  # of a dead sensor no cycle can be judged
+    like = _like_cycles(record, blocks) if cycles is None else None
+    chosen = _settled(phases, force, cycles, running_in, record.name, like)
     chosen, spoilt = spared(chosen, spikes, place, FEWEST_CYCLES)
     rows = np.flatnonzero(chosen)
     cycle = np.full(whole + 2, -1)
@@ -221,6 +234,8 @@ def _fold(
     load = mean_load(record, inside, place, curve)
     said = (
         *blocks.notes,
+        *(() if like is None else like.notes),
+        *clipped(record),
         *spoilt,
         *load.notes,
         *_drifting("force", "N", drift, turns, force),
@@ -230,9 +245,12 @@ def _fold(
     shape = rows.size, size
     sums = np.bincount(cell, level.level, minlength=rows.size * size).reshape(shape)
     counts = np.bincount(cell, minlength=rows.size * size).reshape(shape).astype(float)
-    growth = _growth(np.asarray(sums, dtype=np.float64), counts, level.mean)
-    if growth != 0.0:
-        said = (*said, _growing(growth))
+    grown = _growth(np.asarray(sums, dtype=np.float64), counts, level.mean)
+    growth = grown.value if abs(grown.value) > _LIKELY * grown.standard_error else 0.0
+    certain = growth if abs(growth) > CERTAIN * grown.standard_error else 0.0
+    if abs(certain) > _ALIKE:
+        said = (*said, _growing(certain))
+    doubt = _doubt(record, like, certain)
     timed = record.time is not None or record.sample_rate is not None
     more = jumps(level.level, level.rest, column, np.flatnonzero(inside), force)
     folded = Folded(
@@ -258,21 +276,53 @@ def _fold(
         drift=drift.slope,
         growth=growth,
         drifted=lock(drift.error * np.bincount(column, gone) / total),
+        doubt=doubt,
         freedom=max(curve.freedom - 1.0, 1.0),
     )
     return folded, more
 
 
-def _growth(sums: Floats, counts: Floats, mean: Floats) -> float:
-    """How much larger the force of the last cycle is than that of the first, where that is sure.
+def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
+    """Relative growth of the loops' force over the cycles that count.
 
     By the factor between each cycle and the mean one, on a straight line over the cycles.
     """
-    if sums.shape[0] < JUDGED:
-        return 0.0
+    number = sums.shape[0]
+    if number < _JUDGED:
+        return Estimate(0.0, math.nan, math.nan, math.inf, number)
     away = mean - np.average(mean, weights=counts.sum(axis=0))
+    if not away.any():
+        return Estimate(0.0, math.nan, math.nan, math.inf, number)
     factors = (sums @ away - counts @ (away * (mean - away))) / (counts @ away**2)
-    return rise(factors, ALIKE)
+    return trend(np.linspace(0.0, 1.0, number), factors, 0.95)
+
+
+def _like_cycles(record: Record, blocks: Blocks) -> Settled:
+    """Samples of the settled cycles, as :func:`microslip.measure` tells them, more strictly."""
+    sign = -1.0 if blocks.flipped else 1.0
+    columns = columns_of_blocks(
+        sign * record.displacement, sign * record.force, record.normal_load, blocks
+    )
+    found = settled(columns, columns["closure_error"] <= OPEN, _ALIKE)
+    if found.is_moving:
+        return found._replace(chosen=np.ones(record.force.size, dtype=bool))
+    samples = np.zeros(record.force.size, dtype=bool)
+    begin = columns["start"][found.chosen].astype(np.int64)
+    slack = (0.1 * columns["period"][found.chosen]).astype(np.int64)
+    for first, last, more in zip(
+        begin, begin + columns["period"][found.chosen].astype(np.int64), slack, strict=True
+    ):
+        samples[max(first - more, 0) : last + more] = True
+    return found._replace(chosen=samples)
+
+
+def _doubt(record: Record, like: Settled | None, growth: float) -> str:
+    """Why a mean over the cycles of a record is of no state of a joint; empty where it is."""
+    if abs(growth) > GROWN or (like is not None and like.is_moving):
+        return "found as a mean over cycles that move, so of no state of the joint"
+    if clipped(record):
+        return "found from a record that looks clipped"
+    return ""
 
 
 def _growing(growth: float) -> str:
@@ -297,7 +347,12 @@ def _drifting(name: str, unit: str, drift: Drift, turns: Floats, values: Floats)
 
 
 def _settled(
-    phases: Turns, force: Floats, cycles: slice | None, running_in: int, name: str
+    phases: Turns,
+    force: Floats,
+    cycles: slice | None,
+    running_in: int,
+    name: str,
+    like: Settled | None,
 ) -> NDArray[np.bool_]:
     """Which of the whole cycles are settled."""
     whole = phases.whole
@@ -314,6 +369,12 @@ def _settled(
         gap = _differences_of_ends(phases, force)
         chosen[min(running_in, whole) :] = True
         chosen &= gap <= OPEN
+        if like is not None and not like.chosen.all():
+            of_cycle = phases.place >= 0
+            place = phases.place[of_cycle]
+            others = np.bincount(place, ~like.chosen[of_cycle], minlength=whole)
+            alike = chosen & (others == 0)
+            chosen = alike if np.count_nonzero(alike) >= FEWEST_CYCLES else chosen
     if np.count_nonzero(chosen) < FEWEST_CYCLES:
         raise InputError(
             f"{name}: at least {FEWEST_CYCLES} settled whole cycles are needed, got "

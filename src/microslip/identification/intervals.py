@@ -26,10 +26,13 @@ from microslip.identification.profiles import (
     information,
     profile,
 )
+from microslip.identification.rules import MISFIT
+from microslip.identification.verdicts import WIDEST_RATIO
 
 Progress = Callable[[float], None]
 
 _SIGNIFICANT = 1e-3
+_TOLD = 0.5 * math.log(WIDEST_RATIO)
 _RESTARTS = 3
 
 
@@ -58,6 +61,8 @@ class Profiled:
         """Rise of chi-squared at an end; coordinates whose intervals are those of the curvature."""
         self.lower_still = False
         """Whether even the last profiles came upon a lower minimum."""
+        self.stake: float | None = None
+        """Largest share of a number [-] that may hide behind what the law leaves; None of none."""
         self.open_ends: list[OpenEnd] = []
         """Where only the search ends a coordinate, and what all do beyond."""
 
@@ -81,8 +86,13 @@ def profiled(
             return Profiled(best, [nothing] * size, np.ones(size), np.eye(size), threshold)
         covariance = covariance_of(information(problem, best.q))
         reduced = best.cost / freedom
+        left = hidden(best, freedom)
         excess = reduced if chdtrc(freedom, best.cost) < _SIGNIFICANT else 1.0
         widen = np.maximum(cycle_ratio(problem, best.q), max(excess, 1.0))
+        errors = np.sqrt(np.diag(covariance))
+        stake = stake_of(problem, best, errors * np.sqrt(threshold * widen), left * errors)
+        if not is_at_stake(stake):
+            widen = (np.sqrt(widen) + left / math.sqrt(threshold)) ** 2
         task = _Task(problem, best, threshold * widen, covariance, attempt == _RESTARTS - 1)
         linear = task.run(kind, most, report)
         if task.better is None:
@@ -92,8 +102,44 @@ def profiled(
     intervals = leant_on_bounds(problem, best, task.intervals, ends)
     answer = Profiled(best, intervals, widen, covariance, threshold, linear)
     answer.open_ends = ends
+    answer.stake = stake
     answer.lower_still = task.lower_still
     return answer
+
+
+def hidden(best: Fit, freedom: int) -> float:
+    """Shift of any coordinate, in standard errors, that may hide behind what the law leaves.
+
+    What the law lacks has a part that no value of a coordinate makes, which is what is left beside
+    noise, and one that looks like a change of the coordinate, of which nothing is seen. Taken to be
+    as large as the first, it moves the coordinate by the root of the sum of squares beside noise.
+    0 where that is no more than the noise.
+    """
+    from scipy.special import chdtrc
+
+    is_noise = chdtrc(freedom, best.cost) > _SIGNIFICANT
+    return 0.0 if is_noise else math.sqrt(best.cost - freedom)
+
+
+def stake_of(problem: Problem, best: Fit, widths: Floats, shifts: Floats) -> float | None:
+    """The largest of the shifts, of its number, of those that half widths say are told at all."""
+    shares = [
+        abs(share(coordinate, q, shift))
+        for coordinate, q, width, shift in zip(
+            (problem.coordinates[int(j)] for j in problem.free),
+            best.q.tolist(),
+            widths.tolist(),
+            shifts.tolist(),
+            strict=True,
+        )
+        if abs(share(coordinate, q, width)) < _TOLD
+    ]
+    return max(shares, default=None)
+
+
+def is_at_stake(stake: float | None) -> bool:
+    """Whether so much may hide that all numbers are but apparent."""
+    return stake is not None and stake > MISFIT.outside
 
 
 def leant_on_bounds(

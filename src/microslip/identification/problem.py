@@ -19,6 +19,9 @@ from microslip.identification.models.base import BackboneModel, CycleModel, Mode
 from microslip.identification.rig_in_series import Answer, behind_spring
 from microslip.identification.whitening import Metric, metric_of
 
+Rise = Callable[[Floats, dict[str, float], float | None], Floats]
+"""Change of the backbone (rows) at displacements, values of the law and a load."""
+
 _LOAD_STEP = 1e-4  # of the load, for differences
 
 
@@ -59,12 +62,17 @@ class Problem:
         *,
         free_delay: bool = False,
         lags: Sequence[float] | None = None,
+        summits: float | None = None,
     ) -> None:
         self.model, self.coordinates = model, tuple(coordinates)
         self.folded, self.rigs, self.columns = tuple(folded), tuple(rigs), tuple(columns)
         self.free = np.array([i for i, c in enumerate(coordinates) if not c.fixed], dtype=np.int64)
         self.free_delay = free_delay
         self.lags = [0.0] * len(folded) if lags is None else list(lags)
+        self.summits = summits
+        """Number of summits, whose heights are random; None for a continuum."""
+        self.shared: Metric | None = None
+        """Of what all records have in common and is not certain."""
         self.data: list[Datum] = []
         self.evaluations, self.most = 0, math.inf
         loads = [f.normal_load if model.scales_with_load else None for f in folded]
@@ -199,7 +207,7 @@ class Problem:
     def parts(self) -> list[NDArray[np.int64]]:
         """Free coordinates in parts of which no record has two; one part beside data of all."""
         row = {int(j): r for r, j in enumerate(self.free)}
-        if self.data:
+        if self.data or self.summits is not None:
             return [np.arange(self.free.size)]
         label = np.arange(self.free.size)
         for column, rig in zip(self.columns, self.rigs, strict=True):
@@ -223,6 +231,7 @@ class Problem:
         rows = np.vstack((self.to_bins(force) - self.force, self.to_bins(by))) * self.weight
         for span, metric in zip(self.bins, self.metrics, strict=True):
             rows[:, span] = metric.apply(rows[:, span])
+        rows = rows if self.shared is None else self.shared.apply(rows)
         extra = self._extra(q)
         rows = np.hstack((rows, extra)) if extra.size else rows
         self._last = key, rows[0], np.ascontiguousarray(rows[1:].T)
@@ -278,6 +287,7 @@ class Problem:
         flat = [self.weight[span, None] for span in self.bins]
         self.metrics = [metric_of(column, np.zeros((column.size, 0))) for column in flat]
         self.nuisance_effects: list[Floats] = []
+        self.shared = None
         self._last = None
 
     def update(self, q: Floats, share: float = 1.0, before: Sequence[Floats] = ()) -> None:
@@ -299,6 +309,8 @@ class Problem:
                 effects = share * effects + (1.0 - share) * before[at]
             self.nuisance_effects.append(effects)
             self.metrics[at] = self.metric_of(at)
+        if self.summits is not None:
+            self.shared = metric_of(np.zeros((self.weight.size, 0)), self._by_summits(q).T)
         self.forget_answer()
 
     def metric_of(self, at: int, *, loads: bool = True) -> Metric:
@@ -339,31 +351,57 @@ class Problem:
         return np.asarray((np.vstack(rows) * weight).T)
 
     def _by_load(self, q: Floats) -> Floats:
-        """Change of the force in all bins by the logarithm of the load of its record [N].
+        """Change of the force in all bins by the logarithm of the load of its record [N]."""
+        model = self.model
+        if not isinstance(model, BackboneModel):
+            return np.zeros(self.weight.size)
+
+        def rise(v: Floats, values: dict[str, float], load: float | None) -> Floats:
+            if load is None:
+                return np.zeros((1, v.size))
+            less, more = (
+                model.curve(v, values, load * (1.0 + way * _LOAD_STEP))[0] for way in (-1.0, 1.0)
+            )
+            return ((more - less) / (2 * _LOAD_STEP))[None]
+
+        return np.asarray(self._by_change(q, rise)[0])
+
+    def _by_summits(self, q: Floats) -> Floats:
+        """Whitened change of the forces by the chance in the heights of summits (rows)."""
+        model, count = self.model, self.summits
+        if not isinstance(model, BackboneModel) or count is None:
+            return np.zeros((0, self.weight.size))
+        loads = list(dict.fromkeys(group.load for group in self.groups))
+        root = math.sqrt(count)
+
+        def rise(v: Floats, values: dict[str, float], load: float | None) -> Floats:
+            return model.by_summits(v, values, load, loads) / root
+
+        rows = self._by_change(q, rise) * self.weight
+        for span, metric in zip(self.bins, self.metrics, strict=True):
+            rows[:, span] = metric.apply(rows[:, span])
+        return np.asarray(rows)
+
+    def _by_change(self, q: Floats, rise: Rise) -> Floats:
+        """Change of the force in all bins where the backbone changes (rows) [N].
 
         The displacement is as measured, so that a rig gives way in turn: with v + c T0(v) = y the
-        derivative of T is that of T0 at v over 1 + c T0'(v).
+        change of T is that of T0 at v over 1 + c T0'(v).
         """
-        model = self.model
         self.respond(q)
         outer = self.physical(q)
-        rise = np.zeros_like(self.half)
+        parts = []
         for number, group in enumerate(self.groups):
-            if not isinstance(model, BackboneModel) or group.load is None:
-                continue
-            values = {n: outer[j] for n, j in zip(model.names, group.columns, strict=True)}
+            values = {n: outer[j] for n, j in zip(self.model.names, group.columns, strict=True)}
             compliance = 0.0 if group.rig is None else 1.0 / outer[group.rig]
             force, stiffness = self.branch_of(number)
             v = np.maximum(self.half[group.places] - compliance * force, 0.0)
-            less, more = (
-                model.curve(v, values, group.load * (1.0 + way * _LOAD_STEP))[0]
-                for way in (-1.0, 1.0)
-            )
             # The stiffness is that of both in series: 1/(1 + c T0') is what it lets through.
-            rise[group.places] = (more - less) * (1.0 - compliance * stiffness) / (2 * _LOAD_STEP)
-        rise *= self.sign
-        kernels.active.accumulate(self.parent, rise, np.zeros(1))
-        return self.to_bins(rise)
+            parts.append(rise(v, values, group.load) * (1.0 - compliance * stiffness))
+        rows = np.ascontiguousarray(np.hstack(parts)) * self.sign
+        for row in rows:
+            kernels.active.accumulate(self.parent, row, np.zeros(1))
+        return np.asarray(self.to_bins(rows))
 
     def forget_answer(self) -> None:
         """After a change of weights the residuals are no longer those that were last asked for."""
@@ -377,7 +415,8 @@ class Problem:
         twice the logarithm of the likelihood, but for a constant.
         """
         shares = float(np.log(self.weight / self._own_weight).sum())
-        return sum(metric.log_determinant for metric in self.metrics) - 2.0 * shares
+        shared = 0.0 if self.shared is None else self.shared.log_determinant
+        return sum(metric.log_determinant for metric in self.metrics) + shared - 2.0 * shares
 
     def _turned(self, at: int) -> Floats:
         """Derivative of the displacement's coefficients by a phase."""

@@ -340,10 +340,11 @@ def derived_interval(
 
 
 def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Floats:
-    """By how much the scatter of whole cycles exceeds what white noise makes of each coordinate.
+    """By how much the scatter of whole cycles makes the variance of each coordinate larger.
 
-    The sandwich of the scores of single cycles (Huber 1967) over its expectation, one for each free
-    coordinate; 1 where it does not exceed it significantly.
+    By what the sandwich of the scores of single cycles (Huber 1967) exceeds its expectation under
+    white noise, where it does so significantly; and where the loops grow by half of that, for it
+    may be the last cycles that are meant and not their mean.
     """
     from scipy.special import chdtri
 
@@ -352,6 +353,7 @@ def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Float
     measured = np.zeros(q.size)
     expected = np.zeros(q.size)
     square = np.zeros(q.size)
+    grown = np.zeros(q.size)
     for at, i in enumerate(problem.order):
         span, folded, metric = problem.bins[at], problem.folded[i], problem.metrics[at]
         # Each cycle's part in the weighted residuals of the mean, without what all share.
@@ -361,6 +363,8 @@ def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Float
         scores = part @ influence.T @ inverse
         number = part.shape[0]
         measured += np.sum(scores**2, axis=0) * number / (number - 1)
+        away = (folded.force - folded.force.mean()) * problem.weight[span]
+        grown += (0.5 * folded.growth * (inverse @ (influence @ away))) ** 2
         share = np.sum((inverse @ influence) ** 2, axis=1)
         expected += share
         square += share**2 / (number - 1)
@@ -368,4 +372,6 @@ def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Float
     # Records that count little bring little: degrees of freedom after Satterthwaite.
     freedom = np.divide(expected**2, square, out=np.ones(q.size), where=square > 0.0)
     largest = chdtri(freedom, 1.0 - confidence) / freedom
-    return np.where(ratio > largest, ratio, 1.0)
+    # What the nuisances bring to the variance is no noise of the cycles.
+    more = np.where(ratio > largest, measured - expected, 0.0) + grown
+    return np.asarray(1.0 + more / np.maximum(np.diag(inverse), 1e-300))

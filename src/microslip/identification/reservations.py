@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from microslip._core.units import significant
-from microslip.identification.coordinates import AREA, DENSITY, RADIUS, RIG, Coordinate
-from microslip.identification.verdicts import IDENTIFIED, IN_DOUBT, Fitted, shown
+from microslip.identification.coordinates import AREA, DENSITY, RADIUS, Coordinate
+from microslip.identification.folding import Folded
+from microslip.identification.verdicts import (
+    APPARENT,
+    BEYOND,
+    IDENTIFIED,
+    IN_DOUBT,
+    Fitted,
+    shown,
+)
 
-LEANT = 4.0
-"""Reduced chi-squared from which on the rig's stiffness hangs on the law more than on the loops."""
-GROWN = 0.1
-"""Growth of the force over the cycles of a record from which on a mean over them is of no state."""
+LIMITS = ("friction_coefficient", "force_limit")
+"""Numbers that only a contact in gross slip shows."""
+REACHED = 0.95
+"""Share of the limit that a record has to reach for it to be seen."""
 _FAR = 10.0
 """Ratio of loads from which on the one of a contact area is far from those of the records."""
 BY_AREA = (RADIUS, DENSITY, "summit_count")
@@ -24,7 +31,7 @@ def in_doubt(numbers: Mapping[str, Fitted], why: str) -> dict[str, Fitted]:
     """The same numbers, none identified: what they were found under does not hold."""
     return {
         name: replace(fitted, verdict=IN_DOUBT, reason=why)
-        if fitted.verdict == IDENTIFIED
+        if fitted.verdict in (IDENTIFIED, APPARENT)
         else fitted
         for name, fitted in numbers.items()
     }
@@ -33,21 +40,49 @@ def in_doubt(numbers: Mapping[str, Fitted], why: str) -> dict[str, Fitted]:
 def remedied(numbers: Mapping[str, Fitted], remedy: str) -> dict[str, Fitted]:
     """The same numbers, with what would settle those in doubt."""
     return {
-        name: replace(fitted, remedy=remedy) if fitted.verdict == IN_DOUBT else fitted
+        name: replace(fitted, remedy=remedy) if fitted.verdict in (IN_DOUBT, APPARENT) else fitted
         for name, fitted in numbers.items()
     }
 
 
-def hung_on_law(numbers: Mapping[str, Fitted], reduced: float) -> dict[str, Fitted]:
-    """The same numbers, the rig's stiffness with a word on the law under which it was found."""
+def apparent(
+    numbers: Mapping[str, Fitted], folded: Sequence[Folded], stake: float | None
+) -> dict[str, Fitted]:
+    """The same numbers, those identified as what a law that does not answer comes closest with."""
+    ends = [
+        " to ".join(dict.fromkeys(shown(end, unit) for end in (min(values), max(values))))
+        for values, unit in (
+            ([record.amplitude for record in folded], "m"),
+            ([record.normal_load for record in folded if record.normal_load], "N"),
+        )
+        if values
+    ]
     why = (
-        "it hangs on the law: it takes up what the law lacks, which leaves "
-        f"{significant(math.sqrt(reduced), 2)} times the noise, and other laws find other values"
+        f"of a law that does not answer the records: it stands for loops of {' at '.join(ends)} in "
+        "the mean"
     )
-    remedy = "compare laws; measure the rig's stiffness apart and give it with its uncertainty"
+    if stake is not None:
+        why += f"; what the law lacks may hide {significant(100.0 * stake, 2)} % of a number"
+    return remedied(
+        {
+            name: replace(fitted, verdict=APPARENT, reason=why)
+            if fitted.verdict == IDENTIFIED
+            else fitted
+            for name, fitted in numbers.items()
+        },
+        "free or correct what is fixed, or compare laws: their spread says more than an interval",
+    )
+
+
+def extrapolated(numbers: Mapping[str, Fitted], reached: float) -> dict[str, Fitted]:
+    """The same numbers, the limit of sliding as what no record reached."""
+    why = (
+        f"no record slides as a whole: the loops reach {significant(100.0 * reached, 2)} % of this "
+        "limit, and the rest is what the law makes of it"
+    )
     return {
-        name: replace(fitted, reason=why, remedy=remedy)
-        if name.startswith(RIG) and fitted.verdict == IDENTIFIED
+        name: replace(fitted, verdict=BEYOND, reason=why, remedy="a record that reaches gross slip")
+        if fitted.verdict in (IDENTIFIED, APPARENT) and name.partition(" ")[0] in LIMITS
         else fitted
         for name, fitted in numbers.items()
     }

@@ -22,7 +22,7 @@ from microslip.identification.parameter_choice import levels_of
 from microslip.identification.prior_data import Given
 from microslip.identification.verdicts import (
     AT_A_LOAD,
-    IN_DOUBT,
+    HAS_VALUE,
     NOT,
     Direction,
     Fitted,
@@ -95,6 +95,10 @@ class Identification(Locked, Plottable):
     was free; of a record without a time base the phase [rad]."""
     given: tuple[Given, ...] = ()
     """Each datum that was given with an uncertainty, and whether the loops bear it out."""
+
+    stake: float | None = None
+    """Largest share of a number [-] that may hide behind what the law leaves beside noise, which
+    its interval holds; above 5 % they are called apparent. None where there is no number."""
 
     def _figure(self) -> Plot:
         from microslip.identification.figures import loops
@@ -260,6 +264,7 @@ class Identification(Locked, Plottable):
             "chi_squared": _finite(self.chi_squared),
             "degrees_of_freedom": self.degrees_of_freedom,
             "reduced_chi_squared": _finite(self.reduced_chi_squared),
+            "stake": _finite(self.stake),
             "widened": dict(self.widened),
             "aic": _finite(self.aic),
             "bic": _finite(self.bic),
@@ -298,7 +303,7 @@ class Identification(Locked, Plottable):
             digits = digits_of(number)
             low, high = (shown(end, number.unit, digits) for end in (number.low, number.high))
             ends = shown_interval((low, high), number.low_open, number.high_open)
-            known = number.identified or number.verdict == IN_DOUBT
+            known = number.verdict in HAS_VALUE
             value = shown(number.value, number.unit) if known else "–"
             ends = "" if number.verdict == "fixed" else ends
             lines.append(f"{_named(number):<36} {value:>14}  {ends:<30} {number.verdict}")

@@ -6,15 +6,20 @@ from collections.abc import Iterable
 
 from microslip._core.verdicts import Rule, Verdict
 
+LEFT, MUCH = 2.0, 25.0
+"""Reduced chi-squared from which on causes are looked for, and from which on what was given may be
+wrong."""
+
 MISFIT = Rule(
-    name="reduced χ²",
-    watch=2.0,
-    outside=25.0,
-    meaning="the law leaves no more than noise",
-    reason="squared residuals over the noise that the scatter of the cycles shows",
+    name="what the misfit may hide",
+    watch=0.01,
+    outside=0.05,
+    meaning="the law leaves no more than noise, or what it leaves can move no number by much",
+    reason="largest shift of a number, of its value, that what the law leaves does not show, if "
+    "what it lacks is as large along that number as beside it",
     remedy="compare other laws, or see what the rig did: it is the best fit of this law, not its "
     "proof",
-    missing="records with several settled cycles, whose scatter is the noise",
+    missing="numbers that the records tell",
 )
 KNOWN = Rule(
     name="share of parameters identified",
@@ -27,13 +32,11 @@ KNOWN = Rule(
 RULES: tuple[Rule, ...] = (MISFIT, KNOWN)
 
 
-def verdicts(
-    reduced_chi_squared: float | None, is_known: Iterable[bool], converged: bool
-) -> tuple[Verdict, ...]:
+def verdicts(stake: float | None, is_known: Iterable[bool], converged: bool) -> tuple[Verdict, ...]:
     """Verdicts on a fit; ``is_known`` says of each free parameter whether the records tell it.
 
     Of one that did not converge nothing is known.
     """
     known = list(is_known)
     share = sum(known) / len(known) if known else 1.0
-    return MISFIT.judge(reduced_chi_squared), KNOWN.judge(share if converged else 0.0)
+    return MISFIT.judge(stake), KNOWN.judge(share if converged else 0.0)

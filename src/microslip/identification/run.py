@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
-from microslip.errors import UNSAID, Argument, InputError
+from microslip.errors import UNSAID, Argument, InputError, Phrase
 from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.conclusions import result_of
 from microslip.identification.delays import late_note
@@ -30,8 +30,9 @@ from microslip.identification.quantities import (
 )
 from microslip.identification.result import Identification
 from microslip.identification.rig_stiffness import is_rigid
-from microslip.identification.rules import MISFIT
+from microslip.identification.rules import MUCH
 from microslip.materials import MaterialPair
+from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.threads import single_threaded
 from microslip.tribometer.record import Record
 
@@ -63,6 +64,7 @@ def identify(
     loss: str = "linear",
     contact_area: tuple[float, float, float] | None = None,
     known: Mapping[str, tuple[float, float]] | None = None,
+    summits: float | None = None,
     cycles: slice | None = None,
     held_back: float = 0.25,
     confidence: float = 0.95,
@@ -109,6 +111,10 @@ def identify(
         standard deviation), such as ``{"std": (5e-7, 2e-8)}``, or as what has a ``value`` and a
         ``standard_error``, such as :func:`microslip.scans.patch_errors` of a scan. With ``pair``
         and ``area`` a "radius" or a "density" of the summits separates the two, too.
+    summits : float, optional
+        Number of all summits under the apparent area [-]: as their heights are random, the tail
+        that is in contact is not that of the distribution, and loops tell the heights, and with
+        them the rig, less well. Without it heights are a continuum, which a note then says.
     cycles : slice, optional
         Cycles to take of each record, the first being 0; without it all settled ones but the first.
     held_back : float, optional
@@ -194,7 +200,17 @@ def identify(
         coordinates.append(apart)
     free_delay, lags = _delay(delay, folded)
 
-    problem = Problem(folded, model, coordinates, columns, places, free_delay=free_delay, lags=lags)
+    count_of_summits = _summits(summits, model, notes)
+    problem = Problem(
+        folded,
+        model,
+        coordinates,
+        columns,
+        places,
+        free_delay=free_delay,
+        lags=lags,
+        summits=count_of_summits,
+    )
     starts = parameter_choice.starts_for(model, coordinates, columns, places, folded, loops, given)
     quantities = quantities_of(problem, pair, area)
     if apart is not None:
@@ -227,7 +243,7 @@ def identify(
     for text in (
         late_note(problem, answer.best, freedom),
         parameter_choice.softer(coordinates, places, loops)
-        if answer.best.cost > MISFIT.outside * freedom
+        if answer.best.cost > MUCH * freedom
         else None,
     ):
         notes += [] if text is None else [text]
@@ -306,6 +322,31 @@ def _area_of(area: Any, model: Model, surface: Any) -> float | None:
     if area is not None:
         return positive("area", area, "m^2", 2e-4)
     return getattr(model, "area", None) or getattr(surface, "area", None)
+
+
+def _summits(given: Any, model: Model, notes: list[str]) -> float | None:
+    """How many summits there are, where the law has a distribution of their heights."""
+    template = getattr(model, "template", None)
+    if template is None or not isinstance(template.law, GreenwoodWilliamson):
+        if given is not None:
+            raise InputError(
+                *(Argument("summits"), " needs ", Argument("law", "interface")),
+                " with a distribution of summit heights: other laws have no summits by chance",
+            )
+        return None
+    if given is not None:
+        return positive("summits", given, "", 2e4)
+    law = getattr(model, "law", None)
+    number = UNSAID if law is None else round(law.surface.density * law.surface.area)
+    notes.append(
+        Phrase(
+            "heights are a continuum here: the chance in those of the summits in contact moves "
+            "slip scale, separation and rig, by more than noise where there are few; it is in no "
+            "interval without their number, ",
+            Argument("summits", number),
+        )
+    )
+    return None
 
 
 def _delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:

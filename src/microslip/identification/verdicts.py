@@ -20,14 +20,19 @@ WIDEST_SHAPE = 1.5
 WIDEST_RATIO = 4.0
 """Ratio of the ends of the interval of a positive quantity beyond which it counts so."""
 
-IDENTIFIED, IN_DOUBT, ABOVE, BELOW, NOT, FIXED = (
+IDENTIFIED, IN_DOUBT, APPARENT, BEYOND, ABOVE, BELOW, NOT, FIXED = (
     "identified",
     "in doubt",
+    "apparent",
+    "extrapolated",
     "bounded above",
     "bounded below",
     "not identified",
     "fixed",
 )
+
+HAS_VALUE = (IDENTIFIED, IN_DOUBT, APPARENT, BEYOND, FIXED)
+"""Verdicts on numbers of which a value can be told."""
 
 AT_A_LOAD = ("standardised_separation", "contact_area")
 """Parameters that all records share, but as they are at one load."""
@@ -50,8 +55,9 @@ class Fitted:
     standard_error: float
     """From the curvature at the best value; of a fixed value 0."""
     verdict: str
-    """"identified", "in doubt" (identified under what does not hold), "bounded above", "bounded
-    below", "not identified" or "fixed"."""
+    """"identified", "in doubt" (identified under what does not hold), "apparent" (of a law that
+    does not answer the records), "extrapolated" (of what no record reached), "bounded above",
+    "bounded below", "not identified" or "fixed"."""
     reason: str
     """Why it is not identified, how far it is only bounded or what it hangs on; else empty."""
     remedy: str

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
+from microslip.tribometer.blocks import Blocks
 from microslip.tribometer.cycles import Cycles
 
 UNITS: Mapping[str, str] = MappingProxyType(
@@ -117,6 +118,21 @@ def columns_of(
     gap = np.abs(force[last] - force[first])
     columns["closure_error"] = _over(gap, 2.0 * np.abs(force_amplitude))
     return columns
+
+
+def columns_of_blocks(
+    x: Floats, force: Floats, load: NDArray[np.float64] | float | None, blocks: Blocks
+) -> dict[str, Floats]:
+    """Columns with a value for each cycle, block after block."""
+    parts = []
+    for block in blocks.having_cycles:
+        at = block.samples
+        pressed = load[at] if isinstance(load, np.ndarray) else load
+        parts.append(columns_of(x[at], force[at], pressed, block.cycles))
+        parts[-1]["start"] += block.first
+    if len(parts) == 1:
+        return parts[0]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _over(numerator: Floats, denominator: Floats) -> Floats:

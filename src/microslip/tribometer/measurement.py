@@ -19,7 +19,7 @@ from microslip.friction import BackboneLaw
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.tribometer.blocks import Block, Blocks, blocks_of
-from microslip.tribometer.cycle_columns import UNITS, columns_of
+from microslip.tribometer.cycle_columns import UNITS, columns_of_blocks
 from microslip.tribometer.cycle_selection import beyond, counted, many
 from microslip.tribometer.cycles import Cycles
 from microslip.tribometer.estimates import Estimate, mean_of, trend
@@ -242,7 +242,7 @@ def measure(
             "or another column than the force"
         )
     sign = -1.0 if blocks.flipped else 1.0
-    columns = _columns(sign * x, sign * force, record.normal_load, blocks)
+    columns = columns_of_blocks(sign * x, sign * force, record.normal_load, blocks)
     if rig_stiffness is not None:
         _refuse_soft(rig_stiffness, record.displacement, columns["force_amplitude"], blocks)
     for name in ("displacement_offset", "force_offset"):
@@ -267,7 +267,7 @@ def measure(
     closed = like.chosen
     notes += like.notes
     notes += beyond(columns["loss_factor"])
-    notes += _clipped(record)
+    notes += clipped(record)
     slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
     sliding = float(np.median(slid)) if slid.size else math.nan
     if rig_stiffness is None and regimes.count("gross slip") > len(regimes) / 2 and sliding < 0.9:
@@ -321,21 +321,6 @@ def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, block
         f"{engineering(moved, 'm')}; a number alone is in N/m, so {exact(rig_stiffness)} N/um is ",
         Argument("rig_stiffness", 1e6 * rig_stiffness),
     )
-
-
-def _columns(
-    x: Floats, force: Floats, load: NDArray[np.float64] | float | None, blocks: Blocks
-) -> dict[str, Floats]:
-    """Columns with a value for each cycle, block after block."""
-    parts = []
-    for block in blocks.having_cycles:
-        at = block.samples
-        pressed = load[at] if isinstance(load, np.ndarray) else load
-        parts.append(columns_of(x[at], force[at], pressed, block.cycles))
-        parts[-1]["start"] += block.first
-    if len(parts) == 1:
-        return parts[0]
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _frequency(record: Record, blocks: Blocks) -> float | None:
@@ -399,7 +384,7 @@ def _mean_loop(
     return lock(total[0].copy()), lock(total[1].copy())
 
 
-def _clipped(record: Record) -> list[str]:
+def clipped(record: Record) -> list[str]:
     """What looks like sensors at the end of their range: many samples exactly at an extreme.
 
     A plateau of a rig that is quiet looks alike, so it is said and no error.

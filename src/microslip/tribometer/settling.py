@@ -46,8 +46,13 @@ class Settled(NamedTuple):
     notes: tuple[str, ...]
 
 
-def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_]) -> Settled:
-    """The settled ones of the sound cycles: of one amplitude, then without a trend."""
+def settled(
+    columns: Mapping[str, Floats], sound: NDArray[np.bool_], alike: float = ALIKE
+) -> Settled:
+    """The settled ones of the sound cycles: of one amplitude, then without a trend.
+
+    Force and energy may still move by ``alike`` over them.
+    """
     places = np.flatnonzero(sound)
     if places.size < JUDGED:
         return Settled(sound, False, ())
@@ -60,7 +65,7 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_]) -> Settled:
         first, stop = max(runs, key=lambda run: run[1] - run[0])
         notes.append(_stepped(columns, places, runs))
         places = places[first:stop]
-    late = _settled_end(columns, places)
+    late = _settled_end(columns, places, alike)
     if late is None:
         notes.append(_moving(columns, places, _MOVING))
         return Settled(_only(places, sound.size), True, tuple(notes))
@@ -68,7 +73,8 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_]) -> Settled:
         notes.append(
             f"force or energy still moves at first: from {_span(columns, places, _MOVING)} over "
             f"cycles {places[0] + 1} to {places[-1] + 1}; the means are of cycles "
-            f"{places[late] + 1} to {places[-1] + 1}, where neither changes by over {ALIKE:.0%}"
+            f"{places[late] + 1} to {places[-1] + 1}, where neither changes by over "
+            f"{100.0 * alike:g} %"
         )
     return Settled(_only(places[late:], sound.size), False, tuple(notes))
 
@@ -138,7 +144,9 @@ def _slope(values: Floats) -> tuple[float, float]:
     return found.value, found.standard_error
 
 
-def _settled_end(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int | None:
+def _settled_end(
+    columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
+) -> int | None:
     """From where on neither force nor energy moves; None where they do to the end."""
     number = places.size
     rates = [abs(_slope(columns[name][places])[0]) for name in _MOVING]
@@ -148,7 +156,7 @@ def _settled_end(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int
         height = abs(float(np.median(force)))
         around = 4.0 * abs(float(np.median(columns["amplitude"][end]))) * height
         usual = max(abs(float(np.median(energy))), _LOSS * around)
-        moves = _moves(force, ALIKE * height) or _moves(energy, ALIKE * usual)
+        moves = _moves(force, alike * height) or _moves(energy, alike * usual)
         # Over few cycles nothing moves by much: it must have become slower, too.
         slower = halves == 0 or all(
             abs(_slope(values)[0]) <= max(SLOWER * rate, CERTAIN * _slope(values)[1])

@@ -6,6 +6,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
+
 from microslip._core.checks import Floats
 from microslip._core.parameters import Parameter
 from microslip.materials import MaterialPair
@@ -125,6 +127,20 @@ class BackboneModel(Model):
     @abstractmethod
     def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
         """First loading curve at u >= 0 [m], one-dimensional, and all its derivatives."""
+
+    def by_summits(
+        self,
+        u: Floats,
+        values: Mapping[str, float],
+        load: float | None,
+        loads: Sequence[float | None],
+    ) -> Floats:
+        """What chance does to :meth:`curve` if there were one summit: a row for each height.
+
+        One standard deviation of the number of summits at each height, the same heights for all
+        ``loads``; no rows for a law without summits of random heights.
+        """
+        return np.zeros((0, u.size))
 
     def curve(
         self, u: Floats, values: Mapping[str, float], load: float | None

@@ -21,6 +21,9 @@ from microslip.identification.models.surface_shape import Template, template_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 
+_HEIGHTS, _TALLEST = 48, 8.0
+"""Heights of which the numbers of summits scatter, and up to how far above the lowest contact."""
+
 
 @dataclass(frozen=True, eq=False)
 class InterfaceModel(BackboneModel):
@@ -154,6 +157,37 @@ class InterfaceModel(BackboneModel):
         moved = 1.0 if ratio == 1.0 else self.template.rate(h) / self.template.rate(here)
         np.multiply(limit * moved, by_separation, out=by_values[2])
         return limit * share, slope, by_values
+
+    def by_summits(
+        self,
+        u: Floats,
+        values: Mapping[str, float],
+        load: float | None,
+        loads: Sequence[float | None],
+    ) -> Floats:
+        """Counts at each height scatter as Poisson has it; the separation gives way to each.
+
+        With c summits too many at a height z the load stays what it is, so that h rises, and
+        T0 changes by -mu N/n(h) c [(z - h - x)^(3/2) - (z - h)^(3/2) n'(h + x)/n'(h)].
+        """
+        law = self.template.law
+        if not isinstance(law, GreenwoodWilliamson):
+            return np.zeros((0, u.size))
+        load, ratio = self._ratio(load)
+        mu, scale, h = (values[name] for name in self.names)
+        template = self.template
+        here = template.separation(h, ratio)
+        lowest = min(template.separation(h, self._ratio(other)[1]) for other in loads)
+        heights, unit = law.heights, template.unit
+        top = max(heights.span[1] / unit, lowest + 1.0)
+        edges = np.linspace(lowest, min(top, lowest + _TALLEST), _HEIGHTS + 1)
+        z = 0.5 * (edges[1:] + edges[:-1])[:, None]
+        share = heights._density(z * unit) * unit * (edges[1] - edges[0])
+        x = np.minimum(u, 1e200) / scale
+        fall = template.shares(here, x).by_step / template.rate(here)
+        above = np.maximum(z - here, 0.0) ** 1.5
+        change = np.maximum(z - here - x, 0.0) ** 1.5 - above * fall
+        return np.asarray(-mu * load / template.load(here) * np.sqrt(share) * change)
 
     # -- what follows ----------------------------------------------------------------------------
 

@@ -119,7 +119,7 @@ def identified(
         for key in ("fixed", "bounds"):
             own[key] = {name: value for name, value in options[key].items() if name in names}
         if law != "interface":
-            own["contact_area"] = own["known"] = None
+            own["contact_area"] = own["known"] = own["summits"] = None
         if isinstance(model_of(law), CycleModel) and len(laws) > 1:
             own["rig_stiffness"] = None  # its elastic part stands for the rig
         if index > 0:

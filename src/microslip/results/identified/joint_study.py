@@ -12,6 +12,7 @@ from microslip._version import __version__
 from microslip.errors import InputError, Phrase
 from microslip.identification import Identification
 from microslip.identification.labels import label
+from microslip.identification.verdicts import HAS_VALUE
 from microslip.results.identified.numbers import knows_radius, open_of, quantity
 from microslip.study.overrides import dump
 
@@ -71,12 +72,13 @@ def _remarks(found: _Found, say: Callable[[str], str]) -> str:
         f"amplitude {quantity(record['amplitude'], 'm')}, {record['cycles']} cycles"
         for record in summary["records"]
     ]
-    doubtful = [item.name for item in open_of(summary) if item.verdict == "in doubt"]
+    doubts = [item for item in open_of(summary) if item.verdict in HAS_VALUE]
+    doubtful = [f"{item.name} ({item.verdict})" for item in doubts]
     if summary["status"] != "converged" or doubtful:
         lines += wrap(f"{summary['status'].upper()}: {say(summary['message'])}.", 96)
     if doubtful:
-        lines += wrap(f"IN DOUBT for that: {', '.join(doubtful)}.", 96)
-    if open_ones := [item.name for item in open_of(summary) if item.name not in doubtful]:
+        lines += wrap(f"IN DOUBT: {', '.join(doubtful)}.", 96)
+    if open_ones := [item.name for item in open_of(summary) if item not in doubts]:
         lines.append(
             f"NOT identified, one of many values that answer the loops: {', '.join(open_ones)}."
         )

@@ -11,7 +11,7 @@ from microslip._core.units import engineering, prefix, significant
 from microslip._core.verdicts import Verdict, Word
 from microslip.identification import rules
 from microslip.identification.labels import label
-from microslip.identification.verdicts import shown, shown_interval
+from microslip.identification.verdicts import HAS_VALUE, shown, shown_interval
 
 Summary = Mapping[str, Any]
 
@@ -19,6 +19,8 @@ _WORDS: Mapping[str, Word] = {
     "identified": "ok",
     "fixed": "ok",
     "in doubt": "watch",
+    "apparent": "watch",
+    "extrapolated": "watch",
     "bounded above": "watch",
     "bounded below": "watch",
     "not identified": "outside",
@@ -46,7 +48,7 @@ def word_of(number: Summary) -> Word:
 
 def value_text(number: Summary) -> str:
     """The value of a number; none where none is known."""
-    if number["verdict"] not in ("identified", "in doubt", "fixed"):
+    if number["verdict"] not in HAS_VALUE:
         return "–"
     return quantity(number["value"], number["unit"], _digits(number))
 
@@ -72,7 +74,7 @@ def verdicts_of(fit: Summary) -> tuple[Verdict, ...]:
     """How far a fit can be trusted."""
     free = [number for number in fit["parameters"].values() if number["verdict"] != "fixed"]
     known = (number["verdict"] == "identified" or is_none(number) for number in free)
-    return rules.verdicts(fit["reduced_chi_squared"], known, fit["converged"])
+    return rules.verdicts(fit["stake"], known, fit["converged"])
 
 
 def headline(fit: Summary) -> str:

@@ -1,0 +1,100 @@
+"""What the package makes of sets of records, counted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+import microslip as ms
+
+from .sets import KINDS, Set, a_set
+from .wrong_physics import WRONG, a_wrong_set
+
+
+@dataclass
+class Tally:
+    """Numbers called identified, how many of their intervals hold the truth, and verdicts."""
+
+    sets: int = 0
+    refused: int = 0
+    identified: Counter[str] = field(default_factory=Counter)
+    covered: Counter[str] = field(default_factory=Counter)
+    verdicts: Counter[str] = field(default_factory=Counter)
+    missed: list[str] = field(default_factory=list)
+
+    def add(self, other: Tally) -> None:
+        """Count another one in."""
+        self.sets, self.refused = self.sets + other.sets, self.refused + other.refused
+        self.identified += other.identified
+        self.covered += other.covered
+        self.verdicts += other.verdicts
+        self.missed += other.missed
+
+
+def judged(found: Set, label: str) -> Tally:
+    """One set, identified."""
+    tally = Tally(sets=1)
+    try:
+        fit = ms.identify(found.records, held_back=0.0, **found.options)  # type: ignore[arg-type]
+    except ms.InputError as error:
+        tally.refused = 1
+        tally.missed.append(f"{label}: refused: {error}")
+        return tally
+    if not fit.converged:
+        tally.refused = 1
+        return tally
+    for name, truth in found.truth.items():
+        number = fit.parameters[name]
+        tally.verdicts[number.verdict] += 1
+        if number.verdict == "identified":
+            tally.identified[name] += 1
+            covered = number.low <= truth <= number.high
+            tally.covered[name] += covered
+            if not covered:
+                tally.missed.append(
+                    f"{label}: {name} {number.low:.5g} to {number.high:.5g}, true {truth:.5g}"
+                )
+    return tally
+
+
+def coverage(seeds: range) -> dict[str, Tally]:
+    """Tallies of ordinary sets, by their kinds."""
+    tallies: dict[str, Tally] = {}
+    for seed in seeds:
+        found = a_set(seed)
+        tallies.setdefault(found.kind, Tally()).add(judged(found, f"{found.kind} {seed}"))
+    return tallies
+
+
+def wrong(seeds: range, names: tuple[str, ...] = tuple(WRONG)) -> dict[str, Tally]:
+    """Tallies of sets with something wrong, by what that is."""
+    tallies: dict[str, Tally] = {}
+    for name in names:
+        for seed in seeds:
+            found = judged(a_wrong_set(name, seed), f"{name} {seed}")
+            tallies.setdefault(name, Tally()).add(found)
+    return tallies
+
+
+def table(tallies: dict[str, Tally]) -> list[str]:
+    """Rows of a page."""
+    names = ("friction_coefficient", "slip_scale", "standardised_separation", "rig_stiffness")
+    lines = [
+        "| records | sets | refused | μ | κσ | h | rig | other verdicts |",
+        "| --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |",
+    ]
+    whole = Tally()
+    for tally in tallies.values():
+        whole.add(tally)
+    for label, tally in {**tallies, "all": whole}.items():
+        cells = " | ".join(f"{tally.covered[name]}/{tally.identified[name]}" for name in names)
+        others = ", ".join(
+            f"{count} {word}"
+            for word, count in sorted(tally.verdicts.items())
+            if word != "identified"
+        )
+        lines.append(f"| {label} | {tally.sets} | {tally.refused} | {cells} | {others} |")
+    return lines
+
+
+__all__ = ["KINDS", "Tally", "coverage", "table", "wrong"]

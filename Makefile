@@ -7,7 +7,7 @@ VENV ?= .venv
 INSTALL ?= --editable
 # what and how pytest runs: make test TESTS=tests/unit PYTEST_ARGS="-x -n 0"
 TESTS ?=
-PYTEST_ARGS ?= -n auto --maxprocesses 4
+PYTEST_ARGS ?= -n auto --maxprocesses 4 --dist worksteal
 DEMO ?= demo
 LOCK_ARGS ?=
 

@@ -18,6 +18,7 @@ from command import STUDY, fails, names, process, run
 
 import microslip as ms
 from microslip.cli import main
+from microslip.report.pictures import Drawn
 
 
 @pytest.fixture(autouse=True)
@@ -268,7 +269,6 @@ WRITING = [
     ["predict", "joint.toml"],
     ["predict", "joint.toml", "--json"],
     ["check", "joint.toml"],
-    ["materials"],
     ["materials", "steel"],
     ["schema"],
     ["completion", "zsh"],
@@ -285,6 +285,10 @@ def test_a_full_output_is_one_line(arguments: list[str]) -> None:
     wanted = b"error: standard output cannot be written: no space left on device\n"
     assert done.stderr == wanted
     assert ("joint-result" in names()) == (arguments[0] == "predict")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+def test_an_error_that_cannot_be_written_is_one_all_the_same() -> None:
     with Path("/dev/full").open("wb") as full:
         assert process("predict", "jiont.toml", stderr=full).returncode == 2
 
@@ -306,7 +310,9 @@ def test_a_pipe_that_nobody_reads_is_no_error(arguments: list[str]) -> None:
 @pytest.mark.parametrize("arguments", WRITING, ids=" ".join)
 def test_streams_may_be_closed(arguments: list[str]) -> None:
     command = shlex.join([sys.executable, "-m", "microslip.cli", *arguments])
-    for closed in (">&-", "2>&-", "<&- >&- 2>&-"):
+    # One of them says which streams count, the others that no way of writing goes round them.
+    single = (">&-", "2>&-") if arguments == WRITING[0] else ()
+    for closed in (*single, "<&- >&- 2>&-"):
         shutil.rmtree("joint-result", ignore_errors=True)
         done = subprocess.run(["sh", "-c", f"{command} {closed}"], capture_output=True, check=False)
         assert (done.returncode, done.stderr) == (0, b""), closed
@@ -382,16 +388,18 @@ def test_an_oscillator_and_a_history_have_tables() -> None:
 
 def test_many_loads_and_amplitudes_are_thinned_out() -> None:
     loads = str([f"{n} kN" for n in range(1, 41)])
-    amplitudes = str([f"{n} nm" for n in range(10, 40)])
+    amplitudes = str([f"{n} nm" for n in (10, 20, 30, 39)])
     text = printed(STUDY.replace('"2 kN"', loads).replace('["0.1 um", "1 um"]', amplitudes))
     assert "\nJoint (20 of 40 loads; all are in summary.json)\n" in text
-    assert "\nCycles (40 of 1200 loops; all are in summary.json)\n" in text
+    assert "\nCycles (40 of 160 loops; all are in summary.json)\n" in text
     assert len(re.findall(r"(?m)^ ?\d+ kN ", text)) == 60
     for load, amplitude in (("1 kN", "10 nm"), ("1 kN", "39 nm"), ("40 kN", "39 nm")):
         assert re.search(rf"(?m)^ ?{load} +{amplitude} ", text)
 
 
-def test_figures_are_listed_once() -> None:
+def test_figures_are_listed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The listing is what counts here; other tests look at pixels.
+    monkeypatch.setattr(Drawn, "png", lambda drawn, picture: b"")
     text = printed(STUDY.replace('["csv"]', '["svg", "png", "netcdf"]'))
     assert text.endswith(
         "  figures  loops  backbone  energy_damping  force_damping  contact_state  slider_density"

@@ -40,7 +40,7 @@ def values(found: ms.Identification) -> dict[str, float]:
     return {name: one.value for name, one in found.parameters.items()}
 
 
-@pytest.mark.parametrize("rigid", ["rigid", " Rigid ", math.inf, np.float64(math.inf)])
+@pytest.mark.parametrize("rigid", [" Rigid ", np.float64(math.inf)])
 def test_a_rigid_rig(rigid: Any) -> None:
     """By its name and as a number without end, for all records or for those of one rig."""
     assert values(identified(rig_stiffness=rigid)) == values(identified(rig_stiffness=None))

@@ -1105,7 +1105,7 @@ def written(columns: dict[str, tuple[str, list[str]]], way: dict[str, Any]) -> s
     return end.join(lines) + end
 
 
-@settings(unhurried, max_examples=300)
+@settings(unhurried, max_examples=6 * settings().max_examples)
 @given(
     way=dialects(),
     numbers=st.lists(st.tuples(finite, finite, finite), min_size=3, max_size=8),
@@ -1208,6 +1208,7 @@ def test_a_decimal_sign_that_comes_late(decimal: str, put: Any) -> None:
     assert ("decimal commas" in record.notes[0]) == (decimal == ",")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("decimal", [".", ","])
 def test_a_million_rows_come_in_quickly(decimal: str, put: Any) -> None:
     size = 1_000_000

@@ -263,6 +263,8 @@ def test_long_arrays_are_packed(result: ms.Result, folder: Path) -> None:
             assert packed.id.get_storage_size() < 0.9 * packed.nbytes
 
 
+# Of the case that has everything in it; the second is made by a process of its own.
+@pytest.mark.parametrize("case", ["full"], indirect=True)
 def test_two_results_are_the_same_bytes(result: ms.Result, folder: Path, tmp_path: Path) -> None:
     """In another process, folder and second, with another order of sets."""
     program = (
@@ -307,6 +309,7 @@ def test_a_saved_study_runs_where_it_stands(
         np.testing.assert_array_equal(one.force, other.force)
 
 
+@pytest.mark.parametrize("case", ["full"], indirect=True)
 def test_no_scipy_is_needed_to_read_it(folder: Path) -> None:
     program = (
         "import sys; sys.modules['scipy'] = None; import h5py, xarray; "

@@ -7,7 +7,9 @@ import os
 # Before NumPy loads: the workers share the cores, and BLAS's threads only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from importlib.util import find_spec
 from types import ModuleType
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -59,9 +61,19 @@ def compiled() -> ModuleType:
     return _compiled()
 
 
-@pytest.fixture(params=["compiled", "numpy"])
+def _kernels() -> list[Any]:
+    """The kernel of this installation; with `make slow` the twin as well, where it is the other.
+
+    What both make of generated input is compared bit for bit in any case, by
+    ``tests/physics/test_kernels.py``.
+    """
+    built = find_spec("microslip.kernels._compiled") is not None
+    return ["compiled", pytest.param("numpy", marks=pytest.mark.slow)] if built else ["numpy"]
+
+
+@pytest.fixture(params=_kernels())
 def kernel(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """Runs the test once with each kernel."""
+    """Runs the test with each kernel."""
     module = twin if request.param == "numpy" else _compiled()
     monkeypatch.setattr(kernels, "active", module)
     return module

@@ -35,9 +35,9 @@ def test_it_is_the_first_step_of_a_record(joint) -> None:
     d, x = (v.ravel() for v in np.meshgrid(*ends(joint)))
     response = joint.first_loading(x, separation=d)
     wanted = [float(joint.coupled_force([b], separation=[a])[0]) for a, b in zip(d, x, strict=True)]
-    heavy = joint.friction_coefficient * max(response.normal_load.max(), joint.normal_load)
+    heavy = joint.friction_coefficient * max(response.load.max(), joint.normal_load)
     np.testing.assert_allclose(response.force, wanted, rtol=1e-12, atol=1e-13 * heavy)
-    np.testing.assert_allclose(response.normal_load, joint.surface.load(d), rtol=1e-13)
+    np.testing.assert_allclose(response.load, joint.surface.load(d), rtol=1e-13)
     own = joint.first_loading(x, separation=joint.separation)
     np.testing.assert_allclose(own.force, joint.backbone(x), rtol=1e-12)
     at_rest = joint.first_loading(0.0, separation=joint.separation)
@@ -89,7 +89,7 @@ def test_tangents_against_differences(joint) -> None:
 
     def at(x, d):
         response = ms.first_loading(joint.surface, joint._friction, x, separation=d, start=start)
-        return np.stack((response.force, response.normal_load), axis=-1)
+        return np.stack((response.force, response.load), axis=-1)
 
     got = ms.first_loading(joint.surface, joint._friction, x, separation=d, start=start).tangent
     h = 1e-6
@@ -120,7 +120,7 @@ def test_from_no_contact_and_shapes() -> None:
     np.testing.assert_array_equal(lifted.force, 0.0)
     np.testing.assert_array_equal(lifted.tangent, 0.0)
     by_load = WORKED.first_loading(x, normal_load=3000.0)
-    np.testing.assert_allclose(by_load.normal_load, 3000.0, rtol=1e-12)
+    np.testing.assert_allclose(by_load.load, 3000.0, rtol=1e-12)
 
 
 @pytest.mark.parametrize(

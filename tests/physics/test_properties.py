@@ -16,7 +16,7 @@ from cases import (
     settled,
     stiffness_of,
 )
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from reference.make_reference import dominant_extremes
 
@@ -529,6 +529,8 @@ def joint_on(surface: ms.NormalLaw, joint: ms.Interface, length: float) -> ms.In
 
 
 @pytest.mark.parametrize("law", INTERFACES)
+# Each makes a surface and all its tables anew.
+@settings(max_examples=max(4, settings.default.max_examples // 3))
 @given(
     x=records(max_size=10),
     length=st.floats(1e-4, 1e4),

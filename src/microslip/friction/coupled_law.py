@@ -332,7 +332,7 @@ class CoupledLaw(BackboneLaw):
         Returns
         -------
         FirstLoading
-            ``force`` and ``normal_load`` [N], and ``tangent``, d(T, N)/d(displacement, separation)
+            ``force`` and ``load`` [N], and ``tangent``, d(T, N)/d(displacement, separation)
             [N/m]: see :func:`microslip.friction.first_loading`, which takes the separations before
             the step, too, one for each node.
 

@@ -21,10 +21,15 @@ class FirstLoading(NamedTuple):
 
     force: Any
     """Tangential forces T [N], shape of the arguments together."""
-    normal_load: Any
+    load: Any
     """Normal loads N [N], the same shape."""
     tangent: Floats
     """d(T, N)/d(displacement, separation) [N/m], two axes of length 2 after that shape."""
+
+    @property
+    def normal_load(self) -> Any:
+        """The same as ``load``, as it was called before trials and fields had that name."""
+        return self.load
 
 
 def first_loading(
@@ -57,7 +62,7 @@ def first_loading(
     Returns
     -------
     FirstLoading
-        ``force`` and ``normal_load`` [N], and ``tangent`` [N/m], see there.
+        ``force`` and ``load`` [N], and ``tangent`` [N/m], see there.
 
     Raises
     ------

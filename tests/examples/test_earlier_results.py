@@ -1,0 +1,137 @@
+"""Studies of an earlier microslip run and give the same numbers; its results still open."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray
+from command import run
+
+import microslip as ms
+
+EARLIER = Path(__file__).parents[1] / "earlier"
+STUDIES = EARLIER / "studies"
+RESULTS = EARLIER / "results"
+WORDS = {"slip_scale_meaning", "meaning", "message", "notes", "reason", "remedy", "files"}
+"""Prose, and lists of files: neither is a number."""
+
+
+def differences(old: Any, new: Any, tolerance: float, where: str = "") -> Iterator[str]:
+    """What was told and is told no more, or otherwise; there may be more than there was."""
+    if isinstance(old, dict):
+        for key in old.keys() - WORDS:
+            if key in new:
+                yield from differences(old[key], new[key], tolerance, f"{where}.{key}")
+            else:
+                yield f"{where}.{key} is gone"
+    elif isinstance(old, list) and old and isinstance(old[0], dict) and "name" in old[0]:
+        # Rules by their names, as others may come between them.
+        later = {item["name"]: item for item in new}
+        for item in old:
+            yield from differences(item, later.get(item["name"], {}), tolerance, where)
+    elif isinstance(old, list):
+        if len(old) != len(new):
+            yield f"{where}: {len(old)} and {len(new)} items"
+        for index, pair in enumerate(zip(old, new, strict=False)):
+            yield from differences(*pair, tolerance, f"{where}[{index}]")
+    elif isinstance(old, float) and isinstance(new, (int, float)):
+        if not np.isclose(new, old, rtol=tolerance, atol=0.0, equal_nan=True):
+            yield f"{where}: {old} and {new}"
+    elif old != new:
+        yield f"{where}: {old!r} and {new!r}"
+
+
+@pytest.fixture
+def studies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the studies, and the current folder."""
+    shutil.copytree(STUDIES, tmp_path / "studies")
+    monkeypatch.chdir(tmp_path / "studies")
+    return tmp_path / "studies"
+
+
+def summary(folder: Path) -> Any:
+    return json.loads((folder / "summary.json").read_text("utf-8"))
+
+
+def done(*words: str) -> None:
+    outcome = run(*words)
+    assert outcome.exit_code == 0, outcome.output
+
+
+@pytest.mark.parametrize("path", sorted(STUDIES.glob("*.json")), ids=lambda path: path.stem)
+def test_an_earlier_study_runs_and_gives_the_same_numbers(path: Path) -> None:
+    old = json.loads(path.read_text("utf-8"))
+    new = json.loads(json.dumps(ms.Study.load(path.with_suffix(".toml")).run().summary))
+    # Sums in another order of another BLAS: some roundings of numbers that hardly cancel.
+    assert not list(differences(old, new, 1e-12))
+
+
+# Each command over its own earlier result, and to how many digits it tells the same: a fit ends
+# where its steps do, all else is rounding.
+COMMANDS = {
+    "predicted": ("predict joint.toml", 1e-12),
+    "measured": ("measure record.csv", 1e-10),
+    "identified": (
+        "identify record.csv --law interface --study known.toml --rig-stiffness rigid",
+        1e-5,
+    ),
+    "scanned": ("surface scan.npy --pixel 1um --unit um --cutoff 4um", 1e-9),
+    "figures": ("figures --only 19.13", 1e-12),
+}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_an_earlier_result_is_known_and_gives_way_to_the_same_numbers(
+    name: str, studies: Path
+) -> None:
+    target = studies / name
+    shutil.copytree(RESULTS / name, target)
+    command, tolerance = COMMANDS[name]
+    words = (*command.split(), "-o", name)
+    refused = run(*words)
+    assert refused.exit_code == 2
+    assert "--overwrite" in refused.stderr
+    old = summary(target)
+    done(*words, "--overwrite")
+    assert not list(differences(old, summary(target), tolerance))
+
+
+def test_the_study_in_an_earlier_result_runs_where_it_stands(studies: Path) -> None:
+    shutil.copytree(RESULTS / "predicted", studies / "predicted")
+    old = summary(RESULTS / "predicted")
+    new = ms.Study.load(studies / "predicted" / "study.toml").run().summary
+    assert not list(differences(old["joints"], new["joints"], 1e-12))
+
+
+def test_earlier_arrays_open_with_the_names_that_they_have_today(studies: Path) -> None:
+    with xarray.open_dataset(RESULTS / "predicted" / "result.nc", engine="h5netcdf") as old:
+        new = ms.Study.load(studies / "joint.toml").run().to_xarray()
+        assert set(old.variables) <= set(new.variables)
+        for name, values in old.data_vars.items():
+            assert values.attrs.get("units") == new[name].attrs.get("units")
+            if values.dtype.kind == "f":
+                scale = float(np.nanmax(np.abs(values.values)))
+                np.testing.assert_allclose(new[name], values, rtol=1e-12, atol=1e-12 * scale)
+
+
+def test_what_earlier_commands_handed_on_is_taken(studies: Path) -> None:
+    """The record of a rig, an identified joint, and the surface of a scan."""
+    assert len(ms.Record.read("record.csv")) > 0
+    for name in ("identified", "scanned"):
+        shutil.copytree(RESULTS / name, studies / name)
+    done("predict", "identified/joint.toml", "-o", "joint")
+    fit = summary(RESULTS / "identified")["identification"]
+    found = fit["parameters"]["friction_coefficient"]["value"]
+    joint = summary(studies / "joint")["joints"][0]
+    assert joint["force_limit"] == pytest.approx(found * joint["normal_load"], rel=1e-12)
+    surface = (studies / "scanned" / "surface.toml").read_text("utf-8")
+    head, tail = (studies / "sphere.toml").read_text("utf-8").split("[surface]")
+    text = head + surface.replace('"steel"', '"al"') + tail[tail.index("[joint]") :]
+    (studies / "scanned" / "joint.toml").write_text(text, "utf-8")
+    done("predict", "scanned/joint.toml", "--set", 'joint.normal_load="5 N"', "-o", "of-a-scan")

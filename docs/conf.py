@@ -117,7 +117,16 @@ def keep_bars(
         lines[number] = "".join(p if p.startswith("`") else p.replace("|", r"\|") for p in pieces)
 
 
+def add_explorer(app: Sphinx, error: Exception | None) -> None:
+    """The page with sliders lies beside the others."""
+    if error is None and app.builder.format == "html":
+        from microslip.explorer.page import page
+
+        Path(app.outdir, "explorer.html").write_text(page(), encoding="utf-8")
+
+
 def setup(app: Sphinx) -> None:
     """Called by Sphinx."""
     app.connect("source-read", read_top_pages)
     app.connect("autodoc-process-docstring", keep_bars)
+    app.connect("build-finished", add_explorer)

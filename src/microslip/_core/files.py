@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 
 def reason(error: Exception) -> str:
@@ -22,8 +22,9 @@ def whole_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
     target = Path(path)
     try:
         if target.is_dir() or (target.exists() and not overwrite):
-            what = "is a folder" if target.is_dir() else "exists; replace it with overwrite=True"
-            raise InputError(f"{target}: {what}")
+            if target.is_dir():
+                raise InputError(f"{target}: is a folder")
+            raise _exists(target)
         handle, name = tempfile.mkstemp(prefix=f".{target.name[:100]}.", dir=target.parent)
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
@@ -44,15 +45,19 @@ def whole_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
         stage.unlink(missing_ok=True)
 
 
+def _exists(target: Path) -> InputError:
+    return InputError(f"{target}: exists; replace it with ", Argument("overwrite", True))
+
+
 def _claim(stage: Path, target: Path) -> None:
     """Give the file its name, unless somebody was quicker."""
     try:
         os.link(stage, target)
     except FileExistsError:
-        raise InputError(f"{target}: exists; replace it with overwrite=True") from None
+        raise _exists(target) from None
     except OSError:  # a file system without links
         if target.exists():
-            raise InputError(f"{target}: exists; replace it with overwrite=True") from None
+            raise _exists(target) from None
         stage.rename(target)
 
 

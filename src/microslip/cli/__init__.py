@@ -7,6 +7,7 @@ import click
 from microslip._core.kernel_choice import kernel_name
 from microslip._version import __version__
 from microslip.cli.chapter import figures
+from microslip.cli.explore import explore
 from microslip.cli.frame import Group
 from microslip.cli.identify import identify
 from microslip.cli.lists import materials, schema
@@ -61,6 +62,7 @@ for _command in (
     materials,
     schema,
     figures,
+    explore,
     completion,
 ):
     main.add_command(_command)

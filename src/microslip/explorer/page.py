@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -111,7 +112,7 @@ def _script(name: str) -> str:
     return (_FOLDER / name).read_text(encoding="utf-8")
 
 
-def _constants(values: dict[str, object]) -> str:
+def _constants(values: Mapping[str, object]) -> str:
     """Constants as JavaScript that cannot close the script it stands in."""
     lines = []
     for name, value in values.items():

@@ -45,7 +45,8 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     outcome = run("surface", "ground.npy", *AS_IS, "--cutoff", "6 um", "--png", "-o", "out")
     assert outcome.exit_code == 0, outcome.output
-    assert outcome.stdout.startswith("ground.npy\n96 x 96 points, pixel 1.000 µm, 96.0 µm")
+    assert outcome.stdout.startswith("ground.npy\nIts summits, by counting: ")
+    assert "96 x 96 points, pixel 1.000 µm, 96.0 µm" in outcome.stdout
     assert "short-wave cut-off" in outcome.stdout
     assert "6 µm" in outcome.stdout
     assert "6.00 µm *" in outcome.stdout  # in the table over cut-offs

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ import microslip as ms
 from microslip._core.parameters import parameters_of
 from microslip.report.cells import quantity, signed
 from microslip.report.html import page as html_page
+from microslip.report.html import script
 from microslip.report.judgements import _listed
 from microslip.report.pictures import Drawn
 from microslip.report.plot import Plot
@@ -36,6 +38,15 @@ VOID = {"meta", "img", "br", "hr", "input", "link"}
 ATTACK = """<script>alert(1)</script> & "x" ' </title><img src=x onerror=alert(2)> --> {{ 7*7 }}"""
 
 
+def without_script(text: str) -> str:
+    """A page without the one script that it may hold, which no name is part of."""
+    code = f"<script>{script('ticks.js')}{script('figure.js')}</script>"
+    assert text.count(code) == 1
+    hashed = base64.b64encode(hashlib.sha256(code[8:-9].encode()).digest()).decode()
+    assert f"script-src 'sha256-{hashed}'" in text
+    return text.replace(code, "")
+
+
 class Page(HTMLParser):
     """What is on a page; raises where a tag is not closed where it was opened."""
 
@@ -45,7 +56,7 @@ class Page(HTMLParser):
         self.tags: list[tuple[str, dict[str, str | None]]] = []
         self.words: dict[str, str] = {}
         self.cells: list[list[list[str]]] = []
-        self.feed(text)
+        self.feed(without_script(text))
         self.close()
         assert not self.open, f"left open: {self.open}"
 
@@ -110,7 +121,7 @@ def test_the_page_is_whole_and_mails_well(text: str) -> None:
     found = Page(text)
     assert text.startswith("<!DOCTYPE html>")
     assert text.count("<!DOCTYPE") == 1
-    assert len(text) < 1_000_000
+    assert len(text) < 700_000
     tags = [tag for tag, _ in found.tags]
     assert tags.count("html") == tags.count("head") == tags.count("body") == tags.count("main") == 1
     assert tags.count("title") == tags.count("h1") == 1
@@ -119,7 +130,7 @@ def test_the_page_is_whole_and_mails_well(text: str) -> None:
     assert "@media print" in text
 
 
-def test_the_page_fetches_nothing_and_runs_nothing(text: str) -> None:
+def test_the_page_fetches_nothing_and_runs_nothing_else(text: str) -> None:
     found = Page(text)
     forbidden = {"script", "link", "iframe", "object", "embed", "form", "base"}
     assert not forbidden & {tag for tag, _ in found.tags}
@@ -129,7 +140,7 @@ def test_the_page_fetches_nothing_and_runs_nothing(text: str) -> None:
             target = attrs.get(name) or ""
             allowed = ("data:image/", "#") if tag != "a" else ("#", "https://doi.org/10.")
             assert not target or target.startswith(allowed), target
-    assert "url(" not in text
+    assert "url(" not in without_script(text)
     assert "@import" not in text
 
 

@@ -69,7 +69,13 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def progress(name: str) -> Iterator[Report]:
-    """A bar on the terminal once the command has taken a second; nothing in a pipe."""
+    """A bar on the terminal once the command has taken a second; nothing in a pipe.
+
+    A program that runs the command asks for lines with MICROSLIP_PROGRESS=lines.
+    """
+    if os.environ.get("MICROSLIP_PROGRESS") == "lines":
+        yield lambda share: click.echo(f"progress {share:.4f}", err=True)
+        return
     if not _is_live(sys.stderr):
         yield lambda share: None
         return

@@ -16,6 +16,7 @@ from microslip._version import __version__
 from microslip.friction.validity import RULES
 from microslip.materials import metals
 from microslip.numerics.quadrature import gauss_legendre
+from microslip.report.html import script
 
 _FOLDER = Path(__file__).parent
 _NODES = 20
@@ -100,7 +101,7 @@ def page() -> str:
     parts = {
         "css": (_FOLDER / "explorer.css").read_text(encoding="utf-8"),
         "version": escape(__version__),
-        "script": law_script() + _constants(own) + _script("view.js"),
+        "script": law_script() + _constants(own) + script("ticks.js") + _script("view.js"),
     }
     text = (_FOLDER / "explorer.html").read_text(encoding="utf-8")
     for name, part in parts.items():

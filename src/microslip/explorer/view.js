@@ -179,21 +179,6 @@ function prefixFor(value, unit) {
   return { name: letter + unit, factor };
 }
 
-function ticks(low, high, log) {
-  if (!log) {
-    const rough = (high - low) / 5, power = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 2.5, 5, 10].find((n) => n * power >= rough) * power, out = [];
-    for (let i = Math.ceil(low / step - 1e-9); i <= high / step + 1e-9; i++) {
-      out.push([i * step, String(Number((i * step).toPrecision(6))).replace("-", "−")]);
-    }
-    return out;
-  }
-  const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9);
-  const every = Math.max(1, Math.ceil((last - first + 1) / 6)), out = [];
-  for (let n = first; n <= last; n++) if ((n - first) % every === 0) out.push([10 ** n, n >= -2 && n <= 3 ? String(10 ** n).slice(0, 5) : `10${String(n).replace(/[-\d]/g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)])}`]);
-  return out;
-}
-
 function plot(id, title, xLabel, yLabel, lines, look) {
   const values = lines[0].y.filter((v) => v > 0 || !look.log);
   let [y0, y1] = look.y || [Math.min(...values), Math.max(...values)];

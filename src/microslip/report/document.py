@@ -187,6 +187,14 @@ class Section:
     brief: bool = True
 
 
+class Number(NamedTuple):
+    """The number of a result: what it is, its value and its band, as people read them."""
+
+    name: str
+    value: str
+    band: str = ""
+
+
 @dataclass(frozen=True)
 class Document:
     """A whole result for people and for programs.
@@ -205,6 +213,10 @@ class Document:
         The plain values of summary.json in SI units: what :func:`header` begins, and the numbers.
     remarks : tuple of str, optional
         What must be read with the answer.
+    number : Number, optional
+        The one that a page shows first.
+    figure : str, optional
+        Name of the picture that a page shows first.
     """
 
     kind: str
@@ -213,6 +225,8 @@ class Document:
     sections: tuple[Section, ...]
     data: Mapping[str, Any] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    number: Number | None = None
+    figure: str = ""
 
     def blocks(self) -> Iterator[Block]:
         """All blocks, in the order of reading."""

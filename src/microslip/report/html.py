@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import singledispatch
 from html import escape
 from pathlib import Path
@@ -19,6 +21,7 @@ from microslip.report.document import (
     Listing,
     Markup,
     Note,
+    Number,
     Picture,
     Section,
     Table,
@@ -42,22 +45,53 @@ def page(document: Document, drawn: Drawn, progress: Callable[[float], None] | N
     """Make the page of a document."""
     style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
-    sections = [*document.sections, *_provenance(document)]
+    lead = [picture for picture in document.pictures if picture.name == document.figure]
+    rest = [_without(section, lead) for section in document.sections]
+    sections = [*(section for section in rest if section.blocks), *_provenance(document)]
+    code = script("ticks.js") + script("figure.js")
+    # Only this one script may run, whatever else should get into the page.
+    hashed = base64.b64encode(hashlib.sha256(code.encode("utf-8")).digest()).decode("ascii")
+    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
+    policy += f"script-src 'sha256-{hashed}'"
     return "".join(
         (
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
             '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
             f'<meta name="generator" content="microslip {__version__}">\n'
             f"<title>{title} – microslip</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
-            f"<header>\n<h1>{title}</h1>\n<p>{escape(document.answer)}</p>\n",
+            f"<header>\n<h1>{title}</h1>\n<p class='answer'>{escape(document.answer)}</p>\n",
+            _number(document.number),
             *_banner(document),
+            *(_figure(picture, 1, drawn.svg(picture)) for picture in lead),
             '<nav aria-label="Sections">',
             *(f'<a href="#{anchor(s.title)}">{escape(s.title)}</a>' for s in sections),
             "</nav>\n</header>\n<main>\n",
-            *_sections(sections, drawn, progress, len(document.pictures)),
-            "</main>\n</body>\n</html>\n",
+            *_sections(sections, drawn, progress, len(document.pictures), len(lead)),
+            f"</main>\n<script>{code}</script>\n</body>\n</html>\n",
         )
     )
+
+
+def script(name: str) -> str:
+    """A script of the package as it is."""
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")
+
+
+def _without(section: Section, pictures: list[Picture]) -> Section:
+    """A section without pictures that stand elsewhere."""
+    names = [picture.name for picture in pictures]
+    left = (b for b in section.blocks if not (isinstance(b, Picture) and b.name in names))
+    return replace(section, blocks=tuple(left))
+
+
+def _number(number: Number | None) -> str:
+    """The number that it is about, large, with its band."""
+    if number is None:
+        return ""
+    band = f"<span>{escape(number.band)}</span>" if number.band else ""
+    name, value = escape(number.name), escape(signed(number.value))
+    return f'<p class="number-first"><strong>{value}</strong> {name}{band}</p>\n'
 
 
 def anchor(title: str) -> str:
@@ -91,8 +125,9 @@ def _sections(
     drawn: Drawn,
     progress: Callable[[float], None] | None,
     pictures: int,
+    shown: int,
 ) -> Iterator[str]:
-    number = 0
+    number = shown
     for section in sections:
         yield f'<section id="{anchor(section.title)}">\n<h2>{escape(section.title)}</h2>\n'
         for block in section.blocks:

@@ -88,7 +88,12 @@ def _panel(frame: Frame, name: str) -> Iterable[str]:
     panel = frame.panel
     left, top, width, height = frame.left, frame.top, frame.width, frame.height
     box = f'x="{left:.2f}" y="{top:.2f}" width="{width:.2f}" height="{height:.2f}"'
-    yield f'<clipPath id="{name}"><rect {box}/></clipPath>'
+    # What a script needs to tell values from places, see figure.js.
+    data = f'data-box="{left:.2f} {top:.2f} {width:.2f} {height:.2f}"'
+    for which, scale in (("x", frame.x), ("y", frame.y)):
+        data += f' data-{which}="{scale.low!r} {scale.high!r} {int(scale.log)}"'
+    names = "&#10;".join(_escaped(axis.label.replace("\n", " ")) for axis in (panel.x, panel.y))
+    yield f'<g {data} data-names="{names}"><clipPath id="{name}"><rect {box}/></clipPath>'
     across, up = _ticks(frame.x), _ticks(frame.y)
     if panel.grid:
         lines = [
@@ -99,13 +104,15 @@ def _panel(frame: Frame, name: str) -> Iterable[str]:
             for share, _, big in up
             if big
         ]
-        yield f'<path d="{"".join(lines)}" stroke="#d9d9d9" stroke-width=".5" fill="none"/>'
+        grid = f'<path data-ticks="grid" d="{"".join(lines)}" stroke="#d9d9d9"'
+        yield f'{grid} stroke-width=".5" fill="none"/>'
     yield f'<g clip-path="url(#{name})">'
     for item in panel.items:
         yield _draw(item, frame)
     yield "</g>"
     yield from _frame_and_ticks(frame, across, up)
     yield from _labels(frame, across, up)
+    yield "</g>"
 
 
 def _ticks(scale: Scale) -> list[tuple[float, str, bool]]:
@@ -136,7 +143,8 @@ def _frame_and_ticks(
         for share, _, _ in _ticks(frame.second):
             strokes.append(f"M{left + width:.2f} {top + (1.0 - share) * height:.2f}h-3.5")
     box = f"M{left:.2f} {top:.2f}h{width:.2f}v{height:.2f}h{-width:.2f}z"
-    yield f'<path d="{box}{"".join(strokes)}" stroke="#333" stroke-width=".7" fill="none"/>'
+    look = 'stroke="#333" stroke-width=".7" fill="none"'
+    yield f'<path d="{box}" {look}/><path data-ticks="" d="{"".join(strokes)}" {look}/>'
 
 
 def _labels(
@@ -147,7 +155,7 @@ def _labels(
     right, bottom = left + width, top + height
     down = 0.36 * SMALL  # from the middle of a letter to its foot
     if not panel.x.bare:
-        yield '<g text-anchor="middle">'
+        yield '<g data-ticks="x" text-anchor="middle">'
         for share, label, _ in across:
             if label:
                 yield _text(left + share * width, bottom + 4.0 + SMALL, label)
@@ -160,7 +168,7 @@ def _labels(
             yield _text(right, foot + 0.95 * TEXT, frame.x.ticks.offset, anchor="end")
     if not panel.y.bare:
         side, anchor = (right + 4.0, "start") if panel.y.opposite else (left - 4.0, "end")
-        yield f'<g text-anchor="{anchor}">'
+        yield f'<g data-ticks="y" text-anchor="{anchor}">'
         for share, label, _ in up:
             if label:
                 yield _text(side, top + (1.0 - share) * height + down, label)
@@ -175,8 +183,10 @@ def _labels(
                 anchor=anchored,
             )
     if frame.second is not None and panel.second is not None:
+        yield '<g data-ticks="second">'
         for share, label, _ in _ticks(frame.second):
             yield _text(right + 4.0, top + (1.0 - share) * height + down, label)
+        yield "</g>"
         if frame.second.ticks.offset:
             yield _text(right, top - 4.0, frame.second.ticks.offset, anchor="end")
         yield _turned(frame.second_left, top + 0.5 * height, panel.second[0])
@@ -320,7 +330,7 @@ def _(item: Pixels, frame: Frame) -> str:
     # Browsers blur pixels that they enlarge, and the few fields of a table would run together.
     each = max(1, 640 // max(item.values.shape[:2])) if max(item.values.shape[:2]) < 64 else 1
     values = item.values.repeat(each, axis=0).repeat(each, axis=1)
-    data = base64.b64encode(_png(values)).decode("ascii")
+    data = base64.b64encode(png_bytes(values)).decode("ascii")
     return (
         f'<image x="{left:.2f}" y="{top:.2f}" width="{right - left:.2f}" '
         f'height="{bottom - top:.2f}" preserveAspectRatio="none" '
@@ -371,7 +381,7 @@ def marker_path(marker: Marker, r: float) -> str:
     )
 
 
-def _png(values: NDArray[np.uint8]) -> bytes:
+def png_bytes(values: NDArray[np.uint8]) -> bytes:
     """Pixels as a PNG file: rows of grey, or of red, green and blue, or with opacity."""
     height, width = values.shape[:2]
     kind = {1: 0, 3: 2, 4: 6}[1 if values.ndim == 2 else values.shape[2]]
@@ -400,6 +410,7 @@ def _legend(page: Page) -> Iterable[str]:
             0.5 * page.width, page.legend_top + 0.95 * SMALL, page.legend_title, anchor="middle"
         )
     for entry, left, middle in page.legend:
+        yield f'<g data-entry="{entry.color}">'
         if entry.line:
             yield (
                 f'<path d="M{left:.2f} {middle:.2f}h18.7" stroke="{entry.color}" '
@@ -412,4 +423,4 @@ def _legend(page: Page) -> Iterable[str]:
                 f'<path d="M{left + 9.35:.2f} {middle:.2f}{shape}" fill="{fill}" '
                 f'stroke="{entry.color}" stroke-width=".8"/>'
             )
-        yield _text(left + 25.0, middle + 0.36 * SMALL, entry.label)
+        yield _text(left + 25.0, middle + 0.36 * SMALL, entry.label) + "</g>"

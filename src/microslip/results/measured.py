@@ -15,6 +15,7 @@ from microslip.report.document import (
     Document,
     Items,
     Note,
+    Number,
     Picture,
     Section,
     Table,
@@ -81,7 +82,16 @@ def document(
         "opposite sign, or the columns are swapped; see the notes."
         for name in wrong
     )
-    return Document(KIND, title, _answer(measurements), tuple(sections), data, remarks)
+    return Document(
+        KIND,
+        title,
+        _answer(measurements),
+        tuple(sections),
+        data,
+        remarks,
+        _number(measurements),
+        "loops",
+    )
 
 
 def write(document: Document, measurements: Sequence[Measurement], folder: Path) -> None:
@@ -110,6 +120,26 @@ def _answer(measurements: Sequence[Measurement]) -> str:
     values = [energy.value for energy in energies]
     ends = " to ".join(engineering(end, "J", 4) for end in (min(values), max(values)))
     return f"Mostly {' and '.join(regimes)}: a cycle dissipates {ends}."
+
+
+def _number(measurements: Sequence[Measurement]) -> Number:
+    """What a cycle dissipates, with its interval; over several records the range of them."""
+    energies = [measured.mean["dissipated_energy"] for measured in measurements]
+    first = energies[0]
+    if len(energies) > 1:
+        values = sorted(energy.value for energy in energies)
+        ends = " to ".join(engineering(end, "J", 4) for end in (values[0], values[-1]))
+        return Number(
+            "dissipated a cycle, the mean of the records",
+            engineering(float(np.mean(values)), "J", 4),
+            f"{ends} over {len(energies)} records",
+        )
+    band = ""
+    if first.number > 1:
+        ends = " to ".join(engineering(end, "J", 4) for end in (first.low, first.high))
+        level = f"{100.0 * measurements[0].confidence:g} % interval of the mean"
+        band = f"{ends} ({level if measurements[0].is_settled else 'range of the cycles'})"
+    return Number("dissipated a cycle", engineering(first.value, "J", 4), band)
 
 
 def _compared(measurements: Sequence[Measurement]) -> Table:

@@ -252,6 +252,8 @@ def document(found: Identified, say: Say = str, files: bool = False, png: bool =
         tuple(sections),
         summary,
         (numbers.message_of(fit),),
+        numbers.first_number(fit),
+        "loops",
     )
 
 

@@ -12,6 +12,7 @@ from microslip._core.verdicts import Verdict, Word
 from microslip.identification import rules
 from microslip.identification.labels import label
 from microslip.identification.verdicts import HAS_VALUE, shown, shown_interval
+from microslip.report.document import Number
 
 Summary = Mapping[str, Any]
 
@@ -82,6 +83,18 @@ def headline(fit: Summary) -> str:
     free = [number for number in fit["parameters"].values() if number["verdict"] != "fixed"]
     known = sum(number["verdict"] == "identified" for number in free)
     return f"{fit['law']}: {known} of {len(free)} parameters identified ({fit['status']})"
+
+
+def first_number(fit: Summary) -> Number | None:
+    """The first parameter that was identified, with its interval; None where none was."""
+    every = {**fit["parameters"], **fit["derived"]}
+    known = (name for name, number in every.items() if number["verdict"] == "identified")
+    name = next(known, None)
+    if name is None:
+        return None
+    level = f"{100.0 * fit['confidence']:g} % interval"
+    shown = label(name, every[name].get("normal_load"))
+    return Number(shown, value_text(every[name]), f"{interval_text(every[name])} ({level})")
 
 
 def sentence(fit: Summary) -> str:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from microslip._core.units import engineering
+import numpy as np
+
+from microslip._core.units import engineering, significant
 from microslip.report.document import (
     Block,
     Document,
@@ -13,6 +15,7 @@ from microslip.report.document import (
     Listing,
     Markup,
     Note,
+    Number,
     Section,
 )
 from microslip.results.predicted.captions import pictures
@@ -28,6 +31,7 @@ from microslip.results.predicted.tables import (
     varying_table,
 )
 from microslip.results.structure.document import answer as structure_answer
+from microslip.results.structure.document import number as structure_number
 from microslip.results.structure.document import sections as structure_sections
 from microslip.study.description import StudyDescription
 from microslip.study.surfaces import FacedSurface, ScanSurface
@@ -61,7 +65,7 @@ def document(result: Prediction) -> Document:
         cycles.append(varying_table(joints))
     sections = [] if result.structure is None else [*structure_sections(result.structure)]
     sections += [
-        Section("Joint at rest", (joint_table(joints, _law(study)),)),
+        Section("Joint at rest", (Note(subject(result)), joint_table(joints, _law(study)))),
         Section("Cycles", tuple(cycles)),
     ]
     if result.oscillators:
@@ -77,13 +81,65 @@ def document(result: Prediction) -> Document:
         Section("Equations", (Markup(equations(result)),), brief=False),
     ]
     title = summary["title"] or ("Joint" if result.structure is None else "Structure")
-    return Document(KIND, title, answer(result), tuple(sections), summary)
+    if result.structure is not None:
+        said, number, figure = (
+            structure_answer(result.structure),
+            structure_number(result.structure),
+            "modal_curves",
+        )
+    else:
+        said, number, figure = answer(result), _number(result), "loops"
+    return Document(KIND, title, said, tuple(sections), summary, number=number, figure=figure)
+
+
+def _middle(result: Prediction) -> tuple[int, int]:
+    """Index of the load and of the amplitude that the answer is about: those in the middle."""
+    return len(result.joints) // 2, (len(result.rows[0].amplitude) - 1) // 2
+
+
+def _case(result: Prediction) -> str:
+    """The load and the amplitude that the answer is about, such as "±300 nm and 2 kN"."""
+    load, place = _middle(result)
+    row = result.rows[load]
+    if result.study.excitation.force_amplitudes is not None:
+        case = f"±{engineering(float(row.force_amplitude[place]), 'N', 4, trim=True)}"
+    else:
+        case = f"±{engineering(float(row.amplitude[place]), 'm', 4, trim=True)}"
+    normal = getattr(result.joints[load], "normal_load", None)
+    return case if normal is None else f"{case} and {engineering(normal, 'N', 4, trim=True)}"
 
 
 def answer(result: Prediction) -> str:
+    """What a cycle costs, in a sentence."""
+    load, place = _middle(result)
+    row = result.rows[load]
+    share = float(row.force_ratio[place])
+    reached = f"the force reaches {significant(100.0 * share)} % of gross slip"
+    if share > 0.999:
+        reached = "the joint slips as a whole"
+    return (
+        f"At {_case(result)} a cycle dissipates "
+        f"{engineering(float(row.dissipated_energy[place]), 'J')}, "
+        f"the loss factor is η = {significant(float(row.loss_factor[place]))} and {reached}."
+    )
+
+
+def _number(result: Prediction) -> Number:
+    load, place = _middle(result)
+    eta = float(result.rows[load].loss_factor[place])
+    every = np.concatenate([row.loss_factor for row in result.rows])
+    every = every[np.isfinite(every)]
+    band = f"ζ = η/2 = {significant(0.5 * eta)}"
+    if every.size > 1:
+        band += (
+            f"; from {significant(float(every.min()))} to {significant(float(every.max()))} over "
+            "the loads and amplitudes of the study"
+        )
+    return Number(f"loss factor η at {_case(result)}", significant(eta), band)
+
+
+def subject(result: Prediction) -> str:
     """Say in a sentence what was computed."""
-    if result.structure is not None:
-        return structure_answer(result.structure)
     study = result.study
     if study.excitation.force_amplitudes is not None:
         what, unit, values = "force amplitude", "N", result.rows[0].force_amplitude

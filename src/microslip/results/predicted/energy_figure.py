@@ -133,23 +133,23 @@ def _limit_lines(
 
 
 def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
-    panel = axis.panel(Axis("Loss factor η", 0.0))
+    """Over decades, as the energy: where joints live the loss factor is small."""
+    panel = axis.panel(Axis("Loss factor η", log=True))
     panel.second = ("Damping ratio ζ = η/2", 0.5)
     top = 4.0 / math.pi
-    left = min(float(result.curves[index].loss_factor[0]) for index, _ in drawn_loads(result))
     factors = draw_curves(panel, result, axis, lambda curve: curve.loss_factor)
     factors = _draw_varying(panel, result, axis, factors, lambda cycles: cycles.loss_factor)
-    largest = float(np.nanmax(factors)) if np.isfinite(factors).any() else 0.0
+    seen = np.isfinite(factors).any()
+    largest, least = (float(np.nanmax(factors)), float(np.nanmin(factors))) if seen else (1.0, 0.1)
     text = "full sliding (rigid–plastic): η = 4/π, ζ = 2/π"
-    if largest > 0.2 * top:
+    if largest > 0.1 * top:
         panel.items.insert(0, Rule(top))
-        panel.y.high = 1.1 * top
-        height = (top if left < 0.6 * top else 0.9 * left) / (1.1 * top)
+        panel.y.high = 4.0 * max(top, largest)
     else:
         text += ", above this scale"
-        panel.y.high = 1.3 * largest if largest > 0.0 else 1.0
-        height = 0.98
-    panel.add(Words(0.012, height - 0.01, text))
+        panel.y.high = 4.0 * largest
+    panel.y.low = max(0.5 * least, 1e-5 * panel.y.high)
+    panel.add(Words(0.012, 0.98, text))
     return panel
 
 

@@ -18,6 +18,7 @@ from microslip.report.document import (
     Items,
     Listing,
     Note,
+    Number,
     Picture,
     Section,
     Table,
@@ -77,8 +78,40 @@ def document(
         text = block(found, folder or Path())
         sections.append(Section("Surface of a study", (Listing(text),), brief=False))
     sections.append(Section("How it was read", (Items(tuple(map(say, notes))),)))
-    answer = f"{_described(found)}. {_capital(found.cutoff_text())}."
-    return Document(KIND, found.raw.name, answer, tuple(sections), data, remarks)
+    return Document(
+        KIND,
+        found.raw.name,
+        _answer(found, data),
+        tuple(sections),
+        data,
+        remarks,
+        _number(data),
+        "heights",
+    )
+
+
+def _answer(found: Findings, data: dict[str, Any]) -> str:
+    """Its summits in a sentence, at which cut-off, and what was measured."""
+    by = next((name for name in ("counted", "mccool") if data["summits"].get(name)), None)
+    measured = f"{_described(found)}. {_capital(found.cutoff_text())}."
+    if by is None:
+        return f"No summits. {measured}"
+    part = data["summits"][by]
+    density, radius, std = (
+        _written(part[key]["value"], part[key]["unit"]) for key in ("density", "radius", "std")
+    )
+    return (
+        f"Its summits, by {ESTIMATES[by]}: {density} per mm², of radius {radius}, their heights "
+        f"with a standard deviation of {std}. {measured}"
+    )
+
+
+def _number(data: dict[str, Any]) -> Number:
+    """The rms height with its error."""
+    part = data["parameters"]["rms"]
+    error = part["error"]
+    band = "" if error is None else f"± {_written(error, 'm', 2)} (standard error from patches)"
+    return Number("rms height Sq", _written(part["value"], "m", 4), band)
 
 
 def write(

@@ -10,7 +10,17 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.report import cells
-from microslip.report.document import Block, Column, Facts, Note, Picture, Section, Table, Verdicts
+from microslip.report.document import (
+    Block,
+    Column,
+    Facts,
+    Note,
+    Number,
+    Picture,
+    Section,
+    Table,
+    Verdicts,
+)
 from microslip.results.structure.pictures import (
     curve_plot,
     loss_plot,
@@ -45,6 +55,19 @@ def answer(found: StructurePrediction) -> str:
         f"{curve.frequency[last]:.5g} Hz, and its damping ratio is "
         f"{cells.ratio(float(curve.damping_ratio[last]))}{band}."
     )
+
+
+def number(found: StructurePrediction) -> Number:
+    """The damping ratio at the largest amplitude, with its band."""
+    mode = found.modes[0]
+    last = _last(mode)
+    place = engineering(float(mode.curve.amplitude[last]), "m", 3)
+    band = f"quasi-static: {cells.ratio(float(mode.quick.damping_ratio[last]))}"
+    if mode.bands is not None:
+        low, _, high = mode.bands.damping_ratio[:, last]
+        band = f"5 to 95 %: {cells.ratio(low)} to {cells.ratio(high)}"
+    value = cells.ratio(float(mode.curve.damping_ratio[last]))
+    return Number(f"damping ratio ζ of mode {mode.number} at {place}", value, band)
 
 
 def sections(found: StructurePrediction) -> tuple[Section, ...]:

@@ -133,7 +133,7 @@ def test_a_wrong_command_is_one_line() -> None:
     assert fails("predcit") == (
         'error: no command "predcit"; did you mean "predict"? '
         "(commands: demo, new, check, predict, measure, identify, surface, materials, "
-        "schema, figures, explore, completion)"
+        "schema, figures, explore, app, completion)"
     )
     usage = "(usage: microslip predict [OPTIONS] STUDY)"
     assert fails("predict") == f"error: missing STUDY {usage}"

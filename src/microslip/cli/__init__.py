@@ -6,6 +6,7 @@ import click
 
 from microslip._core.kernel_choice import kernel_name
 from microslip._version import __version__
+from microslip.cli.app import app
 from microslip.cli.chapter import figures
 from microslip.cli.explore import explore
 from microslip.cli.frame import Group
@@ -63,6 +64,7 @@ for _command in (
     schema,
     figures,
     explore,
+    app,
     completion,
 ):
     main.add_command(_command)

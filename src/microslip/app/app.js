@@ -1,0 +1,321 @@
+"use strict";
+// The page of the workbench. What files hold is only ever shown as text.
+
+const $ = (id) => document.getElementById(id);
+const shown = new Set(JSON.parse(sessionStorage.getItem("shown") || "[]"));
+let picked = null; // the file that is being looked at: {uploads, what, preview, part}
+
+function make(name, attributes = {}, ...children) {
+  const element = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
+    else if (value !== false && value !== undefined) element.setAttribute(key, value === true ? "" : value);
+  }
+  element.append(...children.filter((child) => child !== null && child !== undefined));
+  return element;
+}
+
+async function ask(path, method = "GET", body) {
+  const sent = body instanceof Blob ? body : body === undefined ? (method === "GET" ? undefined : "") : JSON.stringify(body);
+  const answer = await fetch(path, { method, body: sent, headers: { "content-type": "application/octet-stream" } });
+  const found = await answer.json().catch(() => ({ error: `the workbench answers ${answer.status}` }));
+  if (!answer.ok) throw new Error(found.error || `the workbench answers ${answer.status}`);
+  return found;
+}
+
+async function safely(work) {
+  $("error").textContent = "";
+  try { return await work(); } catch (error) { $("error").textContent = error.message; return undefined; }
+}
+
+// -- files ---------------------------------------------------------------------------------------
+
+const WHAT = { scan: "surface", record: "measure", study: "predict" };
+
+function guess(name) {
+  if (/\.toml$/i.test(name)) return "study";
+  return /\.(csv|tsv|tdms|h5|hdf5)$/i.test(name) ? "record" : "scan";
+}
+
+async function take(files) {
+  await safely(async () => {
+    const uploads = [];
+    for (const file of files) uploads.push(await ask(`/api/uploads?name=${encodeURIComponent(file.name)}`, "POST", file));
+    if (uploads.length) await look(uploads, guess(uploads[0].name), {});
+  });
+}
+
+async function look(uploads, what, options) {
+  const mine = { uploads, what, options, part: null, preview: null };
+  picked = mine;
+  sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
+  drawForm();
+  await safely(async () => {
+    const preview = await ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options });
+    mine.preview = preview;
+  });
+  if (picked === mine) drawForm(); // else another file was chosen meanwhile
+}
+
+const FIELDS = {
+  scan: [
+    ["unit", "Unit of the heights", "where the file does not say it: um"], ["pixel", "Pixel", "such as 1.66 um"],
+    ["cutoff", "Short-wave cut-off", "such as 8 um; click into the spectrum"], ["long-cutoff", "Long-wave cut-off", ""],
+    ["level", "Level", ["plane", "quadratic", "cylinder", "mean", "none"]], ["outliers", "Outliers beyond", "such as 6"], ["fill", "Fill missing points", true],
+  ],
+  record: [
+    ["command", "What to do", ["measure", "identify"]], ["normal-load", "Normal load", "column, or such as 500 N"],
+    ["displacement", "Displacement", "column, found if empty"], ["force", "Force", "column, found if empty"],
+    ["time", "Time", "column, found if empty"], ["turn", "Turn the force", true],
+    ["rig-stiffness", "Rig in series", "free, rigid or 200 N/um"], ["law", "Laws (identify)", "interface, jenkins, iwan …"],
+    ["accept-unconverged", "Accept an unconverged fit", true],
+  ],
+  study: [],
+};
+const LOOKING = ["unit", "pixel", "normal-load", "displacement", "force", "time", "turn"];
+
+function drawForm() {
+  const form = $("new");
+  form.hidden = !picked;
+  form.replaceChildren();
+  if (!picked) return;
+  const { uploads, what, preview, options } = picked;
+  form.append(make("h2", {}, uploads.map((u) => u.name).join(", ")));
+  const kind = make("select", { "aria-label": "Kind of file", id: "what", onchange: () => look(uploads, kind.value, {}) });
+  for (const [name, text] of [["scan", "Scan of a surface"], ["record", "Record of a tribometer"], ["study", "Study"]]) {
+    kind.append(make("option", { value: name, selected: name === what }, text));
+  }
+  form.append(make("label", { class: "field" }, "Kind", kind));
+  if (preview?.what === "scan") drawScan(form, preview);
+  if (preview?.what === "record") drawRecord(form, preview);
+  if (preview?.what === "study") drawStudy(form, preview);
+  for (const [name, text, hint] of FIELDS[what]) {
+    let input;
+    if (Array.isArray(hint)) {
+      input = make("select", { name });
+      for (const value of hint) input.append(make("option", { value, selected: options[name] === value }, value));
+    } else if (hint === true) input = make("input", { type: "checkbox", name, checked: Boolean(options[name]) });
+    else input = make("input", { name, placeholder: hint, value: options[name] || "", autocomplete: "off" });
+    input.addEventListener("change", () => {
+      options[name] = input.type === "checkbox" ? input.checked : input.value.trim();
+      sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
+      if (LOOKING.includes(name)) look(uploads, what, options);
+    });
+    form.append(make("label", { class: "field" }, text, input));
+  }
+  form.append(make("p", { class: "row" },
+    make("button", { type: "submit", class: "main", id: "run" }, `Run ${what === "record" ? options.command || "measure" : WHAT[what]}`),
+    make("button", { type: "button", onclick: () => { picked = null; sessionStorage.removeItem("picked"); drawForm(); } }, "Put away")));
+}
+
+$("new").addEventListener("submit", (event) => {
+  event.preventDefault();
+  safely(async () => {
+    const { what, options } = picked;
+    let { uploads } = picked;
+    const given = {};
+    for (const [name] of FIELDS[what]) {
+      if (name !== "command" && options[name]) given[name] = options[name];
+    }
+    const command = what === "record" ? options.command || "measure" : WHAT[what];
+    if (command === "measure") { delete given.law; delete given["accept-unconverged"]; }
+    if (command === "measure" && !/\d/.test(given["rig-stiffness"] || "")) delete given["rig-stiffness"];
+    if (given.law) given.law = given.law.split(/[\s,]+/).filter(Boolean);
+    if (what === "scan" && !given.cutoff) given.cutoff = "none";
+    if (what === "study") {
+      const text = $("study-text").value;
+      uploads = [await ask(`/api/uploads?name=${encodeURIComponent(uploads[0].name)}`, "POST", new Blob([text]))];
+    }
+    if (picked.part) {
+      const kept = await ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options, part: picked.part });
+      uploads = [kept.upload];
+      if (kept.unit) given.unit = kept.unit;
+      if (kept.pixel) given.pixel = kept.pixel;
+      for (const name of ["displacement", "force", "time", "turn", "key", "channel"]) delete given[name];
+      if (what === "record" && given["normal-load"] && !/\d/.test(given["normal-load"])) delete given["normal-load"];
+    }
+    const run = await ask("/api/runs", "POST", { kind: command, uploads: uploads.map((u) => u.id), options: given });
+    shown.clear();
+    show(run.id, true);
+    await follow();
+  });
+});
+
+// -- what is chosen with the mouse ---------------------------------------------------------------
+
+// A chart of lines whose values a drag or a click chooses; log axes where they are asked for.
+function chart(lines, { log = false, height = 150, onclick, ondrag, marks = [], label, band }) {
+  const canvas = make("canvas", { width: 880, height: 2 * height, role: "img", "aria-label": label });
+  const to = log ? Math.log10 : (v) => v, pen = canvas.getContext("2d"), W = 880, H = 2 * height;
+  const xs = lines.flatMap(([x]) => x).filter((v) => !log || v > 0), ys = lines.flatMap(([, y]) => y).filter((v) => !log || v > 0);
+  const reach = (v) => v.reduce(([a, b], n) => [Math.min(a, n), Math.max(b, n)], [Infinity, -Infinity]);
+  const [x0, x1] = reach(xs).map(to), [y0, y1] = reach(ys).map(to);
+  const px = (v) => 10 + (W - 20) * (to(v) - x0) / (x1 - x0 || 1), py = (v) => H - 10 - (H - 20) * (to(v) - y0) / (y1 - y0 || 1);
+  const value = (event) => {
+    const box = canvas.getBoundingClientRect(), share = ((event.clientX - box.left) / box.width * W - 10) / (W - 20);
+    const v = x0 + Math.min(Math.max(share, 0), 1) * (x1 - x0);
+    return log ? 10 ** v : v;
+  };
+  const paint = (chosen) => {
+    pen.clearRect(0, 0, W, H);
+    if (chosen) {
+      pen.fillStyle = "#cfe3f1";
+      const [a, b] = chosen.map(px).sort((m, n) => m - n);
+      pen.fillRect(a, 0, Math.max(b - a, 3), H);
+    }
+    pen.strokeStyle = "#c8c8c8";
+    for (const mark of marks) { pen.beginPath(); pen.moveTo(px(mark), 0); pen.lineTo(px(mark), H); pen.stroke(); }
+    lines.forEach(([x, y], k) => {
+      pen.strokeStyle = ["#0072B2", "#D55E00", "#009E73"][k % 3];
+      pen.lineWidth = 2;
+      pen.beginPath();
+      x.forEach((v, i) => { if (!log || (v > 0 && y[i] > 0)) pen.lineTo(px(v), py(y[i])); });
+      pen.stroke();
+      pen.lineWidth = 1;
+    });
+  };
+  paint(band);
+  let begin = null;
+  canvas.addEventListener("pointerdown", (event) => { begin = value(event); canvas.setPointerCapture(event.pointerId); });
+  canvas.addEventListener("pointermove", (event) => { if (begin !== null && ondrag) paint([begin, value(event)]); });
+  canvas.addEventListener("pointerup", (event) => {
+    const end = value(event), wide = Math.abs(to(end) - to(begin)) > 0.02 * (x1 - x0);
+    if (ondrag && wide) ondrag([Math.min(begin, end), Math.max(begin, end)]);
+    else if (onclick) { onclick(end); paint([end, end]); }
+    else { paint(null); ondrag?.(null); }
+    begin = null;
+  });
+  return canvas;
+}
+
+const PREFIXES = [["", 1], ["m", 1e-3], ["u", 1e-6], ["n", 1e-9], ["p", 1e-12]];
+function length(v) {
+  const [letter, factor] = PREFIXES.find(([, f]) => Math.abs(v) >= f) || PREFIXES.at(-1);
+  return `${Number((v / factor).toPrecision(3))} ${letter}m`;
+}
+
+function drawScan(form, preview) {
+  const [rows, columns] = [preview.shape[0], preview.shape[1] || 1];
+  form.append(make("p", { class: "small" }, `${preview.shape.toReversed().join(" × ")} points, pixel ${preview.pixel.map(length).join(" × ")}` +
+    (preview.rms ? `, rms height ${length(preview.rms)} after levelling` : "") + (preview.missing ? `, ${(100 * preview.missing).toPrecision(2)} % missing` : "")));
+  const said = make("figcaption", {}, "Levelled by a plane. Draw a frame to use a part of it.");
+  if (preview.picture) {
+    const canvas = make("canvas", { width: 880, height: Math.round(Math.min(Math.max(880 * rows / columns, 120), 1200)), role: "img", "aria-label": "Map of the heights" });
+    const pen = canvas.getContext("2d"), image = new Image();
+    const paint = (frame) => {
+      pen.drawImage(image, 0, 0, canvas.width, canvas.height);
+      if (frame) { pen.strokeStyle = "#D55E00"; pen.lineWidth = 4; pen.strokeRect(...frame); }
+    };
+    image.onload = () => paint(null);
+    image.src = preview.picture;
+    const at = (event) => {
+      const box = canvas.getBoundingClientRect();
+      return [(event.clientX - box.left) / box.width * canvas.width, (event.clientY - box.top) / box.height * canvas.height];
+    };
+    let begin = null;
+    const sides = (end) => [Math.min(begin[0], end[0]), Math.min(begin[1], end[1]), Math.abs(end[0] - begin[0]), Math.abs(end[1] - begin[1])];
+    canvas.addEventListener("pointerdown", (event) => { begin = at(event); canvas.setPointerCapture(event.pointerId); });
+    canvas.addEventListener("pointermove", (event) => { if (begin) paint(sides(at(event))); });
+    canvas.addEventListener("pointerup", (event) => {
+      const [x, y, w, h] = sides(at(event));
+      begin = null;
+      if (w < 8 || h < 8) { picked.part = null; paint(null); said.textContent = "The whole scan is used."; return; }
+      const [sx, sy] = [(columns - 1) * preview.pixel[0] / canvas.width, (rows - 1) * preview.pixel[1] / canvas.height];
+      picked.part = [x * sx, (x + w) * sx, (canvas.height - y - h) * sy, (canvas.height - y) * sy];
+      said.textContent = `Part: ${length(w * sx)} × ${length(h * sy)}. Click to use all of it again.`;
+    });
+    form.append(make("figure", {}, canvas, said));
+  }
+  const cut = (v) => { picked.options.cutoff = length(v); form.querySelector('[name="cutoff"]').value = length(v); };
+  form.append(make("figure", {}, chart([preview.spectrum], { log: true, onclick: cut, label: "Power spectrum over wavelength" }),
+    make("figcaption", {}, "Power spectrum over wavelength: click where short waves shall end.")));
+}
+
+function drawRecord(form, preview) {
+  const unit = preview.has_time ? "s" : "samples";
+  form.append(make("p", { class: "small" }, `${preview.samples} samples, ${preview.cycles.length} cycles found`));
+  const said = make("figcaption", {}, `Displacement against time [${unit}], grey: where cycles begin. Draw over a span to use only that.`);
+  const ondrag = (part) => {
+    picked.part = part;
+    said.textContent = part ? `Used: ${part.map((v) => Number(v.toPrecision(4))).join(" to ")} ${unit}.` : "The whole record is used.";
+  };
+  form.append(make("figure", {}, chart([preview.displacement], { ondrag, marks: preview.cycles, height: 80, label: "Displacement against time" }),
+    chart([preview.force], { ondrag, marks: preview.cycles, height: 80, label: "Force against time" }), said,
+    chart([preview.path], { height: 150, label: "Force over displacement" }), make("figcaption", {}, "Force over displacement")));
+  if (preview.notes.length) form.append(make("details", {}, make("summary", { class: "small" }, "How it was read"), ...preview.notes.map((n) => make("p", { class: "small" }, n))));
+}
+
+function drawStudy(form, preview) {
+  const text = make("textarea", { id: "study-text", spellcheck: "false", "aria-label": "The study" });
+  text.value = preview.text;
+  form.append(text);
+}
+
+// -- runs ----------------------------------------------------------------------------------------
+
+let timer = null;
+async function follow() {
+  clearTimeout(timer);
+  const runs = await ask("/api/runs").catch(() => null);
+  if (runs === null) { $("error").textContent = "The workbench has ended: start microslip app again."; return; }
+  drawRuns(runs.toReversed());
+  const busy = runs.some((run) => ["waiting", "running"].includes(run.state));
+  timer = setTimeout(follow, busy ? 400 : 4000);
+}
+
+function drawRuns(runs) {
+  $("none").hidden = runs.length > 0;
+  $("runs").replaceChildren(...runs.map((run) => {
+    const busy = ["waiting", "running"].includes(run.state);
+    const tick = make("input", { type: "checkbox", "aria-label": "Show", checked: shown.has(run.id), onchange: () => show(run.id, tick.checked) });
+    tick.checked = shown.has(run.id);
+    return make("li", { class: `${run.state} ${shown.has(run.id) ? "shown" : ""}`, "data-id": run.id },
+      make("div", { class: "row" }, tick, make("strong", {}, run.kind), make("span", { class: "state" }, run.state),
+        busy ? make("button", { type: "button", onclick: () => safely(async () => { await ask(`/api/runs/${run.id}`, "POST"); follow(); }) }, "Cancel")
+          : make("button", { type: "button", onclick: () => safely(async () => { await ask(`/api/runs/${run.id}`, "DELETE"); show(run.id, false); follow(); }) }, "Remove"),
+        run.state === "done" ? make("a", { href: `/runs/${run.id}/download.zip` }, "Download") : null,
+        make("code", {}, run.command)),
+      run.state === "running" ? make("progress", { max: 1, ...(run.progress > 0 ? { value: run.progress } : {}) }) : null,
+      run.state === "failed" ? make("p", { class: "small" }, run.message) : null);
+  }));
+  drawShown(runs);
+}
+
+function show(id, on) {
+  if (on) shown.add(id); else shown.delete(id);
+  sessionStorage.setItem("shown", JSON.stringify([...shown]));
+  follow();
+}
+
+const drawn = new Map();
+function drawShown(runs) {
+  const right = $("right"), wanted = runs.filter((run) => shown.has(run.id));
+  for (const [id, article] of drawn) if (!wanted.some((run) => run.id === id && article.dataset.state === run.state)) { article.remove(); drawn.delete(id); }
+  for (const run of wanted) {
+    if (drawn.has(run.id)) continue;
+    const article = make("article", { "data-state": run.state, "data-id": run.id }, make("h2", {}, `${run.kind}: ${run.command.split(" ").at(-1)}`));
+    if (run.state === "done") {
+      if (run.files.includes("report.html")) article.append(make("iframe", { src: `/runs/${run.id}/files/report.html`, sandbox: "allow-scripts", title: "Report" }));
+      article.append(make("p", { class: "row small" }, "Files: ", ...run.files.map((name) => make("a", { href: `/runs/${run.id}/files/${encodeURIComponent(name)}`, target: "_blank" }, name))));
+    } else article.append(make("p", {}, run.message || run.state));
+    if (run.printed) article.append(make("details", {}, make("summary", {}, "What the command prints"), make("pre", {}, run.printed)));
+    drawn.set(run.id, article);
+    right.append(article);
+  }
+  right.querySelector("p.small:not(.row)")?.toggleAttribute("hidden", wanted.length > 0);
+}
+
+// -- begin ---------------------------------------------------------------------------------------
+
+$("file").addEventListener("change", () => { take([...$("file").files]); $("file").value = ""; });
+$("example").addEventListener("click", () => safely(async () => look([await ask("/api/example", "POST")], "study", {})));
+for (const event of ["dragover", "dragleave", "drop"]) {
+  $("drop").addEventListener(event, (e) => {
+    e.preventDefault();
+    $("drop").classList.toggle("over", event === "dragover");
+    if (event === "drop") take([...e.dataTransfer.files]);
+  });
+}
+const kept = JSON.parse(sessionStorage.getItem("picked") || "null");
+if (kept) look(kept.uploads, kept.what, kept.options);
+follow();

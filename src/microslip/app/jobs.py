@@ -1,0 +1,311 @@
+"""Runs of the workbench: each a command in a process of its own, in a folder of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import re
+import shlex
+import shutil
+import sys
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from secrets import token_hex
+from typing import Any
+
+from microslip.errors import InputError
+
+COMMANDS: dict[str, dict[str, type]] = {
+    "measure": {
+        "normal-load": str, "displacement": str, "force": str, "time": str, "sample-rate": str,
+        "unit": list, "turn": bool, "rig-stiffness": str, "confidence": str, "model": Path,
+    },
+    "identify": {
+        "normal-load": str, "displacement": str, "force": str, "time": str, "sample-rate": str,
+        "unit": list, "turn": bool, "rig-stiffness": str, "confidence": str, "law": list,
+        "fix": list, "bound": list, "known": list, "contact-area": str, "free-delay": bool,
+        "accept-unconverged": bool, "study": Path,
+    },
+    "surface": {
+        "cutoff": str, "long-cutoff": str, "level": str, "outliers": str, "fill": bool,
+        "method": str, "prominence": str, "area": str, "unit": list, "pixel": list, "key": str,
+        "channel": str,
+    },
+    "predict": {},
+}  # fmt: skip
+"""Commands that can be asked for, and their options; a Path is a file that was uploaded."""
+
+_LONGEST = 200
+_MOST = 20
+_NAMING = ("file", "scan")  # keys of a study that name files
+_WORKERS = max(1, (os.cpu_count() or 2) - 1)
+RESULT = "result"
+
+
+@dataclass
+class Upload:
+    """A file that was sent, under a name of our making."""
+
+    id: str
+    name: str
+    path: Path
+
+    def told(self) -> dict[str, Any]:
+        """What the page knows of it."""
+        return {"id": self.id, "name": self.name, "size": self.path.stat().st_size}
+
+
+@dataclass
+class Run:
+    """One command, its state and its folder."""
+
+    id: str
+    kind: str
+    arguments: list[str]
+    folder: Path
+    state: str = "waiting"
+    progress: float = 0.0
+    message: str = ""
+    printed: str = ""
+    process: asyncio.subprocess.Process | None = field(default=None, repr=False)
+
+    @property
+    def command(self) -> str:
+        """What to type for the same result, in the folder of its files."""
+        return shlex.join(["microslip", *self.arguments])
+
+    def files(self) -> dict[str, Path]:
+        """Files of the result by their names."""
+        folder = self.folder / RESULT
+        if self.state != "done" or not folder.is_dir():
+            return {}
+        return {path.name: path for path in sorted(folder.iterdir()) if path.is_file()}
+
+    def told(self) -> dict[str, Any]:
+        """What the page knows of it."""
+        own = {name: getattr(self, name) for name in ("id", "kind", "state", "progress", "message")}
+        return {**own, "command": self.command, "printed": self.printed, "files": [*self.files()]}
+
+
+def safe_name(name: str) -> str:
+    """A name of a file that is one on every system, and of nothing but a file."""
+    last = re.split(r"[\\/]", name)[-1]
+    kept = re.sub(r"[^A-Za-z0-9._-]", "_", last).lstrip(".-")[-80:].lstrip(".-")
+    return kept or "file"
+
+
+class Workspace:
+    """All uploads and runs, in one folder that nobody else reads."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.uploads: dict[str, Upload] = {}
+        self.runs: dict[str, Run] = {}
+        self._free = asyncio.Semaphore(_WORKERS)
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def place(self, name: str) -> Upload:
+        """Where a new upload goes."""
+        number = token_hex(8)
+        folder = self.folder / number
+        folder.mkdir(mode=0o700)
+        upload = Upload(number, safe_name(name), folder / safe_name(name))
+        self.uploads[number] = upload
+        return upload
+
+    def start(self, asked: dict[str, Any]) -> Run:
+        """Begin a run that the page asks for.
+
+        Raises
+        ------
+        InputError
+            A command, an option or an upload that there is not; a study that names files.
+        """
+        kind = asked.get("kind")
+        if kind not in COMMANDS:
+            raise InputError(f"kind must be one of {', '.join(COMMANDS)}, got {kind!r}")
+        inputs = asked.get("uploads")
+        if not isinstance(inputs, list) or not 1 <= len(inputs) <= _MOST:
+            raise InputError(f"uploads must be a list of 1 to {_MOST}")
+        uploads = [self._upload(number) for number in inputs]
+        arguments, studies = self._options(kind, asked.get("options") or {})
+        for study in [*studies, *(uploads if kind == "predict" else [])]:
+            check_study(study.path)
+        run = Run(token_hex(8), kind, [], self.folder / token_hex(8))
+        run.folder.mkdir(mode=0o700)
+        by_id = {
+            number: _copied(self.uploads[number], run.folder)
+            for number in dict.fromkeys(u.id for u in (*uploads, *studies))
+        }
+        run.arguments = [
+            kind,
+            *(_filled(argument, by_id) for argument in arguments),
+            *("-o", RESULT, "--"),
+            *(by_id[upload.id] for upload in uploads),
+        ]
+        self.runs[run.id] = run
+        task = asyncio.get_running_loop().create_task(self._work(run))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return run
+
+    def _upload(self, number: Any) -> Upload:
+        if not isinstance(number, str) or number not in self.uploads:
+            raise InputError("an upload is not there any more; send the file again")
+        return self.uploads[number]
+
+    def _options(self, kind: str, given: Any) -> tuple[list[str], list[Upload]]:
+        if not isinstance(given, dict):
+            raise InputError("options must be a table")
+        arguments: list[str] = []
+        studies = []
+        for name, value in given.items():
+            wanted = COMMANDS[kind].get(name)
+            if wanted is None:
+                raise InputError(f"{kind} has no option {str(name)[:40]!r} here")
+            if wanted is bool:
+                arguments += [f"--{name}"] * bool(value)
+            elif wanted is Path:
+                study = self._upload(value)
+                studies.append(study)
+                arguments.append(f"--{name}=\0{study.id}")
+            else:
+                values = value if wanted is list and isinstance(value, list) else [value]
+                if len(values) > _MOST:
+                    raise InputError(f"{name} must hold at most {_MOST} values")
+                arguments += [f"--{name}={_text(name, one)}" for one in values]
+        return arguments, studies
+
+    async def _work(self, run: Run) -> None:
+        """Run the command and follow what it says."""
+        async with self._free:
+            if run.state == "cancelled":
+                return
+            run.state = "running"
+            run.process = await asyncio.create_subprocess_exec(
+                sys.executable, "-m", "microslip", *run.arguments,
+                cwd=run.folder, stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE,
+                stderr=asyncio.subprocess.PIPE,
+                env={**os.environ, "MICROSLIP_PROGRESS": "lines", "NO_COLOR": "1",
+                     "PYTHONIOENCODING": "utf-8"},
+            )  # fmt: skip
+            assert run.process.stdout is not None
+            reading = asyncio.create_task(run.process.stdout.read())
+            await self._follow(run, run.process)
+            run.printed = (await reading).decode("utf-8", "replace")[:200_000]
+            code = await run.process.wait()
+        if run.state != "cancelled":
+            run.state = "done" if code == 0 else "failed"
+            run.progress = 1.0
+
+    async def _follow(self, run: Run, process: asyncio.subprocess.Process) -> None:
+        assert process.stderr is not None
+        while True:
+            try:
+                line = await process.stderr.readline()
+            except ValueError:  # a line of no end
+                continue
+            if not line:
+                return
+            text = line.decode("utf-8", "replace").strip()
+            if re.fullmatch(r"progress [01]\.\d+", text):
+                run.progress = float(text.split()[1])
+            elif text:
+                run.message = text.removeprefix("error: ")[:2000]
+
+    async def cancel(self, run: Run) -> None:
+        """Stop a run; what it had begun is removed."""
+        if run.state not in ("waiting", "running"):
+            return
+        run.state = "cancelled"
+        if run.process is not None and run.process.returncode is None:
+            run.process.terminate()
+            try:
+                await asyncio.wait_for(run.process.wait(), 5.0)
+            except TimeoutError:
+                run.process.kill()
+
+    async def remove(self, run: Run) -> None:
+        """Forget a run with its files."""
+        await self.cancel(run)
+        self.runs.pop(run.id, None)
+        shutil.rmtree(run.folder, ignore_errors=True)
+
+    async def close(self) -> None:
+        """Stop everything."""
+        for run in list(self.runs.values()):
+            await self.cancel(run)
+
+
+def check_study(path: Path) -> None:
+    """Refuse a study that names files: no name from a browser is ever opened.
+
+    Raises
+    ------
+    InputError
+        Such a study, or one that is no TOML.
+    """
+    try:
+        tables: list[Any] = [tomllib.loads(path.read_bytes().decode("utf-8"))]
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path.name}: no study: {error}") from None
+    while tables:
+        table = tables.pop()
+        for key, value in table.items() if isinstance(table, dict) else enumerate(table):
+            if key in _NAMING:
+                raise InputError(
+                    f"{path.name}: {key} names a file, which only the command reads: "
+                    f"microslip predict {path.name}"
+                )
+            if isinstance(value, (dict, list)):
+                tables.append(value)
+
+
+def _filled(argument: str, names: dict[str, str]) -> str:
+    """An argument with the name of the copy where it stands for an upload."""
+    head, mark, number = argument.partition("\0")
+    return f"{head}{names[number]}" if mark else argument
+
+
+def _copied(upload: Upload, folder: Path) -> str:
+    """The name under which a file lies in the folder of a run."""
+    name, number = upload.name, 1
+    while (folder / name).exists() or name == RESULT:
+        number += 1
+        name = f"{number}-{upload.name}"
+    shutil.copyfile(upload.path, folder / name)
+    return name
+
+
+def _text(name: str, value: Any) -> str:
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        raise InputError(f"{name} must be text or a number")
+    text = str(value).strip()
+    if not text or len(text) > _LONGEST or not text.isprintable():
+        raise InputError(f"{name} must be 1 to {_LONGEST} printable letters")
+    return text
+
+
+async def preview(asked: dict[str, Any]) -> dict[str, Any]:
+    """Look into a file, in a process of its own that may take two minutes."""
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "microslip.app.preview",
+        stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.DEVNULL,
+    )  # fmt: skip
+    try:
+        answer, _ = await asyncio.wait_for(
+            process.communicate(json.dumps(asked).encode("utf-8")), 120.0
+        )
+    except TimeoutError:
+        process.kill()
+        raise InputError("looking into the file took over two minutes") from None
+    try:
+        found: dict[str, Any] = json.loads(answer)
+    except ValueError:
+        raise InputError("the file could not be looked into") from None
+    if "error" in found:
+        raise InputError(found["error"])
+    return found

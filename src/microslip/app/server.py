@@ -1,0 +1,212 @@
+"""The server of the workbench: routes, and how it is begun."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import mimetypes
+import shutil
+import socket
+import tempfile
+import webbrowser
+import zipfile
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from secrets import token_urlsafe
+from typing import Any
+
+from microslip.app.guard import App, Guard
+from microslip.app.jobs import Run, Workspace, check_study, preview
+from microslip.errors import InputError
+
+_FOLDER = Path(__file__).parent
+_OWN = {"/": "app.html", "/app.js": "app.js", "/app.css": "app.css"}
+# A report has its own script and needs no more of this origin.
+_REPORT = "sandbox allow-scripts; frame-ancestors 'self'"
+_PICTURE = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+
+
+def build(workspace: Workspace, token: str, port: int) -> App:
+    """The application behind its guard.
+
+    Raises
+    ------
+    InputError
+        Starlette is not installed.
+    """
+    try:
+        from starlette.applications import Starlette
+        from starlette.requests import ClientDisconnect, Request
+        from starlette.responses import FileResponse, JSONResponse, Response
+        from starlette.routing import Route
+    except ImportError:
+        raise InputError(
+            'the workbench needs starlette and uvicorn: pip install "microslip[app]"'
+        ) from None
+
+    def no(error: Exception, status: int = 422) -> Response:
+        return JSONResponse({"error": str(error)}, status)
+
+    async def own(request: Request) -> Response:
+        path = _FOLDER / _OWN[request.url.path]
+        return FileResponse(path, media_type=mimetypes.guess_type(path.name)[0])
+
+    async def upload(request: Request) -> Response:
+        place = workspace.place(request.query_params.get("name", "file"))
+        try:
+            with place.path.open("wb") as file:
+                async for chunk in request.stream():
+                    file.write(chunk)
+        except ClientDisconnect:
+            workspace.uploads.pop(place.id)
+            shutil.rmtree(place.path.parent, ignore_errors=True)
+            raise
+        return JSONResponse(place.told())
+
+    async def looked(request: Request) -> Response:
+        found = workspace.uploads.get(request.path_params["id"])
+        if found is None:
+            return no(KeyError("no such upload"), 404)
+        try:
+            asked = await _table(request)
+            if asked.get("what") == "study":
+                check_study(found.path)
+                text = found.path.read_text(encoding="utf-8")
+                return JSONResponse({"what": "study", "name": found.name, "text": text})
+            kind = "scan" if asked.get("what") == "scan" else "record"
+            question = {"what": kind, "path": str(found.path), "options": asked.get("options")}
+            if asked.get("part") is None:
+                return JSONResponse(await preview(question))
+            stem = Path(found.name).stem[:60]
+            kept = workspace.place(f"{stem}-part{'.npy' if kind == 'scan' else '.csv'}")
+            question |= {"part": asked["part"], "save": str(kept.path)}
+            return JSONResponse({**await preview(question), "upload": kept.told()})
+        except InputError as error:
+            return no(error)
+
+    async def runs(request: Request) -> Response:
+        if request.method == "GET":
+            return JSONResponse([run.told() for run in workspace.runs.values()])
+        try:
+            return JSONResponse(workspace.start(await _table(request)).told())
+        except InputError as error:
+            return no(error)
+
+    def run_of(request: Request) -> Run | None:
+        return workspace.runs.get(request.path_params["id"])
+
+    async def one(request: Request) -> Response:
+        run = run_of(request)
+        if run is None:
+            return no(KeyError("no such run"), 404)
+        if request.method == "DELETE":
+            await workspace.remove(run)
+            return JSONResponse({})
+        if request.method == "POST":
+            await workspace.cancel(run)
+        return JSONResponse(run.told())
+
+    async def result(request: Request) -> Response:
+        run = run_of(request)
+        files = {} if run is None else run.files()
+        path = files.get(request.path_params["name"])  # looked up, never joined to a path
+        if path is None:
+            return no(KeyError("no such file"), 404)
+        policy = {".html": _REPORT, ".svg": _PICTURE}.get(path.suffix, "default-src 'none'")
+        return FileResponse(path, headers={"content-security-policy": policy})
+
+    async def download(request: Request) -> Response:
+        run = run_of(request)
+        if run is None or not run.files():
+            return no(KeyError("no such result"), 404)
+        data = await asyncio.to_thread(_archive, run)
+        name = f"microslip-{run.kind}-{run.id[:6]}.zip"
+        headers = {"content-disposition": f'attachment; filename="{name}"'}
+        return Response(data, media_type="application/zip", headers=headers)
+
+    async def example(request: Request) -> Response:
+        from microslip.study.new import demo_text
+
+        place = workspace.place("study.toml")
+        place.path.write_text(demo_text(), encoding="utf-8")
+        return JSONResponse(place.told())
+
+    @asynccontextmanager
+    async def lifespan(app: Any) -> AsyncIterator[None]:
+        yield
+        await workspace.close()
+
+    routes = [
+        *(Route(path, own) for path in _OWN),
+        Route("/api/uploads", upload, methods=["POST"]),
+        Route("/api/uploads/{id}/look", looked, methods=["POST"]),
+        Route("/api/example", example, methods=["POST"]),
+        Route("/api/runs", runs, methods=["GET", "POST"]),
+        Route("/api/runs/{id}", one, methods=["GET", "POST", "DELETE"]),
+        Route("/runs/{id}/files/{name}", result),
+        Route("/runs/{id}/download.zip", download),
+    ]
+    return Guard(Starlette(routes=routes, lifespan=lifespan), token, port)
+
+
+async def _table(request: Any) -> dict[str, Any]:
+    """The table that a request holds.
+
+    Raises
+    ------
+    InputError
+        Something else.
+    """
+    try:
+        found = json.loads(await request.body())
+    except (ValueError, RecursionError):
+        raise InputError("a request must hold JSON") from None
+    if not isinstance(found, dict):
+        raise InputError("a request must hold a table")
+    return found
+
+
+def _archive(run: Run) -> bytes:
+    """The result, its inputs and the command that makes it again."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("command.txt", f"{run.command}\n")
+        for path in sorted(run.folder.iterdir()):
+            if path.is_file():
+                archive.write(path, path.name)
+        for name, path in run.files().items():
+            archive.write(path, f"result/{name}")
+    return file.getvalue()
+
+
+def serve(port: int = 0, open_browser: bool = True, say: Any = print) -> None:
+    """Serve the workbench to this machine until it is interrupted.
+
+    Raises
+    ------
+    InputError
+        uvicorn is not installed; a port that is taken.
+    """
+    try:
+        import uvicorn
+    except ImportError:
+        raise InputError(
+            'the workbench needs starlette and uvicorn: pip install "microslip[app]"'
+        ) from None
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        listening.bind(("127.0.0.1", port))
+    except OSError as error:
+        listening.close()
+        raise InputError(f"port {port} cannot be used: {error.strerror}") from None
+    port, token = listening.getsockname()[1], token_urlsafe(32)
+    with tempfile.TemporaryDirectory(prefix="microslip-app-") as folder:
+        app = build(Workspace(Path(folder)), token, port)
+        address = f"http://127.0.0.1:{port}/?token={token}"
+        say(f"The workbench is at {address}\nIt ends with Ctrl-C, and its files with it.")
+        if open_browser:
+            webbrowser.open(address)
+        config = uvicorn.Config(app, log_level="warning", access_log=False, server_header=False)
+        uvicorn.Server(config).run(sockets=[listening])

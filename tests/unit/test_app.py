@@ -1,0 +1,301 @@
+"""The workbench: who may ask it, what it refuses, and a person's way through it in a browser."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import shutil
+import socket
+import threading
+import time
+import zipfile
+from collections.abc import Iterator
+from http.client import HTTPConnection
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.app.jobs import Workspace, check_study, safe_name
+
+pytest.importorskip("starlette", reason="the extra app is not installed")
+uvicorn = pytest.importorskip("uvicorn", reason="the extra app is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+TOKEN = "a-token-of-the-tests"
+
+
+class Bench(NamedTuple):
+    port: int
+    folder: Path
+
+    def ask(
+        self, method: str, path: str, body: Any = None, **headers: str | None
+    ) -> tuple[int, dict[str, str], bytes]:
+        """A request as the page makes it, with other headers where they are given."""
+        own: dict[str, str | None] = {
+            "Host": f"127.0.0.1:{self.port}",
+            "Origin": f"http://127.0.0.1:{self.port}",
+            "Cookie": f"microslip={TOKEN}",
+        }
+        own |= {name.replace("_", "-"): value for name, value in headers.items()}
+        data = (
+            body if isinstance(body, bytes) else b"" if body is None else json.dumps(body).encode()
+        )
+        own.setdefault("Content-Length", str(len(data)))
+        connection = HTTPConnection("127.0.0.1", self.port, timeout=60)
+        connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
+        for name, value in own.items():
+            if value is not None:
+                connection.putheader(name, value)
+        connection.endheaders(data)
+        answer = connection.getresponse()
+        found = answer.status, dict(answer.getheaders()), answer.read()
+        connection.close()
+        return found
+
+    def json(self, method: str, path: str, body: Any = None) -> Any:
+        status, _, text = self.ask(method, path, body)
+        assert status == 200, text
+        return json.loads(text)
+
+    def finished(self, run: str) -> Any:
+        for _ in range(600):
+            found = self.json("GET", f"/api/runs/{run}")
+            if found["state"] not in ("waiting", "running"):
+                return found
+            time.sleep(0.1)
+        raise AssertionError("a run took over a minute")
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
+    from microslip.app.server import build
+
+    listening = socket.socket()
+    listening.bind(("127.0.0.1", 0))
+    port, folder = listening.getsockname()[1], tmp_path_factory.mktemp("bench")
+    server = None
+
+    def serve() -> None:
+        nonlocal server
+
+        async def begin() -> None:
+            nonlocal server
+            app = build(Workspace(folder), TOKEN, port)
+            server = uvicorn.Server(uvicorn.Config(app, log_level="warning"))
+            await server.serve(sockets=[listening])
+
+        asyncio.run(begin())
+
+    thread = threading.Thread(target=serve, daemon=True)
+    thread.start()
+    for _ in range(200):
+        if server is not None and server.started:
+            break
+        time.sleep(0.05)
+    yield Bench(port, folder)
+    server.should_exit = True
+    thread.join(20.0)
+
+
+def record_text(folder: Path) -> bytes:
+    rig = ms.VirtualTribometer(ms.Interface.examples()[0], noise=0.003, sample_rate=2560)
+    rig.record(amplitude=4e-6, frequency=10.0, cycles=8).to_csv(folder / "run.csv")
+    return (folder / "run.csv").read_bytes()
+
+
+# -- who may ask --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({"Host": "evil.example"}, 421),
+        ({"Host": "127.0.0.1:1"}, 421),
+        ({"Origin": "http://evil.example"}, 403),
+        ({"Origin": "null"}, 403),
+        ({"Origin": None}, 403),
+        ({"Sec_Fetch_Site": "cross-site"}, 403),
+        ({"Cookie": None}, 401),
+        ({"Cookie": "microslip=guess"}, 401),
+        ({"Content_Length": None}, 411),
+        ({"Content_Length": str(2**40)}, 413),
+        ({"Content_Length": "1e3"}, 400),
+    ],
+)
+def test_others_are_refused(bench: Bench, headers: dict[str, str | None], status: int) -> None:
+    given = {"Content_Length": "0", **headers}
+    assert bench.ask("POST", "/api/example", **given)[0] == status
+
+
+def test_the_address_with_the_token_opens_it(bench: Bench) -> None:
+    status, headers, _ = bench.ask("GET", f"/?token={TOKEN}", Cookie=None, Origin=None)
+    assert (status, headers["location"]) == (303, "/")
+    assert "HttpOnly; SameSite=Strict" in headers["set-cookie"]
+    status, headers, page = bench.ask("GET", "/", Origin=None)
+    assert status == 200
+    assert "script-src 'self'" in headers["content-security-policy"]
+    assert b"workbench" in page
+    assert bench.ask("GET", "/?token=guess", Cookie=None, Origin=None)[0] == 401
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["/runs/x/files/../../run.json", "/app.py", "/..%2f..%2fetc/passwd", "/api/runs/none"],
+)
+def test_no_path_leads_anywhere(bench: Bench, path: str) -> None:
+    assert bench.ask("GET", path)[0] == 404
+
+
+@pytest.mark.parametrize(
+    ("given", "name"),
+    [
+        ("../../etc/passwd", "passwd"), ("..\\a b.csv", "a_b.csv"), ("--law", "law"),
+        (".bashrc", "bashrc"), ("", "file"), ("/", "file"), ("x" * 300 + ".csv", "x" * 76 + ".csv"),
+    ],
+)  # fmt: skip
+def test_names_of_files_are_ours(given: str, name: str) -> None:
+    assert safe_name(given) == name
+
+
+def test_a_study_that_names_a_file_is_refused(tmp_path: Path, bench: Bench) -> None:
+    file = tmp_path / "study.toml"
+    file.write_text('[excitation]\nhistory = { file = "/etc/passwd", column = "x" }\n')
+    with pytest.raises(ms.InputError, match="file names a file, which only the command reads"):
+        check_study(file)
+    sent = bench.json("POST", "/api/uploads?name=study.toml", file.read_bytes())
+    asked = {"kind": "predict", "uploads": [sent["id"]], "options": {}}
+    status, _, text = bench.ask("POST", "/api/runs", asked)
+    assert (status, b"names a file" in text) == (422, True)
+
+
+@pytest.mark.parametrize(
+    ("asked", "text"),
+    [
+        ({"kind": "rm", "uploads": ["x"]}, "kind must be one of"),
+        ({"kind": "measure", "uploads": ["x"]}, "an upload is not there"),
+        ({"kind": "measure", "uploads": []}, "uploads must be a list"),
+        ([], "must hold a table"),
+    ],
+)
+def test_what_it_does_not_do(bench: Bench, asked: Any, text: str) -> None:
+    status, _, answer = bench.ask("POST", "/api/runs", asked)
+    assert status == 422
+    assert text in json.loads(answer)["error"]
+
+
+def test_options_are_those_of_the_command(bench: Bench, tmp_path: Path) -> None:
+    sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
+    for options in ({"output": "/tmp"}, {"o": "x"}, {"confidence": ["a"]}, {"unit": "a\nb"}):
+        asked = {"kind": "measure", "uploads": [sent["id"]], "options": options}
+        assert bench.ask("POST", "/api/runs", asked)[0] == 422
+
+
+# -- what it does -------------------------------------------------------------------------------
+
+
+def test_a_record_measured(bench: Bench, tmp_path: Path) -> None:
+    """Looked at, cut, measured, downloaded with the command that repeats it, removed."""
+    sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
+    seen = bench.json("POST", f"/api/uploads/{sent['id']}/look", {"what": "record"})
+    assert seen["samples"] == len(seen["displacement"][0])
+    assert len(seen["cycles"]) >= 6
+    part = {"what": "record", "part": [seen["cycles"][1], seen["cycles"][5]]}
+    kept = bench.json("POST", f"/api/uploads/{sent['id']}/look", part)["upload"]
+    asked = {"kind": "measure", "uploads": [kept["id"]], "options": {"rig-stiffness": "1e12 N/m"}}
+    run = bench.finished(bench.json("POST", "/api/runs", asked)["id"])
+    assert run["state"] == "done", run
+    status, headers, page = bench.ask("GET", f"/runs/{run['id']}/files/report.html")
+    assert status == 200
+    assert headers["content-security-policy"].startswith("sandbox")
+    assert b"dissipates" in page
+    _, _, data = bench.ask("GET", f"/runs/{run['id']}/download.zip")
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        assert {"command.txt", "run-part.csv", "result/summary.json"} <= set(archive.namelist())
+        command = archive.read("command.txt").decode()
+    assert command.startswith("microslip measure '--rig-stiffness=1e12 N/m' -o result -- run-part")
+    assert bench.json("DELETE", f"/api/runs/{run['id']}") == {}
+    assert not (bench.folder / run["id"]).exists()
+
+
+def test_a_scan_cut_out(bench: Bench) -> None:
+    x, y = np.meshgrid(np.arange(80.0), np.arange(60.0))
+    file = io.BytesIO()
+    np.save(file, 1e-7 * np.sin(0.5 * x) * np.cos(0.4 * y))
+    sent = bench.json("POST", "/api/uploads?name=ground.npy", file.getvalue())
+    options = {"unit": "m", "pixel": "1 um"}
+    seen = bench.json(
+        "POST", f"/api/uploads/{sent['id']}/look", {"what": "scan", "options": options}
+    )
+    assert seen["picture"].startswith("data:image/png;base64,")
+    part = {"what": "scan", "options": options, "part": [1e-5, 4e-5, 0.0, 3e-5]}
+    kept = bench.json("POST", f"/api/uploads/{sent['id']}/look", part)
+    assert kept["kept"] == "31 x 31"
+
+
+def test_an_error_is_the_command_s(bench: Bench) -> None:
+    sent = bench.json("POST", "/api/uploads?name=run.csv", b"a,b\n1,2\n")
+    asked = {"kind": "measure", "uploads": [sent["id"]], "options": {}}
+    run = bench.finished(bench.json("POST", "/api/runs", asked)["id"])
+    assert run["state"] == "failed"
+    assert run["message"].startswith("run.csv: ")
+
+
+def test_a_pickle_is_never_opened(bench: Bench) -> None:
+    file = io.BytesIO()
+    np.save(file, np.array([{"a": 1}], dtype=object), allow_pickle=True)
+    sent = bench.json("POST", "/api/uploads?name=scan.npy", file.getvalue())
+    status, _, text = bench.ask("POST", f"/api/uploads/{sent['id']}/look", {"what": "scan"})
+    assert status == 422, text
+
+
+def test_a_run_is_cancelled(bench: Bench) -> None:
+    sent = bench.json("POST", "/api/example")
+    run = bench.json("POST", "/api/runs", {"kind": "predict", "uploads": [sent["id"]]})
+    assert bench.json("POST", f"/api/runs/{run['id']}")["state"] == "cancelled"
+    assert bench.finished(run["id"])["files"] == []
+
+
+# -- as a person --------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+def test_a_person_s_way(bench: Bench, tmp_path: Path) -> None:
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    (tmp_path / "run.csv").write_bytes(record_text(tmp_path))
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1500, "height": 1000})
+        wrong: list[str] = []
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.on("console", lambda m: wrong.append(m.text) if m.type == "error" else None)
+        page.goto(f"http://127.0.0.1:{bench.port}/?token={TOKEN}")
+        assert "token" not in page.url
+        page.set_input_files("#file", str(tmp_path / "run.csv"))
+        canvas = page.locator("canvas").first
+        canvas.wait_for(timeout=120_000)
+        box = canvas.bounding_box()
+        page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 20)
+        page.mouse.down()
+        page.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 20, steps=4)
+        page.mouse.up()
+        assert "Used:" in page.locator("form").inner_text()
+        page.click("#run")
+        page.locator("#runs li.done").first.wait_for(timeout=120_000)
+        report = page.frame_locator("article iframe").locator("h1")
+        assert "run" in report.inner_text(timeout=60_000)
+        page.reload()
+        assert page.locator("#runs li.done.shown").count() == 1
+        page.click("#example")
+        page.locator("#study-text").wait_for(timeout=60_000)
+        page.click("#run")
+        page.locator("#runs li.done").nth(1).wait_for(timeout=120_000)
+        page.locator("#runs li input").nth(1).check()
+        page.locator("article iframe").nth(1).wait_for(timeout=60_000)
+        page.screenshot(path=str(tmp_path / "workbench.png"))
+        assert not wrong
+        browser.close()

@@ -191,6 +191,8 @@ class Workspace:
                 env={**os.environ, "MICROSLIP_PROGRESS": "lines", "NO_COLOR": "1",
                      "PYTHONIOENCODING": "utf-8"},
             )  # fmt: skip
+            if run.state == "cancelled":  # while it was begun
+                run.process.terminate()
             assert run.process.stdout is not None
             reading = asyncio.create_task(run.process.stdout.read())
             await self._follow(run, run.process)
@@ -237,6 +239,7 @@ class Workspace:
         """Stop everything."""
         for run in list(self.runs.values()):
             await self.cancel(run)
+        await asyncio.gather(*self._tasks, return_exceptions=True)
 
 
 def check_study(path: Path) -> None:

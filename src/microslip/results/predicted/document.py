@@ -65,7 +65,7 @@ def document(result: Prediction) -> Document:
         cycles.append(varying_table(joints))
     sections = [] if result.structure is None else [*structure_sections(result.structure)]
     sections += [
-        Section("Joint at rest", (Note(subject(result)), joint_table(joints, _law(study)))),
+        Section("Joint at rest", (joint_table(joints, _law(study)),)),
         Section("Cycles", tuple(cycles)),
     ]
     if result.oscillators:
@@ -77,7 +77,9 @@ def document(result: Prediction) -> Document:
         Section("Figures", pictures(result), brief=False),
         Section("Validity", (validity(judged, varies=varies),)),
         Section("Notes", (*([Items(notes)] if notes else []), Note(REMARK))),
-        Section("Study", (*study_facts(study), Listing(study.text)), brief=False),
+        Section(
+            "Study", (Note(subject(result)), *study_facts(study), Listing(study.text)), brief=False
+        ),
         Section("Equations", (Markup(equations(result)),), brief=False),
     ]
     title = summary["title"] or ("Joint" if result.structure is None else "Structure")

@@ -2,7 +2,7 @@
 
     python benchmarks/commands.py                     the commands of this environment
     python benchmarks/commands.py --against MICROSLIP and those of another one, in turns
-    python benchmarks/commands.py ... --readme        and the table between the markers in README.md
+    python benchmarks/commands.py ... --page        and the table in docs/timings.md
 
 MICROSLIP is the command of another environment, such as one made from commit b048829, before
 results were told once. Commands of both run one after the other, several times; the best of each
@@ -19,8 +19,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-README = Path(__file__).parents[1] / "README.md"
-BEGIN = "<!-- commands: written by benchmarks/commands.py --readme -->"
+PAGE = Path(__file__).parents[1] / "docs" / "timings.md"
+BEGIN = "<!-- commands: written by benchmarks/commands.py --page -->"
 END = "<!-- commands: end -->"
 RIG = "record.csv"
 
@@ -92,19 +92,19 @@ def table(commands: list[str], repeats: int) -> list[str]:
 
 
 def main() -> None:
-    """Measure, print, and write into the README what is asked for."""
+    """Measure, print, and write into the page what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--against", help="command of another environment")
     parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--readme", action="store_true")
+    parser.add_argument("--page", action="store_true")
     given = parser.parse_args()
     own = str(Path(sys.executable).with_name("microslip"))
     rows = table([own, *([given.against] if given.against else [])], given.repeats)
-    if given.readme:
-        before, _, after = README.read_text("utf-8").partition(BEGIN)
+    if given.page:
+        before, _, after = PAGE.read_text("utf-8").partition(BEGIN)
         _, _, after = after.partition(END)
         body = "\n".join(rows)
-        README.write_text(f"{before}{BEGIN}\n{body}\n{END}{after}", encoding="utf-8")
+        PAGE.write_text(f"{before}{BEGIN}\n{body}\n{END}{after}", encoding="utf-8")
 
 
 if __name__ == "__main__":

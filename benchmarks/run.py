@@ -2,7 +2,7 @@
 
     python benchmarks/run.py                a table of what is wanted and what is measured
     python benchmarks/run.py --json FILE    and the numbers as JSON
-    python benchmarks/run.py --readme       and the tables between the markers in README.md
+    python benchmarks/run.py --page       and the tables between the markers in docs/timings.md
     python benchmarks/run.py --strict       exit code 1 where something that is wanted is missed
 
 One process, one thread, the best of several runs each. Beside the compiled kernel and its NumPy
@@ -44,8 +44,8 @@ from microslip.scans import random_surface
 
 Floats = NDArray[np.float64]
 
-README = Path(__file__).parents[1] / "README.md"
-BEGIN = "<!-- timings: written by benchmarks/run.py --readme -->"
+PAGE = Path(__file__).parents[1] / "docs" / "timings.md"
+BEGIN = "<!-- timings: written by benchmarks/run.py --page -->"
 END = "<!-- timings: end -->"
 
 SAMPLES = 1_000_000
@@ -666,13 +666,13 @@ SWEEPS_HEAD = (
 )
 
 
-def readme_text(
+def page_text(
     rows: Sequence[Row],
     others: Sequence[Sequence[str]],
     about: str,
     sweeps: Sequence[Sequence[str]] = (),
 ) -> str:
-    """The tables of the README: a row a task, a column a kernel."""
+    """The tables of the page: a row a task, a column a kernel."""
     tasks: dict[str, dict[str, Row]] = {}
     for row in rows:
         tasks.setdefault(row.task, {})[row.how] = row
@@ -695,19 +695,19 @@ def readme_text(
     return "\n\n".join([about, *(markdown_table(*table) for table in tables)])
 
 
-def write_readme(text: str) -> None:
-    before = README.read_text(encoding="utf-8")
+def write_page(text: str) -> None:
+    before = PAGE.read_text(encoding="utf-8")
     if before.count(BEGIN) != 1 or before.count(END) != 1:
-        sys.exit(f"error: README.md must hold these two lines once each:\n{BEGIN}\n{END}")
+        sys.exit(f"error: docs/timings.md must hold these two lines once each:\n{BEGIN}\n{END}")
     head, rest = before.split(BEGIN)
     tail = rest.split(END)[1]
-    README.write_text(f"{head}{BEGIN}\n{text}\n{END}{tail}", encoding="utf-8")
+    PAGE.write_text(f"{head}{BEGIN}\n{text}\n{END}{tail}", encoding="utf-8")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Measure the speed of microslip on one core.")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the numbers, in SI units")
-    parser.add_argument("--readme", action="store_true", help="write the tables into README.md")
+    parser.add_argument("--page", action="store_true", help="write the tables into docs/timings.md")
     parser.add_argument("--strict", action="store_true", help="exit with 1 where one is missed")
     options = parser.parse_args(arguments)
 
@@ -768,8 +768,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "help_loads_numpy": loads_numpy,
         }
         options.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    if options.readme:
-        write_readme(readme_text(rows, others, about, sweeps))
+    if options.page:
+        write_page(page_text(rows, others, about, sweeps))
     missed = sum(row.verdict == "missed" for row in rows) + loads_numpy
     missed += sum(row[-1] == "missed" for row in sweeps)
     return 1 if options.strict and missed else 0

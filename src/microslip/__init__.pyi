@@ -1,3 +1,4 @@
+from ._core.units import units as units
 from .errors import InputError as InputError
 from .errors import StudyError as StudyError
 from .friction import Asperity as Asperity

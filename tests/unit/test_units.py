@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+import microslip as ms
 from microslip._core import units
 
 
@@ -17,3 +18,15 @@ def test_common_units_are_what_pint_makes_of_them(
     assert None not in quick
     monkeypatch.setattr(units, "_simple", lambda unit: None)
     assert quick == [units._parse.__wrapped__(text) for text in texts]
+
+
+def test_units_in_python() -> None:
+    assert ms.units("69 GPa") == 69e9
+    assert ms.units("100 1/mm^2") == 1e8
+    assert ms.units("-0.3 um") == -3e-7
+    for wrong, why in (
+        ("3", "no unit"), ("3 frob", "no such unit"), ("GPa", "got"), (3.0, "got 3"),
+        (None, "got None"), ("25 degC", "no such unit"), ("1e999 m", "beyond all measure"),
+    ):  # fmt: skip
+        with pytest.raises(ms.InputError, match=why):
+            ms.units(wrong)

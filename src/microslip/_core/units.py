@@ -14,6 +14,7 @@ from functools import lru_cache
 from typing import Any, Literal
 
 from microslip._core.wording import nearest, shorten, show
+from microslip.errors import InputError
 
 Sign = Literal["positive", "any"]
 
@@ -137,6 +138,40 @@ def times(number: str, factor: Decimal) -> float:
         return float(Decimal(number) * factor)
     except (DecimalException, OverflowError):
         return math.inf
+
+
+def units(text: str) -> float:
+    """A quantity written with its unit, in SI units: 69e9 for "69 GPa".
+
+    Parameters
+    ----------
+    text : str
+        A number and a unit, such as "0.5 um", "2 kN" or "100 1/mm^2".
+
+    Returns
+    -------
+    float
+        The same in SI units, such as [Pa], the double nearest to what was written.
+
+    Raises
+    ------
+    InputError
+        Something else than a number with a unit that there is.
+    """
+    wanted = 'units("69 GPa") wants a number with its unit, got '
+    came = show(text)
+    number = _NUMBER.match(text.replace("\N{MINUS SIGN}", "-")) if isinstance(text, str) else None
+    if number is None:
+        raise InputError(f"{wanted}{came}")
+    unit = text[number.end() :].strip()
+    parsed = _parse(unit) if unit else None
+    # Degrees have no factor: nothing here is measured in them.
+    if parsed is None or any(name == "[temperature]" for name, _ in parsed[1]):
+        raise InputError(f"{wanted}{came} ({'no such unit' if unit else 'no unit'})")
+    value = times(number[1], parsed[0])
+    if not math.isfinite(value):
+        raise InputError(f"{wanted}{came} (beyond all measure)")
+    return value
 
 
 def is_unit(text: str) -> bool:

@@ -32,7 +32,8 @@ KERNEL := $(wildcard src/microslip/kernels/*.[ch])
 # An editable install sees edits of the Python sources by itself, a built one does not.
 SOURCES := $(if $(INSTALL),,$(shell find src/microslip -type f ! -name '*.so' ! -name '*.pyc'))
 
-.PHONY: help install demo test slow attack laboratory attack-sanitized lint format format-check types check bench reference coverage docs dist lock clean \
+.PHONY: help install demo test slow attack laboratory attack-sanitized hosts lint format format-check types check bench reference coverage docs \
+    dist lock clean \
     distclean
 
 help:  ## list the targets
@@ -104,6 +105,11 @@ laboratory: $(READY)  ## how often intervals hold the truth, and what wrong phys
 
 attack-sanitized: $(READY)  ## the same on a kernel built with sanitizers
 	@tools/sanitize.sh "$(abspath $(PY))" --only histories --only states --only varying --inputs $(INPUTS)
+
+# HOSTS="fmu pyharm" tries some of them; minutes, and it installs each host into an environment that it removes
+HOSTS ?=
+hosts: $(READY)  ## run the joint in other people's programs (PyPI packages, ccx)
+	@tools/try_hosts.sh "$(PYTHON)" $(HOSTS)
 
 lint: $(READY)  ## look for mistakes (ruff)
 	@"$(PY)" -m ruff check

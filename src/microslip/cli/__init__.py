@@ -9,6 +9,7 @@ from microslip._version import __version__
 from microslip.cli.app import app
 from microslip.cli.chapter import figures
 from microslip.cli.explore import explore
+from microslip.cli.export import export
 from microslip.cli.frame import Group
 from microslip.cli.identify import identify
 from microslip.cli.lists import materials, schema
@@ -60,6 +61,7 @@ for _command in (
     measure,
     identify,
     surface,
+    export,
     materials,
     schema,
     figures,

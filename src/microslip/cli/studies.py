@@ -20,10 +20,10 @@ LAWS = ("greenwood-williamson", "population", "sphere", "table")
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-_study = click.argument(
+study_argument = click.argument(
     "study", type=click.Path(path_type=Path, readable=False), shell_complete=complete_study
 )
-_overrides = click.option(
+overridable = click.option(
     "--set",
     "overrides",
     multiple=True,
@@ -41,7 +41,7 @@ def _output(default: str) -> Callable[[Command], Command]:
             click.option(
                 "--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables."
             ),
-            _overrides,
+            overridable,
             click.option(
                 "--overwrite", is_flag=True, help="Replace an earlier result in that folder."
             ),
@@ -61,7 +61,7 @@ def _output(default: str) -> Callable[[Command], Command]:
 
 
 @click.command(short_help="Predict loops, energy and damping of a joint.")
-@_study
+@study_argument
 @_output("STUDY-result")
 def predict(
     study: Path, folder: Path | None, overwrite: bool, overrides: tuple[str, ...], as_json: bool
@@ -137,8 +137,8 @@ def predict_into(read: Callable[[], Study], folder: Path, overwrite: bool, as_js
 
 
 @click.command(short_help="Look a study over, without running it.")
-@_study
-@_overrides
+@study_argument
+@overridable
 @click.option("--json", "as_json", is_flag=True, help="Print what was found as JSON, no tables.")
 def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     """Look STUDY over: its quantities in SI units, the joint at rest, validity. Writes nothing.

@@ -28,10 +28,10 @@ def to_iwan(
     from microslip.friction.cells import discretise, discretise_over
 
     count = whole("cells", cells, 1, MOST_CELLS)
-    _check_not_rigid(law, "Iwan's cells")
+    check_not_rigid(law, "Iwan's cells")
     if smallest_amplitude is None and largest_amplitude is None:
         return discretise(law, count)
-    low, high = _range(law, smallest_amplitude, largest_amplitude)
+    low, high = amplitude_range(law, smallest_amplitude, largest_amplitude)
     return discretise_over(law, count, low, high)
 
 
@@ -41,12 +41,12 @@ def to_segalman(
     """See :meth:`BackboneLaw.to_segalman`."""
     from microslip.friction.segalman import fit_segalman
 
-    _check_not_rigid(law, "the four parameters")
-    low, high = _range(law, smallest_amplitude, largest_amplitude)
+    check_not_rigid(law, "the four parameters")
+    low, high = amplitude_range(law, smallest_amplitude, largest_amplitude)
     return fit_segalman(law, np.geomspace(low, high, 61))
 
 
-def _check_not_rigid(law: BackboneLaw, model: str) -> None:
+def check_not_rigid(law: BackboneLaw, model: str) -> None:
     """Springs beside each other have no place where a law is rigid at rest."""
     if math.isinf(law.tangential_stiffness):
         raise InputError(
@@ -55,8 +55,10 @@ def _check_not_rigid(law: BackboneLaw, model: str) -> None:
         )
 
 
-def _range(law: BackboneLaw, smallest: float | None, largest: float | None) -> tuple[float, float]:
-    """A range of amplitudes [m], 0.01 to 10 reaches where it was not given."""
+def amplitude_range(
+    law: BackboneLaw, smallest: float | None, largest: float | None
+) -> tuple[float, float]:
+    """A range of amplitudes [m]; 0.01 to 10 times limit over stiffness where it was not given."""
     reach = law.force_limit / law.tangential_stiffness
     low = 0.01 * reach if smallest is None else smallest
     high = 10.0 * reach if largest is None else largest

@@ -1,0 +1,139 @@
+"""Floor 12: the joint of a study as a file of another program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from microslip._core.options import Option
+from microslip._core.units import LENGTH
+from microslip.cli.frame import OneOf, echo_json
+from microslip.cli.options import offers
+from microslip.cli.studies import overridable, study_argument
+from microslip.cli.work import progress, stoppable
+
+if TYPE_CHECKING:
+    from microslip.results import Study
+
+KINDS = (
+    "c", "fmu", "opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran",
+    "table", "segalman", "bouc-wen", "iwan",
+)  # fmt: skip
+_OPTIONS = (
+    Option(
+        "smallest_amplitude",
+        "Smallest amplitude that cells and fits are for, and errors are told over.",
+        LENGTH,
+        example="1 nm",
+        metavar="LENGTH",
+    ),
+    Option("largest_amplitude", "Largest one.", LENGTH, example="10 um", metavar="LENGTH"),
+    Option("cells", "Cells of kinds that have them.", int, default=50),
+    Option("depth", "Open reversals that exported code remembers.", int, default=256),
+    Option("name", "What names in the file begin with.", default="joint"),
+    Option(
+        "nodes",
+        "Table of patches: two nodes of the mesh, area [m^2], load [N] a line; or two nodes.",
+        metavar="FILE",
+    ),
+    Option("direction", "Direction in the mesh, 1, 2 or 3 for x, y or z.", int, default=1),
+    Option("first_number", "First number of what is added to the mesh.", int, default=1),
+)
+
+
+@click.command(short_help="Write the joint for another program.")
+@click.argument("kind", type=OneOf(KINDS), metavar="KIND")
+@study_argument
+@click.option(
+    "-o", "--output", "file", required=True, type=click.Path(path_type=Path), metavar="FILE",
+    help="The file to write.",
+)  # fmt: skip
+@offers(*_OPTIONS)
+@click.option("--overwrite", is_flag=True, help="Replace files that exist.")
+@overridable
+@click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON.")
+def export(
+    kind: str,
+    study: Path,
+    file: Path,
+    overwrite: bool,
+    overrides: tuple[str, ...],
+    as_json: bool,
+    nodes: str | None,
+    **options: Any,
+) -> None:
+    """Write the joint of STUDY as a file of another program, which says how exact it is.
+
+    KIND is c, fmu, opensees, calculix, abaqus, ansys, lsdyna or nastran; table, segalman, bouc-wen
+    or iwan write its numbers, and models that are close to it.
+    """
+    with stoppable(), progress("Exporting"):
+        from microslip.export import write
+        from microslip.results import Study
+
+        law, pairs = _law(Study.load(study, overrides), kind, nodes)
+        done = write(kind, law, file, nodes=pairs, overwrite=overwrite, **options)
+    if as_json:
+        from dataclasses import asdict
+
+        echo_json(
+            {
+                "kind": done.kind, "files": [str(path) for path in done.files],
+                "law": done.law, "run": done.run, **asdict(done.accuracy),
+            }
+        )  # fmt: skip
+        return
+    found = done.accuracy
+    click.echo(f"Written: {', '.join(str(path) for path in done.files)}")
+    click.echo(
+        f"Over {found.smallest_amplitude:.4g} to {found.largest_amplitude:.4g} m it errs by up to "
+        f"{found.backbone_error:.2g} of the backbone and {found.energy_error:.2g} of the energy."
+    )
+    click.echo(f"This kind of file: {done.run}.")
+
+
+def _law(study: Study, kind: str, nodes: str | None) -> tuple[Any, Any]:
+    """What a study says to export, and the nodes that it lies between."""
+    from microslip.errors import StudyError
+    from microslip.friction import Interface, JointField
+    from microslip.study.build import build_joints
+
+    if study.structure is not None:
+        raise StudyError(
+            f"{study.name}: {kind} holds a joint, and this study describes a [structure]; leave "
+            "that table out, or write microslip.export.write with the law of each patch"
+        )
+    if study.excitation.load_variation is not None:
+        raise StudyError(
+            f"{study.name}: excitation.load_variation: {kind} holds a joint at a constant load; "
+            "where it varies, state.try_(displacement, separation=...) in Python and the contact "
+            "element of microslip.hosts.pyharm hold it"
+        )
+    joints = build_joints(study)
+    if len(joints) > 1:
+        loads = ", ".join(f"{joint.normal_load:g}" for joint in joints)
+        raise StudyError(
+            f"{study.name}: joint.normal_load: a file holds one joint, got {len(joints)} loads "
+            f"({loads} N); choose one, such as --set 'joint.normal_load=\"2 kN\"'"
+        )
+    if nodes is None:
+        return joints[0], None
+    from microslip.export.node_tables import read_nodes
+
+    table = read_nodes(nodes)
+    if table.shape[1] == 2:
+        return [joints[0]] * len(table), table
+    if not isinstance(joints[0], Interface):
+        raise StudyError(
+            f"{study.name}: areas and loads of patches need a joint with a surface, got "
+            f"{joints[0]!r}; give two nodes a line"
+        )
+    field = JointField(
+        joints[0].surface,
+        joints[0].friction_coefficient,
+        areas=table[:, 2],
+        loads=table[:, 3],
+    )
+    return field, table[:, :2].astype(int)

@@ -1,0 +1,163 @@
+"""Any backbone in panels of polynomials: what a file of another program can hold of a law."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from microslip import kernels
+from microslip._core.checks import Floats
+from microslip._core.frozen import lock
+from microslip.errors import InputError
+from microslip.kernels.table import NODES, TO_POWERS, TO_SERIES, Table
+from microslip.numerics.quadrature import gauss_legendre
+
+if TYPE_CHECKING:
+    from microslip.friction import BackboneLaw
+
+_MOST = 20_000  # panels
+_ROUNDING = 1e-15  # of the force at the end of a panel, for the terms left out
+_NOTHING = 1e-14  # of the force limit, or of the force at the smallest amplitude
+_HALVINGS = 60
+
+
+@dataclass(frozen=True)
+class BackbonePanels:
+    """T0 on [0, end] in panels, and the force limit past them.
+
+    The first panel holds T0/u, the others T0, as powers of s in [-1, 1]; panels of one width, with
+    an ``inverse_width`` above 0, all hold T0/u.
+    """
+
+    edges: Floats  # (panels + 1,), rising from 0
+    coefficients: Floats  # (panels, terms)
+    inverse_width: float
+    limit: float
+
+    @classmethod
+    def of(cls, law: BackboneLaw, smallest: float) -> BackbonePanels:
+        """The panels of a law: its own table where it has one, which is then the law itself.
+
+        Else panels between its kinks, halved until what they leave out is rounding, down to what
+        no longer counts at the smallest amplitude [m].
+        """
+        table = law._table
+        if table is not None and table.power == 1 and table.rate == 0.0:
+            panels = len(table.coefficients)
+            edges = np.arange(panels + 1) / table.inverse_width
+            return cls(edges, table.coefficients, table.inverse_width, table.limit)
+        return _unequal(law, smallest)
+
+    @property
+    def end(self) -> float:
+        """Displacement past which all slides [m]."""
+        return float(self.edges[-1])
+
+    def force(self, u: Floats) -> Floats:
+        """T0 [N] as the exported code evaluates it."""
+        return self._evaluate(u)[0]
+
+    def energy(self, amplitudes: Floats) -> Floats:
+        """Energy of a closed cycle [J] of the panels themselves, for rising amplitudes."""
+        # 4 (T0 - u T0') = -4 u^2 (T0/u)', of which only the second form does not cancel.
+        nodes, weights = gauss_legendre(16)
+        places = np.unique(np.concatenate((self.edges, amplitudes)))
+        width = np.diff(places)
+        u = places[:-1, None] + width[:, None] * nodes
+        force, slope = self._evaluate(u.reshape(-1))
+        rate = 4.0 * (force - u.reshape(-1) * slope).reshape(u.shape)
+        pieces = width * (rate @ weights)
+        sums = np.append(0.0, np.cumsum(pieces))
+        return np.asarray(sums[np.searchsorted(places, amplitudes)])
+
+    def _evaluate(self, u: Floats) -> tuple[Floats, Floats]:
+        if self.inverse_width > 0.0:
+            table = Table(lock(self.coefficients), self.inverse_width, 1, self.limit, 0.0)
+            return table.value_and_slope(u)
+        panel = np.clip(np.searchsorted(self.edges, u, side="right") - 1, 0, len(self.edges) - 2)
+        low, high = self.edges[panel], self.edges[panel + 1]
+        s = 2.0 * ((u - low) / (high - low)) - 1.0
+        c = self.coefficients[panel]
+        shape, grade = np.zeros(u.size), np.zeros(u.size)
+        for k in range(c.shape[1] - 1, -1, -1):
+            grade = grade * s + shape
+            shape = shape * s + c[:, k]
+        grade = grade * (2.0 / (high - low))
+        first = panel == 0
+        value = np.where(first, u * shape, shape)
+        slope = np.where(first, shape + u * grade, grade)
+        past = u >= self.end
+        return np.where(past, self.limit, value), np.where(past, 0.0, slope)
+
+
+def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
+    limit = law.force_limit
+    floor = _NOTHING * float(law._backbone(np.array([smallest]))[0])
+    end = _end(law, limit)
+    kinks = np.asarray(law._kinks)
+    kinks = kinks[(kinks > 0.0) & (kinks < end)]
+    if kinks.size > _MOST:
+        raise _too_rough(law)
+    edges = np.concatenate(([0.0], kinks, [end]))
+    # Where T0/u is not smooth at rest the first panel ends so low that its error is nothing.
+    todo = [(float(a), float(b), 0) for a, b in itertools.pairwise(edges)][::-1]
+    places, rows = [0.0], []
+    while todo:
+        low, high, depth = todo.pop()
+        row, fits = _panel(law._backbone, low, high, floor, limit)
+        if not fits and depth < _HALVINGS:
+            middle = low + 0.5 * (high - low)
+            if low < middle < high:
+                todo += [(middle, high, depth + 1), (low, middle, depth + 1)]
+                continue
+        places.append(high)
+        rows.append(row)
+        if len(rows) + len(todo) > _MOST:
+            raise _too_rough(law)
+    coefficients = np.array(rows)
+    size = np.abs(coefficients).max(axis=0)
+    used = int(np.flatnonzero(size > 0.0)[-1]) + 1 if size.any() else 1
+    return BackbonePanels(np.array(places), coefficients[:, : max(used, 2)], 0.0, limit)
+
+
+def _panel(
+    backbone: Callable[[Floats], Floats], low: float, high: float, floor: float, limit: float
+) -> tuple[Floats, bool]:
+    """Powers of s on a panel, and whether they leave out no more than rounding."""
+    u = low + 0.5 * (high - low) * (1.0 + NODES)
+    force = backbone(u)
+    series = (force / u if low == 0.0 else force) @ TO_SERIES
+    size = high if low == 0.0 else 1.0
+    scale = max(float(force.max()), floor / _NOTHING * 1e-3)
+    small = np.abs(series) * size <= 2.0 * _ROUNDING * scale
+    left_out = float(np.abs(series[kernels.TERMS - 1 :]).max()) * size
+    fits = left_out <= 2.0 * _ROUNDING * scale or left_out <= 0.01 * floor
+    # Straight pieces stay straight: what is rounding is taken off from the end on.
+    kept = kernels.TERMS
+    while kept > 1 and small[kept - 1]:
+        kept -= 1
+    series[kept:] = 0.0
+    return series[: kernels.TERMS] @ TO_POWERS, fits
+
+
+def _end(law: BackboneLaw, limit: float) -> float:
+    """A displacement from which on the law is its limit, to rounding."""
+    end = limit / law.tangential_stiffness
+    for _ in range(400):
+        if float(law._backbone(np.array([end]))[0]) >= limit * (1.0 - _ROUNDING):
+            return end
+        end *= 1.5
+    raise _too_rough(law)
+
+
+def _too_rough(law: BackboneLaw) -> InputError:
+    name = type(law).__name__
+    return InputError(
+        f"c and fmu hold a law in at most {_MOST} smooth pieces, which {name} needs more of; "
+        "cells hold it to an error that is told: kind iwan, opensees or calculix, or "
+        "law.to_iwan(...) in their place"
+    )

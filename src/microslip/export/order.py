@@ -1,0 +1,271 @@
+"""What is to be exported, checked, and how exactly a file will hold it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, exact, show, whole
+from microslip._core.wording import one_line
+from microslip._version import __version__
+from microslip.errors import Argument, InputError
+from microslip.export.backbone_panels import BackbonePanels
+from microslip.friction import BackboneLaw, JointField
+from microslip.friction.base import CellModel
+from microslip.friction.conversions import amplitude_range, check_not_rigid
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_AMPLITUDES = 400  # at which errors are looked for
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
+_MOST_DEPTH = 1_000_000
+_MOST_CELLS = 10_000
+ELEMENTS = ("opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran")
+"""Kinds whose files hold elements, and so fields."""
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How exactly a file holds a law over a range of amplitudes."""
+
+    smallest_amplitude: float
+    """Smallest amplitude looked at [m]."""
+    largest_amplitude: float
+    """Largest one [m]."""
+    backbone_error: float
+    """Largest relative error of the backbone [-]."""
+    energy_error: float
+    """Largest relative error of the energy of a cycle [-]."""
+
+    @classmethod
+    def of(
+        cls,
+        law: BackboneLaw,
+        span: tuple[float, float],
+        backbone: Callable[[Floats], Floats],
+        energy: Callable[[Floats], Floats],
+    ) -> Accuracy:
+        """Errors of a backbone and its energies beside those of a law, over a range."""
+        a = np.geomspace(*span, _AMPLITUDES)
+        force, lost = law._backbone(a), law._energy(a)
+        real = lost > 0.0
+        off = np.abs(energy(a)[real] / lost[real] - 1.0)
+        return cls(
+            *span,
+            float(np.max(np.abs(backbone(a) / force - 1.0))),
+            float(np.max(off, initial=0.0)),
+        )
+
+
+@dataclass(frozen=True)
+class Patch:
+    """One joint of a file: its law and the two nodes of the mesh that it lies between, or none."""
+
+    law: BackboneLaw
+    nodes: tuple[int, ...]
+
+    def cells(self, order: Order) -> CellModel:
+        """The cells that stand for it, in newtons and metres."""
+        low, high = order.span
+        return self.law.to_iwan(order.cells, smallest_amplitude=low, largest_amplitude=high)
+
+
+@dataclass(frozen=True)
+class Order:
+    """An export, all of it checked."""
+
+    kind: str
+    run: str
+    patches: tuple[Patch, ...]
+    span: tuple[float, float]
+    cells: int
+    depth: int
+    name: str
+    direction: int
+    first_number: int
+    stem: str
+    suffix: str
+    described: str
+
+    @property
+    def law(self) -> BackboneLaw:
+        """The only law of a file that holds one."""
+        return self.patches[0].law
+
+    @cached_property
+    def panels(self) -> BackbonePanels:
+        """The law as polynomials."""
+        return BackbonePanels.of(self.law, self.span[0])
+
+    @cached_property
+    def cell_models(self) -> tuple[CellModel, ...]:
+        """The cells of each patch."""
+        return tuple(patch.cells(self) for patch in self.patches)
+
+    @cached_property
+    def accuracy(self) -> Accuracy:
+        """Of the file; the worst of its patches."""
+        if self.kind in ELEMENTS:
+            fits = [model.fit for model in self.cell_models]
+            return Accuracy(
+                *self.span,
+                max(fit.backbone_error for fit in fits),
+                max(fit.energy_error for fit in fits),
+            )
+        return Accuracy.of(self.law, self.span, self.panels.force, self.panels.energy)
+
+    def header(self, accuracy: Accuracy | None = None) -> list[str]:
+        """What each file says of itself, line by line; SI units."""
+        found = accuracy or self.accuracy
+        low, high = found.smallest_amplitude, found.largest_amplitude
+        lines = [
+            f"Written by microslip {__version__}, kind {self.kind}. Units: m, N, J.",
+            f"Law: {self.described}",
+            f"Amplitudes: {low:.6g} m to {high:.6g} m.",
+            f"Largest error over them, backbone {found.backbone_error:.2g}, "
+            f"energy of a cycle {found.energy_error:.2g} (relative).",
+        ]
+        if self.kind in ELEMENTS:
+            count = sum(model.cell_count for model in self.cell_models)
+            lines.append(f"{count} cells of spring and slider in {len(self.patches)} patch(es).")
+        lines.append(f"This kind of file: {self.run}.")
+        return [short for line in lines for short in wrap(line, 96, subsequent_indent="  ")]
+
+
+def read_order(
+    kind: str,
+    run: str,
+    law: Any,
+    stem: str,
+    suffix: str,
+    options: Mapping[str, Any],
+) -> Order:
+    """Check what is to be exported."""
+    name = options["name"]
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise InputError(
+            Argument("name"),
+            " must begin with a letter and hold up to 31 letters, digits and _, which C and "
+            f'Fortran take, for example name="joint"; got {show(name)}',
+        )
+    depth = whole("depth", options["depth"], 2, _MOST_DEPTH)
+    cells = whole("cells", options["cells"], 2, _MOST_CELLS)
+    direction = whole("direction", options["direction"], 1, 3)
+    first = whole("first_number", options["first_number"], 1, 90_000_000)
+    patches = _patches(kind, law, options["nodes"])
+    span = amplitude_range(
+        _together(patches), options["smallest_amplitude"], options["largest_amplitude"]
+    )
+    return Order(
+        kind, run, patches, span, cells, depth, name, direction, first, stem, suffix,
+        one_line(_described(law)),
+    )  # fmt: skip
+
+
+def _patches(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...]:
+    laws = _laws(kind, law)
+    if nodes is None:
+        if len(laws) > 1:
+            raise InputError(
+                Argument("nodes"),
+                f" must be given for a field, two numbers a patch [{len(laws)} patches], got none",
+            )
+        return (Patch(laws[0], ()),)
+    if kind not in ELEMENTS:
+        raise InputError(
+            Argument("nodes"),
+            f" must not be given for {kind}, which knows no mesh; {', '.join(ELEMENTS)} do",
+        )
+    pairs = np.asarray(nodes)
+    if pairs.ndim == 1:
+        pairs = pairs[None, :]
+    if (
+        pairs.shape != (len(laws), 2)
+        or pairs.dtype.kind not in "iuf"
+        or not np.all((pairs >= 1) & (pairs < 1e9) & (pairs == np.floor(pairs)))
+        or np.any(pairs[:, 0] == pairs[:, 1])
+    ):
+        raise InputError(
+            Argument("nodes"),
+            f" must be two different numbers of nodes (1 and up) for each of {len(laws)} "
+            f"patch(es), for example nodes=[[1, 2]]; got {show(nodes)}",
+        )
+    return tuple(
+        Patch(item, (int(a), int(b)))
+        for item, (a, b) in zip(laws, pairs.tolist(), strict=True)
+        if item is not None
+    )
+
+
+def _laws(kind: str, law: Any) -> list[Any]:
+    """The law of each patch; None for one that touches nothing."""
+    if isinstance(law, BackboneLaw):
+        check_not_rigid(law, f"files of kind {kind}")
+        return [law]
+    several = isinstance(law, JointField) or (
+        isinstance(law, Sequence) and law and all(isinstance(item, BackboneLaw) for item in law)
+    )
+    if several and kind in ELEMENTS:
+        laws = _laws_of_field(law) if isinstance(law, JointField) else list(law)
+        for item in laws:
+            if item is not None:
+                check_not_rigid(item, f"files of kind {kind}")
+        if not any(laws):
+            raise InputError(Argument("law"), " must have a patch that carries a load, got none")
+        return laws
+    if several:
+        raise InputError(
+            f"{kind} holds one law; a field of patches is held by {', '.join(ELEMENTS)}, or by "
+            f"{kind} as the law of patches that move together: field.rigid()"
+        )
+    if type(law).__name__ in ("IsotropicJoint", "IsotropicField"):
+        raise InputError(
+            f"{kind} holds one direction, and {type(law).__name__} has two; microslip.hosts.pyharm "
+            "and callbacks of its harmonics and start().try_ hold it, and its line is a law of one "
+            "direction"
+        )
+    raise InputError(
+        Argument("law"),
+        " must be a backbone law, which one curve and Masing's rules make, such as an Interface "
+        f"or Iwan, got {show(law)}",
+    )
+
+
+def _laws_of_field(field: JointField) -> list[BackboneLaw | None]:
+    return [
+        JointField(
+            field.surface,
+            float(field.friction[i]),
+            areas=[float(field.areas[i])],
+            separations=[float(field.separations[i])],
+            surface_area=field.surface_area,
+        ).rigid()
+        if field.normal_loads[i] > 0.0
+        else None
+        for i in range(field.size)
+    ]
+
+
+def _together(patches: tuple[Patch, ...]) -> BackboneLaw:
+    from microslip.friction import Parallel
+
+    return patches[0].law if len(patches) == 1 else Parallel([patch.law for patch in patches])
+
+
+def _described(law: Any) -> str:
+    surface = getattr(law, "surface", None)
+    under = f", on {surface!r}" if surface is not None else ""
+    if isinstance(law, JointField):
+        return f"a field of {law.size} patches{under}"
+    if isinstance(law, Sequence):
+        return f"{len(law)} laws, a patch each"
+    limit, stiffness = exact(law.force_limit), exact(law.tangential_stiffness)
+    return f"{law!r}{under}; force limit {limit} N, stiffness at rest {stiffness} N/m"

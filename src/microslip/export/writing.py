@@ -1,0 +1,134 @@
+"""Files of other programs, whole or not at all."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import show
+from microslip._core.files import whole_file
+from microslip._core.wording import did_you_mean
+from microslip.errors import Argument, InputError
+from microslip.export.formats import FORMATS, KINDS
+from microslip.export.order import Accuracy, read_order
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written, and how exactly it holds the law."""
+
+    kind: str
+    """The kind of file."""
+    files: tuple[Path, ...]
+    """The files."""
+    accuracy: Accuracy
+    """Errors over the range of amplitudes."""
+    run: str
+    """Whether this kind of file was ever run, and against what."""
+    law: str
+    """The law, in a line."""
+
+
+def write(
+    kind: str,
+    law: Any,
+    file: str | Path,
+    *,
+    smallest_amplitude: float | None = None,
+    largest_amplitude: float | None = None,
+    cells: int = 50,
+    depth: int = 256,
+    name: str = "joint",
+    nodes: ArrayLike | None = None,
+    direction: int = 1,
+    first_number: int = 1,
+    overwrite: bool = False,
+) -> Exported:
+    """Write a law as a file of another program; each says in its header how exact it is.
+
+    Parameters
+    ----------
+    kind : str
+        One of :data:`microslip.export.KINDS`.
+    law : BackboneLaw, JointField or sequence of BackboneLaw
+        The law; a field or several laws, a patch each, for kinds that are made of elements.
+    file : str or pathlib.Path
+        Where to; some kinds put others beside it, of the same stem.
+    smallest_amplitude, largest_amplitude : float, optional
+        Range of amplitudes [m] that cells and fits are for, and over which errors are told;
+        without them 0.01 and 10 times the displacement at which the first tangent meets the limit.
+    cells : int, optional
+        Number of cells [-] of kinds that have them, at least 2.
+    depth : int, optional
+        Open reversals [-] that exported code remembers, at least 2. Where a history has more, it
+        goes on, and tells a bound of the error.
+    name : str, optional
+        What names in the file begin with.
+    nodes : array_like of int, optional
+        Two numbers of nodes of a mesh for each patch, shape (patches, 2); without them elements
+        are left to be connected.
+    direction : int, optional
+        Direction of the joint in the mesh: 1, 2 or 3 for x, y or z.
+    first_number : int, optional
+        First number of the elements, materials and nodes that are added.
+    overwrite : bool, optional
+        Whether files that exist are replaced.
+
+    Returns
+    -------
+    Exported
+        The files and how exact they are.
+
+    Raises
+    ------
+    InputError
+        A kind that is none; a law that the kind cannot hold; a range that is none; cells, a depth,
+        a name or nodes that are none; files that exist or cannot be written.
+
+    Notes
+    -----
+    Cells are tangents of the backbone at geometric places (Iwan 1966, DOI 10.1115/1.3625199). The
+    exact kinds hold the backbone in panels of polynomials and follow Masing's rules.
+    """
+    chosen = next((item for item in FORMATS if item.kind == kind), None)
+    if chosen is None:
+        near = did_you_mean(kind, KINDS) if isinstance(kind, str) else ""
+        raise InputError(
+            Argument("kind"), f" must be one of {', '.join(KINDS)}, got {show(kind)}{near}"
+        )
+    try:
+        path = Path(file)
+    except TypeError:
+        raise InputError(Argument("file"), f" must be a path, got {show(file)}") from None
+    suffix = path.suffix if path.suffix in chosen.suffixes else chosen.suffixes[0]
+    stem = path.stem if path.suffix == suffix else path.name
+    if not stem or stem.startswith("."):
+        raise InputError(Argument("file"), f" must be the name of a file, got {show(str(file))}")
+    order = read_order(
+        kind,
+        chosen.run,
+        law,
+        stem,
+        suffix,
+        {
+            "smallest_amplitude": smallest_amplitude,
+            "largest_amplitude": largest_amplitude,
+            "cells": cells,
+            "depth": depth,
+            "name": name,
+            "nodes": nodes,
+            "direction": direction,
+            "first_number": first_number,
+        },
+    )
+    texts, accuracy = chosen.write(order)
+    paths = [path.parent / text for text in texts]
+    with ExitStack() as stack:
+        stages = [stack.enter_context(whole_file(item, overwrite)) for item in paths]
+        for stage, content in zip(stages, texts.values(), strict=True):
+            stage.write_bytes(content.encode() if isinstance(content, str) else content)
+    return Exported(kind, tuple(paths), accuracy, chosen.run, order.described)

@@ -1,0 +1,101 @@
+"""A force for TMDSimPy: a law on each local displacement, its harmonics exact.
+
+TMDSimPy is not on PyPI; it is fetched by its users. This module was written after its published
+sources and has not been run with it. Their hysteretic forces begin at the mean of a cycle, and so
+does this one unless ``rest`` says otherwise.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from tmdsimpy.nlforces.nonlinear_force import HystereticForce
+
+from microslip._core.checks import Floats, floats, show
+from microslip.errors import Argument, InputError
+from microslip.friction import BackboneLaw
+
+
+class JointForce(HystereticForce):  # type: ignore[misc]
+    """A backbone law on each local displacement Q x, its force back through T.
+
+    Parameters
+    ----------
+    Q : array_like
+        Takes displacements of the system to local ones [-], shape (local, n).
+    T : array_like
+        Takes local forces to those of the system [-], shape (n, local).
+    law : BackboneLaw
+        The law of each of them.
+    rest : float or "mean", optional
+        Displacement [m] at which the joint began, or the mean of the cycle.
+
+    Raises
+    ------
+    InputError
+        Something that is no law; matrices of other shapes.
+    """
+
+    def __init__(self, Q: ArrayLike, T: ArrayLike, law: BackboneLaw, rest: Any = "mean") -> None:
+        if not isinstance(law, BackboneLaw):
+            raise InputError(Argument("law"), f" must be a backbone law, got {show(law)}")
+        to_local, to_system = floats("Q", Q), floats("T", T)
+        if to_local.ndim != 2 or to_system.shape != to_local.shape[::-1]:
+            raise InputError(
+                "Q and T must have the shapes (local, n) and (n, local), "
+                f"got {to_local.shape} and {to_system.shape}"
+            )
+        super().__init__(to_local, to_system)
+        self.law, self.rest = law, rest
+        self.init_history()
+
+    def init_history(self, unlth0: Any = None, h: Any = None) -> None:
+        """Put every joint at rest, for :meth:`force`."""
+        self.states = [self.law.start() for _ in range(len(self.Q))]
+
+    def force(self, X: ArrayLike, update_hist: bool = False) -> tuple[Floats, Floats]:
+        """Forces [N] at displacements X [m], shape (n,), and their derivatives [N/m], (n, n).
+
+        Each call starts from the last one that was told to become part of the history.
+        """
+        local = self.Q @ np.asarray(X, dtype=float)
+        trials = [state.try_(float(x)) for state, x in zip(self.states, local, strict=True)]
+        if update_hist:
+            for state in self.states:
+                state.commit()
+        stiffness = self.T @ (np.array([[trial.stiffness] for trial in trials]) * self.Q)
+        return self.T @ np.array([trial.force for trial in trials]), stiffness
+
+    def aft(
+        self, U: ArrayLike, w: float, h: ArrayLike, Nt: int = 128, tol: float = 1e-7, **_: Any
+    ) -> tuple[Floats, Floats, Floats]:
+        """Coefficients of the forces from those of the displacements, without samples.
+
+        Parameters
+        ----------
+        U : array_like
+            Coefficients [m], those of all n displacements for the mean, then for cos 1, sin 1, ...
+        w : float
+            Frequency [rad/s], on which nothing depends.
+        h : array_like of int
+            Harmonics, rising.
+        Nt, tol : optional
+            Of their interface; there is nothing to sample.
+
+        Returns
+        -------
+        force, jacobian, by_frequency : ndarray
+            Coefficients [N], their derivatives [N/m], and zeros.
+        """
+        coefficients = np.asarray(U, dtype=float)
+        numbers = [int(number) for number in np.asarray(h).tolist()]
+        local = self.Q @ coefficients.reshape((self.Q.shape[1], -1), order="F")
+        force = np.zeros_like(coefficients)
+        jacobian = np.zeros((coefficients.size, coefficients.size))
+        for i, motion in enumerate(local):
+            found = self.law.harmonics(motion, numbers, self.rest)
+            force += np.kron(found.force, self.T[:, i])
+            jacobian += np.kron(found.jacobian, np.outer(self.T[:, i], self.Q[i]))
+        return force, jacobian, np.zeros_like(coefficients)

@@ -1,0 +1,89 @@
+"""Exported C, compiled and run."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip import export
+
+COMPILER = shutil.which(os.environ.get("CC", "cc"))
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2")
+
+_AL = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
+JOINT = ms.Interface(
+    ms.GreenwoodWilliamson(
+        ms.MaterialPair(_AL, _AL), ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4
+    ),
+    friction_coefficient=0.55,
+    normal_load=2000.0,
+)
+
+DRIVER = """
+long NAME_run(const double *x, double *force, double *stiffness, double *told, long n)
+{
+    NAME_state s, other;
+    long limited = 0;
+    NAME_start(&s);
+    for (long i = 0; i < n; i++) {
+        NAME_try(&s, 2.0 * x[n - 1 - i], NULL, NULL); /* a trial that is thrown away */
+        if (i % 3 == 0) NAME_rollback(&s);
+        if (NAME_try(&s, x[i], &force[i], &stiffness[i]) == NAME_LIMITED) limited++;
+        NAME_copy(&s, &other);
+        NAME_commit(i % 2 ? &s : &other);
+        if (i % 2 == 0) NAME_copy(&other, &s);
+        told[i] = NAME_error(&s);
+    }
+    return limited;
+}
+"""
+
+
+def compiled(
+    laws: Sequence[ms.BackboneLaw], folder: Path, *flags: str, depth: int = 256
+) -> ctypes.CDLL:
+    """All laws, named joint0, joint1, ..., in one library."""
+    source = "#include <stddef.h>\n"
+    for i, law in enumerate(laws):
+        file = folder / f"law{i}.c"
+        export.write("c", law, file, name=f"joint{i}", depth=depth)
+        source += f'#include "{file.name}"\n' + DRIVER.replace("NAME", f"joint{i}")
+    (folder / "all.c").write_text(source)
+    library = folder / "all.so"
+    command = [str(COMPILER), *STRICT, *flags, "-shared", "-fPIC", "-o", str(library), "all.c"]
+    done = subprocess.run([*command, "-lm"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return ctypes.CDLL(str(library))
+
+
+def run(library: ctypes.CDLL, index: int, x: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Forces, stiffnesses and told errors along a record, and how often the depth was too small."""
+    x = np.ascontiguousarray(x, dtype=float)
+    out = [np.empty(x.size) for _ in range(3)]
+    pointers = [ctypes.c_void_p(array.ctypes.data) for array in (x, *out)]
+    function = getattr(library, f"joint{index}_run")
+    function.restype = ctypes.c_long
+    limited = function(*pointers, ctypes.c_long(x.size))
+    return (*out, limited)
+
+
+def records(scale: float, samples: int, seed: int = 0) -> dict[str, np.ndarray]:
+    """A sine, noise, a random walk, reversals on few places, and ties of equal size."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(samples)
+    return {
+        "sine": scale * (1.0 + 0.5 * np.sin(t / 9e3)) * np.sin(t / 37.3),
+        "noise": scale * rng.standard_normal(samples),
+        "walk": scale * 0.02 * np.cumsum(rng.standard_normal(samples)),
+        "reversals": scale * 0.25 * rng.integers(-8, 9, samples),
+        "ties": scale * np.array([1.0, -1.0, 0.5, -0.5, 0.5, 1.0, 1.0, -1.0, 0.0])[t % 9],
+    }

@@ -1,0 +1,155 @@
+"""The functional mock-up unit, validated and run by FMPy; `tools/try_hosts.sh` installs it."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exported import COMPILER, JOINT, STRICT, needs_compiler, records
+
+from microslip import export
+
+fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed; make hosts runs this")
+pytestmark = needs_compiler
+
+
+@pytest.fixture(scope="module")
+def unit(tmp_path_factory):
+    """The archive, what it says of itself, and its unpacked folder."""
+    file = tmp_path_factory.mktemp("fmu") / "joint.fmu"
+    export.write("fmu", JOINT, file, depth=64)
+    return str(file), fmpy.read_model_description(str(file)), fmpy.extract(str(file))
+
+
+def made(unit, kind):
+    """An instance that has been initialised at rest."""
+    _, description, folder = unit
+    slave = kind(
+        guid=description.guid,
+        unzipDirectory=folder,
+        modelIdentifier="joint",
+        instanceName="one",
+    )
+    slave.instantiate()
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    return slave
+
+
+def test_it_is_valid(unit):
+    from fmpy.validation import validate_fmu
+
+    assert list(validate_fmu(unit[0])) == []
+    assert unit[1].modelExchange.providesDirectionalDerivative
+    assert unit[1].coSimulation.canSerializeFMUstate
+
+
+def test_its_sources_make_the_same_unit(unit, tmp_path):
+    from fmpy.fmi2 import FMU2Slave
+
+    _, description, folder = unit
+    (tmp_path / "binaries" / "linux64").mkdir(parents=True)
+    library = tmp_path / "binaries" / "linux64" / "joint.so"
+    source = Path(folder) / "sources" / "joint.c"
+    command = [str(COMPILER), *STRICT, "-shared", "-fPIC", "-o", str(library), str(source), "-lm"]
+    subprocess.run(command, check=True, capture_output=True)
+    slave = made((None, description, str(tmp_path)), FMU2Slave)
+    slave.setReal([0], [2e-7])
+    assert slave.getReal([1]) == pytest.approx([JOINT.force([2e-7])[0]], rel=1e-13)
+    slave.freeInstance()
+
+
+def test_co_simulation_follows_the_law_one_input_behind(unit):
+    from fmpy.fmi2 import FMU2Slave
+
+    slave = made(unit, FMU2Slave)
+    for x in records(3e-7, 400).values():
+        slave.reset()
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        wanted, forces, ahead = JOINT.force(x), [], []
+        for i, place in enumerate(x):
+            slave.setReal([0], [place])
+            ahead += slave.getReal([1])  # a trial at the input that has just come
+            slave.doStep(currentCommunicationPoint=0.1 * i, communicationStepSize=0.1)
+            forces += slave.getReal([1])
+        # At the end of the step the force is that of the input at its beginning.
+        np.testing.assert_allclose(forces, wanted, rtol=0.0, atol=1e-13 * np.abs(wanted).max())
+        np.testing.assert_array_equal(ahead, forces)
+    slave.terminate()
+    slave.freeInstance()
+
+
+def test_model_exchange_commits_completed_steps_alone(unit):
+    from fmpy.fmi2 import FMU2Model
+
+    model = made(unit, FMU2Model)
+    model.enterContinuousTimeMode()
+    x = records(3e-7, 300)["walk"]
+    forces = []
+    for place in x:
+        for trial in (3.0 * place, -place):  # an iteration that goes astray
+            model.setReal([0], [trial])
+            model.getReal([1])
+        model.setReal([0], [place])
+        model.completedIntegratorStep()
+        forces += model.getReal([1])
+    wanted = JOINT.force(x)
+    np.testing.assert_allclose(forces, wanted, rtol=0.0, atol=1e-13 * np.abs(wanted).max())
+    model.terminate()
+    model.freeInstance()
+
+
+def test_an_importer_simulates_it(unit):
+    t = np.arange(0, 2001) / 2000
+    x = 1e-6 * np.sin(2.0 * np.pi * 3.0 * t)
+    given = np.rec.array((t, x), names=["time", "displacement"])
+    for kind, lag in (("ModelExchange", 0), ("CoSimulation", 1)):
+        answer = fmpy.simulate_fmu(
+            unit[0],
+            fmi_type=kind,
+            solver="Euler",
+            step_size=5e-4,
+            output_interval=5e-4,
+            stop_time=1.0,
+            input=np.asarray(given),
+            output=["force"],
+        )
+        wanted = JOINT.force(np.append(np.zeros(lag), x[: x.size - lag]))
+        found = np.interp(t, answer["time"], answer["force"])
+        assert np.abs(found - wanted).max() <= 1e-9 * JOINT.force_limit, kind
+
+
+def test_state_can_be_kept_serialised_and_differentiated(unit):
+    from fmpy.fmi2 import FMU2Slave
+
+    slave = made(unit, FMU2Slave)
+    for i, place in enumerate((3e-7, -1e-7, 2e-7)):
+        slave.setReal([0], [place])
+        slave.doStep(currentCommunicationPoint=0.1 * i, communicationStepSize=0.1)
+    kept = slave.getFMUState()
+    numbers = slave.serializeFMUState(kept)
+    slave.setReal([0], [-9e-7])
+    slave.doStep(currentCommunicationPoint=0.3, communicationStepSize=0.1)
+    again = slave.deserializeFMUState(numbers)
+    for state in (kept, again):
+        slave.setFMUState(state)
+        slave.setReal([0], [1e-8])
+        found = slave.getReal([1, 2])
+        trial = JOINT.start()
+        trial.advance([3e-7, -1e-7, 2e-7])
+        assert found == pytest.approx([*trial.try_(1e-8)], rel=1e-9)
+        assert slave.getDirectionalDerivative([1], [0], [2.0])[0] == 2.0 * found[1]
+    broken = bytearray(numbers)
+    broken[24:32] = bytes(ctypes.c_double(1e9))  # a depth that no state has
+    with pytest.raises(Exception, match=r"(?i)deserialize"):
+        slave.deserializeFMUState(bytes(broken))
+    slave.freeFMUState(kept)
+    slave.freeFMUState(again)
+    slave.terminate()
+    slave.freeInstance()

@@ -1,0 +1,246 @@
+"""Files for other programs: what they say, what they refuse, and the command that writes them."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from command import STUDY, fails, run
+from exported import JOINT
+
+import microslip as ms
+from microslip import export
+from microslip.cli.export import KINDS as OF_COMMAND
+from microslip.export.numbered_cells import compact
+from microslip.export.order import ELEMENTS
+from microslip.study.build import build_joints
+
+_RANGE = {"smallest_amplitude": 1e-8, "largest_amplitude": 1e-6}
+_FIELD = ms.JointField(JOINT.surface, 0.55, areas=[5e-5, 5e-5, 1e-4], loads=[900.0, 0.0, 300.0])
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "joint.toml").write_text(STUDY)
+    return tmp_path
+
+
+def nodes_for(kind: str) -> dict[str, object]:
+    return {"nodes": [[7, 9]], "first_number": 101} if kind in ELEMENTS else {}
+
+
+def test_the_command_offers_all_kinds():
+    assert OF_COMMAND == export.KINDS
+
+
+@pytest.mark.parametrize("kind", [kind for kind in export.KINDS if kind != "fmu"])
+def test_each_file_says_what_it_is_and_how_exact(kind):
+    done = export.write(kind, JOINT, "out", cells=9, **_RANGE, **nodes_for(kind))
+    text = " ".join(re.sub(r"(?m)^\W*", "", done.files[0].read_text())[:3000].split())
+    assert f"kind {kind}." in text
+    assert "force limit 1100 N" in text
+    assert "Amplitudes: 1e-08 m to 1e-06 m." in text
+    assert f"backbone {done.accuracy.backbone_error:.2g}," in text
+    assert f"energy of a cycle {done.accuracy.energy_error:.2g} " in text
+    assert ("not run here" in text) == (kind in ("abaqus", "ansys", "lsdyna", "nastran"))
+
+
+def test_exact_kinds_are_exact_and_cells_tell_their_own_error():
+    exact = export.write("c", JOINT, "a.c", **_RANGE).accuracy
+    assert exact.backbone_error < 1e-14
+    assert exact.energy_error < 1e-11
+    fit = JOINT.to_iwan(9, **_RANGE).fit
+    cells = export.write("ansys", JOINT, "a.mac", cells=9, nodes=[[1, 2]], **_RANGE).accuracy
+    assert (cells.backbone_error, cells.energy_error) == (fit.backbone_error, fit.energy_error)
+
+
+@pytest.mark.parametrize(
+    ("kind", "pattern", "digits"),
+    [
+        ("abaqus", r"ELASTICITY, COMPONENT=2\n(\S+),\n(?:.*\n){2}(\S+), 0\.", 1e-15),
+        ("ansys", r"R,\d+,([^,]+),0,0,0,([^,]+),0\n", 1e-15),
+        ("lsdyna", r"ELASTOPLASTIC\n.{10}(.{10}) {7}0\.0(.{10})\n", 5e-6),
+        ("nastran", r"MAT1\*\s+\d+\s+(\S+)\s+0\.0\n\*\nMATS1(?:.*)\n\*\s+1\s+1\s+(\S+)\n", 5e-12),
+    ],
+)
+def test_text_writers_hold_the_cells(kind, pattern, digits):
+    done = export.write(kind, JOINT, "out", cells=8, direction=2, **_RANGE, **nodes_for(kind))
+    found = np.array(re.findall(pattern, done.files[0].read_text()), dtype=float)
+    cells = JOINT.to_iwan(8, **_RANGE)
+    np.testing.assert_allclose(found[:, 0], cells.stiffnesses, rtol=digits)
+    np.testing.assert_allclose(found[:, 1], cells.force_limits, rtol=digits)
+
+
+@pytest.mark.parametrize("kind", ELEMENTS)
+def test_a_field_is_sets_of_elements_between_the_nodes_of_a_mesh(kind):
+    ends = [[11, 12], [21, 22], [31, 32]]
+    done = export.write(kind, _FIELD, "field", nodes=ends, cells=6, first_number=500, **_RANGE)
+    text = done.files[0].read_text()
+    assert "2 patch(es)" in text
+    for pair, there in zip(ends, (True, False, True), strict=True):
+        assert all(bool(re.search(rf"\b{node}\b", text)) == there for node in pair), pair
+    worst = max(
+        ms.JointField(JOINT.surface, 0.55, areas=[area], loads=[load]).rigid()
+        .to_iwan(6, **_RANGE).fit.energy_error
+        for area, load in ((5e-5, 900.0), (1e-4, 300.0))
+    )  # fmt: skip
+    assert done.accuracy.energy_error == pytest.approx(worst, rel=1e-9)
+
+
+def test_tables_are_read_back():
+    done = export.write("table", JOINT, "a.json", cells=7, **_RANGE)
+    read = json.loads(done.files[0].read_text())
+    curve = {name: np.array(values) for name, values in read["curves"].items()}
+    u = curve["displacement [m]"]
+    np.testing.assert_array_equal(curve["force [N]"], JOINT.backbone(u))
+    np.testing.assert_array_equal(
+        read["cells"]["force limit [N]"], JOINT.to_iwan(7, **_RANGE).force_limits
+    )
+    done = export.write("table", JOINT, "a.csv", cells=7, **_RANGE)
+    assert [path.name for path in done.files] == ["a.csv", "a-cells.csv"]
+    lines = [line for line in done.files[0].read_text().splitlines() if line[0] != "#"]
+    rows = list(csv.reader(lines))
+    energies = np.array([row[3] for row in rows[1:]], dtype=float)
+    np.testing.assert_array_equal(energies, JOINT.dissipated_energy(u))
+
+
+def test_fits_are_studies_with_their_misfit():
+    for kind, wanted in (
+        ("segalman", JOINT.to_segalman(**_RANGE).law),
+        ("iwan", JOINT.to_iwan(7, **_RANGE)),
+    ):
+        done = export.write(kind, JOINT, f"{kind}.toml", cells=7, **_RANGE)
+        assert "# Misfit, " in done.files[0].read_text()
+        (law,) = build_joints(ms.Study.load(done.files[0]))
+        u = np.geomspace(1e-9, 1e-5, 30)
+        np.testing.assert_allclose(law.backbone(u), wanted.backbone(u), rtol=1e-12)
+        outcome = run("check", str(done.files[0]))
+        assert outcome.exit_code == 0, outcome.output
+
+
+@pytest.mark.slow
+def test_a_bouc_wen_fit_beats_its_guess_and_finds_itself():
+    done = export.write("bouc-wen", JOINT, "b.json", **_RANGE)
+    read = json.loads(done.files[0].read_text())
+    model = ms.BoucWen(**read["parameters"])
+    amplitudes = np.geomspace(1e-8, 1e-6, 9)
+    loops = [JOINT.loop(float(a), samples=128) for a in amplitudes]
+
+    def misfit(law):
+        off = [(law.loop(float(a), samples=128).force - loop.force) / loop.force.max()
+               for a, loop in zip(amplitudes, loops, strict=True)]  # fmt: skip
+        return float(np.sqrt(np.mean(np.square(off))))
+
+    assert misfit(model) == pytest.approx(read["misfit"]["rms_force_over_largest"], rel=1e-9)
+    assert misfit(model) < misfit(ms.BoucWen.guess(loops))
+
+
+@pytest.mark.parametrize(
+    ("kind", "law", "options", "says"),
+    [
+        ("d", JOINT, {}, "kind must be one of c, fmu, opensees"),
+        ("c", ms.Coulomb(3.0), {}, "need a finite stiffness at rest"),
+        ("c", ms.IsotropicJoint(JOINT), {}, "c holds one direction, and IsotropicJoint has two"),
+        ("ansys", _FIELD.two_directions(16), {"nodes": [[1, 2]]}, "ansys holds one direction"),
+        ("fmu", _FIELD, {}, "fmu holds one law; a field of patches is held by opensees, calc"),
+        ("c", ms.BoucWen(1e8, 10.0), {}, "law must be a backbone law"),
+        ("c", JOINT, {"nodes": [[1, 2]]}, "nodes must not be given for c"),
+        ("abaqus", JOINT, {}, "nodes must be given for abaqus"),
+        ("abaqus", _FIELD, {}, "nodes must be given for a field, two numbers a patch"),
+        ("abaqus", _FIELD, {"nodes": [[1, 2]]}, "nodes must be two different numbers"),
+        ("abaqus", JOINT, {"nodes": [[1, 1]]}, "nodes must be two different numbers"),
+        ("abaqus", JOINT, {"nodes": [[1.5, 2]]}, "nodes must be two different numbers"),
+        ("c", JOINT, {"largest_amplitude": 1e-12}, "largest_amplitude must be above the smallest"),
+        ("c", JOINT, {"smallest_amplitude": 0.0}, "smallest_amplitude must be above zero"),
+        ("c", JOINT, {"smallest_amplitude": 1e-7, "largest_amplitude": 1e-7}, "above the smallest"),
+        ("iwan", JOINT, {"cells": 1}, "cells must be an integer from 2 to"),
+        ("c", JOINT, {"depth": 1}, "depth must be an integer from 2 to"),
+        ("c", JOINT, {"name": "1st"}, "name must begin with a letter"),
+        ("c", JOINT, {"direction": 4}, "direction must be an integer from 1 to 3"),
+        ("c", JOINT, {"first_number": 0}, "first_number must be an integer from 1"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_refused_and_leaves_nothing(folder, kind, law, options, says):
+    before = sorted(folder.iterdir())
+    with pytest.raises(ms.InputError, match=re.escape(says)):
+        export.write(kind, law, "out.x", **options)
+    assert sorted(folder.iterdir()) == before
+
+
+def test_nothing_is_replaced_unasked_and_files_come_together(folder):
+    (folder / "joint.h").write_text("mine")
+    with pytest.raises(ms.InputError, match=r"joint\.h: exists"):
+        export.write("c", JOINT, "joint.c")
+    assert not (folder / "joint.c").exists()
+    assert (folder / "joint.h").read_text() == "mine"
+    assert len(export.write("c", JOINT, "joint.c", overwrite=True).files) == 3
+
+
+def test_the_command_writes_what_python_writes(folder):
+    outcome = run("export", "c", "joint.toml", "-o", "a.c")
+    assert outcome.exit_code == 0, outcome.output
+    assert "Written: a.c, a.h, a.f90" in outcome.output
+    (joint,) = build_joints(ms.Study.load("joint.toml"))
+    export.write("c", joint, "b.c")
+    assert (folder / "a.c").read_bytes() == (folder / "b.c").read_bytes()
+    outcome = run(
+        "export", "opensees", "joint.toml", "-o", "a.tcl", "--cells", "4", "--json",
+        "--smallest-amplitude", "10 nm", "--largest-amplitude", "1 um",
+    )  # fmt: skip
+    told = json.loads(outcome.output)
+    assert told["largest_amplitude"] == pytest.approx(1e-6)
+    assert told["files"] == ["a.tcl"]
+
+
+def test_the_command_takes_patches_from_a_table(folder):
+    (folder / "patches.txt").write_text("# nodes, area, load\n1 2 5e-5 900\n3, 4, 1e-4, 300\n")
+    outcome = run("export", "ansys", "joint.toml", "-o", "a.mac", "--nodes", "patches.txt")
+    assert outcome.exit_code == 0, outcome.output
+    (joint,) = build_joints(ms.Study.load("joint.toml"))
+    field = ms.JointField(joint.surface, 0.55, areas=[5e-5, 1e-4], loads=[900.0, 300.0])
+    export.write("ansys", field, "b.mac", nodes=[[1, 2], [3, 4]])
+    text = (folder / "a.mac").read_text()
+    assert text.split("/PREP7")[1] == (folder / "b.mac").read_text().split("/PREP7")[1]
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["c", "joint.toml"], "missing"),
+        (["d", "joint.toml", "-o", "a"], "wanted c, fmu, opensees"),
+        (["c", "joint.toml", "-o", "a.c", "--cells", "1"], "--cells must be an integer from 2"),
+        (
+            ["c", "joint.toml", "-o", "a.c", "--smallest-amplitude", "1 um",
+             "--largest-amplitude", "1 nm"],
+            "--largest-amplitude must be above the smallest",
+        ),
+        (["ansys", "joint.toml", "-o", "a.mac"], "--nodes must be given for ansys"),
+        (["ansys", "joint.toml", "-o", "a.mac", "--nodes", "no.txt"], "no.txt"),
+        (["ansys", "joint.toml", "-o", "a.mac", "--nodes", "joint.toml"], "line 1: wanted lines"),
+        (["c", "joint.toml", "-o", "no/a.c"], "cannot be written"),
+        (
+            ["c", "joint.toml", "-o", "a.c", "--set", 'joint.normal_load=["1 kN", "2 kN"]'],
+            "a file holds one joint, got 2 loads (1000, 2000 N); choose one",
+        ),
+        (
+            ["c", "joint.toml", "-o", "a.c", "--set", "excitation.load_variation.share=0.1",
+             "--set", "excitation.load_variation.phase='0 deg'"],
+            "c holds a joint at a constant load; where it varies",
+        ),
+    ],
+)  # fmt: skip
+def test_the_command_says_in_one_line_what_is_wrong(words, says):
+    assert says in fails("export", *words)
+
+
+def test_numbers_in_narrow_fields_are_as_exact_as_they_can_be():
+    for value in (1.0, -2.5, math.pi * 1e9, 1.23456789e-7, -9.87654321e12, 4e-300):
+        for width in (9, 16):
+            text = compact(value, width)
+            assert len(text) <= width
+            assert float(text) == pytest.approx(value, rel=10.0 ** (7 - width))

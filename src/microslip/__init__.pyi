@@ -21,6 +21,8 @@ from .friction import Jenkins as Jenkins
 from .friction import JointField as JointField
 from .friction import Parallel as Parallel
 from .friction import PeriodicResponse as PeriodicResponse
+from .friction import PressedJoint as PressedJoint
+from .friction import Pressure as Pressure
 from .friction import SegalmanFit as SegalmanFit
 from .friction import SegalmanIwan as SegalmanIwan
 from .friction import Sliders as Sliders

@@ -20,6 +20,8 @@ from .iwan import IwanFit as IwanFit
 from .jenkins import Jenkins as Jenkins
 from .laws import LAWS as LAWS
 from .parallel import Parallel as Parallel
+from .pressure import PressedJoint as PressedJoint
+from .pressure import Pressure as Pressure
 from .responses import Sliders as Sliders
 from .segalman import SegalmanIwan as SegalmanIwan
 from .straight_step import FirstLoading as FirstLoading

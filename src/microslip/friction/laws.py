@@ -7,6 +7,7 @@ from microslip.friction.interface import Interface
 from microslip.friction.iwan import Iwan
 from microslip.friction.jenkins import Jenkins
 from microslip.friction.parallel import Parallel
+from microslip.friction.pressure import PressedJoint
 from microslip.friction.segalman import SegalmanIwan
 
 LAWS: tuple[type[BackboneLaw], ...] = (
@@ -17,5 +18,6 @@ LAWS: tuple[type[BackboneLaw], ...] = (
     Iwan,
     SegalmanIwan,
     Parallel,
+    PressedJoint,
 )
 """Every backbone law; the shared tests run over it."""

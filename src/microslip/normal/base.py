@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from abc import ABC, abstractmethod
 from typing import Any
@@ -149,6 +150,16 @@ class NormalLaw(Parametric, ABC):
     def _spheres(self) -> Spheres | None:
         """The summits themselves, for a law that sums over given ones."""
         return None
+
+    def _patch(self, area: float, share: float) -> NormalLaw:
+        """The same surface on another area [m^2], which bears a share of the load."""
+        if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
+            raise InputError(
+                Argument("surface"),
+                " must have an apparent area over which a pressure is spread, as a "
+                f"GreenwoodWilliamson surface has, got {type(self).__name__}",
+            )
+        return dataclasses.replace(self, area=area)  # type: ignore[type-var]
 
     # -- the law itself ---------------------------------------------------------------------
 

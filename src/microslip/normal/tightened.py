@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -265,6 +266,15 @@ class TightenedSurface(NormalLaw):
                 "contact radius over summit spacing": math.sqrt(mean_square * density),
             }
         return {**values, "contacts": count, "indentation over yield": self.mean_indentation}
+
+    def _patch(self, area: float, share: float) -> NormalLaw:
+        """A part, which bore its share of the load that tightened the whole."""
+        if self.area is None:
+            raise InputError(
+                Argument("surface"), " must have an apparent area over which a pressure is spread"
+            )
+        count, load = self.summit_count * (area / self.area), self.tightening_load * share
+        return dataclasses.replace(self, area=area, summit_count=count, tightening_load=load)
 
     def _slip_measure(self) -> tuple[float, str] | None:
         name = self.heights._spread_name

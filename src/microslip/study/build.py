@@ -47,7 +47,7 @@ def build_joints(study: StudyDescription) -> list[Interface]:
         item = f", item {index}" if len(loads) > 1 else ""
         with blame(study, f"joint.normal_load{item}"):
             joint = joints[0].at(normal_load=load) if joints else study.joint.build(surface, load)
-            joints.append(joint)
+            joints.append(cast(Interface, joint))
     return joints
 
 

@@ -17,6 +17,7 @@ from microslip.study.heights import HEIGHTS_TABLES, GivenHeights
 from microslip.study.joints import INTERFACE, LAW_TABLES, Joint
 from microslip.study.overrides import Override
 from microslip.study.part import KeyedError, Part
+from microslip.study.pressure import PRESSURES
 from microslip.study.structure import (
     AmplitudeRange,
     BoltsPart,
@@ -54,11 +55,13 @@ _HELD: dict[str, dict[str, type[Part]]] = {
     "surface": SURFACE_TABLES,
     "heights": HEIGHTS_TABLES,
     **dict.fromkeys(_FACES, FACES),
+    "pressure": PRESSURES,
 }
 """The tables among which a law or a kind chooses."""
 _TABLES = {
     "heights": '{ kind = "gaussian", std = "0.5 um" }',
     **dict.fromkeys(_FACES, '{ ra = "0.8 um", rsm = "60 um" }'),
+    "pressure": '{ kind = "cone", outer = "8 mm" }',
     "curve": '{ from = "1 nm", to = "100 um", points = 200 }',
     "history": '{ file = "record.csv", column = "x", unit = "um" }',
     "load_variation": '{ amplitude = "400 N", phase = "90 deg" }',
@@ -113,7 +116,9 @@ def _is_tag(loc: Loc, index: int) -> bool:
         return index == 2
     if loc[0] not in ("surface", "joint") or index == 0:
         return False
-    return index == 1 or (loc[0] == "surface" and loc[index - 1] in ("heights", *_FACES))
+    return index == 1 or loc[index - 1] in (
+        ("heights", *_FACES) if loc[0] == "surface" else ("pressure",)
+    )
 
 
 def _place(loc: Loc) -> int:
@@ -236,6 +241,8 @@ def _homes() -> list[tuple[str, type[Part]]]:
 def _no_tag(key: str, given: Any, loc: Loc) -> tuple[str, str]:
     """A surface without a law or heights without a kind, or with that key misspelt."""
     tag, tables = "law", _HELD["surface"]
+    if loc[-1] == "pressure":
+        tag, tables = "kind", _HELD["pressure"]
     if loc[-1] == "heights":
         tag = "kind"
         tables = {"values": GivenHeights} if "population" in loc else HEIGHTS_TABLES

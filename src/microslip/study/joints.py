@@ -10,12 +10,13 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from microslip._core.parameters import key_of
 from microslip.errors import Argument, InputError
-from microslip.friction import LAWS, BackboneLaw, Interface
+from microslip.friction import LAWS, BackboneLaw, Interface, PressedJoint
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson, NormalLaw
 from microslip.normal.elastic_plastic import MODELS
 from microslip.study.fields import Load, Loads, UncertainFriction, YieldStress, one_of
 from microslip.study.parametric import DescribedAlone, can_be_described, table_of
 from microslip.study.part import KeyedError, Part
+from microslip.study.pressure import AnyPressure
 
 INTERFACE = key_of(Interface)
 
@@ -55,6 +56,25 @@ class Joint(Part):
         examples=['"jackson-green"'],
     )
 
+    pressure: AnyPressure | None = Field(
+        default=None,
+        description="How the load is spread over the faces; evenly over the whole area if absent. "
+        "Bolts with a tension or a torque say the load, too.",
+        examples=['{ kind = "bolt", size = "M8", preload = "15 kN", plates = ["10 mm", "10 mm"] }'],
+    )
+
+    @model_validator(mode="after")
+    def _bolted(self) -> Self:
+        load = None if self.pressure is None else self.pressure.load
+        if load is not None:
+            if self.normal_load:
+                raise KeyedError(
+                    "joint.normal_load",
+                    "wanted none beside bolts with a tension or a torque, which say it; remove one",
+                )
+            self.__dict__["normal_load"] = (load,)
+        return self
+
     @model_validator(mode="after")
     def _tightening(self) -> Self:
         if self.tightening_load is None:
@@ -90,8 +110,12 @@ class Joint(Part):
         """Normal loads [N], one joint for each."""
         return self.normal_load
 
-    def build(self, surface: NormalLaw, normal_load: float) -> Interface:
+    def build(self, surface: NormalLaw, normal_load: float) -> Interface | PressedJoint:
         """The joint at one of its loads."""
+        if self.pressure is not None:
+            # Each ring of a tightened surface yielded by itself, which takes its time.
+            spread = self.pressure.spread(*(() if self.tightening_load is None else (8,)))
+            return PressedJoint(surface, self.friction_coefficient, spread, normal_load)
         return Interface(surface, self.friction_coefficient, normal_load)
 
 

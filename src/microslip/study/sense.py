@@ -45,6 +45,7 @@ def check(study: StudyTables) -> None:
         _bodies(study, study.surface)
         _loads(study, study.joint.normal_load)
         _variation(study, study.joint.normal_load)
+        _spread(study)
         _structure(study)
     else:
         _alone(study)
@@ -62,11 +63,12 @@ def _structure(study: StudyTables) -> None:
                 "wanted a number, got a range; ranges give bands in a study with a [structure]",
             )
         return
-    if study.joint.tightening_load is not None:
-        raise KeyedError(
-            "joint.tightening_load",
-            "wanted none beside a [structure], whose patches bear unlike pressures",
-        )
+    for key in ("tightening_load", "pressure"):
+        if getattr(study.joint, key) is not None:
+            raise KeyedError(
+                f"joint.{key}",
+                "wanted none beside a [structure], whose patches bear unlike pressures",
+            )
     first = study.material[study.surface.materials[0]]
     if isinstance(first, Rigid):
         raise KeyedError("surface.materials, item 1", "wanted a body that bends, got a rigid one")
@@ -74,6 +76,30 @@ def _structure(study: StudyTables) -> None:
         raise KeyedError(
             "surface", "wanted a surface with an area, which a [structure] spreads over its patches"
         )
+
+
+def _spread(study: StudyTables) -> None:
+    """A pressure that is spread needs a surface with an area, and stays as it is."""
+    if study.joint.pressure is None:
+        return
+    if "area" not in type(study.surface).model_fields:
+        raise KeyedError(
+            "joint.pressure",
+            f'wanted a surface with an area to spread it over, got law = "{study.surface.law}"',
+        )
+    area, pressed = getattr(study.surface, "area", None), study.joint.pressure.spread().area
+    if area is not None and pressed > area * (1.0 + 1e-9):
+        raise KeyedError(
+            "joint.pressure",
+            f"wanted one within the area of the surface, {1e4 * area:.6g} cm^2, got one on "
+            f"{1e4 * pressed:.6g} cm^2",
+        )
+    for key, given in (
+        (VARIATION, study.excitation.load_variation),
+        (RECORDED, study.excitation.history and study.excitation.history.normal_load),
+    ):
+        if given is not None:
+            raise KeyedError(key, "wanted none beside joint.pressure, which is at constant load")
 
 
 def _alone(study: StudyTables) -> None:

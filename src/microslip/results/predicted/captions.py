@@ -61,6 +61,12 @@ _CAPTIONS = {
         "Contacts and real contact area over the normal load, with the loads of the study marked; "
         "below, the share of the contact area that still sticks after a displacement from rest.",
     ),
+    "pressure": (
+        "Pressure over the faces, and how near each place is to sliding",
+        "The normal load as it is spread over the faces; below, the share of its own slip limit "
+        "that each place carries after a displacement from rest: where little presses, all slides "
+        "first, and slip reaches inwards from there as the displacement grows.",
+    ),
     "slider_density": (
         "Slider density and share of the force limit against yield displacement",
         "The joint as a parallel Iwan model: the stiffness of its sliders per yield displacement, "

@@ -166,6 +166,8 @@ def _of(study: StudyDescription) -> str:
     loads = _several("normal load", [*study.joint.loads], "N")
     if study.joint.tightening_load is not None:
         surface += f" tightened to {engineering(study.joint.tightening_load, 'N', 4, trim=True)}"
+    if study.joint.pressure is not None:
+        surface += f" under a pressure spread as {study.joint.pressure.kind}"
     return f"{surface}, friction coefficient {study.joint.friction_coefficient:g}, at {loads}"
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from microslip._core.units import engineering, prefix
 from microslip.errors import InputError
+from microslip.friction import PressedJoint
 from microslip.report.plot import (
     DASHED,
     GREY,
@@ -33,6 +34,7 @@ from microslip.results.predicted.curves import (
 from microslip.results.predicted.energy_figure import energy_damping, force_damping
 from microslip.results.predicted.history_figure import history
 from microslip.results.predicted.prediction import Prediction
+from microslip.results.predicted.pressure_figure import pressure
 from microslip.results.predicted.varying import in_words
 
 MOST_PANELS = 6
@@ -360,6 +362,7 @@ FIGURES: dict[str, Callable[[Prediction], Plot]] = {
         energy_damping,
         force_damping,
         contact_state,
+        pressure,
         slider_density,
         history,
         oscillator,
@@ -371,7 +374,9 @@ FIGURES: dict[str, Callable[[Prediction], Plot]] = {
 def names(result: Prediction) -> tuple[str, ...]:
     """Names of the figures that a result has something to show in."""
     shows = {
-        "contact_state": getattr(result.joints[0], "contact_area", None) is not None,
+        "contact_state": getattr(result.joints[0], "contact_area", None) is not None
+        and not isinstance(result.joints[0], PressedJoint),
+        "pressure": isinstance(result.joints[0], PressedJoint),
         "history": bool(result.histories),
         "oscillator": bool(result.oscillators),
     }

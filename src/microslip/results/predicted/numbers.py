@@ -7,11 +7,13 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
 from microslip._core.kernel_choice import kernel_name
 from microslip._core.quantities import UNITS
 from microslip._core.units import engineering, significant
 from microslip._version import __version__
-from microslip.friction import Interface, Verdict
+from microslip.friction import Interface, PressedJoint, Verdict
 from microslip.friction.validity import worst_validity
 from microslip.normal import TightenedSurface
 from microslip.results.predicted.columns import (
@@ -81,7 +83,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
     figures += (
         []
         if study.surface is None or isinstance(study.surface, u.TableSurface)
-        else ["contact_state"]
+        else ["contact_state" if study.joint.pressure is None else "pressure"]
     )
     figures += ["slider_density", *(["history"] if history else [])]
     figures += ["oscillator"] if oscillator else []
@@ -115,6 +117,7 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
         "notes": notes,
         **_scan(study),
         **tightening(result.joints[0]),
+        **_pressure(result.joints[0]),
         **_structure(result),
         "joints": [_joint(result, index) for index in range(len(result.joints))],
         "units": dict(UNITS),
@@ -140,15 +143,19 @@ def tightening(joint: Any) -> dict[str, Any]:
     law = getattr(joint, "surface", None)
     if not isinstance(law, TightenedSurface):
         return {}
-    tightest = float(law.contact_area(law.closest_separation))
+    parts, worst = [law], law
+    if isinstance(joint, PressedJoint):  # each place yielded under its own pressure
+        parts = [place.surface for place in joint.laws]  # type: ignore[attr-defined]
+        worst = parts[int(np.argmax(joint.pressures))]
+    tightest = math.fsum(float(part.contact_area(part.closest_separation)) for part in parts)
     return {
         "tightening": {
             "tightening_load": law.tightening_load,
             "yield_stress": law.yield_stress,
             "model": law.model,
-            "closest_separation": law.closest_separation,
-            "yielded_share": law.yielded_share,
-            "mean_indentation_over_yield": law.mean_indentation,
+            "closest_separation": worst.closest_separation,
+            "yielded_share": worst.yielded_share,
+            "mean_indentation_over_yield": worst.mean_indentation,
             "contact_area": tightest,
             "contact_area_fraction": tightest / law.area if law.area else None,
         }
@@ -162,9 +169,10 @@ def tightening_notes(joint: Any) -> list[str]:
         return []
     fraction = found["contact_area_fraction"]
     of = "" if fraction is None else f" ({100.0 * fraction:.3g} % of the apparent)"
+    where = " where most was pressed" if isinstance(joint, PressedJoint) else ""
     return [
         f"joint.tightening_load: at {engineering(found['tightening_load'], 'N', 6, trim=True)} "
-        f"{100.0 * found['yielded_share']:.3g} % of the contacts yielded, "
+        f"{100.0 * found['yielded_share']:.3g} % of the contacts{where} yielded, "
         f"{found['mean_indentation_over_yield']:.3g} times as deep as at first yield in the mean "
         f"over the load, and the real area was {significant(1e6 * found['contact_area'])} mm²{of} "
         f"(yield stress {engineering(found['yield_stress'], 'Pa', 4, trim=True)}, "
@@ -172,10 +180,38 @@ def tightening_notes(joint: Any) -> list[str]:
     ]
 
 
+def _pressure(joint: Any) -> dict[str, Any]:
+    """How the load is spread, if it is."""
+    if not isinstance(joint, PressedJoint):
+        return {}
+    spread = joint.pressure
+    return {
+        "pressure": {
+            "kind": spread.kind,
+            "area": spread.area,
+            "concentration": spread.concentration,
+            "largest_pressure": float(joint.pressures.max()),
+        }
+    }
+
+
+def pressure_notes(joint: Any) -> list[str]:
+    """The same in a sentence."""
+    found = _pressure(joint).get("pressure")
+    if found is None:
+        return []
+    return [
+        f"joint.pressure: {found['kind']}, on {significant(1e6 * found['area'])} mm², "
+        f"{significant(found['concentration'])} times the mean where it is largest, "
+        f"{engineering(found['largest_pressure'], 'Pa')} under "
+        f"{engineering(joint.normal_load, 'N', 4, trim=True)}. The verdicts are those there."
+    ]
+
+
 def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
     """What a scan and tightening have given, and what is at constant normal load, in sentences."""
     notes = study.surface.sentences() if isinstance(study.surface, u.MEASURED) else []
-    notes += tightening_notes(joint)
+    notes += [*tightening_notes(joint), *pressure_notes(joint)]
     variation, history = study.excitation.load_variation, study.excitation.history
     if variation is not None:
         size = (
@@ -289,6 +325,8 @@ def verdicts(study: StudyDescription, joint: Interface) -> list[tuple[Verdict, f
         return []
     surface = study.surface
     scanned = surface.verdicts() if isinstance(surface, u.MEASURED) else ()
+    if isinstance(joint, PressedJoint):
+        return [(verdict, None) for verdict in (*joint.validity, *scanned)]
     loads = extremes(study.excitation, joint.normal_load)
     return [*worst_validity(joint, loads), *((verdict, None) for verdict in scanned)]
 

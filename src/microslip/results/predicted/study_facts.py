@@ -58,6 +58,16 @@ _KEYS = {
     "tightening_load": ("Tightened once to", "N"),
     "yield_stress": ("Yield stress of the softer body", "Pa"),
     "tightening_model": ("Its summits yielded after", ""),
+    "outer": ("Its outer radius", "m"),
+    "inner": ("Its inner radius", "m"),
+    "count": ("How many such", ""),
+    "distance": ("At distances", "m"),
+    "pressure": ("Pressures", "Pa"),
+    "size": ("Bolts", ""),
+    "plates": ("Plates", "m"),
+    "preload": ("Tension of each", "N"),
+    "angle": ("Half angle of the cone", "rad"),
+    "edge": ("Edge of the plates", "m"),
     "amplitudes": ("Displacement amplitudes", "m"),
     "force_amplitudes": ("Force amplitudes", "N"),
     "mass": ("Mass", "kg"),
@@ -153,6 +163,9 @@ def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
             rows.append(("Normal load varies by", in_words(value)))
         elif name in ("first", "second"):
             rows += [(f"{name.capitalize()} face: {key}", said) for key, said in _rows(value)]
+        elif name == "pressure" and isinstance(value, BaseModel):
+            rows.append(("Pressure spread as", str(value.kind)))  # type: ignore[attr-defined]
+            rows += [item for item in _rows(value) if item[0] != _KEYS["kind"][0]]
         elif isinstance(value, BaseModel):
             rows += _rows(value)
         else:

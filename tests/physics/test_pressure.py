@@ -1,0 +1,165 @@
+"""A pressure that varies from place to place: against sums, closed forms, limits, known effects."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import integrate
+
+import microslip as ms
+from microslip.friction.pressure import BOLTS
+
+ALUMINIUM = ms.Material(69e9, 0.33)
+PAIR = ms.MaterialPair(ALUMINIUM, ALUMINIUM)
+AREA = 2e-4
+OUTER = math.sqrt(AREA / math.pi)
+SURFACE = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=AREA)
+EVEN = ms.Interface(SURFACE, 0.55, normal_load=2000.0)
+PLACES = np.array([1e-9, 1e-8, 1e-7, 1e-6])
+
+
+def pressed(pressure: ms.Pressure, load: float = 2000.0) -> ms.PressedJoint:
+    return ms.PressedJoint(SURFACE, 0.55, pressure, load)
+
+
+def test_against_an_integral_over_the_radius() -> None:
+    """Exponential heights have a law of one shape under any pressure: so has the sum."""
+    heights, scale = ms.Exponential(5e-7), 5e-7
+    rough = ms.GreenwoodWilliamson(PAIR, heights, 1e-3, 1e8, AREA)
+    joint = ms.PressedJoint(rough, 0.55, ms.Pressure.cone(OUTER, 2e-3), 20.0)
+    kappa = joint.slip_per_indentation
+    whole = integrate.quad(lambda r: 2 * math.pi * r * (OUTER - r), 2e-3, OUTER)[0]
+    x = PLACES / (kappa * scale)
+    # Every place has the same law mu N (1 - e^-x): so has the sum, however the load is spread.
+    np.testing.assert_allclose(joint.backbone(PLACES), -11.0 * np.expm1(-x), rtol=1e-12)
+    pressures = 20.0 * (OUTER - joint.pressure.distances) / whole
+    # At the rim the radius itself cancels.
+    np.testing.assert_allclose(joint.pressures, pressures, rtol=1e-12, atol=1e-15 * 3e5 * 10)
+
+
+def test_against_a_sum_over_many_rings() -> None:
+    """By the midpoint rule in the radius, which knows nothing of Gauss."""
+    edges = np.linspace(0.0, OUTER, 2001)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    areas = math.pi * np.diff(edges**2)
+    loads = areas * (1.0 - (middle / OUTER) ** 2)
+    loads *= 2000.0 / loads.sum()
+    kappa = EVEN.slip_per_indentation
+    d = SURFACE.separation(loads * AREA / areas)
+    stiffness = float(np.sum(areas / AREA * SURFACE.stiffness(d))) / PAIR.stiffness_ratio
+    joint = pressed(ms.Pressure.parabola(OUTER))
+    assert joint.tangential_stiffness == pytest.approx(stiffness, rel=1e-6)
+    for u in PLACES:
+        drops = SURFACE.load(d) - SURFACE.load(d + u / kappa)
+        force = 0.55 * float(np.sum(areas / AREA * drops))
+        assert joint.backbone(u) == pytest.approx(force, rel=1e-6)
+
+
+def test_published_effects() -> None:
+    """Beside an even one: a parabola -4 % of k_t, -8 % of E_d; a cone on half of it -20, -40."""
+    parabola, cone = (
+        pressed(ms.Pressure.parabola(OUTER)),
+        pressed(ms.Pressure.cone(OUTER / math.sqrt(2.0))),
+    )
+
+    def lost(joint: ms.PressedJoint, amplitude: float) -> float:
+        return joint.dissipated_energy(amplitude) / EVEN.dissipated_energy(amplitude) - 1.0
+
+    assert parabola.tangential_stiffness / EVEN.tangential_stiffness == pytest.approx(
+        0.96, abs=0.005
+    )
+    assert lost(parabola, 1e-8) == pytest.approx(-0.08, abs=0.005)
+    assert cone.tangential_stiffness / EVEN.tangential_stiffness == pytest.approx(0.80, abs=0.01)
+    assert lost(cone, 1e-8) == pytest.approx(-0.40, abs=0.005)
+    assert lost(cone, 1e-6) == pytest.approx(-0.11, abs=0.005)
+
+
+def test_rings_converge_and_limits_hold() -> None:
+    fine = pressed(ms.Pressure.cone(OUTER, rings=200))
+    for rings, within in ((8, 2e-6), (32, 1e-10)):
+        joint = pressed(ms.Pressure.cone(OUTER, rings=rings))
+        np.testing.assert_allclose(
+            joint.dissipated_energy(PLACES), fine.dissipated_energy(PLACES), rtol=within
+        )
+        assert joint.force_limit == pytest.approx(1100.0, rel=1e-12)
+    even = pressed(ms.Pressure.annulus(OUTER))
+    np.testing.assert_allclose(even.backbone(PLACES), EVEN.backbone(PLACES), rtol=1e-12)
+    # Four bolts that carry four times as much on four times the area: four times one.
+    one, four = (ms.Pressure.bolt("M5", [2e-3, 9e-3], count=n) for n in (1, 4))
+    a, b = pressed(one, 500.0), pressed(four, 2000.0)
+    np.testing.assert_allclose(b.backbone(PLACES), 4.0 * a.backbone(PLACES), rtol=1e-12)
+    assert b.contact_area == pytest.approx(4.0 * a.contact_area, rel=1e-12)
+    # A table of a cone's own values is the cone; patches are what they say.
+    r = np.array([0.0, OUTER])
+    np.testing.assert_allclose(
+        pressed(ms.Pressure.table(np.linspace(0, OUTER, 41), np.linspace(3e6, 0, 41))).backbone(
+            PLACES
+        ),
+        pressed(ms.Pressure.cone(OUTER)).backbone(PLACES),
+        rtol=1e-6,
+    )
+    assert ms.Pressure.table(r, [1.0, 1.0]).area == pytest.approx(AREA)
+    patches = pressed(ms.Pressure.patches([1e-5, 3e-5, 2e-5], [2.0, 1.0, 0.0]))
+    assert patches.pressure.areas.tolist() == [1e-5, 3e-5]
+    wanted = sum(
+        ms.Interface(
+            ms.GreenwoodWilliamson(PAIR, ms.Gaussian(5e-7), 1e-3, 1e8, area), 0.55, normal_load=load
+        ).backbone(PLACES)
+        for area, load in ((1e-5, 800.0), (3e-5, 1200.0))
+    )
+    np.testing.assert_allclose(patches.backbone(PLACES), wanted, rtol=1e-14)
+
+
+def test_a_bolt_by_rotscher() -> None:
+    spread = ms.Pressure.bolt("M8", [10e-3, 6e-3])
+    bolt = BOLTS["M8"]
+    rim = 0.5 * bolt.head + 6e-3 * math.tan(math.radians(30.0))
+    assert spread.area == pytest.approx(math.pi * (rim**2 - (0.5 * bolt.hole) ** 2), rel=1e-12)
+    joint = pressed(ms.Pressure.bolt("M8", [5e-3, 5e-3], edge=12e-3), 1000.0)
+    assert float(joint.pressures @ joint.pressure.areas) == pytest.approx(1000.0, rel=1e-13)
+    # What slips first is what is pressed least.
+    shares = joint.slip_shares(1e-8)
+    assert np.all(np.diff(shares) > 0.0)
+    assert np.all(np.diff(joint.pressures) < 0.0)
+    total = float(shares @ (0.55 * joint.normal_load * joint.pressure.shares))
+    assert total == pytest.approx(joint.backbone(1e-8), rel=1e-12)
+
+
+def test_a_tightened_joint_was_tightened_under_the_same_pressure() -> None:
+    law = SURFACE.tightened(4000.0, yield_stress=250e6)
+    spread = ms.Pressure.patches([1e-5, 4e-5], [3.0, 1.0])
+    joint = ms.PressedJoint(law, 0.55, spread, 1500.0)
+    for place, share in zip(joint.laws, spread.shares, strict=True):
+        assert place.surface.tightening_load == pytest.approx(4000.0 * share)
+    with pytest.raises(ms.InputError, match="at most the tightening load"):
+        joint.at(normal_load=4100.0)
+    assert joint.at(normal_load=4000.0).force_limit == pytest.approx(2200.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: ms.Pressure.cone(0.0), "outer must be above zero"),
+        (lambda: ms.Pressure.cone(0.01, 0.02), "inner must be zero or more and below outer"),
+        (lambda: ms.Pressure.cone(0.01, count=0), "count must be a whole number"),
+        (lambda: ms.Pressure.table([0.0], [1.0]), "two at least, got 1 and 1"),
+        (lambda: ms.Pressure.table([0.0, 0.0], [1.0, 1.0]), "must rise"),
+        (lambda: ms.Pressure.patches([1.0], [-1.0]), "pressure must not be negative"),
+        (lambda: ms.Pressure.patches([1.0], [0.0]), "above zero somewhere"),
+        (lambda: ms.Pressure.patches([1.0, 2.0], [1.0, 1.0, 1.0]), "one for each of the 3"),
+        (lambda: ms.Pressure.bolt("8", [1e-3, 1e-3]), 'size must be one of "M3"'),
+        (lambda: ms.Pressure.bolt("M8", [1e-3]), "two thicknesses"),
+        (lambda: ms.Pressure.bolt("M8", [1e-3, 1e-3], hole=5e-3), "must fit into its hole"),
+        (lambda: pressed(ms.Pressure.annulus(0.1)), "within the area of the surface"),
+        (lambda: pressed("cone"), "must be a Pressure"),  # type: ignore[arg-type]
+        (
+            lambda: ms.PressedJoint(ms.SphereOnFlat(PAIR, 1e-3), 0.5, ms.Pressure.cone(1e-3), 1.0),
+            "must have an apparent area",
+        ),
+    ],
+)
+def test_wrong_input(make: object, words: str) -> None:
+    with pytest.raises(ms.InputError, match=words):
+        make()  # type: ignore[operator]

@@ -1,0 +1,107 @@
+"""Studies whose load is spread unevenly: keys, figures, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from studies import LOADS, SURFACE, SURFACES, edited
+
+import microslip as ms
+from microslip.report.plot import Line
+from microslip.results.predicted.figures import FIGURES, names
+
+CONE = (LOADS, f'{LOADS}\npressure = {{ kind = "cone", outer = "7 mm", inner = "2 mm" }}')
+BOLT = '{ kind = "bolt", size = "M5", plates = ["3 mm", "4 mm"], count = 2, edge = "10 mm"'
+
+
+def bolted(more: str) -> str:
+    return edited((f"normal_load = {LOADS}", f"pressure = {BOLT}{more} }}"))
+
+
+def test_a_study_is_what_python_makes_of_it() -> None:
+    result = ms.Study.from_toml(edited(CONE)).run()
+    surface = result.joints[0].surface
+    for joint, load in zip(result.joints, (500.0, 2000.0), strict=True):
+        wanted = ms.PressedJoint(surface, 0.55, ms.Pressure.cone(7e-3, 2e-3), load)
+        assert joint.tangential_stiffness == wanted.tangential_stiffness
+        assert joint.dissipated_energy(1e-7) == wanted.dissipated_energy(1e-7)
+    said = result.summary["pressure"]
+    assert said["kind"] == "cone"
+    assert said["largest_pressure"] == float(result.joints[0].pressures.max())
+    assert any(note.startswith("joint.pressure: cone, on ") for note in result.summary["notes"])
+    judged = {item["name"]: item["value"] for item in result.summary["joints"][1]["validity"]}
+    even = ms.Interface(surface, 0.55, normal_load=2000.0)
+    area = {v.name: v.value for v in even.validity}["real over apparent area"]
+    assert judged["real over apparent area"] > 1.5 * area  # where most presses
+    shown = names(result)
+    assert "pressure" in shown and "contact_state" not in shown  # noqa: PT018
+    plot = FIGURES["pressure"](result)
+    lines = [item for item in plot.panels[0].items if isinstance(item, Line)]
+    assert len(lines) == 2
+    slips = [item.y for item in plot.panels[1].items if isinstance(item, Line)]
+    assert len(slips) == 2
+    assert np.all(np.diff(slips[0]) > 0.0)  # slip begins at the rim
+    assert "pressure.svg" not in result.summary["files"]  # only CSV was asked for
+
+
+def test_bolts_say_the_load() -> None:
+    for more, load in (
+        (', preload = "600 N"', 1200.0),
+        (', torque = "2 N m"', 2 * 2.0 / (0.2 * 5e-3)),
+        (', torque = "2 N m", nut_factor = 0.16', 2 * 2.0 / (0.16 * 5e-3)),
+    ):
+        study = ms.Study.from_toml(bolted(more))
+        assert study.joint.normal_load == (pytest.approx(load, rel=1e-12),)
+    frictions = ', torque = "2 N m", thread_friction = 0.12, bearing_friction = 0.12'
+    by_vdi = ms.Study.from_toml(bolted(frictions)).joint.normal_load[0]
+    # VDI 2230: M = F [0.16 P + 0.58 d2 mu_G + D_Km/2 mu_K].
+    lever = 0.16 * 0.8e-3 + 0.58 * 4.48e-3 * 0.12 + 0.25 * (5.5e-3 + 6.88e-3) * 0.12
+    assert by_vdi == pytest.approx(2 * 2.0 / lever, rel=0.01)
+    joint = ms.Study.from_toml(bolted(', preload = "600 N"')).run().joints[0]
+    assert joint.force_limit == pytest.approx(0.55 * 1200.0)
+
+
+def test_columns_and_tightening(tmp_path: Path) -> None:
+    (tmp_path / "film.csv").write_text("a [mm^2],p [MPa]\n10,30\n20,10\n5,0\n", encoding="utf-8")
+    film = 'pressure = { kind = "patches", area = { file = "film.csv", column = "a" }, '
+    film += 'pressure = { file = "film.csv", column = "p" } }'
+    text = edited((LOADS, f'{LOADS}\n{film}\ntightening_load = "3 kN"\nyield_stress = "250 MPa"'))
+    joint = ms.Study.from_toml(text, folder=tmp_path).run().joints[1]
+    assert joint.pressure.areas == pytest.approx([1e-5, 2e-5])
+    assert joint.pressure.shares == pytest.approx([0.6, 0.4])
+    assert [law.surface.tightening_load for law in joint.laws] == pytest.approx([1800.0, 1200.0])
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (edited((LOADS, f'{LOADS}\npressure = {{ kind = "con" }}')), "joint.pressure.kind: wanted"),
+        (edited((LOADS, f"{LOADS}\npressure = 3")), "joint.pressure: wanted a table such as"),
+        (edited((LOADS, f"{LOADS}\npressure = {{}}")), '.pressure.kind: missing; wanted "cone"'),
+        (edited(CONE, ("7 mm", "1 mm")), "joint.pressure.inner: must be zero or more and below"),
+        (edited(CONE, ("7 mm", "9 mm")), "joint.pressure: wanted one within the area of"),
+        (edited(CONE, ("outer", "outr")), '.pressure.outr: unknown key; did you mean "outer"?'),
+        (edited(CONE, (SURFACE, SURFACES["sphere"])), "joint.pressure: wanted a surface with an"),
+        (
+            edited(CONE, ("curve =", "load_variation = { share = 0.2 }\ncurve =")),
+            "excitation.load_variation: wanted none beside joint.pressure",
+        ),
+        (bolted(""), "joint.normal_load: missing"),
+        (bolted(', preload = "1 kN", torque = "1 N m"'), "pressure.torque: wanted preload or"),
+        (bolted(', torque = "1 N m", thread_friction = 0.1'), "joint.pressure: a torque needs one"),
+        (bolted(', preload = "1 kN", hole = "4 mm"'), "joint.pressure: a bolt must fit"),
+        (
+            bolted(', preload = "1 kN"').replace("[excitation]", '[excitation]\n').replace(
+                "friction_coefficient", 'normal_load = "1 kN"\nfriction_coefficient'
+            ),
+            "joint.normal_load: wanted none beside bolts",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_refused(text: str, says: str) -> None:
+    with pytest.raises(ms.StudyError) as caught:
+        ms.Study.from_toml(text).run()
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)

@@ -15,7 +15,7 @@ try() {  # NAME TESTS PACKAGES...
     shift 2
     echo "== $name"
     "$python" -m venv "$scratch/$name"
-    "$scratch/$name/bin/python" -m pip install --quiet "$root" pytest hypothesis "$@"
+    "$scratch/$name/bin/python" -m pip install --quiet --quiet "$root" pytest hypothesis "$@"
     # -rs, and a skip is a failure: here everything is installed.
     (cd "$root" && "$scratch/$name/bin/python" -m pytest -q -rs -p no:cacheprovider -m "slow or not slow" $tests) \
         > "$scratch/out" 2>&1 || { cat "$scratch/out"; exit 1; }

@@ -13,6 +13,13 @@ import microslip as ms
 pytest.importorskip("pyHarm", reason="pyHarm is not installed; make hosts runs this")
 pytestmark = pytest.mark.filterwarnings("ignore")  # NumPy's and Numba's, of pyHarm's own code
 
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path, monkeypatch):
+    """pyHarm writes which extensions it knows into the current folder."""
+    monkeypatch.chdir(tmp_path)
+
+
 M = np.diag([10.0, 5.0])
 K = np.array([[3e9, -2e9], [-2e9, 2.5e9]])
 C = np.diag([2e3, 1e3])

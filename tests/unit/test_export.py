@@ -6,6 +6,8 @@ import csv
 import json
 import math
 import re
+import zipfile
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -170,6 +172,24 @@ def test_what_cannot_be_is_refused_and_leaves_nothing(folder, kind, law, options
     with pytest.raises(ms.InputError, match=re.escape(says)):
         export.write(kind, law, "out.x", **options)
     assert sorted(folder.iterdir()) == before
+
+
+def test_a_unit_is_the_same_archive_each_time_with_its_sources():
+    first, second = (export.write("fmu", JOINT, name).files[0] for name in ("a.fmu", "b.fmu"))
+    assert first.read_bytes() == second.read_bytes()
+    with zipfile.ZipFile(first) as archive:
+        description = ElementTree.fromstring(archive.read("modelDescription.xml"))
+        source = archive.read("sources/joint.c").decode()
+        assert archive.testzip() is None
+    assert f'"{description.get("guid")}"' in source
+    told = {item.get("name"): item.get("causality") for item in description.iter("ScalarVariable")}
+    assert told == {
+        "displacement": "input", "force": "output", "stiffness": "local", "error_bound": "local",
+    }  # fmt: skip
+    assert export.write("fmu", JOINT.at(normal_load=900.0), "c.fmu").accuracy.backbone_error < 1e-14
+    with zipfile.ZipFile("c.fmu") as archive:
+        other = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    assert other.get("guid") != description.get("guid")
 
 
 def test_nothing_is_replaced_unasked_and_files_come_together(folder):

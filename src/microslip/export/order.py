@@ -266,6 +266,7 @@ def _described(law: Any) -> str:
     if isinstance(law, JointField):
         return f"a field of {law.size} patches{under}"
     if isinstance(law, Sequence):
-        return f"{len(law)} laws, a patch each"
+        alike = all(item is law[0] for item in law)
+        return f"{len(law)} patch(es){f', each {_described(law[0])}' if alike else ', a law each'}"
     limit, stiffness = exact(law.force_limit), exact(law.tangential_stiffness)
     return f"{law!r}{under}; force limit {limit} N, stiffness at rest {stiffness} N/m"

@@ -243,10 +243,11 @@ def test_each_wrong_structure_gets_its_own_line(
     assert "\n" not in str(error.value)
 
 
-def test_ranges_without_a_structure_are_refused() -> None:
-    text = STUDY.partition("[structure]")[0] + 'normal_load = "1 kN"\n'
-    with pytest.raises(ms.StudyError, match=r"ranges give bands in a study with a \[structure\]"):
-        ms.Study.from_toml(text)
+def test_a_structure_takes_some_ranges_only(folder: Path) -> None:
+    text = STUDY.replace('density = "50 1/mm^2"', 'density = { mean = "50 1/mm^2", cv = 0.1 }')
+    assert text != STUDY
+    with pytest.raises(ms.StudyError, match=r"surface.density: wanted a number, got a range"):
+        ms.Study.from_toml(text, folder=folder)
 
 
 def test_a_structure_needs_no_law_of_its_own(folder: Path) -> None:

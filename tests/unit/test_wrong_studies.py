@@ -98,7 +98,7 @@ WRONG = [
     # lists
     (LOADS, "[]", 'joint.normal_load: wanted a list such as ["500 N", "2 kN"], got an empty list'),
     (LOADS, '["1 kN", "2 kN", "1000 N"]', "joint.normal_load: wanted values that differ, got the same one as items 1 and 3"),
-    (LOADS, "{ from = 3 }", 'joint.normal_load: wanted a list such as ["500 N", "2 kN"], got a table'),
+    (LOADS, "{ from = 3 }", 'joint.normal_load: wanted a value such as "2 kN", { low = …, high = … }, { mean = …, cv = … } or { values = [ … ] }, got a table with "from"'),
     (AMPLITUDES, '["0.1 um", "0 um"]', 'excitation.amplitudes, item 2: wanted a positive length such as "1 um", got "0 um"'),
     (AMPLITUDES, '["0.1 um", ["1 um"]]', 'excitation.amplitudes, item 2: wanted a length such as "1 um", got a list of 1'),
     (AMPLITUDES, '"1 um"', 'excitation.amplitudes: wanted a list such as ["0.1 um", "1 um"], got "1 um"'),

@@ -72,6 +72,7 @@ QUANTITIES: dict[str, Quantity] = {
     },
     "frequency": Quantity("Hz", "natural frequency of the oscillator"),
     "interface_damping_ratio": Quantity("-", "equivalent viscous damping ratio of the interface"),
+    "quantile": Quantity("-", "share of the samples below"),
     "frequency_at_rest": Quantity("Hz", "natural frequency with the joint sticking"),
     "frequency_in_slip": Quantity("Hz", "natural frequency with the joint sliding"),
 }

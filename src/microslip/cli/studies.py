@@ -62,9 +62,21 @@ def _output(default: str) -> Callable[[Command], Command]:
 
 @click.command(short_help="Predict loops, energy and damping of a joint.")
 @study_argument
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    default=1,
+    show_default=True,
+    help="Processes that share the samples of uncertain numbers; the results are the same.",
+)
 @_output("STUDY-result")
 def predict(
-    study: Path, folder: Path | None, overwrite: bool, overrides: tuple[str, ...], as_json: bool
+    study: Path,
+    workers: int,
+    folder: Path | None,
+    overwrite: bool,
+    overrides: tuple[str, ...],
+    as_json: bool,
 ) -> None:
     """Predict loops, energy and damping of the joint that STUDY (a TOML file) describes.
 
@@ -76,7 +88,7 @@ def predict(
 
         return Study.load(study, overrides)
 
-    predict_into(read, folder or Path(f"{study.stem}-result"), overwrite, as_json)
+    predict_into(read, folder or Path(f"{study.stem}-result"), overwrite, as_json, workers)
 
 
 @click.command(short_help="Predict a joint that comes with microslip.")
@@ -100,7 +112,9 @@ def demo(
     predict_into(read, folder or Path("microslip-demo"), overwrite, as_json)
 
 
-def predict_into(read: Callable[[], Study], folder: Path, overwrite: bool, as_json: bool) -> None:
+def predict_into(
+    read: Callable[[], Study], folder: Path, overwrite: bool, as_json: bool, workers: int = 1
+) -> None:
     """Compute a study, print its tables, and write its folder."""
     from microslip.report.folder import staged
 
@@ -116,7 +130,7 @@ def predict_into(read: Callable[[], Study], folder: Path, overwrite: bool, as_js
             from microslip.results.predicted.files import files
 
             with progress("Computing") as report:
-                result = study.run(report)
+                result = study.run(report, workers)
             if not as_json:
                 # The numbers now, since writing may take longer; the files all the same, should
                 # nobody be able to read them.

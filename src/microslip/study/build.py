@@ -18,7 +18,16 @@ from microslip.study.sense import lifting
 
 
 def build_surface(study: StudyDescription) -> NormalLaw:
-    """Normal law of a study."""
+    """Normal law of a study, tightened if its joint was."""
+    law = study._law or build_summits(study)
+    if not isinstance(study.joint, Joint):
+        return law
+    with blame(study, "joint", type(study.joint).model_fields):
+        return study.joint.tightened(law)
+
+
+def build_summits(study: StudyDescription) -> NormalLaw:
+    """Normal law of the surface as it was made."""
     materials = {}
     for name, material in study.material.items():
         with blame(study, f"material.{name}", type(material).model_fields):
@@ -30,10 +39,7 @@ def build_surface(study: StudyDescription) -> NormalLaw:
         pair = MaterialPair(materials[first], materials[second])
     with blame(study, "surface", type(surface).model_fields):
         law: NormalLaw = surface.build(pair)
-    if not isinstance(study.joint, Joint):
         return law
-    with blame(study, "joint", type(study.joint).model_fields):
-        return study.joint.tightened(law)
 
 
 def build_joints(study: StudyDescription) -> list[Interface]:

@@ -12,6 +12,7 @@ from pydantic import PrivateAttr, ValidationError, model_validator
 
 from microslip._core.wording import shorten
 from microslip.errors import StudyError
+from microslip.normal import NormalLaw
 from microslip.study.explain import explain
 from microslip.study.joints import Joint
 from microslip.study.overrides import MAX_DEPTH, Override, apply, dump, is_too_deep, moved
@@ -31,6 +32,7 @@ class StudyDescription(StudyTables):
     _given: dict[str, Any] = PrivateAttr(default_factory=dict)
     _notes: tuple[str, ...] = PrivateAttr(default=())
     _folder: Path = PrivateAttr(default=Path())
+    _law: NormalLaw | None = PrivateAttr(default=None)  # drawn, in place of the surface's own
 
     def __init__(self, /, **given: Any) -> None:
         self._fill(given)

@@ -27,6 +27,7 @@ from microslip.study.structure import (
     StructurePart,
 )
 from microslip.study.surfaces import SURFACE_TABLES, Elastic, Rigid
+from microslip.study.uncertainty import UncertaintyPart
 
 Loc = tuple[int | str, ...]
 
@@ -41,6 +42,7 @@ _MODELS: dict[str, type[Part]] = {
     "normal_load": s.LoadColumn,
     "oscillator": s.OscillatorPart,
     "output": s.Output,
+    "uncertainty": UncertaintyPart,
     "structure": StructurePart,
     "bolts": BoltsPart,
     "sensor": SensorPart,
@@ -229,6 +231,7 @@ def _homes() -> list[tuple[str, type[Part]]]:
         ("[joint]", Joint),
         ("[excitation]", s.Excitation),
         ("[oscillator]", s.OscillatorPart),
+        ("[uncertainty]", UncertaintyPart),
         ("[structure]", StructurePart),
         ("[structure.bolts]", BoltsPart),
         ("[output]", s.Output),

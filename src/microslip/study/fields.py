@@ -80,7 +80,7 @@ def array(example: str, most: int = MAX_ITEMS, *, single: bool = False) -> Check
     """A list of 1 to `most` items; with `single`, one item may stand without brackets."""
 
     def check(given: object) -> object:
-        if single and isinstance(given, (str, int, float)):
+        if single and isinstance(given, (str, int, float, dict)):
             return [given]
         if not isinstance(given, (list, tuple)) or not given:
             raise ValueError(f"wanted a list such as {example}, got {show(given)}")
@@ -180,7 +180,7 @@ TwoNames = Annotated[
     ),
 ]
 
-Modulus = Annotated[float, quantity(PRESSURE, "69 GPa")]
+Modulus = Annotated[float, quantity(PRESSURE, "69 GPa"), Uncertain('"69 GPa"')]
 Hardness = Annotated[float, quantity(PRESSURE, "1.2 GPa")]
 YieldStress = Annotated[float, quantity(PRESSURE, "355 MPa")]
 PoissonRatio = Annotated[
@@ -190,6 +190,7 @@ PoissonRatio = Annotated[
         lambda value: -1.0 < value <= 0.5,
         {"exclusiveMinimum": -1, "maximum": 0.5},
     ),
+    Uncertain("0.33"),
 ]
 Friction = Annotated[
     float,
@@ -218,18 +219,19 @@ LoadShare = Annotated[
 ]
 ShapeParameter = Annotated[float, number("a finite number", lambda value: True, {})]
 
-Roughness = Annotated[float, quantity(LENGTH, "0.5 um")]
+Roughness = Annotated[float, quantity(LENGTH, "0.5 um"), Uncertain('"0.5 um"')]
 Height = Annotated[float, quantity(LENGTH, "0.5 um", "any")]
 Radius = Annotated[float, quantity(LENGTH, "1 mm")]
 Density = Annotated[float, quantity(DENSITY, "100 1/mm^2")]
 Area = Annotated[float, quantity(AREA, "2 cm^2")]
 Load = Annotated[float, quantity(FORCE, "2 kN")]
+UncertainLoad = Annotated[Load, Uncertain('"2 kN"')]
 AnyLoad = Annotated[float, quantity(FORCE, "2 kN", "any")]
 Amplitude = Annotated[float, quantity(LENGTH, "1 um")]
 ForceAmplitude = Annotated[float, quantity(FORCE, "100 N")]
 Phase = Annotated[float, angle("90 deg")]
-Mass = Annotated[float, quantity(MASS, "2 kg")]
-Stiffness = Annotated[float, quantity(STIFFNESS, "1e6 N/m")]
+Mass = Annotated[float, quantity(MASS, "2 kg"), Uncertain('"2 kg"')]
+Stiffness = Annotated[float, quantity(STIFFNESS, "1e6 N/m"), Uncertain('"1e6 N/m"')]
 
 Heights = Annotated[
     tuple[Height, ...],
@@ -263,7 +265,7 @@ RisingHeights = Annotated[
     FromFile(LENGTH, "surface.heights.height"),
 ]
 Loads = Annotated[
-    tuple[Load, ...], array('["500 N", "2 kN"]', single=True), AfterValidator(different)
+    tuple[UncertainLoad, ...], array('["500 N", "2 kN"]', single=True), AfterValidator(different)
 ]
 Amplitudes = Annotated[
     tuple[Amplitude, ...], array('["0.1 um", "1 um"]'), AfterValidator(different)

@@ -21,6 +21,7 @@ from microslip.errors import InputError
 from microslip.study.columns import FromFile
 from microslip.study.fields import MAX_VALUES, PER_LENGTH, array, quantity
 from microslip.study.part import KeyedError, Part, as_key, key
+from microslip.study.uncertain import Uncertain
 
 _KINDS = {
     kind.unit: kind for kind in (LENGTH, AREA, FORCE, PRESSURE, DENSITY, STIFFNESS, PER_LENGTH)
@@ -137,7 +138,11 @@ def table_of(
     fields: dict[str, Any] = {tag: (Literal[key_of(kind)], Field(description=meaning)), **more}
     for parameter in parameters_of(kind):
         option = option_of(parameter)
-        fields[option.name] = _many(option, where) if parameter.many else (float, key(option))
+        fields[option.name] = (
+            _many(option, where)
+            if parameter.many
+            else (float, key(option, Uncertain(option.written or option.example)))
+        )
     name = f"{kind.__name__}Table"
     model = create_model(name, __base__=base, __doc__=meaning, __module__=module, **fields)
     model.describes = kind

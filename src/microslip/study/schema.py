@@ -43,6 +43,7 @@ from microslip.study.metals import with_metals
 from microslip.study.part import KeyedError, Part
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import AnyMaterial, AnySurface
+from microslip.study.uncertainty import UncertaintyPart
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -285,6 +286,9 @@ class StudyTables(Part):
     )
     structure: StructurePart | None = Field(
         default=None, description="A bolted structure that the surface holds together."
+    )
+    uncertainty: UncertaintyPart | None = Field(
+        default=None, description="How numbers that are given with their scatter are drawn."
     )
     output: Output = Field(default_factory=Output, description="What is written.")
 

@@ -15,7 +15,7 @@ from microslip.study.metals import unknown
 from microslip.study.part import KeyedError
 from microslip.study.schema import StudyTables
 from microslip.study.surfaces import Elastic, Rigid, TableSurface
-from microslip.study.uncertain import Spread
+from microslip.study.uncertain import spreads_of
 
 VARIATION = "excitation.load_variation"
 RECORDED = "excitation.history.normal_load"
@@ -49,6 +49,7 @@ def check(study: StudyTables) -> None:
         _structure(study)
     else:
         _alone(study)
+    _uncertain(study)
     _forces(study)
     _amount(study)
 
@@ -57,17 +58,20 @@ def _structure(study: StudyTables) -> None:
     """Ranges make bands of a structure; it needs bodies that bend, and a surface of known area."""
     part = study.structure
     if part is None:
-        if isinstance(study.joint.friction_coefficient, Spread):
-            raise KeyedError(
-                "joint.friction_coefficient",
-                "wanted a number, got a range; ranges give bands in a study with a [structure]",
-            )
         return
     for key in ("tightening_load", "pressure"):
         if getattr(study.joint, key) is not None:
             raise KeyedError(
                 f"joint.{key}",
                 "wanted none beside a [structure], whose patches bear unlike pressures",
+            )
+    bands = ("joint.friction_coefficient", "structure.")
+    for key, _ in spreads_of(study):
+        if not key.startswith(bands):
+            raise KeyedError(
+                key,
+                "wanted a number, got a range; with a [structure] the friction coefficient, the "
+                "tension or torque of its bolts and the factor on its form may be ranges",
             )
     first = study.material[study.surface.materials[0]]
     if isinstance(first, Rigid):
@@ -100,6 +104,34 @@ def _spread(study: StudyTables) -> None:
     ):
         if given is not None:
             raise KeyedError(key, "wanted none beside joint.pressure, which is at constant load")
+
+
+def _uncertain(study: StudyTables) -> None:
+    """What is drawn is there, and drawn once."""
+    part = study.uncertainty
+    if part is None:
+        return
+    names = tuple(key for key, _ in spreads_of(study))
+    part.matrix(names)
+    if part.scan_patches is not None and getattr(study.surface, "law", "") != "scan":
+        raise KeyedError("uncertainty.scan_patches", 'wanted only beside surface.law = "scan"')
+    if part.identification is not None:
+        if not isinstance(study.joint, Joint):
+            raise KeyedError("uncertainty.identification", "wanted only for an interface")
+        told = ("joint.friction_coefficient", "surface.heights", "surface.density")
+        for key in names:
+            if key.startswith(told):
+                raise KeyedError(key, "wanted a number: uncertainty.identification says how far "
+                                      "it is known")  # fmt: skip
+    if study.structure is not None and (part.scan_patches or part.identification):
+        raise KeyedError("uncertainty", "wanted no scan_patches and no identification beside a "
+                                        "[structure]")  # fmt: skip
+    if not names and part.scan_patches is None and part.identification is None:
+        raise KeyedError(
+            "uncertainty",
+            "wanted an uncertain number in the study, got none; write for example "
+            'normal_load = { mean = "2 kN", cv = 0.15 }',
+        )
 
 
 def _alone(study: StudyTables) -> None:

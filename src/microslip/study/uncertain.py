@@ -3,60 +3,83 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydantic import GetCoreSchemaHandler
+from pydantic import BaseModel, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from microslip._core.checks import Floats
 from microslip._core.wording import did_you_mean, quoted, show
 
-_PAIRS = (("low", "high"), ("mean", "cv"))
+_FORMS = (("low", "high"), ("mean", "cv"), ("mean", "cv", "distribution"), ("values",))
+_KINDS = ("lognormal", "normal")
+_MOST_VALUES = 100_000
+_LOST = 1e-3
+"""Share of a normal distribution that may lie outside what is possible, and is cut off."""
 
 
 class Spread(float):
     """A number with its scatter: as a float it is its middle.
 
     Between ``low`` and ``high`` every value is as likely as any other. With ``mean`` and the
-    coefficient of variation ``cv`` it is lognormal, so that it keeps its sign.
+    coefficient of variation ``cv`` it is lognormal, so that it keeps its sign, or normal and cut
+    off at zero. Of ``values`` each is as likely as any other.
     """
 
-    low: float | None
-    high: float | None
-    cv: float | None
+    low: float | None = None
+    high: float | None = None
+    cv: float | None = None
+    normal: bool = False
+    values: tuple[float, ...] = ()
 
     @classmethod
     def between(cls, low: float, high: float) -> Spread:
         """Anything from low to high."""
         value = cls(0.5 * (low + high))
-        value.low, value.high, value.cv = low, high, None
+        value.low, value.high = low, high
         return value
 
     @classmethod
-    def about(cls, mean: float, cv: float) -> Spread:
+    def about(cls, mean: float, cv: float, normal: bool = False) -> Spread:
         """About a mean, by a coefficient of variation."""
         value = cls(mean)
-        value.low, value.high, value.cv = None, None, cv
+        value.cv, value.normal = cv, normal
+        return value
+
+    @classmethod
+    def among(cls, values: Sequence[float]) -> Spread:
+        """One of some values; the middle is their mean."""
+        value = cls(sum(values) / len(values))
+        value.values = tuple(sorted(values))
         return value
 
     def quantiles(self, shares: Floats) -> Floats:
         """Values below which shares of it lie."""
+        if self.values:
+            places = np.minimum((shares * len(self.values)).astype(int), len(self.values) - 1)
+            return np.asarray(np.array(self.values)[places])
         if self.low is not None and self.high is not None:
-            return self.low + (self.high - self.low) * shares
-        from scipy.special import ndtri
+            return np.asarray(self.low + (self.high - self.low) * shares)
+        from scipy.special import ndtr, ndtri
 
-        width = math.log1p(float(self.cv or 0.0) ** 2)
-        values: Floats = float(self) * np.exp(math.sqrt(width) * ndtri(shares) - 0.5 * width)
-        return values
+        cv = float(self.cv or 0.0)
+        if self.normal:
+            lost = float(ndtr(-1.0 / cv))  # below zero: cut off, and the rest takes its place
+            return np.asarray(float(self) * (1.0 + cv * ndtri(lost + (1.0 - lost) * shares)))
+        width = math.log1p(cv**2)
+        return np.asarray(float(self) * np.exp(math.sqrt(width) * ndtri(shares) - 0.5 * width))
 
     @property
     def written(self) -> str:
         """In words."""
+        if self.values:
+            return f"one of {len(self.values)} values, {self.values[0]:g} to {self.values[-1]:g}"
         if self.cv is None:
             return f"{self.low:g} to {self.high:g}"
-        return f"{float(self):g} with a coefficient of variation of {self.cv:g}"
+        kind = "; normal, cut off at zero" if self.normal else ""
+        return f"{float(self):g} with a coefficient of variation of {self.cv:g}{kind}"
 
 
 class Uncertain(NamedTuple):
@@ -74,31 +97,52 @@ class Uncertain(NamedTuple):
             return given
         if not isinstance(given, dict):
             return inner(given)
-        for pair in _PAIRS:
-            if set(given) == set(pair):
+        for form in _FORMS:
+            if set(given) == set(form):
                 return self._spread(given, inner)
-        known = [key for pair in _PAIRS for key in pair]
+        known = ["low", "high", "mean", "cv", "values", "distribution"]
         odd = next((key for key in given if key not in known), None)
         hint = did_you_mean(str(odd), known) if odd is not None else ""
         raise ValueError(
-            f"wanted a value such as {self.example}, {{ low = …, high = … }} or "
-            f"{{ mean = …, cv = … }}, got a table with {quoted(map(str, given), 'and')}{hint}"
+            f"wanted a value such as {self.example}, {{ low = …, high = … }}, "
+            f"{{ mean = …, cv = … }} or {{ values = [ … ] }}, "
+            f"got a table with {quoted(map(str, given), 'and')}{hint}"
             if given
             else f"wanted a value such as {self.example}, got an empty table"
         )
 
     def _spread(self, given: dict[str, object], inner: Callable[[object], Any]) -> Spread:
+        if "values" in given:
+            values = given["values"]
+            if not isinstance(values, list) or not 2 <= len(values) <= _MOST_VALUES:
+                raise ValueError(f"wanted two values or more in a list, got {show(values)}")
+            return Spread.among([inner(value) for value in values])
         if "mean" in given:
-            cv = given["cv"]
-            plain = isinstance(cv, (int, float)) and not isinstance(cv, bool)
-            if not plain or not 0.0 < float(cv) <= 1.0:  # type: ignore[arg-type]
-                raise ValueError(f"wanted cv above 0 and at most 1, such as 0.15, got {show(cv)}")
-            return Spread.about(inner(given["mean"]), float(cv))  # type: ignore[arg-type]
+            return self._about(given, inner)
         low, high = inner(given["low"]), inner(given["high"])
         if not low < high:
             raise ValueError(f"wanted low below high, got {show(given['low'])} and "
                              f"{show(given['high'])}")  # fmt: skip
         return Spread.between(low, high)
+
+    def _about(self, given: dict[str, object], inner: Callable[[object], Any]) -> Spread:
+        cv, kind = given["cv"], given.get("distribution", _KINDS[0])
+        plain = isinstance(cv, (int, float)) and not isinstance(cv, bool)
+        if not plain or not 0.0 < float(cv) <= 1.0:  # type: ignore[arg-type]
+            raise ValueError(f"wanted cv above 0 and at most 1, such as 0.15, got {show(cv)}")
+        if kind not in _KINDS:
+            raise ValueError(f"wanted distribution {quoted(_KINDS)}, got {show(kind)}")
+        from scipy.special import ndtr
+
+        lost = float(ndtr(-1.0 / float(cv)))  # type: ignore[arg-type]
+        if kind == "normal" and lost > _LOST:
+            raise ValueError(
+                f"wanted a cv of at most 0.32 for a normal distribution, got {show(cv)}: "
+                f"{lost:.2g} of it would lie below zero; leave distribution out, and it is "
+                "lognormal"
+            )
+        spread = Spread.about(inner(given["mean"]), float(cv), kind == "normal")  # type: ignore[arg-type]
+        return spread
 
     def describe(self, inner: dict[str, Any]) -> dict[str, Any]:
         """The JSON Schema of what may stand here."""
@@ -107,6 +151,18 @@ class Uncertain(NamedTuple):
             "low": {**plain, "title": "Low", "description": "The smallest possible value."},
             "high": {**plain, "title": "High", "description": "The largest possible value."},
             "mean": {**plain, "title": "Mean", "description": "The expected value."},
+            "values": {
+                "type": "array",
+                "items": plain,
+                "minItems": 2,
+                "title": "Values",
+                "description": "Each as likely as any other.",
+            },
+            "distribution": {
+                "enum": list(_KINDS),
+                "title": "Distribution",
+                "description": "Lognormal unless given; a normal one is cut off at zero.",
+            },
             "cv": {
                 "type": "number",
                 "title": "Cv",
@@ -118,10 +174,51 @@ class Uncertain(NamedTuple):
         tables = [
             {
                 "type": "object",
-                "properties": {a: says[a], b: says[b]},
-                "required": [a, b],
+                "properties": {key: says[key] for key in form},
+                "required": [key for key in form if key != "distribution"],
                 "additionalProperties": False,
             }
-            for a, b in _PAIRS
+            for form in (_FORMS[0], _FORMS[2], _FORMS[3])
         ]
         return {"anyOf": [inner, *tables]}
+
+
+def spreads_of(part: object, path: str = "") -> Iterator[tuple[str, Spread]]:
+    """What is uncertain in a table and in those that it holds, by the keys of the file."""
+    if isinstance(part, Spread):
+        yield path, part
+    elif isinstance(part, BaseModel):
+        for name, field in type(part).model_fields.items():
+            key = field.alias or name
+            yield from spreads_of(getattr(part, name), f"{path}.{key}" if path else key)
+    elif isinstance(part, dict):
+        for key, value in part.items():
+            yield from spreads_of(value, f"{path}.{key}")
+    elif isinstance(part, tuple) and any(isinstance(value, Spread) for value in part):
+        for index, value in enumerate(part, start=1):
+            yield from spreads_of(value, path if len(part) == 1 else f"{path}, item {index}")
+
+
+def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
+    """The same table with plain numbers in place of what is uncertain, by the keys of the file."""
+    if isinstance(part, Spread):
+        return float(values.get(path, float(part)))
+    if isinstance(part, BaseModel):
+        changes = {}
+        for name, field in type(part).model_fields.items():
+            key = field.alias or name
+            old = getattr(part, name)
+            new = with_values(old, values, f"{path}.{key}" if path else key)
+            if new is not old:
+                changes[name] = new
+        return part.model_copy(update=changes) if changes else part
+    if isinstance(part, dict):
+        found = {key: with_values(value, values, f"{path}.{key}") for key, value in part.items()}
+        return found if any(found[key] is not part[key] for key in part) else part
+    if isinstance(part, tuple) and any(isinstance(value, Spread) for value in part):
+        single = len(part) == 1
+        return tuple(
+            with_values(value, values, path if single else f"{path}, item {index}")
+            for index, value in enumerate(part, start=1)
+        )
+    return part

@@ -59,22 +59,37 @@ def contents(result: Prediction) -> Contents:
         "point": _index("point", dims["point"], "point of the curves"),
         "curve_amplitude": _variable(("point",), curves[0].amplitude, "amplitude"),
     }
-    variables = {
-        **_scalars(result),
-        **_validity(result),
-        **_loops(result, driven),
-        **_columns(rows, "", driven, leave_out=driven),
-        **_columns(curves, "curve_", "point", leave_out="amplitude"),
-    }
-    if result.varying:
-        variables |= _columns(result.varying, "varying_", driven, leave_out="amplitude")
+    found = {**variables(result), **_validity(result)}
     if result.histories:
         dims["history_sample"] = size = result.histories[0].force.size
         coords["history_sample"] = _index("history_sample", size, "sample of the history")
-        variables |= _columns(result.histories, "history_", "history_sample")
+    if result.scatter is not None:
+        dims["quantile"] = result.scatter.quantiles.size
+        coords["quantile"] = Variable(
+            ("quantile",),
+            result.scatter.quantiles,
+            {"units": "1", "long_name": "share of the samples below"},
+        )
+        found |= {f"{name}_bands": band for name, band in result.scatter.bands.items()}
+    return Contents(dims, coords, found, _attributes(result))
+
+
+def variables(result: Prediction) -> dict[str, Variable]:
+    """All numbers by their names, the verdicts left out."""
+    driven = "amplitude" if result.study.excitation.force_amplitudes is None else "force_amplitude"
+    found = {
+        **_scalars(result),
+        **_loops(result, driven),
+        **_columns(result.rows, "", driven, leave_out=driven),
+        **_columns(result.curves, "curve_", "point", leave_out="amplitude"),
+    }
+    if result.varying:
+        found |= _columns(result.varying, "varying_", driven, leave_out="amplitude")
+    if result.histories:
+        found |= _columns(result.histories, "history_", "history_sample")
     if result.oscillators:
-        variables |= _columns(result.oscillators, "oscillator_", "point", leave_out="amplitude")
-    return Contents(dims, coords, variables, _attributes(result))
+        found |= _columns(result.oscillators, "oscillator_", "point", leave_out="amplitude")
+    return found
 
 
 def _variable(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:

@@ -15,6 +15,12 @@ def pictures(result: Prediction) -> tuple[Picture, ...]:
         alternative, caption = _CAPTIONS[name]
         if result.study.excitation.load_varies:
             caption = _while_varying(result, name, caption)
+        if result.scatter is not None:
+            ends = (result.scatter.quantiles[0], result.scatter.quantiles[-1])
+            between = " to ".join(f"{100.0 * end:g}" for end in ends)
+            edges = "Dashed" if name == "loops" else "Shaded"
+            if name in ("loops", "backbone", "energy_damping", "force_damping", "contact_state"):
+                caption += f" {edges}: {between} % of what the uncertain numbers of the study do."
         figure = FIGURES[name]
         made.append(Picture(name, caption, lambda figure=figure: figure(result), alternative))  # type: ignore[misc]
     return tuple(made)

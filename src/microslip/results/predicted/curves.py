@@ -13,6 +13,7 @@ from microslip.report.plot import (
     DASHES,
     MARKERS,
     WIDTH,
+    Area,
     Axis,
     Entry,
     Floats,
@@ -139,6 +140,7 @@ def draw_curves(
         np.stack([axis.of(result.curves[i]), _drawable(quantity(result.curves[i]), panel.y.log)])
         for i, _ in loads
     ]
+    bands = [_band(panel, result, axis, quantity, number) for number in range(len(loads))]
     for number, (index, look) in enumerate(loads):
         curve, row = result.curves[index], result.rows[index]
         x, y = lines[number]
@@ -154,7 +156,34 @@ def draw_curves(
             places = evenly(x.size, 7)
             x, y = x[places], y[places]
         panel.marks(x, y, look.color, marker=look.marker)
-    return finite(np.concatenate([line[1] for line in lines]))
+    return finite(np.concatenate([*(line[1] for line in lines), *bands]))
+
+
+def _band(
+    panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: Quantity, number: int
+) -> Floats:
+    """Shade between the outer quantiles of a load, below all lines; its ordinates."""
+    scatter = result.scatter
+    index, look = drawn_loads(result)[number]
+    if scatter is None:
+        return np.zeros(0)
+    curve = result.curves[index]
+    edges = [
+        _drawable(quantity(scatter.curve(end, index, curve.amplitude)), panel.y.log)
+        for end in (0, scatter.quantiles.size - 1)
+    ]
+    x = axis.of(curve)
+    known = np.isfinite(edges[0]) & np.isfinite(edges[1]) & np.isfinite(x)
+    low, high = (edge[known] for edge in edges)
+    outline = np.concatenate([x[known], x[known][::-1]])
+    panel.items.insert(0, Area(outline, np.concatenate([low, high[::-1]]), pale(look.color)))
+    return np.concatenate([low, high])
+
+
+def pale(color: str) -> str:
+    """A colour thinned with white, as areas behind lines have it."""
+    parts = (int(color[i : i + 2], 16) for i in (1, 3, 5))
+    return "#" + "".join(f"{round(255 - 0.3 * (255 - part)):02x}" for part in parts)
 
 
 def _drawable(values: Floats, log: bool) -> Floats:

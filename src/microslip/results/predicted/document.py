@@ -21,6 +21,7 @@ from microslip.report.document import (
 from microslip.results.predicted.captions import pictures
 from microslip.results.predicted.numbers import KIND, REMINDER, verdicts
 from microslip.results.predicted.prediction import Prediction
+from microslip.results.predicted.scatter_document import sections as scatter_sections
 from microslip.results.predicted.study_facts import study_facts
 from microslip.results.predicted.tables import (
     cycle_table,
@@ -64,6 +65,7 @@ def document(result: Prediction) -> Document:
     if result.varying:
         cycles.append(varying_table(joints))
     sections = [] if result.structure is None else [*structure_sections(result.structure)]
+    sections += scatter_sections(result)
     sections += [
         Section("Joint at rest", (joint_table(joints, _law(study)),)),
         Section("Cycles", tuple(cycles)),

@@ -101,9 +101,20 @@ def _loops_at(
     for (i, look), amplitude, limit in zip(loads, amplitudes, limits, strict=True):
         loop = result.loops[i][index]
         x = loop.displacement / (amplitude if over_amplitude else x_unit)
+        for band in _loop_bands(result, i, index):
+            y = band / (limit if over_limit else y_unit)
+            panel.line(x, y, look.color, width=0.6, dash=DASHED)
         panel.line(x, loop.force / (limit if over_limit else y_unit), look.color, dash=look.dash)
     panel.cross()
     return panel
+
+
+def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
+    """Forces of a loop at the outer quantiles, sample by sample."""
+    if result.scatter is None or "force" not in result.scatter.bands:
+        return []
+    band = result.scatter.bands["force"].values
+    return [band[0, load, index], band[-1, load, index]]
 
 
 def _prefix(value: float, largest: float, least: float = 0.0) -> tuple[float, str]:

@@ -17,7 +17,7 @@ from microslip.report.files import (
     text_file,
 )
 from microslip.results.predicted.arrays import contents
-from microslip.results.predicted.columns import Columns, blocks
+from microslip.results.predicted.columns import Columns, Floats, blocks
 from microslip.results.predicted.document import document
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.varying import VaryingLoop
@@ -48,9 +48,29 @@ def files(result: Prediction, destination: Path) -> tuple[File, ...]:
         rows = len(curves["mode"])
         own.append(csv_file("structure.csv", lambda: iter([curves]), rows, UNITS, len(curves)))
         numbers += rows * len(curves)
+    if result.scatter is not None:
+        bands = band_columns(result)
+        rows = bands["amplitude"].size
+        own.append(csv_file("bands.csv", lambda: iter([bands]), rows, UNITS, len(bands)))
+        numbers += 2 * rows * len(bands)
     own.append(netcdf_file("result.nc", partial(contents, result), numbers))
     own.append(text_file("study.toml", lambda: result.study.text_for(destination)))
     return standard_files(document(result), result.summary["files"], own)
+
+
+def band_columns(result: Prediction) -> dict[str, Floats]:
+    """Quantiles of the curves in long form: a row a load, an amplitude and a quantile."""
+    scatter = result.scatter
+    assert scatter is not None  # who calls has looked
+    parts: list[dict[str, Floats]] = []
+    for load, (joint, curve) in enumerate(zip(result.joints, result.curves, strict=True)):
+        for place, share in enumerate(scatter.quantiles.tolist()):
+            size = curve.amplitude.size
+            columns = scatter.curve(place, load, curve.amplitude).columns()
+            at = getattr(joint, "normal_load", np.nan)
+            heads = {"normal_load": np.full(size, at), "quantile": np.full(size, share)}
+            parts.append({**heads, **columns})
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def loop_blocks(result: Prediction) -> Blocks:

@@ -23,6 +23,9 @@ from microslip.results.predicted.columns import (
     OscillatorCurve,
 )
 from microslip.results.predicted.prediction import Prediction
+from microslip.results.predicted.scatter import is_uncertain
+from microslip.results.predicted.scatter_document import FIGURES as SCATTER_FIGURES
+from microslip.results.predicted.scatter_document import numbers as scatter_numbers
 from microslip.results.predicted.varying import extremes
 from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
 from microslip.results.structure.document import numbers as structure_numbers
@@ -77,7 +80,10 @@ def files(study: StudyDescription) -> tuple[str, ...]:
     tables += ["oscillator"] if oscillator else []
     tables += ["varying"] if study.excitation.load_variation is not None else []
     tables += ["structure"] if study.structure is not None else []
+    scatters = study.structure is None and is_uncertain(study)
+    tables += ["bands"] if scatters else []
     figures = [] if study.structure is None else list(STRUCTURE_FIGURES)
+    figures += list(SCATTER_FIGURES) if scatters else []
     figures += ["loops", "backbone", "energy_damping", "force_damping"]
     # A table of loads says nothing of contacts.
     figures += (
@@ -119,6 +125,7 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
         **tightening(result.joints[0]),
         **_pressure(result.joints[0]),
         **_structure(result),
+        **({} if result.scatter is None else {"uncertainty": scatter_numbers(result.scatter)}),
         "joints": [_joint(result, index) for index in range(len(result.joints))],
         "units": dict(UNITS),
         "files": list(names),

@@ -13,6 +13,7 @@ from microslip.results.predicted.columns import (
     Limits,
     OscillatorCurve,
 )
+from microslip.results.predicted.scatter import Scatter
 from microslip.results.predicted.varying import VaryingCycles
 from microslip.results.structure.prediction import StructurePrediction
 from microslip.study.description import StudyDescription
@@ -49,6 +50,8 @@ class Prediction:
         else empty; rows and curves are at constant load all the same.
     structure : StructurePrediction or None
         The bolted structure of the study: tightened state, modes, bands.
+    scatter : Scatter or None
+        Bands of all of these, where numbers of the study are uncertain.
     """
 
     study: StudyDescription
@@ -62,6 +65,7 @@ class Prediction:
     oscillators: tuple[OscillatorCurve, ...] = ()
     varying: tuple[VaryingCycles, ...] = ()
     structure: StructurePrediction | None = None
+    scatter: Scatter | None = None
 
     def __repr__(self) -> str:
         parts = [
@@ -72,6 +76,7 @@ class Prediction:
             *(f"history of {_count(len(h.force), 'sample')}" for h in self.histories[:1]),
             *("oscillator" for _ in self.oscillators[:1]),
             *("varying load" for _ in self.varying[:1]),
+            *(["scatter"] if self.scatter is not None else []),
             *(["structure"] if self.structure is not None else []),
         ]
         return f"Result({', '.join(parts)})"

@@ -49,6 +49,8 @@ class Result(Prediction):
         else empty; rows and curves are at constant load all the same.
     structure : StructurePrediction or None
         The bolted structure of the study: tightened state, modes, bands.
+    scatter : Scatter or None
+        Bands of all of these, where numbers of the study are uncertain.
     """
 
     def save(

@@ -7,8 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from microslip._core.checks import whole
+from microslip._core.netcdf import Variable
 from microslip.friction import Interface
 from microslip.loops import Loop
+from microslip.results.predicted.arrays import variables
 from microslip.results.predicted.columns import (
     AmplitudeCurve,
     Floats,
@@ -20,6 +23,7 @@ from microslip.results.predicted.columns import (
 )
 from microslip.results.predicted.numbers import Defaults, oscillator_of, slip_scale_of, summarise
 from microslip.results.predicted.result import Result
+from microslip.results.predicted.scatter import at_middle, fixed, is_uncertain, scatter
 from microslip.results.predicted.varying import VaryingCycles, VaryingLoop
 from microslip.results.structure.run import run as run_structure
 from microslip.study.build import blame, build_joints, check_loads
@@ -29,18 +33,64 @@ from microslip.study.schema import LoadVariation
 DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
 DEFAULT_RANGE = (1e-3, 1e2)
 DEFAULT_POINTS = 200
+MOST_WORKERS = 256
 _STRUCTURE = 0.95  # share of a run that a structure takes
 
 
-def run(study: StudyDescription, progress: Progress | None = None) -> Result:
+def run(study: StudyDescription, progress: Progress | None = None, workers: int = 1) -> Result:
     """Compute a study; see :meth:`microslip.Study.run`."""
+    whole("workers", workers, 1, MOST_WORKERS)
+    if study.structure is not None:
+        tell = progress or (lambda share: None)
+        structure = run_structure(study, lambda share: tell(_STRUCTURE * share))
+        after = None if progress is None else _after(progress, _STRUCTURE)
+        result, defaults = _computed(study, after)
+        result = replace(result, structure=structure)
+    elif is_uncertain(study):
+        result, defaults = _scattered(study, progress, workers)
+    else:
+        result, defaults = _computed(study, progress)
+    return replace(result, summary=summarise(result, defaults))
+
+
+def _scattered(
+    study: StudyDescription, progress: Progress | None, workers: int
+) -> tuple[Result, Defaults]:
+    """The study at its middle, and the bands about it."""
+    result, defaults = _computed(at_middle(study))
+    first = result.rows[0]
+    drawn = fixed(study, first.amplitude, result.curves[0].amplitude)
+    found = scatter(drawn, variables(result), _variables, workers, progress)
+    return replace(result, study=study, scatter=found), defaults
+
+
+def _variables(study: StudyDescription) -> dict[str, Variable]:
+    """All numbers of a study without anything uncertain, by their names in result.nc."""
+    return variables(_computed(study)[0])
+
+
+def rows_of(study: StudyDescription) -> list[dict[str, float]]:
+    """What a study says at the amplitudes of its loops and nowhere else, a row a load and loop."""
+    study = at_middle(study)
+    joints = build_joints(study)
+    amplitudes = _amplitudes(study, defaults_of(study, joints))
+    found = []
+    for joint in joints:
+        columns = _row(study, joint, amplitudes).columns()
+        rest = {
+            "normal_load": getattr(joint, "normal_load", math.nan),
+            "tangential_stiffness": joint.tangential_stiffness,
+            "force_limit": joint.force_limit,
+        }
+        for place in range(amplitudes.size):
+            found.append({**rest, **{name: float(v[place]) for name, v in columns.items()}})
+    return found
+
+
+def _computed(study: StudyDescription, progress: Progress | None = None) -> tuple[Result, Defaults]:
+    """All but the structure and the summary."""
     joints = build_joints(study)
     check_loads(study, joints)
-    structure = None
-    if study.structure is not None:
-        whole, tell = progress, progress or (lambda share: None)
-        structure = run_structure(study, lambda share: tell(_STRUCTURE * share))
-        progress = None if whole is None else _after(whole, _STRUCTURE)
     defaults = defaults_of(study, joints)
     amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
     history = study.excitation.history
@@ -80,9 +130,8 @@ def run(study: StudyDescription, progress: Progress | None = None) -> Result:
         histories=tuple(histories),
         oscillators=tuple(oscillators),
         varying=tuple(varying),
-        structure=structure,
     )
-    return replace(result, summary=summarise(result, defaults))
+    return result, defaults
 
 
 def _after(progress: Progress, done: float) -> Progress:

@@ -20,13 +20,16 @@ class Study(StudyDescription):
         If it is no study; one line with key, what came and what was wanted.
     """
 
-    def run(self, progress: Progress | None = None) -> Result:
+    def run(self, progress: Progress | None = None, workers: int = 1) -> Result:
         """Compute every loop and curve of the study.
 
         Parameters
         ----------
         progress : callable, optional
             Called now and then with the share that is done, 0 … 1.
+        workers : int, optional
+            Processes among which the samples of uncertain numbers are shared; the results are the
+            same for any number of them.
 
         Returns
         -------
@@ -38,4 +41,4 @@ class Study(StudyDescription):
         StudyError
             If the physics has no answer, such as a load that the surface cannot carry.
         """
-        return run(self, progress)
+        return run(self, progress, workers)

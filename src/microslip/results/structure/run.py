@@ -23,6 +23,7 @@ from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
 from microslip.study.structure import MeasuredPart
 from microslip.study.uncertain import Spread
+from microslip.sweeps.ranking import ranking
 
 Progress = Callable[[float], None]
 
@@ -218,10 +219,7 @@ def _ranking(
     scores: Floats, damping: Floats, names: tuple[str, ...]
 ) -> tuple[tuple[str, float], ...]:
     """Shares of the inputs in the scatter of ln(damping), by a linear regression on them."""
-    known = np.isfinite(damping) & (damping > 0.0)
-    matrix = np.column_stack([np.ones(int(known.sum())), scores[known]])
-    slopes = np.linalg.lstsq(matrix, np.log(damping[known]), rcond=None)[0][1:]
-    squares = slopes**2
-    shares = squares / squares.sum() if squares.sum() > 0.0 else squares
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares, _ = ranking(scores, np.log(damping))
     pairs = [(name, float(share)) for name, share in zip(names, shares, strict=True)]
     return tuple(sorted(pairs, key=lambda pair: -pair[1]))

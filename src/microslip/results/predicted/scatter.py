@@ -1,0 +1,483 @@
+"""A study over its uncertain numbers: points, runs, quantiles and their errors, what decides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.netcdf import Variable
+from microslip.errors import InputError, StudyError
+from microslip.normal import GreenwoodWilliamson
+from microslip.results.predicted.columns import AmplitudeCurve, Progress
+from microslip.study.build import build_summits
+from microslip.study.description import StudyDescription
+from microslip.study.joints import Joint
+from microslip.study.schema import Curve
+from microslip.study.surfaces import ScanSurface
+from microslip.study.uncertain import spreads_of, with_values
+from microslip.study.uncertainty import GROUPS, UncertaintyPart
+from microslip.sweeps.ranking import ranking
+
+Variables = Mapping[str, Variable]
+Compute = Callable[[StudyDescription], Variables]
+RANKED = ("loss_factor", "dissipated_energy", "secant_stiffness")
+"""Results at the amplitudes of the loops of which it is told what decides."""
+
+_FAR = 1.6448536269514722  # score of the 95 % quantile
+_NEAR = 0.25  # scores to either side, for slopes
+_REPLICATES = 4096  # of a scan's patches
+_MOST = 60_000_000  # numbers of one variable over all samples
+
+
+@dataclass(frozen=True)
+class Input:
+    """One thing that is uncertain: its key, how it is written, and what it does at a score."""
+
+    key: str
+    written: str
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What decides a result at one load and amplitude.
+
+    Parameters
+    ----------
+    name : str
+        The result.
+    load, amplitude : int
+        Their indices.
+    scatter : float
+        Standard deviation of its logarithm over the samples [-].
+    delta : float
+        The same by the delta method, from slopes at the middle.
+    shares : ndarray
+        Share of each input in the variance, by a regression on the normal scores.
+    explained : float
+        Share of the variance that the regression explains.
+    low, high : ndarray
+        The result with one input at its 5 and 95 % and the others at their medians.
+    first, total : ndarray or None
+        Sobol' indices, where asked for.
+    """
+
+    name: str
+    load: int
+    amplitude: int
+    scatter: float
+    delta: float
+    shares: Floats
+    explained: float
+    low: Floats
+    high: Floats
+    first: Floats | None = None
+    total: Floats | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """Bands of all results of a study, and what decides them.
+
+    Parameters
+    ----------
+    inputs : tuple of Input
+        What is uncertain.
+    samples : int
+        Runs.
+    quantiles : ndarray
+        Shares that lie below.
+    bands : mapping of str to Variable
+        Quantiles of the variables of result.nc, along a first dimension.
+    errors : mapping of str to ndarray
+        Standard errors of those of the rows and the joints at rest.
+    decisions : tuple of Decision
+        For each of the ranked results, load and amplitude.
+    notes : tuple of str
+        What is to be told of it.
+    """
+
+    inputs: tuple[Input, ...]
+    samples: int
+    quantiles: Floats
+    bands: Variables
+    errors: Mapping[str, Floats]
+    decisions: tuple[Decision, ...]
+    notes: tuple[str, ...]
+
+    def curve(self, quantile: int, load: int, amplitude: Floats) -> AmplitudeCurve:
+        """The quantiles of one load over the range of the curves, column by column."""
+        found: dict[str, Any] = {}
+        for name in AmplitudeCurve.__dataclass_fields__:
+            band = self.bands.get(f"curve_{name}")
+            found[name] = None if band is None else band.values[quantile, load].copy()
+        return AmplitudeCurve(**{**found, "amplitude": amplitude.copy()})
+
+    def decision(self, name: str, load: int, amplitude: int) -> Decision:
+        """What decides one result."""
+        return next(
+            d for d in self.decisions if (d.name, d.load, d.amplitude) == (name, load, amplitude)
+        )
+
+
+class Design:
+    """From normal scores, a column an input, to a study without anything uncertain."""
+
+    def __init__(self, study: StudyDescription) -> None:
+        self.study = study
+        self.part = study.uncertainty or UncertaintyPart()
+        self.spreads = dict(spreads_of(study))
+        self.inputs = [Input(key, spread.written) for key, spread in self.spreads.items()]
+        self.correlation = np.eye(len(self.inputs))
+        if self.part.correlations:
+            self.correlation = self.part.matrix(tuple(self.spreads))
+        self._patches = self._replicates()
+        if self._patches is not None:
+            count = " x ".join(map(str, self.part.scan_patches or ()))
+            self.inputs.append(Input("surface.scan", f"{count} patches, drawn anew together"))
+        names: tuple[str, ...] = ()
+        if self.part.identification is not None:
+            names, self._fitted, covariance = self.part.fit
+            self._root = np.linalg.cholesky(covariance + 1e-14 * np.diag(np.diag(covariance)))
+            self.inputs += [
+                Input(f"identified {name}", f"{value:.4g} ± {math.sqrt(square):.2g}")
+                for name, value, square in zip(
+                    names, self._fitted, np.diag(covariance), strict=True
+                )
+            ]
+        self._names = names
+        whole = np.eye(len(self.inputs))
+        whole[: len(self.spreads), : len(self.spreads)] = self.correlation
+        self.correlation = whole
+
+    def _replicates(self) -> Floats | None:
+        """Spread, radius and density of means over patches drawn anew, over their means."""
+        counts = self.part.scan_patches
+        if counts is None:
+            return None
+        surface = self.study.surface
+        assert isinstance(surface, ScanSurface)  # looked at when read
+        from microslip.scans.patches import cut
+
+        estimate = "counted" if surface.estimate == "population" else surface.estimate
+        rows = []
+        for patch in cut(surface.conditioned, (counts[0], counts[-1])):
+            try:
+                found = patch.summits(
+                    surface.cutoff,
+                    method=surface.method,  # type: ignore[arg-type]
+                    prominence=surface.prominence,
+                    level=None,
+                ).statistics(estimate)  # type: ignore[arg-type]
+            except InputError:  # such as a patch without a summit
+                continue
+            rows.append((found.std, found.radius, found.density))
+        if len(rows) < 2:
+            raise StudyError(
+                f"{self.study.name}: uncertainty.scan_patches: wanted patches with summits, "
+                f"got {len(rows)}; write fewer, larger ones"
+            )
+        ratios = np.array(rows) / np.mean(rows, axis=0)
+        rng = np.random.default_rng([self.part.seed, 18])
+        drawn = ratios[rng.integers(0, len(rows), (_REPLICATES, len(rows)))].mean(axis=1)
+        # In the order of what varies most, so that one coordinate stands for all three.
+        logs = np.log(drawn)
+        axis = np.linalg.svd(logs - logs.mean(axis=0), full_matrices=False)[2][0]
+        return np.asarray(drawn[np.argsort(logs @ axis)])
+
+    def scores(self, points: Floats) -> Floats:
+        """Correlated normal scores of points in the unit cube."""
+        from scipy.special import ndtri
+
+        scores = ndtri(np.clip(points, 2.0**-33, 1.0 - 2.0**-33))
+        return np.asarray(scores @ np.linalg.cholesky(self.correlation).T)
+
+    def at(self, scores: Floats) -> StudyDescription:
+        """The study at a row of scores."""
+        from scipy.special import ndtr
+
+        shares = ndtr(scores)
+        values = {
+            key: float(spread.quantiles(shares[i : i + 1])[0])
+            for i, (key, spread) in enumerate(self.spreads.items())
+        }
+        found: StudyDescription = with_values(self.study, values)
+        place, std, radius, density = len(self.spreads), 1.0, 1.0, 1.0
+        if self._patches is not None:
+            row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)
+            std, radius, density = self._patches[row].tolist()
+            place += 1
+        if self._names:
+            std, density = self._identified(found, scores[place:])
+        if (std, radius, density) != (1.0, 1.0, 1.0):
+            law = build_summits(found)
+            if not isinstance(law, GreenwoodWilliamson):
+                raise StudyError(
+                    f"{self.study.name}: uncertainty: wanted a surface of statistics, whose "
+                    f"spread, radius and density can be drawn, got {type(law).__name__}"
+                )
+            found._law = replace(
+                law,
+                heights=law.heights._scaled(std),
+                radius=law.radius * radius,
+                density=law.density * density,
+            )
+        return found
+
+    def _identified(self, study: StudyDescription, scores: Floats) -> tuple[float, float]:
+        """Factors on spread and density; the friction goes into the study."""
+        moved = dict(zip(self._names, self._root @ scores, strict=True))
+        value = dict(zip(self._names, self._fitted, strict=True))
+        friction, slip = (
+            math.exp(moved.get(name, 0.0) / value[name]) if name in value else 1.0
+            for name in ("friction_coefficient", "slip_scale")
+        )
+        joint = study.joint
+        assert isinstance(joint, Joint)  # looked at when read
+        changed = joint.model_copy(
+            update={"friction_coefficient": float(joint.friction_coefficient) * friction}
+        )
+        study.__dict__["joint"] = changed
+        std, density = slip / friction, (slip / friction) ** -1.5
+        if "standardised_separation" in moved:
+            law: Any = build_summits(self.study)
+            h, spread = value["standardised_separation"], law.heights.spread
+            there = law.load((h + moved["standardised_separation"]) * spread)
+            density *= float(law.load(h * spread)) / float(there)
+        return std, density
+
+    def points(self) -> Floats:
+        """Points in the unit cube: groups, points of each, inputs."""
+        size = 2 ** max(3, math.ceil(math.log2(self.part.samples / GROUPS)))
+        groups = []
+        for group in range(GROUPS):
+            rng = np.random.default_rng([self.part.seed, group])
+            if self.part.method == "random":
+                groups.append(rng.random((size, len(self.inputs))))
+            else:
+                from scipy.stats import qmc
+
+                sobol = qmc.Sobol(len(self.inputs), scramble=True, rng=rng)
+                groups.append(sobol.random(size))
+        return np.array(groups)
+
+
+def is_uncertain(study: StudyDescription) -> bool:
+    """Whether anything in a study scatters, but for what only its structure knows."""
+    part = study.uncertainty
+    drawn = part is not None and (part.scan_patches or part.identification)
+    return bool(drawn) or next(spreads_of(study), None) is not None
+
+
+def at_middle(study: StudyDescription) -> StudyDescription:
+    """The study with a plain number in place of each uncertain one."""
+    found: StudyDescription = with_values(study, {})
+    return found
+
+
+def fixed(study: StudyDescription, amplitudes: Floats, grid: Floats) -> StudyDescription:
+    """The same study with the amplitudes that its middle has, for all samples."""
+    excitation = study.excitation
+    given: dict[str, Any] = {}
+    if excitation.amplitudes is None and excitation.force_amplitudes is None:
+        given["amplitudes"] = tuple(amplitudes.tolist())
+    if excitation.curve is None:
+        given["curve"] = Curve.model_construct(
+            start=float(grid[0]), to=float(grid[-1]), points=grid.size
+        )
+    changed = excitation.model_copy(update=given)
+    alone = {"excitation": changed, "structure": None}
+    copy: StudyDescription = study.model_copy(update=alone)
+    return copy
+
+
+_worker: tuple[Design, Compute]
+
+
+def _start(design: Design, compute: Compute) -> None:
+    global _worker
+    _worker = design, compute
+
+
+def _run(scores: Floats) -> dict[str, Floats] | str:
+    """Arrays of a sample, or why there are none."""
+    design, compute = _worker
+    try:
+        found = compute(design.at(scores))
+    except InputError as error:
+        return str(error).removeprefix(f"{design.study.name}: ")
+    return {name: variable.values for name, variable in found.items()}
+
+
+def _results(
+    design: Design, compute: Compute, scores: Floats, workers: int, progress: Progress
+) -> Iterator[dict[str, Floats]]:
+    """The samples in their order, whoever has computed them."""
+
+    def told(found: Iterator[dict[str, Floats] | str]) -> Iterator[dict[str, Floats]]:
+        for index, sample in enumerate(found):
+            if isinstance(sample, str):
+                raise StudyError(
+                    f"{design.study.name}: uncertainty: sample {index + 1} of {len(scores)} has "
+                    f"no answer: {sample}"
+                )
+            progress((index + 1) / len(scores))
+            yield sample
+
+    if workers == 1:
+        _start(design, compute)
+        yield from told(map(_run, scores))
+        return
+    from concurrent.futures import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(workers, initializer=_start, initargs=(design, compute)) as pool:
+        yield from told(iter(pool.map(_run, scores, chunksize=8)))
+
+
+def scatter(
+    study: StudyDescription,
+    nominal: Variables,
+    compute: Compute,
+    workers: int = 1,
+    progress: Progress | None = None,
+) -> Scatter:
+    """Run a study over its uncertain numbers.
+
+    Parameters
+    ----------
+    study : Study
+        The study, its amplitudes fixed.
+    nominal : mapping of str to Variable
+        What it gives at its middle.
+    compute : callable
+        From a study without anything uncertain to the variables of result.nc.
+    workers : int
+        Processes; any number of them gives the same.
+    progress : callable, optional
+        Called now and then with the share that is done, 0 … 1.
+
+    Returns
+    -------
+    Scatter
+        Bands, their errors, what decides.
+
+    Raises
+    ------
+    StudyError
+        A sample that has no answer.
+    """
+    report = progress or (lambda share: None)
+    design = Design(study)
+    points = design.points()
+    groups, size, inputs = points.shape
+    scores = design.scores(points.reshape(-1, inputs))
+    # Beside the samples, each input by itself: far out for the tornado, near for slopes.
+    alone = np.concatenate([reach * np.eye(inputs) for reach in (-_FAR, _FAR, -_NEAR, _NEAR)])
+    whole = np.concatenate([scores, alone])
+    count = groups * size
+    kept, left_out = _kept(nominal, count)
+    stacks = {name: np.empty((len(whole), *nominal[name].values.shape)) for name in kept}
+    for index, sample in enumerate(_results(design, compute, whole, workers, report)):
+        for name, stack in stacks.items():
+            stack[index] = sample[name]
+    quantiles = np.array(design.part.quantiles)
+    bands, errors = {}, {}
+    for name, stack in stacks.items():
+        variable = nominal[name]
+        values = np.quantile(stack[:count], quantiles, axis=0)
+        bands[name] = Variable(("quantile", *variable.dims), values, variable.attributes)
+        if _is_told(name, variable):
+            by_group = stack[:count].reshape(groups, size, *variable.values.shape)
+            each = np.quantile(by_group, quantiles, axis=1)
+            errors[name] = each.std(axis=1, ddof=1) / math.sqrt(groups)
+    decisions = _decisions(design, stacks, scores, count)
+    if design.part.indices:
+        decisions = _with_indices(design, compute, decisions, workers)
+    return Scatter(
+        tuple(design.inputs), count, quantiles, bands, errors, decisions, _notes(design, left_out)
+    )
+
+
+def _kept(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
+    """Variables that get bands, and those that are too large."""
+    numbers = [
+        name
+        for name, variable in nominal.items()
+        if variable.values.dtype.kind == "f" and not name.startswith("validity")
+    ]
+    large = [name for name in numbers if nominal[name].values.size * count > _MOST]
+    return [name for name in numbers if name not in large], large
+
+
+def _is_told(name: str, variable: Variable) -> bool:
+    return "point" not in variable.dims and not variable.dims[-1].endswith("sample")
+
+
+def _decisions(
+    design: Design, stacks: Mapping[str, Floats], scores: Floats, count: int
+) -> tuple[Decision, ...]:
+    inputs = len(design.inputs)
+    found = []
+    for name in RANKED:
+        stack = stacks[name]
+        for load in range(stack.shape[1]):
+            for amplitude in range(stack.shape[2]):
+                values = stack[:, load, amplitude]
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    logs = np.log(values)
+                low, high, before, after = logs[count:].reshape(4, inputs)
+                slopes = (after - before) / (2.0 * _NEAR)
+                delta = math.sqrt(max(float(slopes @ design.correlation @ slopes), 0.0))
+                shares, explained = ranking(scores, logs[:count])
+                found.append(
+                    Decision(
+                        name, load, amplitude, float(logs[:count].std()), delta, shares, explained,
+                        np.exp(low), np.exp(high),
+                    )
+                )  # fmt: skip
+    return tuple(found)
+
+
+def _with_indices(
+    design: Design, compute: Compute, decisions: Sequence[Decision], workers: int
+) -> tuple[Decision, ...]:
+    """Sobol' indices of the logarithms, from samples of their own (Saltelli's)."""
+    from scipy.stats import sobol_indices, uniform
+
+    inputs = len(design.inputs)
+    count = 2 ** max(4, math.ceil(math.log2(design.part.samples / 4)))
+
+    def logs(points: Floats) -> Floats:
+        scores = design.scores(points.T)
+        rows = []
+        for sample in _results(design, compute, scores, workers, lambda share: None):
+            rows.append([float(sample[d.name][d.load, d.amplitude]) for d in decisions])
+        return np.asarray(np.log(np.array(rows).T))
+
+    rng = np.random.default_rng([design.part.seed, GROUPS])
+    found = sobol_indices(func=logs, n=count, dists=[uniform()] * inputs, rng=rng)
+    return tuple(
+        replace(decision, first=first, total=total)
+        for decision, first, total in zip(
+            decisions, found.first_order, found.total_order, strict=True
+        )
+    )
+
+
+def _notes(design: Design, left_out: Sequence[str]) -> tuple[str, ...]:
+    notes = [
+        f"{spread_key}: normal, cut off at zero; {spread.written}."
+        for spread_key, spread in design.spreads.items()
+        if spread.normal
+    ]
+    if design.part.correlations:
+        notes.append(
+            "Inputs correlate: their shares in the scatter are not told apart by any method."
+        )
+    if left_out:
+        notes.append(f"Too many numbers for bands: {', '.join(left_out)}.")
+    return tuple(notes)

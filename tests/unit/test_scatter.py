@@ -1,0 +1,351 @@
+"""Uncertain numbers of a study: closed forms, coverage, agreement of methods, and each error."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.special import ndtr, ndtri
+
+import microslip as ms
+from microslip._core.netcdf import Variable
+from microslip.results.predicted.scatter import Design, scatter
+from microslip.study.description import StudyDescription
+
+SPHERE = """
+schema = 1
+[surface]
+law = "sphere"
+materials = ["al", "al"]
+radius = { mean = "5 mm", cv = 0.2 }
+[material.al]
+young_modulus = { mean = "69 GPa", cv = 0.1 }
+poisson_ratio = 0.33
+[joint]
+friction_coefficient = 0.5
+normal_load = { mean = "20 N", cv = 0.15 }
+[excitation]
+amplitudes = ["0.1 um"]
+curve = { from = "10 nm", to = "1 um", points = 3 }
+[uncertainty]
+samples = 128
+"""
+ROUGH = """
+schema = 1
+[surface]
+law = "greenwood-williamson"
+materials = ["al", "al"]
+heights = { kind = "gaussian", std = { mean = "0.5 um", cv = 0.15 } }
+radius = { mean = "1 mm", cv = 0.2 }
+density = { mean = "100 1/mm^2", cv = 0.2 }
+area = "2 cm^2"
+[material.al]
+young_modulus = { mean = "69 GPa", cv = 0.03 }
+poisson_ratio = 0.33
+[joint]
+friction_coefficient = { mean = 0.55, cv = 0.15 }
+normal_load = { mean = "2 kN", cv = 0.15 }
+[excitation]
+amplitudes = ["0.1 um", "1 um"]
+curve = { from = "10 nm", to = "1 um", points = 3 }
+[uncertainty]
+samples = 128
+"""
+
+
+def width(cv: float) -> float:
+    return math.log1p(cv * cv)
+
+
+def lognormal(shares: Any, powers: dict[float, float]) -> np.ndarray:
+    """Quantiles of a product of lognormals over that of their means: {cv: power}."""
+    variance = sum(p * p * width(cv) for cv, p in powers.items())
+    shift = sum(-0.5 * p * width(cv) for cv, p in powers.items())
+    return np.exp(shift + math.sqrt(variance) * ndtri(shares))
+
+
+def test_bands_of_products_of_lognormals_are_their_closed_forms() -> None:
+    """A sphere's stiffness goes as E^(2/3) R^(1/3) N^(1/3), its limit as N."""
+    result = ms.Study.from_toml(SPHERE).run()
+    found = result.scatter
+    assert found is not None
+    assert found.samples == 128
+    joint, shares = result.joints[0], found.quantiles
+    for name, powers in (
+        ("tangential_stiffness", {0.1: 2 / 3, 0.2: 1 / 3, 0.15: 1 / 3}),
+        ("force_limit", {0.15: 1.0}),
+    ):
+        wanted = getattr(joint, name) * lognormal(shares, powers)
+        got, error = found.bands[name].values[:, 0], found.errors[name][:, 0]
+        assert np.all(np.abs(got - wanted) <= 5.0 * error + 2e-3 * wanted)
+        assert np.all(error < 0.03 * wanted)
+    decision = found.decision("secant_stiffness", 0, 0)
+    assert [one.key for one in found.inputs] == [
+        "material.al.young_modulus", "surface.radius", "joint.normal_load",
+    ]  # fmt: skip
+    assert decision.scatter == pytest.approx(decision.delta, rel=0.05)
+
+
+def test_a_rough_joint_is_what_theory_says() -> None:
+    """Shares and widths of the worked example, by regression, delta method and samples."""
+    result = ms.Study.from_toml(ROUGH).run()
+    found = result.scatter
+    assert found is not None
+    low, middle, high = found.bands["loss_factor"].values[:, 0, 0]
+    assert (high - low) / middle == pytest.approx(0.68, abs=0.06)
+    decision = found.decision("loss_factor", 0, 0)
+    assert decision.scatter == pytest.approx(decision.delta, rel=0.06)
+    shares = dict(zip([one.key for one in found.inputs], decision.shares, strict=True))
+    assert shares["joint.friction_coefficient"] == pytest.approx(0.63, abs=0.03)
+    assert shares["surface.heights.std"] == pytest.approx(0.25, abs=0.03)
+    assert shares["surface.density"] == pytest.approx(0.07, abs=0.02)
+    assert decision.explained > 0.97
+    # All that the result says has a band, and stands in the document.
+    for name in ("force", "curve_loss_factor", "contact_count", "dissipated_energy"):
+        assert found.bands[name].values.shape[0] == 3
+    summary = result.summary["uncertainty"]
+    assert summary["bands"]["loss_factor"]["quantiles"][0][0][0] == low
+    assert "bands.csv" in result.summary["files"]
+    assert "tornado.svg" in result.summary["files"]
+
+
+# -- with a model of its own, which costs nothing --------------------------------------------------
+
+
+def product(study: StudyDescription) -> dict[str, Variable]:
+    """Load times friction, to a power at the second amplitude."""
+    load, friction = study.joint.normal_load[0], study.joint.friction_coefficient
+    values = np.array([[load * friction, load**2 * friction]])
+    dims = ("load", "amplitude")
+    names = ("loss_factor", "dissipated_energy", "secant_stiffness")
+    return {name: Variable(dims, values, {"units": "1"}) for name in names}
+
+
+def of_product(more: str = "", **changes: str) -> Any:
+    text = """
+schema = 1
+surface = { law = "sphere", materials = ["steel", "steel"], radius = "5 mm" }
+joint = { friction_coefficient = MU, normal_load = LOAD }
+uncertainty = { samples = 512 MORE }
+"""
+    given = {"MU": "{ mean = 0.5, cv = 0.2 }", "LOAD": '{ mean = "2 N", cv = 0.3 }', "MORE": more}
+    for name, value in {**given, **changes}.items():
+        text = text.replace(name, value)
+    return ms.Study.from_toml(text)
+
+
+def test_quantiles_and_errors_cover_over_seeds() -> None:
+    """The 5 to 95 % band holds 90 %, and the errors told are those of the quantiles."""
+    wanted = lognormal(np.array([0.05, 0.5, 0.95]), {0.2: 1.0, 0.3: 1.0})
+    mean, sigma = -0.5 * (width(0.2) + width(0.3)), math.sqrt(width(0.2) + width(0.3))
+    misses, held = [], []
+    for seed in range(16):
+        study = of_product(f", seed = {seed}")
+        found = scatter(study, product(study), product)
+        got, error = (
+            x[:, 0, 0] for x in (found.bands["loss_factor"].values, found.errors["loss_factor"])
+        )
+        misses.append((got - wanted) / error)
+        ends = ndtr((np.log(got) - mean) / sigma)
+        held.append(ends[2] - ends[0])
+    assert np.mean(held) == pytest.approx(0.90, abs=4e-3)
+    assert np.std(held) < 0.01
+    # Eight groups: Student's t with seven degrees of freedom, within +-2.36 in 95 of 100.
+    assert np.mean(np.abs(misses) < 2.36) > 0.85
+
+
+def test_methods_agree() -> None:
+    """Regression, delta method and Sobol' indices of a product are its variances; and without."""
+    study = of_product(
+        ", indices = true, samples = 1024".replace("samples = 1024", 'method = "random"')
+    )
+    found = scatter(study, product(study), product)
+    shares = np.array([width(0.2), 4.0 * width(0.3)])
+    decision = found.decision("dissipated_energy", 0, 1)
+    assert [one.key for one in found.inputs] == ["joint.friction_coefficient", "joint.normal_load"]
+    assert decision.delta == pytest.approx(math.sqrt(shares.sum()), rel=1e-9)
+    assert decision.scatter == pytest.approx(decision.delta, rel=0.08)
+    np.testing.assert_allclose(decision.shares, shares / shares.sum(), atol=1e-9)
+    np.testing.assert_allclose(decision.first, shares / shares.sum(), atol=0.06)
+    np.testing.assert_allclose(decision.total, shares / shares.sum(), atol=0.06)
+    scores = np.array([[-1.0, 1.0]]) * 1.6448536269514722
+    wide = np.exp(scores[0] * math.sqrt(width(0.2)))
+    assert (decision.high / decision.low)[0] == pytest.approx(wide[1] / wide[0], rel=1e-9)
+
+
+def test_correlations_go_into_the_points() -> None:
+    keys = '["joint.friction_coefficient", "joint.normal_load"]'
+    for value in (-0.8, 0.5):
+        pair = f", correlations = [{{ between = {keys}, value = {value} }}]"
+        study = of_product(pair)
+        found = scatter(study, product(study), product)
+        a, b = math.sqrt(width(0.2)), math.sqrt(width(0.3))
+        wanted = math.sqrt(a * a + b * b + 2.0 * value * a * b)
+        decision = found.decision("loss_factor", 0, 0)
+        assert decision.delta == pytest.approx(wanted, rel=1e-9)
+        assert decision.scatter == pytest.approx(wanted, rel=0.02)
+        assert "correlate" in found.notes[0]
+
+
+def test_kinds_of_scatter() -> None:
+    study = of_product(MU="{ low = 0.2, high = 0.6 }", LOAD='{ values = ["1 N", "2 N", "6 N"] }')
+    assert float(study.joint.friction_coefficient) == pytest.approx(0.4)
+    assert study.joint.normal_load[0] == pytest.approx(3.0)
+    found = scatter(study, product(study), product)
+    product_values = np.array(
+        [[m * n for m in np.linspace(0.2, 0.6, 4001)] for n in (1.0, 2.0, 6.0)]
+    )
+    wanted = np.quantile(product_values, [0.05, 0.5, 0.95])
+    np.testing.assert_allclose(found.bands["loss_factor"].values[:, 0, 0], wanted, rtol=0.04)
+    study = of_product(LOAD='{ mean = "2 N", cv = 0.3, distribution = "normal" }', MU="0.5")
+    spread = study.joint.normal_load[0]
+    tail = spread.quantiles(np.array([1e-12, 0.5]))
+    assert 0.0 < tail[0] < 1e-2
+    assert tail[1] == pytest.approx(2.0, rel=1e-3)
+    assert "cut off at zero" in scatter(study, product(study), product).notes[0]
+
+
+def test_same_seed_same_bytes_for_any_number_of_workers(tmp_path: Path) -> None:
+    study = ms.Study.from_toml(
+        SPHERE.replace("samples = 128", "samples = 64, seed = 5".replace(", ", "\n"))
+    )
+    files = []
+    for workers in (1, 2):
+        study.run(workers=workers).save(tmp_path / str(workers))
+        files.append({p.name: p.read_bytes() for p in (tmp_path / str(workers)).iterdir()})
+    assert files[0] == files[1]
+    with pytest.raises(ms.InputError, match="workers must be an integer from 1"):
+        study.run(workers=0)
+
+
+def test_a_scan_draws_its_patches_together(tmp_path: Path) -> None:
+    """Means over patches: their scatter is the standard error of the mean."""
+    from microslip.scans import patch_errors, random_surface
+
+    scan = random_surface((192, 192), 2e-6, m0=2.5e-13, m2=2e-3, m4=4e7, seed=3)
+    np.save(tmp_path / "scan.npy", scan.heights)
+    text = """
+schema = 1
+[surface]
+law = "scan"
+materials = ["steel", "steel"]
+scan = "scan.npy"
+unit = "m"
+pixel = "2 um"
+cutoff = "20 um"
+[joint]
+friction_coefficient = 0.3
+normal_load = "0.2 N"
+[uncertainty]
+samples = 64
+scan_patches = [3, 3]
+"""
+    study = ms.Study.from_toml(text, folder=tmp_path)
+    design = Design(study)
+    laws = [design.at(row)._law for row in design.scores(design.points().reshape(-1, 1))]
+    stds = np.array([law.heights.spread for law in laws])  # type: ignore[union-attr]
+    densities = np.array([law.density for law in laws])  # type: ignore[union-attr]
+    surface = study.surface
+    errors = patch_errors(
+        surface.conditioned,
+        lambda part: part.summits(2e-5, level=None).statistics("counted").std,
+        patches=(3, 3),
+    )
+    relative = errors.standard_error / errors.mean
+    # A mean over draws of nine has sqrt(8/9) of that.
+    assert stds.std() / stds.mean() == pytest.approx(relative * math.sqrt(8 / 9), rel=0.25)
+    assert densities.std() > 0.0
+    with pytest.raises(ms.StudyError, match="scan_patches: wanted only beside"):
+        of_product(", scan_patches = [3, 3]")
+
+
+def test_an_identification_gives_its_covariance(tmp_path: Path) -> None:
+    names = ["friction_coefficient", "slip_scale"]
+    parameters = {
+        "friction_coefficient": {"value": 0.55, "standard_error": 0.02},
+        "slip_scale": {"value": 3.4e-7, "standard_error": 2e-8},
+    }
+    fit = {
+        "parameters": parameters,
+        "correlation": {"names": names, "matrix": [[1, 0.6], [0.6, 1]]},
+    }
+    (tmp_path / "summary.json").write_text(json.dumps(fit))
+    text = (
+        ROUGH.replace("{ mean = 0.55, cv = 0.15 }", "0.55")
+        .replace('{ mean = "0.5 um", cv = 0.15 }', '"0.5 um"')
+        .replace('{ mean = "100 1/mm^2", cv = 0.2 }', '"100 1/mm^2"')
+    )
+    study = ms.Study.from_toml(text + 'identification = "."\n', folder=tmp_path)
+    design = Design(study)
+    scores = design.scores(design.points().reshape(-1, len(design.inputs)))
+    drawn = [design.at(row) for row in scores]
+    friction = np.log([s.joint.friction_coefficient for s in drawn])
+    std = np.log([s._law.heights.spread for s in drawn])  # type: ignore[union-attr]
+    covariance = np.cov(friction, std + friction)  # the slip scale goes as their product
+    a, b = 0.02 / 0.55, 2e-8 / 3.4e-7
+    np.testing.assert_allclose(covariance, [[a * a, 0.6 * a * b], [0.6 * a * b, b * b]], rtol=0.1)
+    with pytest.raises(ms.StudyError, match=r"heights.std: wanted a number: uncertainty"):
+        ms.Study.from_toml(ROUGH + 'identification = "."\n', folder=tmp_path)
+    with pytest.raises(ms.StudyError, match="identification: nowhere: no such folder"):
+        ms.Study.from_toml(text + 'identification = "nowhere"\n', folder=tmp_path)
+
+
+PAIR = "[{ between = %s, value = %s }]"
+KEYS = '["joint.friction_coefficient", "joint.normal_load"]'
+TWICE = KEYS.replace("normal_load", "friction_coefficient")
+OTHER = KEYS.replace("joint.normal_load", "surface.radius")
+WRONG = {
+    "negative": ({"LOAD": '{ low = "-1 N", high = "1 N" }'}, "joint.normal_load"),
+    "order": ({"LOAD": '{ low = "2 N", high = "1 N" }'}, "wanted low below high"),
+    "normal": (
+        {"LOAD": '{ mean = "2 N", cv = 0.5, distribution = "normal" }'},
+        "wanted a cv of at most 0.32 for a normal distribution, got 0.5: 0.023 of it",
+    ),
+    "distribution": (
+        {"LOAD": '{ mean = "2 N", cv = 0.1, distribution = "gamma" }'},
+        'wanted distribution "lognormal" or "normal"',
+    ),
+    "cv": ({"MU": "{ mean = 0.5, cv = 0.0 }"}, "wanted cv above 0 and at most 1"),
+    "values": ({"MU": "{ values = [0.5] }"}, "wanted two values or more in a list"),
+    "spelling": ({"MU": "{ mean = 0.5, vc = 0.1 }"}, "got a table with \"mean\" and \"vc\""),
+    "zero samples": ({"MORE": ", seed = -1"}, "uncertainty.seed"),
+    "quantiles": ({"MORE": ", quantiles = [0.0]"}, "a number above 0 and below 1"),
+    "method": ({"MORE": ', method = "latin"'}, '"sobol" or "random"'),
+    "one": ({"MORE": f", correlations = {PAIR % (KEYS, '1.0')}"}, "above -1 and below 1"),
+    "itself": (
+        {"MORE": f", correlations = {PAIR % (TWICE, 0.5)}"},
+        "wanted the keys of two different numbers",
+    ),
+    "unknown": (
+        {"MORE": f", correlations = {PAIR % (OTHER, 0.5)}"},
+        'wanted uncertain keys (joint.friction_coefficient, joint.normal_load), got "surface',
+    ),
+    "nothing": ({"MU": "0.5", "LOAD": '"2 N"'}, "wanted an uncertain number in the study"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", WRONG.values(), ids=WRONG)
+def test_wrong_input_is_told(case: tuple[dict[str, str], str]) -> None:
+    changes, message = case
+    with pytest.raises(ms.StudyError) as caught:
+        of_product(**changes)
+    assert message in str(caught.value)
+
+
+def test_correlations_that_no_numbers_have() -> None:
+    keys = ["surface.radius", "surface.density", "joint.normal_load"]
+    pairs = [f'{{ between = ["{a}", "{b}"], value = -0.9 }}' for a in keys for b in keys if a < b]
+    with pytest.raises(ms.StudyError, match="no numbers have all of these at"):
+        ms.Study.from_toml(ROUGH + f"correlations = [{', '.join(pairs)}]\n")
+    with pytest.raises(ms.StudyError, match="samples: wanted a whole number from 64"):
+        ms.Study.from_toml(ROUGH.replace("samples = 128", "samples = 0"))
+
+
+def test_a_sample_without_an_answer_is_told() -> None:
+    text = SPHERE.replace('amplitudes = ["0.1 um"]', 'force_amplitudes = ["9 N"]')
+    with pytest.raises(ms.StudyError, match=r"sample \d+ of 140 has no answer: .*force"):
+        ms.Study.from_toml(text).run()

@@ -7,6 +7,7 @@ import click
 from microslip._core.kernel_choice import kernel_name
 from microslip._version import __version__
 from microslip.cli.app import app
+from microslip.cli.batch import batch, design
 from microslip.cli.chapter import figures
 from microslip.cli.explore import explore
 from microslip.cli.export import export
@@ -58,6 +59,8 @@ for _command in (
     new,
     check,
     predict,
+    batch,
+    design,
     measure,
     identify,
     surface,

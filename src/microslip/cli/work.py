@@ -68,7 +68,7 @@ def stoppable() -> Iterator[None]:
 
 
 @contextmanager
-def progress(name: str) -> Iterator[Report]:
+def progress(name: str, timed: bool = False) -> Iterator[Report]:
     """A bar on the terminal once the command has taken a second; nothing in a pipe.
 
     A program that runs the command asks for lines with MICROSLIP_PROGRESS=lines.
@@ -80,12 +80,13 @@ def progress(name: str) -> Iterator[Report]:
         yield lambda share: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
 
     bar = Progress(
         "{task.description}",
         BarColumn(),
         TaskProgressColumn(),
+        *([TimeRemainingColumn()] if timed else []),
         console=Console(stderr=True, color_system=None if os.environ.get("NO_COLOR") else "auto"),
         transient=True,
     )

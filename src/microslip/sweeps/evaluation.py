@@ -136,7 +136,7 @@ def evaluate(
         from microslip.sweeps.labelled import evaluate_labelled
 
         return evaluate_labelled(evaluate, arrays, others, wanted)
-    return _evaluated(_checked(given), wanted)
+    return _evaluated(checked(given), wanted)
 
 
 _OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
@@ -174,7 +174,7 @@ def _wanted(given: Given) -> tuple[str, ...]:
     return (*dict.fromkeys(quantities), *loops)
 
 
-def _checked(given: Given) -> Given:
+def checked(given: Given) -> Given:
     """Arrays within their ranges; no argument too many and none missing."""
     needs = ["friction_coefficient"]
     of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")

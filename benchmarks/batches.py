@@ -1,0 +1,205 @@
+"""Batches and big sweeps: nothing lost, nothing doubled, and how much faster more workers are.
+
+    python benchmarks/batches.py [--predictions 10000] [--records 1000] [--points 1e8]
+                                 [--workers 2] [--dask]
+
+Runs the command `microslip batch` on so many changes to a study and so many records, kills it in
+the middle and starts it again; with --dask the same on a local Dask cluster of which a worker is
+killed. Then a sweep of so many points into a Zarr store, with the most memory it took.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+
+import microslip as ms
+
+STUDY = """
+schema = 1
+[surface]
+law = "greenwood-williamson"
+materials = ["al2017", "al2017"]
+heights = { kind = "gaussian", std = "0.5 um" }
+radius = "1 mm"
+density = "100 1/mm^2"
+area = "2 cm^2"
+[joint]
+friction_coefficient = 0.55
+normal_load = "2 kN"
+[excitation]
+amplitudes = ["0.1 um", "1 um"]
+"""
+
+
+def table(folder: Path, count: int) -> Path:
+    """So many changes to the study."""
+    rng = np.random.default_rng(0)
+    path = folder / "changes.csv"
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(["name", "joint.normal_load", "joint.friction_coefficient"])
+        for i in range(count):
+            load, mu = 2e3 * rng.lognormal(0.0, 0.3), rng.uniform(0.2, 0.8)
+            rows.writerow([f"p{i:05d}", f"{load:.6g} N", f"{mu:.4f}"])
+    return path
+
+
+def records(folder: Path, count: int) -> Path:
+    """So many records of a rig that is not there, one of them spoilt."""
+    target = folder / "records"
+    target.mkdir()
+    surface = ms.GreenwoodWilliamson.examples()[0]
+    rig = ms.VirtualTribometer(
+        ms.Interface(surface, 0.55, 2000.0), noise={"force": 0.5, "displacement": 1e-9}
+    )
+    rig.record(amplitude=1e-6, frequency=10.0, cycles=4).to_csv(target / "r0.csv")
+    text = (target / "r0.csv").read_text(encoding="utf-8")
+    for i in range(1, count):
+        (target / f"r{i}.csv").write_text(text, encoding="utf-8")
+    (target / "spoilt.csv").write_text("nothing\n", encoding="utf-8")
+    return target
+
+
+def command(*words: str) -> list[str]:
+    """The command line of this package."""
+    return [sys.executable, "-m", "microslip.cli", "batch", *words]
+
+
+def checked(folder: Path, count: int, failed: int) -> str:
+    """One outcome an item, and one row block each in the table over all."""
+    kept = len(list((folder / "items").glob("*.json")))
+    with (folder / "items.csv").open(encoding="utf-8") as file:
+        names = [row[0] for row in csv.reader(file)][1:]
+    different = len(set(names))
+    right = kept == count + failed and different == count
+    return f"{kept} outcomes, {different} items in the table, {failed} failed: " + (
+        "none lost, none doubled" if right else "WRONG"
+    )
+
+
+def kept_in(items: Path) -> int:
+    """Outcomes that are there."""
+    return sum(1 for _ in items.glob("*.json"))
+
+
+def interrupted(words: list[str], folder: Path, share: float, count: int) -> float:
+    """Run, kill in the middle, run again; seconds in all."""
+    begin = time.perf_counter()
+    process = subprocess.Popen(command(*words), stdout=subprocess.DEVNULL, start_new_session=True)
+    items = folder / "items"
+    while process.poll() is None:
+        if items.is_dir() and kept_in(items) > share * count:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            print(f"  killed with {kept_in(items)} outcomes kept")
+            break
+        time.sleep(0.05)
+    subprocess.run(command(*words), check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - begin
+
+
+def on_dask(words: list[str], folder: Path, count: int) -> float:
+    """A scheduler and two workers, of which one is killed in the middle."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        victim = next(iter(cluster.workers.values())).pid
+        items = folder / "items"
+
+        def kill() -> None:
+            while not (items.is_dir() and kept_in(items) > 0.3 * count):
+                time.sleep(0.02)
+            os.kill(victim, signal.SIGKILL)
+            print("  killed a worker")
+
+        thread = threading.Thread(target=kill, daemon=True)
+        thread.start()
+        begin = time.perf_counter()
+        address = cluster.scheduler_address
+        subprocess.run(command(*words, "--dask", address), check=True, stdout=subprocess.DEVNULL)
+        return time.perf_counter() - begin
+
+
+def swept(folder: Path, points: int) -> None:
+    """A sweep into a store, and the most memory of the process that made it."""
+    side = round(points**0.5)
+    code = (
+        "import resource, time, numpy as np, microslip as ms\n"
+        "from microslip.sweeps import evaluate_to_zarr\n"
+        "begin = time.process_time()\n"
+        f"evaluate_to_zarr({str(folder / 'sweep.zarr')!r}, "
+        f"{{'normal_load': np.geomspace(100.0, 5e3, {side}), "
+        f"'amplitude': np.geomspace(1e-9, 1e-5, {side})}}, ['loss_factor'], young_modulus=69e9, "
+        "poisson_ratio=0.33, std=5e-7, radius=1e-3, density=1e8, area=2e-4, "
+        "friction_coefficient=0.55)\n"
+        f"print({side * side}, time.process_time() - begin, "
+        "resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    count, seconds, megabytes = map(float, done.stdout.split())
+    print(f"sweep of {count:.3g} points to Zarr: {seconds:.1f} s CPU, {megabytes:.0f} MB at most")
+
+
+def main() -> None:
+    """Print what was found."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--predictions", type=int, default=10_000)
+    parser.add_argument("--records", type=int, default=1000)
+    parser.add_argument("--points", type=float, default=1e8)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--dask", action="store_true")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+        study = ["--study", str(folder / "study.toml")]
+        changes, rig = table(folder, given.predictions), records(folder, given.records)
+        times = {}
+        for workers in (1, given.workers):
+            out = folder / f"once-{workers}"
+            words = [str(changes), *study, "-o", str(out), "--workers", str(workers)]
+            begin = time.perf_counter()
+            subprocess.run(command(*words), check=True, stdout=subprocess.DEVNULL)
+            times[workers] = time.perf_counter() - begin
+            rate = 1e3 * times[workers] / given.predictions
+            print(f"{given.predictions} predictions on {workers}: {times[workers]:.1f} s "
+                  f"({rate:.2f} ms each, start-up included); "
+                  f"{checked(out, given.predictions, 0)}")  # fmt: skip
+        print(f"speed-up of {given.workers} workers: {times[1] / times[given.workers]:.2f}")
+        many = ["--workers", str(given.workers)]
+        out = folder / "killed"
+        words = [str(changes), *study, "-o", str(out), *many]
+        seconds = interrupted(words, out, 0.4, given.predictions)
+        print(f"killed and started again: {seconds:.1f} s; {checked(out, given.predictions, 0)}")
+        out = folder / "measured"
+        words = [str(rig), "-o", str(out), *many]
+        seconds = interrupted(words, out, 0.4, given.records)
+        print(f"{given.records} records, killed and started again: {seconds:.1f} s; "
+              f"{checked(out, given.records, 1)}")  # fmt: skip
+        if given.dask:
+            for source, more, count, failed in (
+                (changes, study, given.predictions, 0),
+                (rig, [], given.records, 1),
+            ):
+                out = folder / f"dask-{count}"
+                seconds = on_dask([str(source), *more, "-o", str(out)], out, count)
+                print(f"{count} items on Dask, a worker killed: {seconds:.1f} s; "
+                      f"{checked(out, count, failed)}")  # fmt: skip
+        swept(folder, int(given.points))
+    print(f"this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
+
+
+if __name__ == "__main__":
+    main()

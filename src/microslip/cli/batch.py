@@ -1,0 +1,150 @@
+"""Floor 12: many studies, records or scans in one command, and inverse design."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import click
+
+from microslip.cli.frame import echo_json
+from microslip.cli.options import NamedOption
+from microslip.cli.shell import complete_study
+from microslip.cli.studies import overridable, study_argument
+from microslip.cli.work import progress, stoppable
+
+
+def _shard(context: click.Context, param: click.Parameter, value: str | None) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d+)/(\d+)", value or "1/1")
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise click.UsageError(f"--shard: wanted I/N such as 3/10, got {value}", context)
+    return int(match[1]), int(match[2])
+
+
+@click.command(short_help="Predict or measure thousands, and go on where it stopped.")
+@click.argument("source", metavar="FOLDER|LIST", type=click.Path(path_type=Path, readable=False))
+@click.option(
+    "--study",
+    type=click.Path(path_type=Path, readable=False),
+    metavar="STUDY",
+    shell_complete=complete_study,
+    help="Study of a table or of scans; for records the joint that tells the regimes apart.",
+)
+@click.option(
+    "-o", "--output", "folder", type=click.Path(path_type=Path), metavar="DIR",
+    help="Folder of the results; by default SOURCE-batch in the current folder.",
+)  # fmt: skip
+@click.option(
+    "--workers", type=click.IntRange(1, 256), default=1, show_default=True, help="Processes."
+)
+@click.option(
+    "--dask",
+    cls=NamedOption,
+    answers_for=("dask",),
+    metavar="ADDRESS",
+    help='Address of a Dask scheduler, or "local" for a cluster of so many workers here.',
+)
+@click.option(
+    "--shard", callback=_shard, metavar="I/N", help="Only part I of N, such as of a Slurm array."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables.")
+def batch(
+    source: Path,
+    study: Path | None,
+    folder: Path | None,
+    workers: int,
+    dask: str | None,
+    shard: tuple[int, int],
+    as_json: bool,
+) -> None:
+    """Run all items of a FOLDER or a LIST: studies, records, scans, or changes to a study.
+
+    A LIST is a text file with a path a line, or a CSV table whose columns are keys of the study.
+    Each outcome is kept at once, so that the same command goes on after a stop; what failed is
+    listed with its reason, stops nothing, and is tried again by the next run.
+    """
+    with stoppable():
+        from microslip.report.terminal import show
+        from microslip.results.batch.document import document, finish
+        from microslip.results.batch.run import items_of, known, prepare, run
+
+        items = items_of(source, study)
+        folder = folder or Path(f"{source.stem}-batch")
+        prepare(folder)
+        with progress("Running", timed=True) as report:
+            part = items[shard[0] - 1 :: shard[1]]
+            found = run(part, folder, workers, dask, report)
+        whole = found.of_all(items, known(folder, items, failures=True))
+        finish(whole, folder)
+        made = document(whole)
+    if as_json:
+        echo_json(made.data)
+        return
+    show(made, sys.stdout)
+    click.echo(f"Results in {folder}")
+
+
+@click.command(short_help="Find the load, area or roughness that gives what is wanted.")
+@study_argument
+@click.option(
+    "--target",
+    required=True,
+    cls=NamedOption,
+    answers_for=("target",),
+    metavar="TEXT",
+    help='What is wanted, such as "damping_ratio >= 0.5 % at 10 um".',
+)
+@click.option(
+    "--vary",
+    "ranges",
+    required=True,
+    multiple=True,
+    cls=NamedOption,
+    answers_for=("vary",),
+    metavar="KEY=LOW..HIGH",
+    help='What may change, such as "joint.normal_load=500 N..5 kN"; may be repeated.',
+)
+@click.option(
+    "--probability", type=float, default=0.9, show_default=True,
+    help="With which the target is met, where numbers of the study are uncertain.",
+)  # fmt: skip
+@click.option(
+    "-o", "--output", "folder", type=click.Path(path_type=Path), metavar="DIR",
+    help="Folder for report and figures; without it only the table is printed.",
+)  # fmt: skip
+@click.option("--overwrite", is_flag=True, help="Replace an earlier result in that folder.")
+@overridable
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables.")
+def design(
+    study: Path,
+    target: str,
+    ranges: tuple[str, ...],
+    probability: float,
+    folder: Path | None,
+    overwrite: bool,
+    overrides: tuple[str, ...],
+    as_json: bool,
+) -> None:
+    """Find the smallest change of STUDY that meets a target, and draw what it trades for what."""
+    with stoppable():
+        from microslip.report.files import save
+        from microslip.report.terminal import show
+        from microslip.results.design.document import KIND, document, files
+        from microslip.results.design.search import Range, Search, Target
+        from microslip.study.description import StudyDescription
+
+        wanted, varied = Target.read(target), [Range.read(text) for text in ranges]
+        with progress("Searching") as report:
+            search = Search(StudyDescription.load(study, overrides), wanted, varied, probability)
+            found = search.solve()
+            curve = search.trade_off(report)
+        made = document(search, found, curve, folder is not None)
+        if folder is not None:
+            save(files(made), folder, KIND, "result", overwrite)
+    if as_json:
+        echo_json(made.data)
+        return
+    show(made, sys.stdout)
+    if folder is not None:
+        click.echo(f"{len(made.data['files'])} files in {folder}")

@@ -1,0 +1,1 @@
+"""Many studies, records or scans, and what a restart goes by."""

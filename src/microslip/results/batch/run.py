@@ -1,0 +1,361 @@
+"""Thousands of studies, records or scans: one small file each, which is what a restart goes by."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from microslip._core.files import reason, whole_file
+from microslip._core.wording import one_line
+from microslip._version import __version__
+from microslip.errors import Argument, InputError
+
+Progress = Callable[[float], None]
+Outcome = dict[str, Any]
+
+ITEMS = "items"
+"""Folder of the small files."""
+_TRIES = 3  # of an item whose worker died
+DASK_PATIENCE = "30s"
+"""How long a scheduler may take to answer."""
+_WINDOW = 4  # items in flight a worker
+STUDIES = ".toml"
+
+
+@dataclass(frozen=True)
+class Item:
+    """One piece of a batch: what it is called, what is done, to which file, with which changes."""
+
+    name: str
+    work: str
+    """"predict", "measure" or "scan"."""
+    path: str
+    study: str = ""
+    changes: tuple[str, ...] = ()
+
+    @property
+    def file_name(self) -> str:
+        """Name of its small file, which no other item has."""
+        plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in self.name)[:80]
+        return f"{plain}-{hashlib.sha256(self.name.encode()).hexdigest()[:8]}.json"
+
+    @property
+    def mark(self) -> str:
+        """Changes where anything does that its numbers come from."""
+        parts: list[Any] = [__version__, asdict(self)]
+        for path in (self.path, self.study):
+            if path:
+                with suppress(OSError):  # one that is gone has its reason told when it is read
+                    stat = Path(path).stat()
+                    parts.append([stat.st_size, stat.st_mtime_ns])
+        return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
+
+
+def items_of(source: Path, study: Path | None) -> list[Item]:
+    """The items of a folder, of a list of paths, or of a table of changes to a study.
+
+    Parameters
+    ----------
+    source : pathlib.Path
+        A folder of studies, records or scans; a text file with a path a line; or a CSV table whose
+        columns are keys of the study.
+    study : pathlib.Path, optional
+        The study of a table, of scans, or of the joint that tells the regimes of records apart.
+
+    Raises
+    ------
+    InputError
+        No items, or none that can be understood without a study.
+    """
+    base = "" if study is None else str(study.resolve())
+    if source.is_dir():
+        paths = sorted(p for p in source.iterdir() if p.is_file() and not p.name.startswith("."))
+        items = [_of_file(path, base) for path in paths]
+    elif not source.exists():
+        raise InputError(f"{source}: no such file or folder")
+    elif source.suffix.lower() == ".csv":
+        items = list(_of_table(source, base))
+    else:
+        lines = source.read_text(encoding="utf-8").splitlines()
+        named = [line.strip() for line in lines if line.strip() and not line.startswith("#")]
+        items = [_of_file(source.parent / line, base, line) for line in named]
+    if not items:
+        raise InputError(f"{source}: wanted studies, records or scans, got none")
+    names = [item.name for item in items]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"{source}: wanted each item once, got {twice} twice")
+    return items
+
+
+def _of_file(path: Path, study: str, name: str = "") -> Item:
+    if path.suffix.lower() == STUDIES:
+        return Item(name or path.name, "predict", str(path.resolve()))
+    work = "scan" if study and _has_scan(study) else "measure"
+    return Item(name or path.name, work, str(path.resolve()), study)
+
+
+def _has_scan(study: str) -> bool:
+    import tomllib
+
+    try:
+        data = tomllib.loads(Path(study).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    surface = data.get("surface")
+    return isinstance(surface, dict) and surface.get("law") == "scan"
+
+
+def _of_table(source: Path, study: str) -> Iterator[Item]:
+    if not study:
+        raise InputError(Argument("study"), f" must be given: {source} is a table of changes to it")
+    with source.open(newline="", encoding="utf-8-sig") as file:
+        rows = csv.reader(file)
+        keys = [key.strip() for key in next(rows, [])]
+        for number, row in enumerate(rows, start=1):
+            if not any(cell.strip() for cell in row):
+                continue
+            if len(row) != len(keys):
+                raise InputError(
+                    f"{source}: wanted {len(keys)} columns, got {len(row)} in row {number}"
+                )
+            changes = [f"{k}={v.strip()}" for k, v in zip(keys, row, strict=True) if k != "name"]
+            given = dict(zip(keys, row, strict=True)).get("name", "").strip()
+            yield Item(given or f"{number:06d}", "predict", "", study, tuple(changes))
+
+
+# -- one item --------------------------------------------------------------------------------------
+
+
+def run_item(item: Item) -> Outcome:
+    """What an item gives: rows of plain numbers, or the reason why there are none."""
+    begin = time.perf_counter()
+    outcome: Outcome = {"item": item.name, "mark": item.mark, "work": item.work}
+    try:
+        rows = _measured(item) if item.work == "measure" else _predicted(item)
+        outcome |= {"status": "done", "rows": rows}
+    except InputError as error:
+        outcome |= {"status": "failed", "reason": one_line(str(error))}
+    except Exception as error:  # one item must not stop the others, whatever it meets
+        outcome |= {"status": "failed", "reason": one_line(f"{type(error).__name__}: {error}")}
+    return {**outcome, "seconds": round(time.perf_counter() - begin, 4)}
+
+
+def _predicted(item: Item) -> list[dict[str, float | None]]:
+    from microslip.results.predicted.run import rows_of
+    from microslip.study.description import StudyDescription
+
+    changes = item.changes
+    if item.work == "scan":
+        changes = (*changes, f"surface.scan={json.dumps(item.path)}")
+    study = StudyDescription.load(item.study or item.path, changes)
+    return [{k: _plain(v) for k, v in row.items()} for row in rows_of(study)]
+
+
+def _measured(item: Item) -> list[dict[str, float | None]]:
+    from microslip.tribometer import Record, measure
+
+    joint = None
+    if item.study:
+        from microslip.study.build import build_joints
+        from microslip.study.description import StudyDescription
+
+        joint = build_joints(StudyDescription.load(item.study))[0]
+    found = measure(Record.read(item.path), model=joint)
+    return [{name: _plain(value) for name, value in means_of(found).items()}]
+
+
+def means_of(found: Any) -> dict[str, float]:
+    """The means over the cycles of a record, by name."""
+    return {
+        **{name: float(estimate.value) for name, estimate in found.mean.items()},
+    }
+
+
+def _plain(value: Any) -> float | None:
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+# -- all items -------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What has come of a batch so far."""
+
+    items: tuple[Item, ...]
+    outcomes: Mapping[str, Outcome]
+    computed: int
+    """How many were computed in this run; the others were there."""
+
+    @property
+    def done(self) -> list[Outcome]:
+        """Those with numbers, in the order of the items."""
+        found = (self.outcomes.get(item.name) for item in self.items)
+        return [o for o in found if o is not None and o["status"] == "done"]
+
+    def of_all(self, items: Sequence[Item], outcomes: Mapping[str, Outcome]) -> Batch:
+        """The same with the outcomes of other shards."""
+        return Batch(tuple(items), {**outcomes, **self.outcomes}, self.computed)
+
+    @property
+    def failed(self) -> list[Outcome]:
+        """Those without."""
+        found = (self.outcomes.get(item.name) for item in self.items)
+        return [o for o in found if o is not None and o["status"] != "done"]
+
+
+def prepare(folder: Path) -> None:
+    """Make the folder of a batch, or see that it is one."""
+    if folder.exists() and not (folder / ITEMS).is_dir() and any(folder.iterdir()):
+        raise InputError(f"{folder}: exists and is no batch; name another folder with -o")
+    try:
+        (folder / ITEMS).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {reason(error)}") from None
+
+
+def known(folder: Path, items: Sequence[Item], failures: bool = False) -> dict[str, Outcome]:
+    """Outcomes of an earlier run that still hold; failures only where they are asked for."""
+    found = {}
+    for item in items:
+        try:
+            outcome = json.loads((folder / ITEMS / item.file_name).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            continue
+        same = outcome.get("mark") == item.mark and outcome.get("item") == item.name
+        if same and (failures or outcome.get("status") == "done"):
+            found[item.name] = outcome
+    return found
+
+
+def run(
+    items: Sequence[Item],
+    folder: Path,
+    workers: int = 1,
+    dask: str | None = None,
+    progress: Progress | None = None,
+) -> Batch:
+    """Run what is not there yet, and keep each outcome at once.
+
+    Parameters
+    ----------
+    items : sequence of Item
+        What is to be done.
+    folder : pathlib.Path
+        Where outcomes are kept, each in a small file of its own.
+    workers : int
+        Processes of this machine.
+    dask : str, optional
+        Address of a Dask scheduler instead; "local" for a cluster of so many workers here.
+    progress : callable, optional
+        Called now and then with the share that is done, 0 … 1.
+
+    Returns
+    -------
+    Batch
+        All outcomes.
+    """
+    prepare(folder)
+    outcomes = known(folder, items)
+    left = [item for item in items if item.name not in outcomes]
+    total = len(left)
+    report = progress or (lambda share: None)
+    work = _on_dask(left, workers, dask) if dask is not None else _here(left, workers)
+    for count, (item, outcome) in enumerate(work, start=1):
+        with whole_file(folder / ITEMS / item.file_name, overwrite=True) as stage:
+            stage.write_text(json.dumps(outcome), encoding="utf-8")
+        outcomes[item.name] = outcome
+        report(count / total)
+    return Batch(tuple(items), outcomes, total)
+
+
+def _here(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outcome]]:
+    """On processes of this machine; where one dies, the rest goes on with new ones."""
+    if workers == 1:
+        yield from ((item, run_item(item)) for item in items)
+        return
+    waiting, tries = list(reversed(items)), dict.fromkeys(items, 0)
+    while waiting:
+        running: dict[Future[Outcome], Item] = {}
+        with ProcessPoolExecutor(workers) as pool:
+            try:
+                while waiting or running:
+                    while waiting and len(running) < _WINDOW * workers:
+                        item = waiting.pop()
+                        running[pool.submit(run_item, item)] = item
+                    for future in wait(running, return_when=FIRST_COMPLETED).done:
+                        outcome = future.result()
+                        yield running.pop(future), outcome
+            except BrokenProcessPool:
+                for item in running.values():
+                    tries[item] += 1
+                    if tries[item] < _TRIES:
+                        waiting.append(item)
+                    else:
+                        yield item, _lost(item)
+
+
+def _lost(item: Item) -> Outcome:
+    said = f"its worker died {_TRIES} times (out of memory, or killed)"
+    return {
+        "item": item.name, "mark": item.mark, "work": item.work, "status": "failed",
+        "reason": said, "seconds": 0.0,
+    }  # fmt: skip
+
+
+def _on_dask(
+    items: Sequence[Item], workers: int, address: str | None
+) -> Iterator[tuple[Item, Outcome]]:
+    """On a Dask cluster, which gives the work of a worker that dies to another one."""
+    try:
+        distributed: Any = import_module("distributed")
+    except ImportError:
+        raise InputError(
+            Argument("dask"), ' needs Dask, which is not installed: pip install "microslip[dask]"'
+        ) from None
+    cluster = None
+    if address == "local":
+        cluster = distributed.LocalCluster(
+            n_workers=workers, threads_per_worker=1, dashboard_address=None
+        )
+    try:
+        client = distributed.Client(cluster or address, timeout=DASK_PATIENCE)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(
+            Argument("dask"), f" must be the address of a scheduler: {one_line(str(error))}"
+        ) from None
+    try:
+        waiting = list(reversed(items))
+        several = max(1, len(client.scheduler_info().get("workers", {})))
+        first = [waiting.pop() for _ in range(min(_WINDOW * several, len(waiting)))]
+        queued = {client.submit(run_item, item, pure=False): item for item in first}
+        completed = distributed.as_completed(list(queued))
+        for future in completed:
+            item = queued.pop(future)
+            try:
+                outcome = future.result()
+            except distributed.KilledWorker:
+                outcome = _lost(item)
+            future.release()
+            if waiting:
+                following = waiting.pop()
+                submitted = client.submit(run_item, following, pure=False)
+                queued[submitted] = following
+                completed.add(submitted)
+            yield item, outcome
+    finally:
+        client.close()
+        if cluster is not None:
+            cluster.close()

@@ -1,0 +1,1 @@
+"""Inverse design: which values give what is wanted of a joint."""

@@ -1,0 +1,335 @@
+"""Inverse design: which values of some keys give what is wanted of a joint, with a probability."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, to_si
+from microslip.errors import Argument, InputError, StudyError
+from microslip.results.predicted.columns import Progress
+from microslip.results.predicted.scatter import Design, at_middle, is_uncertain
+from microslip.study.build import build_summits
+from microslip.study.description import StudyDescription
+from microslip.study.joints import Joint
+from microslip.study.surfaces import Elastic
+from microslip.sweeps import evaluate
+from microslip.sweeps.derivatives import QUANTITIES, log_derivatives
+
+MOST_KEYS = 8
+_LEVELS = 11  # of the trade-off
+_TARGET = re.compile(r"^\s*(\w+)\s*(>=|<=)\s*([^@]+?)\s*(?:at|@)\s*(.+?)\s*$")
+_WRITTEN = '"damping_ratio >= 0.005 at 10 um"'
+_KINDS = {
+    "joint.normal_load": FORCE,
+    "joint.friction_coefficient": None,
+    "surface.heights.std": LENGTH,
+    "surface.heights.scale": LENGTH,
+    "surface.radius": LENGTH,
+    "surface.density": DENSITY,
+    "surface.area": AREA,
+}
+ARGUMENTS = {
+    "joint.normal_load": "normal_load",
+    "joint.friction_coefficient": "friction_coefficient",
+    "surface.heights.std": "std",
+    "surface.heights.scale": "std",
+    "surface.radius": "radius",
+    "surface.density": "density",
+    "surface.area": "area",
+}
+"""Keys of a study that can be searched, and what they are to :func:`microslip.evaluate`."""
+
+
+class Target(NamedTuple):
+    """A quantity that is to be at least, or at most, some value at an amplitude [m]."""
+
+    quantity: str
+    at_least: bool
+    value: float
+    amplitude: float
+
+    @classmethod
+    def read(cls, text: str) -> Target:
+        """From text such as "damping_ratio >= 0.005 at 10 um"."""
+        match = _TARGET.match(text)
+        if match is None:
+            raise InputError(Argument("target"), f" must read like {_WRITTEN}, got {text!r}")
+        name, sign, value, amplitude = match.groups()
+        if name not in QUANTITIES:
+            raise InputError(
+                Argument("target"), f" must be of {', '.join(QUANTITIES)}, got {name!r}"
+            )
+        try:
+            size = to_si(amplitude, LENGTH, "10 um")
+            number = _value(value)
+        except ValueError as error:
+            raise InputError(Argument("target"), f": {error}") from None
+        return cls(name, sign == ">=", number, size)
+
+    @property
+    def written(self) -> str:
+        """As it was read, in SI units."""
+        sign = ">=" if self.at_least else "<="
+        return f"{self.quantity} {sign} {self.value:g} at {self.amplitude:g} m"
+
+
+def _value(text: str) -> float:
+    """A plain number above zero, or in percent; energies and stiffnesses in SI units."""
+    percent = text.endswith("%")
+    number = float(text.rstrip("% ").split()[0])
+    if not (math.isfinite(number) and number > 0.0):
+        raise ValueError(f"wanted a value above zero, got {text!r}")
+    return number / 100.0 if percent else number
+
+
+class Range(NamedTuple):
+    """A key of the study and between which values [SI] it is searched."""
+
+    key: str
+    low: float
+    high: float
+
+    @classmethod
+    def read(cls, text: str) -> Range:
+        """From text such as "joint.normal_load=500 N..5 kN"."""
+        key, _, ends = text.partition("=")
+        key = key.strip()
+        if key not in ARGUMENTS:
+            raise InputError(Argument("vary"), f" must be of {', '.join(ARGUMENTS)}, got {key!r}")
+        low, dots, high = ends.partition("..")
+        if not dots:
+            raise InputError(
+                Argument("vary"), f' must read like "joint.normal_load=500 N..5 kN", got {text!r}'
+            )
+        kind = _KINDS[key]
+        try:
+            values = [
+                float(end) if kind is None else to_si(end.strip(), kind, kind.usual[0])
+                for end in (low, high)
+            ]
+        except ValueError as error:
+            raise InputError(Argument("vary"), f": {key}: {error}") from None
+        if not 0.0 < values[0] < values[1]:
+            raise InputError(
+                Argument("vary"), f": {key}: wanted low..high above zero, got {ends!r}"
+            )
+        return cls(key, *values)
+
+
+@dataclass(frozen=True)
+class Found:
+    """One design.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        The keys that were searched, in SI units.
+    level : float
+        What was asked for.
+    reached : float
+        The quantity at the wanted probability.
+    probability : float
+        Share of the samples that meet the target.
+    feasible : bool
+        Whether it is met within the ranges.
+    change : float
+        Distance from the study: root of the sum of squared logarithms.
+    """
+
+    values: Mapping[str, float]
+    level: float
+    reached: float
+    probability: float
+    feasible: bool
+    change: float
+
+
+class Search:
+    """The smallest change of a study that meets a target with a probability."""
+
+    def __init__(
+        self, study: StudyDescription, target: Target, ranges: Sequence[Range], probability: float
+    ) -> None:
+        if not 1 <= len(ranges) <= MOST_KEYS or len({r.key for r in ranges}) < len(ranges):
+            raise InputError(Argument("vary"), f" must name one to {MOST_KEYS} different keys")
+        if not 0.0 < probability < 1.0:
+            raise InputError(
+                Argument("probability"), f" must be above 0 and below 1, got {probability:g}"
+            )
+        self.study, self.target, self.ranges = study, target, tuple(ranges)
+        self.probability = probability if is_uncertain(study) else 0.5
+        self.middle = _arguments(at_middle(study))
+        self.factors = self._factors()
+        names = [ARGUMENTS[r.key] for r in ranges]
+        for key, name in zip([r.key for r in ranges], names, strict=True):
+            if name not in self.middle:
+                raise StudyError(f"{study.name}: {key}: wanted a key of the study, got none there")
+        self.names = names
+        self.bounds = [(math.log(r.low), math.log(r.high)) for r in ranges]
+        start = [math.log(float(self.middle[name])) for name in names]
+        self.start = np.array(start)
+
+    def _factors(self) -> dict[str, Floats]:
+        """What the samples multiply the arguments of the middle with."""
+        if not is_uncertain(self.study):
+            return {}
+        design = Design(self.study)
+        points = design.points().reshape(-1, len(design.inputs))
+        drawn = [_arguments(design.at(row)) for row in design.scores(points)]
+        numbers = [name for name, value in self.middle.items() if isinstance(value, float)]
+        return {
+            name: np.array([one[name] for one in drawn]) / self.middle[name] for name in numbers
+        }
+
+    def _given(self, logs: Floats) -> dict[str, Any]:
+        given = dict(self.middle)
+        given |= dict(zip(self.names, np.exp(logs).tolist(), strict=True))
+        for name, factor in self.factors.items():
+            given[name] = given[name] * factor
+        return {**given, "amplitude": self.target.amplitude}
+
+    def values(self, logs: Floats) -> Floats:
+        """Ln of the quantity over the samples."""
+        found = evaluate(**self._given(logs), quantities=[self.target.quantity])
+        return np.atleast_1d(np.log(found[self.target.quantity]))
+
+    def quantile(self, logs: Floats) -> tuple[float, Floats]:
+        """Ln of the quantity at the wanted probability, and its exact derivatives.
+
+        An order statistic of the samples is one sample, and its derivatives are that sample's;
+        those of the few next to it are averaged, since which one it is changes on the way.
+        """
+        samples = self.values(logs)
+        share = 1.0 - self.probability if self.target.at_least else self.probability
+        order = np.argsort(samples, kind="stable")
+        place = share * (samples.size - 1)
+        low = math.floor(place)
+        high = min(low + 1, samples.size - 1)
+        value = float(
+            samples[order[low]] + (place - low) * (samples[order[high]] - samples[order[low]])
+        )
+        reach = max(1, samples.size // 64)
+        near = order[max(0, low - reach) : high + reach + 1]
+        given = {
+            name: (v[near] if isinstance(v, np.ndarray) else v)
+            for name, v in self._given(logs).items()
+        }
+        slopes = log_derivatives(self.target.quantity, given, self.names)
+        return value, np.array([float(np.mean(slopes[name])) for name in self.names])
+
+    def solve(self, level: float | None = None) -> Found:
+        """The design that changes the study least."""
+        from scipy.optimize import minimize
+
+        wanted = math.log(self.target.value if level is None else level)
+        sign = 1.0 if self.target.at_least else -1.0
+        start = np.clip(self.start, *np.transpose(self.bounds))
+        constraint = {
+            "type": "ineq",
+            "fun": lambda x: sign * (self.quantile(x)[0] - wanted),
+            "jac": lambda x: sign * self.quantile(x)[1],
+        }
+        best = None
+        # From the study, and from its ends: the quantity need not be monotone in between.
+        ends = [np.array([bound[k] for bound in self.bounds]) for k in (0, 1)]
+        for begin in (start, *(0.5 * (start + end) for end in ends)):
+            found = minimize(
+                lambda x: float(((x - self.start) ** 2).sum()),
+                begin,
+                jac=lambda x: 2.0 * (x - self.start),
+                bounds=self.bounds,
+                constraints=[constraint],
+                method="SLSQP",
+                options={"maxiter": 100, "ftol": 1e-10},
+            )
+            x = self._onto(np.clip(found.x, *np.transpose(self.bounds)), sign, wanted)
+            miss = sign * (self.quantile(x)[0] - wanted)
+            key = (miss < -1e-5, max(-miss, 0.0) if miss < -1e-5 else float(found.fun))
+            if best is None or key < best[0]:
+                best = key, x
+        assert best is not None
+        return self.at(best[1], math.exp(wanted))
+
+    def _onto(self, x: Floats, sign: float, wanted: float) -> Floats:
+        """The place where the way from the study through x meets the target, if it does.
+
+        A quantile of samples has corners, at which the search stops a little short or beyond.
+        """
+        from scipy.optimize import brentq
+
+        def place(share: float) -> Floats:
+            far = self.start + share * (x - self.start)
+            return np.asarray(np.clip(far, *np.transpose(self.bounds)))
+
+        def miss(share: float) -> float:
+            return sign * (self.quantile(place(share))[0] - wanted)
+
+        shares = (0.5, 0.8, 0.95, 1.0, 1.05, 1.2, 2.0)
+        for low, high in pairwise(shares):
+            if miss(low) < 0.0 <= miss(high):
+                return place(float(brentq(miss, low, high, xtol=1e-9)) + 1e-8)
+        return x
+
+    def at(self, x: Floats, level: float) -> Found:
+        """What a design gives."""
+        samples, (reached, _) = self.values(x), self.quantile(x)
+        sign = 1.0 if self.target.at_least else -1.0
+        met = float(np.mean(sign * (samples - math.log(level)) >= -1e-9))
+        values = {r.key: float(math.exp(v)) for r, v in zip(self.ranges, x, strict=True)}
+        feasible = sign * (reached - math.log(level)) >= -1e-4
+        change = float(np.sqrt(((x - self.start) ** 2).sum()))
+        return Found(values, level, math.exp(reached), met, bool(feasible), change)
+
+    def trade_off(self, progress: Progress | None = None) -> list[Found]:
+        """The designs for levels about what is asked for."""
+        found = []
+        for level in self.target.value * np.geomspace(1.0 / 3.0, 3.0, _LEVELS):
+            found.append(self.solve(float(level)))
+            if progress is not None:
+                progress(len(found) / _LEVELS)
+        return found
+
+
+def _arguments(study: StudyDescription) -> dict[str, Any]:
+    """A study without anything uncertain as arguments of evaluate; plain numbers and heights."""
+    joint = study.joint
+    if not isinstance(joint, Joint) or study.surface.law != "greenwood-williamson":
+        raise StudyError(
+            f"{study.name}: surface.law: a design wants a Greenwood–Williamson surface and an "
+            "interface"
+        )
+    if len(joint.normal_load) != 1:
+        raise StudyError(f"{study.name}: joint.normal_load: a design wants one load")
+    law: Any = study._law or build_summits(study)
+    bodies = [study.material[name] for name in study.surface.materials]
+    given: dict[str, Any] = {}
+    for prefix, body in zip(("", "other_"), bodies, strict=True):
+        modulus, ratio = math.inf, 0.3
+        if isinstance(body, Elastic):
+            modulus, ratio = float(body.young_modulus), float(body.poisson_ratio)
+        given[f"{prefix}young_modulus"], given[f"{prefix}poisson_ratio"] = modulus, ratio
+    if math.isinf(given["young_modulus"]):  # the first one is the one that deforms
+        for name in ("young_modulus", "poisson_ratio"):
+            given[name], given[f"other_{name}"] = given[f"other_{name}"], given[name]
+    heights = law.heights
+    if type(heights).__name__ != "Gaussian":
+        given["heights"] = heights
+    elif heights.mean:
+        given["mean"] = float(heights.mean)
+    return {
+        **given,
+        "std": float(heights.spread),
+        "radius": float(law.radius),
+        "density": float(law.density),
+        "area": float(law.area),
+        "friction_coefficient": float(joint.friction_coefficient),
+        "normal_load": float(joint.normal_load[0]),
+    }

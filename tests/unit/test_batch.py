@@ -1,0 +1,192 @@
+"""Batches: kinds of items, restarts, failures, shards, workers that die; sweeps to a store."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import microslip as ms
+from microslip.cli import main
+from microslip.results.batch import run as batch
+from microslip.sweeps import evaluate_to_zarr
+
+STUDY = """
+schema = 1
+surface = { law = "sphere", materials = ["steel", "steel"], radius = "5 mm" }
+joint = { friction_coefficient = 0.5, normal_load = "20 N" }
+excitation = { amplitudes = ["0.1 um", "1 um"] }
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "study.toml").write_text(STUDY)
+    rows = ["name,joint.normal_load,joint.friction_coefficient"]
+    rows += [f"p{i},{10 + i} N,0.{i + 1}" for i in range(6)]
+    (tmp_path / "changes.csv").write_text("\n".join([*rows, "wrong,-3 N,0.5"]) + "\n")
+    return tmp_path
+
+
+def called(*words: object) -> Any:
+    return CliRunner().invoke(main, ["batch", *map(str, words)])
+
+
+def table(folder: Path) -> list[dict[str, str]]:
+    with (folder / "items.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_changes_to_a_study(folder: Path) -> None:
+    out = folder / "out"
+    done = called(folder / "changes.csv", "--study", folder / "study.toml", "-o", out)
+    assert done.exit_code == 0, done.output
+    assert "6 of 7 items done, 1 failed." in done.output
+    assert "wanted a positive force" in done.output
+    rows = table(out)
+    assert len(rows) == 12
+    joint = ms.Study.from_toml(STUDY).run().joints[0].at(normal_load=12.0)
+    wanted = ms.Interface(joint.surface, 0.3, 12.0).loss_factor(1e-6)
+    (found,) = (r for r in rows if r["item"] == "p2" and float(r["amplitude [m]"]) == 1e-6)
+    assert float(found["loss_factor [-]"]) == pytest.approx(wanted, rel=1e-13)
+    data = json.loads((out / "summary.json").read_text())
+    assert (data["items"], data["done"], len(data["failed"])) == (7, 6, 1)
+    assert set(data["files"]) == {p.name for p in out.iterdir() if p.is_file()}
+
+
+def test_a_second_run_does_what_is_left(folder: Path) -> None:
+    out, words = folder / "out", (folder / "changes.csv", "--study", folder / "study.toml")
+    assert called(*words, "-o", out, "--shard", "1/3", "--json").exit_code == 0
+    data = json.loads((out / "summary.json").read_text())
+    assert (data["done"], data["not_yet"]) == (2, 4)
+    before = {p.name: p.stat().st_mtime_ns for p in (out / "items").iterdir()}
+    done = called(*words, "-o", out, "--workers", 2)
+    assert "6 of 7 items done" in done.output
+    after = {p.name: p.stat().st_mtime_ns for p in (out / "items").iterdir()}
+    kept = {name for name, when in before.items() if after[name] == when}
+    assert len(kept) == 2  # of the third item that had failed a new try was made
+    assert {row["item"] for row in table(out)} == {f"p{i}" for i in range(6)}
+    # A changed study makes all of it anew, a spoilt outcome itself.
+    (folder / "study.toml").write_text(STUDY.replace("5 mm", "6 mm"))
+    items = batch.items_of(folder / "changes.csv", folder / "study.toml")
+    assert batch.known(out, items) == {}
+    called(*words, "-o", out)
+    (out / "items" / items[0].file_name).write_text('{"half')
+    assert len(batch.known(out, items)) == 5
+
+
+def test_studies_records_and_lists(folder: Path) -> None:
+    rig = ms.VirtualTribometer(ms.Interface.examples()[0], noise={"force": 0.2})
+    many = folder / "many"
+    many.mkdir()
+    rig.record(amplitude=1e-6, frequency=10.0, cycles=4).to_csv(many / "record.csv")
+    (many / "one.toml").write_text(STUDY)
+    (many / "spoilt.csv").write_text("nothing\n")
+    found = batch.run(batch.items_of(many, None), folder / "out")
+    assert [o["item"] for o in found.done] == ["one.toml", "record.csv"]
+    assert [o["item"] for o in found.failed] == ["spoilt.csv"]
+    measured = ms.measure(ms.Record.read(many / "record.csv"))
+    (row,) = found.done[1]["rows"]
+    assert row["loss_factor"] == measured.mean["loss_factor"].value
+    (folder / "list.txt").write_text("# two\nmany/one.toml\nmany/none.toml\n")
+    found = batch.run(batch.items_of(folder / "list.txt", None), folder / "listed")
+    assert len(found.done) == 1
+    assert "none.toml" in found.failed[0]["reason"]
+
+
+def die(item: batch.Item) -> batch.Outcome:
+    """Work that kills its worker: always for one item, once for another."""
+    once = Path(item.path).with_suffix(".once")
+    if item.name == "p1" or (item.name == "p4" and not once.exists()):
+        once.touch()
+        os._exit(9)
+    return {"item": item.name, "mark": item.mark, "work": item.work, "status": "done", "rows": []}
+
+
+def test_workers_may_die(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(batch, "run_item", die)
+    items = [batch.Item(f"p{i}", "predict", str(folder / "study.toml")) for i in range(6)]
+    found = batch.run(items, folder / "out", workers=2)
+    assert [o["item"] for o in found.failed] == ["p1"]
+    assert "its worker died 3 times" in found.failed[0]["reason"]
+    assert len(found.done) == 5
+
+
+WRONG = {
+    "no such": (["nowhere"], "nowhere: no such file or folder"),
+    "no study": (["changes.csv"], "--study must be given: changes.csv is a table of changes"),
+    "empty": (["empty"], "wanted studies, records or scans, got none"),
+    "twice": (["twice.txt"], "wanted each item once, got study.toml twice"),
+    "no batch": (["study.txt", "-o", "full"], "full: exists and is no batch"),
+    "shard": (["study.txt", "--shard", "4/3"], "--shard: wanted I/N such as 3/10, got 4/3"),
+    "ragged": (["ragged.csv", "--study", "study.toml"], "wanted 2 columns, got 1 in row 1"),
+    "dask": (["study.txt", "--dask", "tcp://127.0.0.1:9"], "--dask"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG.values(), ids=WRONG)
+def test_wrong_input_is_told(
+    case: tuple[list[str], str], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words, message = case
+    monkeypatch.chdir(folder)
+    if "--dask" in words:
+        pytest.importorskip("distributed", reason="the extra dask is not installed")
+        monkeypatch.setattr(batch, "DASK_PATIENCE", "1s")
+    for name in ("empty", "full"):
+        Path(name).mkdir()
+    Path("full/mine.txt").write_text("mine")
+    Path("study.txt").write_text("study.toml\n")
+    Path("twice.txt").write_text("study.toml\nstudy.toml\n")
+    Path("ragged.csv").write_text("a,b\n1\n")
+    found = called(*words)
+    assert found.exit_code == 2, found.output
+    assert message in found.output
+
+
+@pytest.mark.slow
+def test_a_dask_cluster_gives_the_same(folder: Path) -> None:
+    pytest.importorskip("distributed", reason="the extra dask is not installed")
+    words = (folder / "changes.csv", "--study", folder / "study.toml")
+    assert called(*words, "-o", folder / "a").exit_code == 0
+    assert called(*words, "-o", folder / "b", "--dask", "local").exit_code == 0
+    assert (folder / "a" / "items.csv").read_text() == (folder / "b" / "items.csv").read_text()
+
+
+def test_a_store_is_the_grid_and_goes_on(tmp_path: Path) -> None:
+    zarr = pytest.importorskip("zarr", reason="the extra zarr is not installed")
+    loads, amplitudes = np.geomspace(100.0, 5e3, 7), np.geomspace(1e-8, 1e-5, 5)
+    given: dict[str, Any] = {
+        "young_modulus": 69e9, "poisson_ratio": 0.33, "std": 5e-7, "radius": 1e-3, "density": 1e8,
+        "area": 2e-4, "friction_coefficient": 0.5,
+    }  # fmt: skip
+    axes = {"normal_load": loads, "amplitude": amplitudes}
+    wanted = ms.evaluate(**given, normal_load=loads[:, None], amplitude=amplitudes)
+    names = ["loss_factor", "dissipated_energy"]
+    path = evaluate_to_zarr(tmp_path / "s.zarr", axes, names, region=10, **given)
+    store = zarr.open_group(str(path))
+    for name in names:
+        np.testing.assert_array_equal(store[name][:], wanted[name])
+    # As after a stop: what is marked as done stays, the rest is computed.
+    store = zarr.open_group(str(path), mode="r+")
+    store["done"][1] = False
+    store["loss_factor"][2:4] = np.nan
+    store["loss_factor"][0] = 7.0
+    shares: list[float] = []
+    evaluate_to_zarr(path, axes, names, region=10, progress=shares.append, **given)
+    assert shares[-1] == 1.0
+    again = zarr.open_group(str(path))["loss_factor"][:]
+    assert np.all(again[0] == 7.0)
+    np.testing.assert_array_equal(again[1:], wanted["loss_factor"][1:])
+    with pytest.raises(ms.InputError, match="no unfinished sweep of these arguments"):
+        evaluate_to_zarr(path, axes, ["loss_factor"], **given)
+    with pytest.raises(ms.InputError, match="axes must be a mapping"):
+        evaluate_to_zarr(tmp_path / "t", [1.0], names)  # type: ignore[arg-type]
+    with pytest.raises(ms.InputError, match="must be one-dimensional"):
+        evaluate_to_zarr(tmp_path / "t", {"amplitude": 1e-7}, names, **given)

@@ -32,8 +32,8 @@ KERNEL := $(wildcard src/microslip/kernels/*.[ch])
 # An editable install sees edits of the Python sources by itself, a built one does not.
 SOURCES := $(if $(INSTALL),,$(shell find src/microslip -type f ! -name '*.so' ! -name '*.pyc'))
 
-.PHONY: help install demo test slow attack laboratory attack-sanitized hosts lint format format-check types check bench reference coverage docs \
-    dist lock clean \
+.PHONY: help install demo test slow attack laboratory attack-sanitized hosts lint format format-check types check bench reference \
+    validation notebooks coverage docs dist lock clean \
     distclean
 
 help:  ## list the targets
@@ -132,6 +132,9 @@ bench: $(READY)  ## measure the speed
 reference: $(READY)  ## compute the reference numbers of the tests again (mpmath, slow)
 	@"$(PY)" tests/reference/make_reference.py
 
+validation: $(READY)  ## compare with everything there is, and write docs/validation.md
+	@OPENBLAS_NUM_THREADS=1 "$(PY)" tools/make_validation.py --page
+
 coverage: $(READY)  ## run the tests with branch coverage
 	@"$(PY)" -m coverage run -m pytest $(TESTS)
 	@"$(PY)" -m coverage report
@@ -139,6 +142,9 @@ coverage: $(READY)  ## run the tests with branch coverage
 docs: $(READY) $(DOCS)  ## build the documentation into docs/_build/html/; a warning is an error
 	@"$(PY)" -m sphinx -W -E --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
+
+notebooks: $(READY)  ## make notebooks of the gallery, in notebooks/
+	@"$(PY)" tools/make_notebooks.py notebooks
 
 dist: $(READY)  ## build the sdist, and from it the wheel, into dist/
 	@rm -rf dist

@@ -12,7 +12,7 @@ import numpy as np
 
 import microslip as ms
 
-plt.style.use("microslip.report.microslip")
+plt.style.use("microslip.style")
 
 # %%
 # A joint is a surface, a friction coefficient and a normal load. The surface is the only thing

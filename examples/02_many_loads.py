@@ -11,7 +11,7 @@ import numpy as np
 
 import microslip as ms
 
-plt.style.use("microslip.report.microslip")
+plt.style.use("microslip.style")
 
 al = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
 surface = ms.GreenwoodWilliamson(

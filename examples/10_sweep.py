@@ -12,7 +12,7 @@ from matplotlib.colors import LogNorm
 
 import microslip as ms
 
-plt.style.use("microslip.report.microslip")
+plt.style.use("microslip.style")
 
 al = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
 surface = ms.GreenwoodWilliamson(

@@ -12,7 +12,7 @@ import numpy as np
 import microslip as ms
 from microslip.scans import random_surface
 
-plt.style.use("microslip.report.microslip")
+plt.style.use("microslip.style")
 
 # %%
 # A surface made to order takes the place of a file: ``ms.Scan.read("ground.plu")`` would do.

@@ -11,7 +11,7 @@ import numpy as np
 
 import microslip as ms
 
-plt.style.use("microslip.report.microslip")
+plt.style.use("microslip.style")
 
 steel = ms.Material(young_modulus=210e9, poisson_ratio=0.3)
 surface = ms.GreenwoodWilliamson(

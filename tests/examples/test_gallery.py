@@ -237,3 +237,18 @@ def test_script_is_a_page_of_the_gallery(script: Path) -> None:
     }
     allowed = {"matplotlib", "numpy", "microslip", "scipy", "itertools", "pathlib", "tempfile"}
     assert modules <= allowed | {"matplotlib.colors", "microslip.scans"}
+
+
+@pytest.mark.parametrize(
+    "script", [p for p in SCRIPTS if p.stem[:2].isdigit()], ids=lambda p: p.stem
+)
+def test_a_notebook_holds_the_code_of_its_script(script: Path) -> None:
+    """So a notebook runs where its script does, which the tests above run."""
+    make = runpy.run_path(str(ROOT / "tools" / "make_notebooks.py"))["notebook"]
+    text = script.read_text(encoding="utf-8")
+    made = make(text)
+    code = "\n".join("".join(c["source"]) for c in made["cells"] if c["cell_type"] == "code")
+    body = ast.parse(text).body
+    assert ast.dump(ast.Module(ast.parse(code).body, [])) == ast.dump(ast.Module(body[1:], []))
+    assert made["cells"][0]["cell_type"] == "markdown"
+    assert sum(c["cell_type"] == "markdown" for c in made["cells"]) >= 2

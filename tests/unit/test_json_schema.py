@@ -172,7 +172,7 @@ GROSS = [
     ("points = 20", "points = 1"),
     ("points = 20", "points = 20.5"),
     ('from = "1 nm", ', ""),
-    ('["csv"]', '["pdf"]'),
+    ('["csv"]', '["gif"]'),
     ('["csv"]', '"csv"'),
     ('["csv"]', '["csv"]\nreport = "yes"'),
     ("[output]", '[oscillator]\nmass = "2 kg"\n[output]'),

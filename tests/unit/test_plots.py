@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import matplotlib as mpl
 import numpy as np
 import pytest
+from command import run
 from matplotlib import pyplot, style
 from matplotlib.figure import Figure
 
@@ -147,3 +148,19 @@ def test_the_style_alone_and_an_import_without_matplotlib() -> None:
         "import sys, microslip as ms; ms.Loop; ms.Interface; assert 'matplotlib' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_pdf_as_a_format(tmp_path, monkeypatch) -> None:
+    """Of a study and of the other commands; the same figure twice is the same file."""
+    monkeypatch.chdir(tmp_path)
+    assert run("demo", "-o", "demo", "--set", 'output.formats=["pdf"]').exit_code == 0
+    made = (tmp_path / "demo" / "loops.pdf").read_bytes()
+    assert made.startswith(b"%PDF-")
+    assert b"CreationDate" not in made
+    assert not list((tmp_path / "demo").glob("*.svg"))
+    rig = ms.VirtualTribometer(JOINT.at(normal_load=200.0), noise={"force": 0.01})
+    rig.record(amplitude=2e-5, frequency=10.0, cycles=4).to_csv("run.csv")
+    outcome = run("measure", "run.csv", "-o", "out", "--pdf")
+    assert outcome.exit_code == 0, outcome.output
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == ["cycles.csv", "loops.pdf", "loops.svg", "report.html", "summary.json"]

@@ -160,7 +160,7 @@ def identify(
     study: Path | None,
     folder: Path | None,
     overwrite: bool,
-    png: bool,
+    kinds: tuple[str, ...],
     as_json: bool,
     fix: tuple[str, ...],
     bound: tuple[str, ...],
@@ -230,7 +230,7 @@ def identify(
                     f"{failed.law}: {failed.status}: {failed.message} (--accept-unconverged shows "
                     "it all the same)"
                 )
-            told = document(found, spell, files=stage is not None, png=png)
+            told = document(found, spell, files=stage is not None, kinds=kinds)
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     write(told, found, stage, report, spell)

@@ -37,7 +37,7 @@ def measure(
     records: tuple[str, ...],
     folder: Path | None,
     overwrite: bool,
-    png: bool,
+    kinds: tuple[str, ...],
     as_json: bool,
     reading: Reading,
     rig_stiffness: float | None,
@@ -86,7 +86,7 @@ def measure(
             result = document(
                 found,
                 lambda text: said(text, spelling(context)),
-                files=file_names(png) if stage is not None else (),
+                files=file_names(kinds) if stage is not None else (),
             )
             if stage is not None:
                 write(result, found, stage)

@@ -66,7 +66,10 @@ class Reading(NamedTuple):
 
 
 def writes(files: str, earlier: str) -> Callable[[Command], Command]:
-    """Give a command the options of what it writes: `folder`, `overwrite`, `png`, `as_json`."""
+    """Give a command the options of what it writes: `folder`, `overwrite`, `kinds`, `as_json`.
+
+    ``kinds`` are the formats of the figures.
+    """
     options = (
         click.option(
             "-o",
@@ -80,15 +83,21 @@ def writes(files: str, earlier: str) -> Callable[[Command], Command]:
             "--overwrite", is_flag=True, help=f"Replace an earlier {earlier} in that folder."
         ),
         click.option("--png", is_flag=True, help="Write the figures as pixels, too."),
+        click.option("--pdf", is_flag=True, help="Write the figures as PDF, too."),
         click.option(
             "--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables."
         ),
     )
 
     def give(command: Command) -> Command:
+        @wraps(command)
+        def write(png: bool, pdf: bool, **given: Any) -> Any:
+            return command(kinds=("svg", *["png"] * png, *["pdf"] * pdf), **given)
+
+        given: Command = write
         for option in reversed(options):
-            command = option(command)
-        return command
+            given = option(given)
+        return given
 
     return give
 

@@ -49,7 +49,12 @@ class _Once(click.Command):
 @offers(CUTOFF.but(default=None), *CONDITIONING[1:], *SUMMITS, SCAN_AREA, *JOINT, *READING)
 @writes("report, tables and figures", "one")
 def surface(
-    scan: Path, folder: Path | None, overwrite: bool, png: bool, as_json: bool, **options: Any
+    scan: Path,
+    folder: Path | None,
+    overwrite: bool,
+    kinds: tuple[str, ...],
+    as_json: bool,
+    **options: Any,
 ) -> None:
     """Measure heights, spectrum and summits in SCAN, an instrument's file or an array.
 
@@ -75,7 +80,7 @@ def surface(
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "measured scan"))
             with progress("Measuring") as report:
                 found = analyse(request, report)
-            result = document(found, folder, lambda text: said(text, spelling(context)), png)
+            result = document(found, folder, lambda text: said(text, spelling(context)), kinds)
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     write(result, found, stage, report)

@@ -71,8 +71,9 @@ def standard_files(
     document : Document
         The whole result.
     names : sequence of str
-        What is to be written: ``summary.json``, ``report.html``, figures as ``NAME.svg`` and
-        ``NAME.png``, and the names of ``others``. Summaries list them under ``files``.
+        What is to be written: ``summary.json``, ``report.html``, figures as ``NAME.svg``,
+        ``NAME.png`` and ``NAME.pdf``, and the names of ``others``. Summaries list them under
+        ``files``.
     others : iterable of File
         Tables, arrays, texts.
 
@@ -103,9 +104,7 @@ def standard_files(
         cost = FIGURE if kind == "svg" else 20.0 * FIGURE
         return File(
             name,
-            lambda path, _: _bytes(
-                path, drawn.svg(picture) if kind == "svg" else drawn.png(picture)
-            ),
+            lambda path, _: _bytes(path, drawn.as_bytes(picture, kind)),
             cost,
         )
 

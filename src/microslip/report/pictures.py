@@ -19,6 +19,14 @@ class Drawn:
             self._plots[picture.name] = picture.plot()
         return self._plots[picture.name]
 
+    def as_bytes(self, picture: Picture, kind: str) -> bytes:
+        """The picture in a format: "svg", "png" or "pdf"."""
+        if kind == "pdf":  # asked for once, by its file
+            from microslip.report.matplotlib_figure import pdf
+
+            return pdf(self._plot(picture))
+        return self.svg(picture) if kind == "svg" else self.png(picture)
+
     def svg(self, picture: Picture) -> bytes:
         """The picture as lines and text."""
         if picture.name not in self._svgs:

@@ -56,7 +56,7 @@ def show_files(names: Sequence[str], folder: Path, stream: TextIO | None) -> Non
 
 def file_groups(names: Sequence[str]) -> dict[str, list[str]]:
     """Files by what they are for, in the order of interest; figures without their endings."""
-    split = [name.rpartition(".") for name in names if name.endswith((".svg", ".png"))]
+    split = [name.rpartition(".") for name in names if name.endswith((".svg", ".png", ".pdf"))]
     figures = list(dict.fromkeys(stem for stem, _, _ in split))
     kinds = ", ".join(dict.fromkeys(f".{kind}" for _, _, kind in split))
     groups = {

@@ -31,9 +31,9 @@ KIND = "microslip-measurement"
 Say = Callable[[str], str]
 
 
-def file_names(png: bool = False) -> tuple[str, ...]:
-    """Names of the files of a folder, with the figure as pixels or without."""
-    return ("report.html", "cycles.csv", "loops.svg", *("loops.png",) * png, "summary.json")
+def file_names(kinds: Sequence[str] = ("svg",)) -> tuple[str, ...]:
+    """Names of the files of a folder, the figure in each of some formats."""
+    return ("report.html", "cycles.csv", *(f"loops.{kind}" for kind in kinds), "summary.json")
 
 
 def document(

@@ -111,7 +111,7 @@ curve = {{ from = "1 nm", to = "10 um", points = 200 }}  # of the curves, evenly
 # viscous_damping_ratio = 0.005  # of all but the joint
 
 [output]
-formats = ["netcdf", "csv", "svg"]  # "png" draws the figures as pixels, too
+formats = ["netcdf", "csv", "svg"]  # "png" and "pdf" draw the figures so, too
 report = true  # one page with everything, report.html
 """
 

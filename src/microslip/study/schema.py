@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 SCHEMA = 1
 MAX_POINTS = 1_000_000
 MAX_HARMONIC = 10
-FORMATS = ("netcdf", "csv", "svg", "png")
+FORMATS = ("netcdf", "csv", "svg", "png", "pdf")
 
 
 class Curve(Part):
@@ -250,7 +250,8 @@ class Output(Part):
         array('["netcdf", "csv", "svg"]', 20),
         AfterValidator(different),
     ] = Field(
-        default=FORMATS[:3], description="Files that are written; pixels only where asked for."
+        default=FORMATS[:3],
+        description="Files that are written; PNG and PDF where asked for.",
     )
     report: YesOrNo = Field(
         default=True, description="Whether a page with all results, report.html, is written."

@@ -204,18 +204,19 @@ def _compared(comparison: Comparison) -> dict[str, Any]:
 # -- the document ---------------------------------------------------------------------------------
 
 
-def document(found: Identified, say: Say = str, files: bool = False, png: bool = False) -> Document:
+def document(
+    found: Identified, say: Say = str, files: bool = False, kinds: Sequence[str] = ("svg",)
+) -> Document:
     """What was identified, and what was not.
 
-    With ``files`` it goes into a folder, whose files the summary then lists; with ``png`` the
-    figures are there as pixels, too.
+    With ``files`` it goes into a folder, whose files the summary then lists, each
+    figure in all ``kinds``.
     """
     toml, why = joint_text(found, say)
     pictures = figures.pictures(found.first)
     names: list[str] = []
     if files:
         names = ["residuals.csv", *(["joint.toml"] if toml is not None else [])]
-        kinds = ("svg", "png")[: 1 + png]
         names += [f"{picture.name}.{kind}" for picture in pictures for kind in kinds]
         names += ["report.html", "summary.json"]
     summary = summarise(found, say, names)

@@ -93,7 +93,7 @@ def files(study: StudyDescription) -> tuple[str, ...]:
     )
     figures += ["slider_density", *(["history"] if history else [])]
     figures += ["oscillator"] if oscillator else []
-    pictures = [kind for kind in ("svg", "png") if kind in formats]
+    pictures = [kind for kind in ("svg", "png", "pdf") if kind in formats]
     return (
         "summary.json",
         "study.toml",
@@ -246,7 +246,7 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
 
 
 def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
-    if study.title.isascii() or not any(name.endswith(".png") for name in names):
+    if study.title.isascii() or not any(name.endswith((".png", ".pdf")) for name in names):
         return []  # what shows lines and text has fonts of its own
     from microslip.report.drawing import missing_glyphs
 

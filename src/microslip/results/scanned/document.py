@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -54,12 +54,12 @@ Say = Callable[[str], str]
 
 
 def document(
-    found: Findings, folder: Path | None = None, say: Say = str, png: bool = False
+    found: Findings, folder: Path | None = None, say: Say = str, kinds: Sequence[str] = ("svg",)
 ) -> Document:
     """What a measured scan says."""
     remarks = tuple(say(text) for text in _remarks(found))
     pictures = _pictures(found)
-    names = () if folder is None else _names(found, pictures, png)
+    names = () if folder is None else _names(found, pictures, kinds)
     notes = found.scan.notes if found.summits is None else found.summits.notes
     data = summarise(found, remarks, names)
     sections = [
@@ -131,14 +131,12 @@ def write(
     write_all(standard_files(document, document.data["files"], others), folder, progress)
 
 
-def _names(found: Findings, pictures: tuple[Picture, ...], png: bool) -> tuple[str, ...]:
+def _names(found: Findings, pictures: tuple[Picture, ...], kinds: Sequence[str]) -> tuple[str, ...]:
     """Names of the files, the page first."""
     names = ["report.html", "cutoffs.csv"]
     names += ["joint_cutoffs.csv"] * (found.joint_table is not None)
     names += ["summits.csv"] * (found.summits is not None) + ["surface.toml"] * found.makes_surface
-    names += [
-        f"{picture.name}.{kind}" for picture in pictures for kind in ("svg", "png")[: 1 + png]
-    ]
+    names += [f"{picture.name}.{kind}" for picture in pictures for kind in kinds]
     return (*names, "summary.json")
 
 

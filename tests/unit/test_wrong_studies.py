@@ -110,7 +110,7 @@ WRONG = [
     ("points = 20", "points = 1_000_001", "excitation.curve.points: wanted a whole number from 2 to 1000000, such as 200, got 1000001"),
     ("points = 20", "points = 1_000_000", "excitation.curve.points: wanted at most 1000000 points in all, got 2000000 (loads times points)"),
     (CURVE, '["1 nm", "1 um"]', 'excitation.curve: wanted a table such as { from = "1 nm", to = "100 um", points = 200 }, got a list of 2'),
-    ('["csv"]', '["cvs"]', 'output.formats, item 1: wanted "netcdf", "csv", "svg" or "png", got "cvs"; did you mean "csv"?'),
+    ('["csv"]', '["cvs"]', 'output.formats, item 1: wanted "netcdf", "csv", "svg", "png" or "pdf", got "cvs"; did you mean "csv"?'),
     ('["csv"]', "[]", 'output.formats: wanted a list such as ["netcdf", "csv", "svg"], got an empty list'),
     # more of TOML
     ("0.55", "0,55", 'line 17, column 25: not TOML: the decimal sign is the point, "."'),
@@ -260,11 +260,11 @@ WRONG = [
     ("[output]", '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N/m"\nviscous_damping_ratio = "1 %"\n[output]', 'oscillator.viscous_damping_ratio: wanted a number from 0 to below 1 such as 0.01, got "1 %"'),
     ("[output]", '[oscillator]\nmass = "2 kg"\nstiffness = "1e6 N/m"\ndamping_ratio = 0.01\n[output]', 'oscillator.damping_ratio: unknown key; did you mean "viscous_damping_ratio"?'),
     ("[output]", '[[oscillator]]\nmass = "2 kg"\n[output]', 'oscillator: wanted a table such as [oscillator] with mass = "2 kg" and stiffness = "1e6 N/m", got a list of 1'),
-    ('["csv"]', '["netCDF"]', 'output.formats, item 1: wanted "netcdf", "csv", "svg" or "png", got "netCDF"; did you mean "netcdf"?'),
-    ('["csv"]', '["pdf"]', 'output.formats, item 1: wanted "netcdf", "csv", "svg" or "png", got "pdf"'),
+    ('["csv"]', '["netCDF"]', 'output.formats, item 1: wanted "netcdf", "csv", "svg", "png" or "pdf", got "netCDF"; did you mean "netcdf"?'),
+    ('["csv"]', '["gif"]', 'output.formats, item 1: wanted "netcdf", "csv", "svg", "png" or "pdf", got "gif"'),
     ('["csv"]', '"csv"', 'output.formats: wanted a list such as ["netcdf", "csv", "svg"], got "csv"'),
     ('["csv"]', '["csv", "csv"]', "output.formats: wanted values that differ, got the same one as items 1 and 2"),
-    ('["csv"]', '["csv", 3]', 'output.formats, item 2: wanted "netcdf", "csv", "svg" or "png", got 3'),
+    ('["csv"]', '["csv", 3]', 'output.formats, item 2: wanted "netcdf", "csv", "svg", "png" or "pdf", got 3'),
     ('["csv"]', '["csv"]\nreport = "yes"', 'output.report: wanted true or false, got "yes"'),
     ('["csv"]', '["csv"]\nreport = 1', "output.report: wanted true or false, got 1"),
 ]  # fmt: skip

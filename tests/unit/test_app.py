@@ -197,6 +197,7 @@ def test_options_are_those_of_the_command(bench: Bench, tmp_path: Path) -> None:
 # -- what it does -------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_record_measured(bench: Bench, tmp_path: Path) -> None:
     """Looked at, cut, measured, downloaded with the command that repeats it, removed."""
     sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
@@ -221,6 +222,7 @@ def test_a_record_measured(bench: Bench, tmp_path: Path) -> None:
     assert not (bench.folder / run["id"]).exists()
 
 
+@pytest.mark.slow
 def test_a_scan_cut_out(bench: Bench) -> None:
     x, y = np.meshgrid(np.arange(80.0), np.arange(60.0))
     file = io.BytesIO()
@@ -236,6 +238,7 @@ def test_a_scan_cut_out(bench: Bench) -> None:
     assert kept["kept"] == "31 x 31"
 
 
+@pytest.mark.slow
 def test_an_error_is_the_command_s(bench: Bench) -> None:
     sent = bench.json("POST", "/api/uploads?name=run.csv", b"a,b\n1,2\n")
     asked = {"kind": "measure", "uploads": [sent["id"]], "options": {}}
@@ -244,6 +247,7 @@ def test_an_error_is_the_command_s(bench: Bench) -> None:
     assert run["message"].startswith("run.csv: ")
 
 
+@pytest.mark.slow
 def test_a_pickle_is_never_opened(bench: Bench) -> None:
     file = io.BytesIO()
     np.save(file, np.array([{"a": 1}], dtype=object), allow_pickle=True)

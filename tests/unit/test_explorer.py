@@ -117,6 +117,7 @@ def test_the_page_needs_nothing_else() -> None:
     assert {q.key for q in QUANTITIES} > {"std", "radius", "density", "area", "mu", "load"}
 
 
+@pytest.mark.slow
 @needs_browser
 def test_the_page_in_a_browser(tmp_path: Path) -> None:
     file = tmp_path / "explorer.html"
@@ -143,3 +144,40 @@ def test_a_page_that_is_there_stays(tmp_path: Path) -> None:
     assert result.exit_code == 2
     assert file.read_text() == "mine"
     assert run("explore", "-o", file, "--overwrite").exit_code == 0
+
+
+@pytest.mark.slow
+@needs_browser
+def test_dragging_redraws_and_the_address_remembers(tmp_path: Path) -> None:
+    """As a person: a slider dragged, a reload, the study saved; nothing is fetched."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    file = tmp_path / "explorer.html"
+    assert run("explore", "-o", file).exit_code == 0
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        tab = browser.new_page(viewport={"width": 1300, "height": 950})
+        wrong: list[str] = []
+        asked: list[str] = []
+        tab.on("pageerror", lambda error: wrong.append(str(error)))
+        tab.on("request", lambda request: asked.append(request.url))
+        tab.goto(file.as_uri())
+        before = tab.inner_text("#answer")
+        box = tab.locator("#amplitude-slide").bounding_box()
+        height = box["y"] + box["height"] / 2
+        tab.mouse.move(box["x"] + 0.5 * box["width"], height)
+        tab.mouse.down()
+        tab.mouse.move(box["x"] + 0.8 * box["width"], height, steps=6)
+        tab.mouse.up()
+        changed = "text => document.querySelector('#answer').innerText !== text"
+        tab.wait_for_function(changed, arg=before)
+        after, address = tab.inner_text("#answer"), tab.url
+        tab.reload()
+        assert (tab.inner_text("#answer"), tab.url) == (after, address)
+        with tab.expect_download() as download:
+            tab.click("#save")
+        download.value.save_as(tmp_path / "study.toml")
+        browser.close()
+    assert not wrong
+    assert all(url.startswith(("file:", "blob:")) for url in asked)
+    (joint,) = ms.Study.load(tmp_path / "study.toml").run().joints
+    assert f"{joint.loss_factor(float(address.split('amplitude=')[1].split('&')[0])):.3g}" in after

@@ -71,8 +71,8 @@ class Material:
         Parameters
         ----------
         name : str
-            Name in the table, such as "steel" or "al2017"; capitals, spaces and underscores
-            are read as the table writes them.
+            Name in the table, such as "steel" or "al2017", or an alias such as "S355", "316L" or
+            "EN AW-6082"; capitals, spaces, hyphens and underscores do not count.
 
         Raises
         ------
@@ -116,6 +116,8 @@ class Metal:
         Indentation hardness H [Pa] of the temper; None where the documents give none.
     sources : mapping of str to str
         Document and year of each value, by the names above.
+    aliases : tuple of str
+        Other names, such as "s355", "EN AW-6082" and numbers of standards.
 
     Raises
     ------
@@ -134,9 +136,11 @@ class Metal:
     poisson_ratio: float
     hardness: float | None
     sources: Mapping[str, str]
+    aliases: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         _ = self.material
+        object.__setattr__(self, "aliases", tuple(self.aliases))
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
 
     def __hash__(self) -> int:
@@ -145,7 +149,7 @@ class Metal:
     def __reduce__(self) -> tuple[type[Metal], tuple[object, ...]]:
         # A read-only mapping neither pickles nor copies by itself.
         constants = (self.young_modulus, self.poisson_ratio, self.hardness)
-        return Metal, (self.name, self.description, *constants, dict(self.sources))
+        return Metal, (self.name, self.description, *constants, dict(self.sources), self.aliases)
 
     @property
     def material(self) -> Material:
@@ -174,11 +178,29 @@ def metal(name: str) -> Metal:
     """One metal of the table, as :meth:`Material.named` finds it."""
     if not isinstance(name, str):
         raise InputError(Argument("name"), f" must be a text such as 'steel', got {show(name)}")
-    table = metals()
-    key = "-".join(name.casefold().replace("_", " ").split())
-    if key not in table:
-        raise InputError(f"no metal is named {show(name)}; {_near(key, table)}")
-    return table[key]
+    found = metal_called(name)
+    if found is None:
+        raise InputError(f"no metal is named {show(name)}; {_near(_plain(name), metals())}")
+    return found
+
+
+def metal_called(name: str) -> Metal | None:
+    """The metal of the table that has this name or alias; None where none has."""
+    return _by_name().get(_plain(name).replace("-", ""))
+
+
+@lru_cache(maxsize=1)
+def _by_name() -> Mapping[str, Metal]:
+    """Metals by their names and aliases in small letters, without spaces and hyphens."""
+    return {
+        _plain(name).replace("-", ""): metal
+        for metal in metals().values()
+        for name in (metal.name, *metal.aliases)
+    }
+
+
+def _plain(name: str) -> str:
+    return "-".join(name.casefold().replace("_", " ").split())
 
 
 def _near(name: str, table: Mapping[str, Metal]) -> str:
@@ -243,6 +265,21 @@ class MaterialPair:
         Mindlin (1949), DOI 10.1115/1.4009973.
         """
         return self.composite_modulus / (4.0 * self.composite_shear_modulus)
+
+    @property
+    def dundurs_beta(self) -> float:
+        """Dundurs's second constant [-]: zero for equal bodies, up to 0.5 in size.
+
+        Half of (1 - 2 nu)/G of the first less that of the second, over the sum of their
+        (1 - nu)/G (Dundurs 1969, DOI 10.1115/1.3564739). Normal and tangential contact hang
+        together by it.
+        """
+        bodies = [(m.poisson_ratio, m.shear_modulus) for m in (self.first, self.second)]
+        (first, second), total = (
+            [(1.0 - 2.0 * nu) / g for nu, g in bodies],
+            sum((1.0 - nu) / g for nu, g in bodies),
+        )
+        return 0.5 * (first - second) / total
 
     @property
     def hardness(self) -> float | None:

@@ -47,6 +47,7 @@ QUANTITIES: dict[str, Quantity] = {
     "contact_count": Quantity("-", "summits in contact"),
     "contact_area": Quantity("m^2", "real contact area"),
     "contact_area_fraction": Quantity("-", "real over apparent contact area"),
+    "mean_contact_pressure": Quantity("Pa", "normal load over real contact area"),
     "normal_stiffness": Quantity("N/m", "normal stiffness"),
     "tangential_stiffness": Quantity("N/m", "tangential stiffness at rest"),
     "force_limit": Quantity("N", "force of gross slip"),

@@ -66,6 +66,7 @@ FORCE = Kind("force", "N", ("mN", "N", "kN", "MN", "lbf", "kgf"))
 PRESSURE = Kind(
     "pressure", "Pa", ("Pa", "kPa", "MPa", "GPa", "TPa", "N/mm^2", "N/m^2", "psi", "ksi", "bar")
 )
+HARDNESS = Kind("hardness", "Pa", ("GPa", "MPa", "HB", "HBW", "HV", "kgf/mm^2"))
 DENSITY = Kind("number per area", "1/m^2", ("1/um^2", "1/mm^2", "1/cm^2", "1/m^2", "mm^-2"))
 ANGLE = Kind("angle", "rad", ("deg", "rad", "mrad", "°"))
 MASS = Kind("mass", "kg", ("mg", "g", "kg", "t", "lb"))
@@ -179,8 +180,20 @@ def is_unit(text: str) -> bool:
     return bool(text) and _parse(text) is not None
 
 
+# Brinell's and Vickers's numbers, with the load and times that may follow, are kgf/mm^2.
+_HARDNESS = re.compile(r"H(?:BW?|V)(?:\s*[\d./]+)?", re.IGNORECASE)
+_NO_STRESS = re.compile(r"H(?:R[A-C]|K|L|S|D)\w*", re.IGNORECASE)
+
+
 def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
     """SI value of one `unit`."""
+    if kind is HARDNESS:
+        if _HARDNESS.fullmatch(unit):
+            return Decimal("9.80665e6")
+        if _NO_STRESS.fullmatch(unit):
+            raise QuantityError(
+                f"{message} (no force over an area: turn it into HB or HV, as ISO 18265 does)"
+            )
     usual = {text.casefold(): text for text in kind.usual}
     near = usual.get(unit.casefold().replace(" ", ""))
     parsed = _parse(unit)

@@ -14,7 +14,11 @@ from microslip._core.checks import Floats, plain
 from microslip._core.parameters import parameter
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium
+from microslip.normal.elastic_plastic import HARDNESS_RATIO, JacksonGreen
 from microslip.normal.spheres import Spheres
+
+YIELD = "Hertz pressure over that of first yield"
+"""Name of the rule that judges it."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,26 @@ class SphereOnFlat(NormalLaw):
     radius: float = field(
         metadata=parameter("rho", "m", "radius of the sphere", above=0.0, example=5e-3)
     )
+
+    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+        """The yield check of Jackson and Green (2005), DOI 10.1115/1.1866166: p0 over C S_y."""
+        if separation is None:
+            return {}
+        hardness = self.pair.hardness
+        if hardness is None:
+            return {YIELD: None}
+        summit = JacksonGreen(self.pair, hardness / HARDNESS_RATIO)
+        # Pressures go with the root of the indentation.
+        depth = max(-separation, 0.0) / (self.radius * summit.yield_indentation)
+        return {YIELD: math.sqrt(depth)}
+
+    def hertz_pressure(self, separation: float) -> float:
+        """Largest pressure p0 = (2 E*/pi) sqrt(s/rho) [Pa] at a separation -s [m] (19.2), (19.3).
+
+        Zero where nothing touches.
+        """
+        depth = max(-separation, 0.0)
+        return 2.0 / math.pi * self.pair.composite_modulus * math.sqrt(depth / self.radius)
 
     @cached_property
     def _constant(self) -> float:

@@ -14,6 +14,7 @@ from microslip._core.units import (
     AREA,
     DENSITY,
     FORCE,
+    HARDNESS,
     LENGTH,
     MASS,
     PRESSURE,
@@ -181,7 +182,7 @@ TwoNames = Annotated[
 ]
 
 Modulus = Annotated[float, quantity(PRESSURE, "69 GPa"), Uncertain('"69 GPa"')]
-Hardness = Annotated[float, quantity(PRESSURE, "1.2 GPa")]
+Hardness = Annotated[float, quantity(HARDNESS, "1.2 GPa")]
 YieldStress = Annotated[float, quantity(PRESSURE, "355 MPa")]
 PoissonRatio = Annotated[
     float,

@@ -20,7 +20,12 @@ _DOCUMENT = re.compile(r".*?(?::|, )(?:19|20)\d\d\b")
 def as_dict(metal: Metal) -> dict[str, Any]:
     """What is known of a metal, in plain values."""
     values = {key: getattr(metal, key) for key in _KEYS}
-    return {"description": metal.description, **values, "sources": dict(metal.sources)}
+    return {
+        "description": metal.description,
+        "aliases": list(metal.aliases),
+        **values,
+        "sources": dict(metal.sources),
+    }
 
 
 def show_all(metals: Sequence[Metal], stream: TextIO) -> None:
@@ -58,6 +63,9 @@ def show_one(metal: Metal, stream: TextIO) -> None:
         source = metal.sources.get(key, "not in the documents; give your own")
         out.hanging(f"  {key:<13}  {_value(metal, key):>9}", source, 28)
     out.line()
+    if metal.aliases:
+        out.hanging("  also", ", ".join(metal.aliases), 8)
+        out.line()
     out.line(f'In a study: materials = ["{metal.name}", "{metal.name}"]')
     out.line(f'In Python:  microslip.Material.named("{metal.name}")')
 

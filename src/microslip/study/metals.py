@@ -9,7 +9,7 @@ from pydantic import ValidationInfo
 
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quoted, shorten, show
-from microslip.materials import Metal, metals
+from microslip.materials import Metal, metal_called, metals
 from microslip.study.part import Reading
 
 _KEYS = ("young_modulus", "poisson_ratio", "hardness")
@@ -20,23 +20,23 @@ def with_metals(given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
     own = given.get("material", {})
     if not isinstance(own, dict):
         return given  # pydantic says so
-    table = metals()
     surface = given.get("surface")
     named = surface.get("materials") if isinstance(surface, dict) else None
     material = dict(own)
     for name in named if isinstance(named, (list, tuple)) else ():
-        if isinstance(name, str) and name in table:
+        if isinstance(name, str) and metal_called(name) is not None:
             material.setdefault(name, {})
     notes: list[str] = []
     for name, entry in material.items():
-        if name in table and isinstance(entry, dict) and entry.get("rigid", False) is False:
-            material[name] = _completed(entry, table[name], notes)
+        metal = metal_called(name)
+        if metal and isinstance(entry, dict) and entry.get("rigid", False) is False:
+            material[name] = _completed(entry, metal, notes, name)
     if isinstance(info.context, Reading):
         info.context.notes.extend(notes)
     return {**given, "material": material}
 
 
-def _completed(entry: dict[str, Any], metal: Metal, notes: list[str]) -> dict[str, Any]:
+def _completed(entry: dict[str, Any], metal: Metal, notes: list[str], name: str) -> dict[str, Any]:
     """An entry with what it leaves to the table; the text says the very same double."""
     entry, taken = dict(entry), []
     for key in _KEYS:
@@ -47,15 +47,16 @@ def _completed(entry: dict[str, Any], metal: Metal, notes: list[str]) -> dict[st
             shown = f"{value:g}" if plain else engineering(value, "Pa", 4, trim=True)
             taken.append(f"{key} {shown} ({metal.sources[key]})")
     if taken:
+        called = "" if name == metal.name else f', as "{metal.name}"'
         notes.append(
-            f"material.{metal.name} is taken from the table of metals: {'; '.join(taken)}."
+            f"material.{name} is taken from the table of metals{called}: {'; '.join(taken)}."
         )
     return entry
 
 
 def unknown(name: str, own: Iterable[str]) -> str:
     """What to say of a body that is neither a material of the study nor a metal of the table."""
-    own = [other for other in own if other not in metals()]
+    own = [other for other in own if metal_called(other) is None]
     table = 'a metal of the table (see "microslip materials")'
     if own:
         wanted = f"{quoted(own)}, the materials of this file, or {table}"

@@ -101,6 +101,7 @@ class ScanSurface(Part):
     _scan: Any = PrivateAttr(default=None)
     _summits: Any = PrivateAttr(default=None)
     _profile: Any = PrivateAttr(default=None)
+    _beside: dict[float, Any] = PrivateAttr(default_factory=dict)
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
@@ -134,8 +135,7 @@ class ScanSurface(Part):
     @model_validator(mode="after")
     def _check_heights(self) -> Self:
         """Summits one by one are counted ones, and have their own heights."""
-        population = "population" in (self.estimate, self.heights)
-        if population and (
+        if self.is_population and (
             self.estimate not in ("counted", "population")
             or self.heights not in ("gaussian", "population")
         ):
@@ -165,6 +165,11 @@ class ScanSurface(Part):
             raise KeyedError(
                 "surface.area", 'missing, and a profile has none; write for example "2 cm^2"'
             )
+
+    @property
+    def is_population(self) -> bool:
+        """Whether each summit stands for itself."""
+        return "population" in (self.estimate, self.heights)
 
     @property
     def read_scan(self) -> Scan:
@@ -216,6 +221,22 @@ class ScanSurface(Part):
             heights=self.heights,  # type: ignore[arg-type]
         )
         return surface
+
+    def beside(self, pair: MaterialPair, factor: float) -> NormalLaw | None:
+        """The same at another short-wave cut-off, this times a factor; None where there is none."""
+        if self.cutoff is None or self.read_scan.is_profile:
+            return None
+        if factor not in self._beside:
+            self._beside[factor] = self.conditioned.summits(
+                factor * self.cutoff,
+                method=self.method,  # type: ignore[arg-type]
+                prominence=self.prominence,
+                level=None,
+            )
+        law: NormalLaw = self._beside[factor].to_surface(
+            pair, area=self.area, estimate=self.estimate, heights=self.heights
+        )
+        return law
 
     def cutoff_text(self) -> str:
         """The cut-off as text; there is always something to say."""
@@ -281,7 +302,7 @@ class ScanSurface(Part):
             "table": ", heights by the density of those counted",
             "discrete": ", heights as they were counted",
             "population": ", each summit by itself",
-        }.get("population" if self.estimate == "population" else self.heights, "")
+        }.get("population" if self.is_population else self.heights, "")
         if self.read_scan.is_profile:
             apart = ", as if the profile were of an isotropic Gaussian surface"
         return [f"surface.scan: {name}, {said}:{what}{apart}. The cut-off decides these numbers."]

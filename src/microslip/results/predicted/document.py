@@ -19,12 +19,14 @@ from microslip.report.document import (
     Section,
 )
 from microslip.results.predicted.captions import pictures
+from microslip.results.predicted.leading_inputs import hanging_table
 from microslip.results.predicted.numbers import KIND, REMINDER, verdicts
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.scatter_document import sections as scatter_sections
 from microslip.results.predicted.study_facts import study_facts
 from microslip.results.predicted.tables import (
     cycle_table,
+    hertz_table,
     history_table,
     joint_table,
     oscillator_table,
@@ -35,6 +37,7 @@ from microslip.results.structure.document import answer as structure_answer
 from microslip.results.structure.document import number as structure_number
 from microslip.results.structure.document import sections as structure_sections
 from microslip.study.description import StudyDescription
+from microslip.study.plausibility import questions
 from microslip.study.surfaces import FacedSurface, ScanSurface
 
 _LAWS = {
@@ -67,7 +70,14 @@ def document(result: Prediction) -> Document:
     sections = [] if result.structure is None else [*structure_sections(result.structure)]
     sections += scatter_sections(result)
     sections += [
-        Section("Joint at rest", (joint_table(joints, _law(study)),)),
+        Section(
+            "Joint at rest",
+            (
+                joint_table(joints, _law(study)),
+                *hertz_table(joints),
+                *hanging_table(joints),
+            ),
+        ),
         Section("Cycles", tuple(cycles)),
     ]
     if result.oscillators:
@@ -93,7 +103,10 @@ def document(result: Prediction) -> Document:
         )
     else:
         said, number, figure = answer(result), _number(result), "loops"
-    return Document(KIND, title, said, tuple(sections), summary, number=number, figure=figure)
+    remarks = tuple(questions(study))
+    return Document(
+        KIND, title, said, tuple(sections), summary, remarks, number=number, figure=figure
+    )
 
 
 def _middle(result: Prediction) -> tuple[int, int]:
@@ -207,4 +220,4 @@ def _law(study: StudyDescription) -> str:
         return "greenwood-williamson"
     if not isinstance(surface, ScanSurface):
         return str(surface.law)
-    return "population" if surface.estimate == "population" else "greenwood-williamson"
+    return "population" if surface.is_population else "greenwood-williamson"

@@ -15,13 +15,14 @@ from microslip._core.units import engineering, significant
 from microslip._version import __version__
 from microslip.friction import Interface, PressedJoint, Verdict
 from microslip.friction.validity import worst_validity
-from microslip.normal import TightenedSurface
+from microslip.normal import SphereOnFlat, TightenedSurface
 from microslip.results.predicted.columns import (
     AmplitudeCurve,
     Columns,
     HistoryResponse,
     OscillatorCurve,
 )
+from microslip.results.predicted.leading_inputs import leading_inputs
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.scatter import is_uncertain
 from microslip.results.predicted.scatter_document import FIGURES as SCATTER_FIGURES
@@ -263,6 +264,7 @@ def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None
         "contact_count": getattr(joint, "contact_count", None),
         "contact_area": contact,
         "contact_area_fraction": contact / area if contact is not None and area else None,
+        "mean_contact_pressure": joint.normal_load / contact if contact else None,
         "normal_stiffness": getattr(joint, "normal_stiffness", None),
         "tangential_stiffness": joint.tangential_stiffness,
         "force_limit": joint.force_limit,
@@ -286,6 +288,8 @@ def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
         "normal_load": _plain(getattr(joint, "normal_load", None)),
         **{name: _plain(value) for name, value in scalars(study, joint).items()},
         "slip_scale_meaning": slip_scale_of(joint)[1],
+        "hangs_on": leading_inputs(study, joint),
+        **hertz(joint, study),
         "validity": [
             {
                 "name": verdict.name,
@@ -299,6 +303,38 @@ def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
             }
             for verdict, load in verdicts(study, joint)
         ],
+    }
+
+
+def hertz(joint: Any, study: StudyDescription) -> dict[str, Any]:
+    """Hertz's and Cattaneo's numbers of a sphere; nothing of other surfaces."""
+    surface = getattr(joint, "surface", None)
+    if not isinstance(surface, SphereOnFlat):
+        return {}
+    depth = -joint.separation
+    radius = math.sqrt(surface.radius * depth)
+    pressure = surface.hertz_pressure(joint.separation)
+    limit = joint.slip_per_indentation * depth
+    amplitudes = study.excitation.amplitudes or ()
+    inner = {a: math.sqrt(max(1.0 - a / limit, 0.0)) for a in amplitudes}
+    return {
+        "hertz": {
+            "approach": depth,
+            "contact_radius": radius,
+            "largest_pressure": pressure,
+            "slip_limit": limit,
+            "sticking": [
+                {
+                    "amplitude": a,
+                    "stick_radius_over_contact_radius": share,
+                    # Cattaneo's traction is largest at the edge of the zone that sticks.
+                    "edge_traction": joint.friction_coefficient
+                    * pressure
+                    * math.sqrt(1.0 - share * share),
+                }
+                for a, share in inner.items()
+            ],
+        }
     }
 
 

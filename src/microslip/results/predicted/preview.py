@@ -11,12 +11,14 @@ from microslip._core.quantities import UNITS
 from microslip._version import __version__
 from microslip.report.cells import si
 from microslip.report.document import Column, Document, Items, Section, Table
+from microslip.results.predicted.leading_inputs import hanging_table
 from microslip.results.predicted.numbers import files, joint_entry, load_notes, verdicts
 from microslip.results.predicted.run import DEFAULT_POINTS, defaults_of
-from microslip.results.predicted.tables import joint_table, validity
+from microslip.results.predicted.tables import hertz_table, joint_table, validity
 from microslip.study.build import build_joints, check_loads
 from microslip.study.description import StudyDescription
 from microslip.study.parametric import Described
+from microslip.study.plausibility import questions
 
 KIND = "microslip-check"
 MOST_ITEMS = 4
@@ -68,6 +70,7 @@ def preview(study: StudyDescription) -> Document:
         "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
         "quantities": list(_quantities(study)),
         "notes": [*study.notes, *open_ends.notes(), *load_notes(study, joints[0])],
+        "questions": questions(study),
         "joints": [joint_entry(study, joint) for joint in joints],
         "loops": loads * len(amplitudes),
         "points": loads * points,
@@ -84,13 +87,17 @@ def preview(study: StudyDescription) -> Document:
                 joint_table(
                     data["joints"], (study.joint if study.surface is None else study.surface).law
                 ),
+                *hertz_table(data["joints"]),
+                *hanging_table(data["joints"]),
             ),
         ),
         Section("Validity", (validity(judged, varies=excitation.load_varies),)),
     ]
     if data["notes"]:
         sections.append(Section("Notes", (Items(tuple(data["notes"])),)))
-    return Document(KIND, study.title or "Joint", "", tuple(sections), data)
+    return Document(
+        KIND, study.title or "Joint", "", tuple(sections), data, tuple(data["questions"])
+    )
 
 
 def next_step(document: Document) -> str:

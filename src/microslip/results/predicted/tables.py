@@ -67,6 +67,7 @@ def joint_table(joints: Sequence[dict[str, Any]], law: str) -> Table:
         _LOAD,
         Column("contact_count", "Contacts", "", write=counts, short="contacts"),
         real,
+        Column("mean_contact_pressure", "Mean pressure", "Pa", 3, short="N/real area", brief=False),
         Column("normal_stiffness", "kₙ", "N/m", 3, brief=False),
         Column("tangential_stiffness", "kₜ", "N/m", 3),
         Column("force_limit", "μN", "N", 3),
@@ -83,6 +84,44 @@ def joint_table(joints: Sequence[dict[str, Any]], law: str) -> Table:
     return _table(
         "Joint", columns, [(joint,) for joint in joints],
         keys=1, most=MOST_JOINTS, caption=caption, noun="loads",
+    )  # fmt: skip
+
+
+def hertz_table(joints: Sequence[dict[str, Any]]) -> tuple[Table, ...]:
+    """Hertz's and Cattaneo's numbers of a sphere, a row for each load and amplitude."""
+    places = [
+        (joint, joint["hertz"], cycle)
+        for joint in joints
+        if "hertz" in joint
+        for cycle in joint["hertz"]["sticking"] or [{}]
+    ]
+    if not places:
+        return ()
+    columns = (
+        _LOAD,
+        Column("largest_pressure", "p₀", "Pa"),
+        Column("contact_radius", "Contact radius a", "m", short="a"),
+        Column("approach", "Approach", "m", short="approach"),
+        Column("slip_limit", "Slip limit", "m", short="slip limit"),
+        _AMPLITUDE,
+        Column(
+            "stick_radius_over_contact_radius",
+            "Stick radius c/a",
+            "",
+            write=cells.ratio,
+            short="c/a",
+        ),
+        Column("edge_traction", "Traction at c", "Pa", short="traction at c"),
+    )
+    caption = (
+        "Hertz's pressure p₀ is the largest, in the middle. At the largest force of a cycle a "
+        "circle of radius c sticks; the tangential traction is largest at its edge."
+    )
+    return (
+        _table(
+            "Hertz and Cattaneo", columns, places,
+            keys=1, most=MOST_JOINTS, caption=caption, noun="loads",
+        ),
     )  # fmt: skip
 
 

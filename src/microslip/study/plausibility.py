@@ -1,0 +1,82 @@
+"""Floor 8: values that may be meant, and are more likely a slip of a unit: they are asked back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from microslip._core.units import engineering, significant
+from microslip.study.surfaces import Elastic
+
+
+class Usual(NamedTuple):
+    """What a quantity usually is: its ends in SI units, its unit, and of what they are."""
+
+    low: float
+    high: float
+    unit: str
+    of: str
+
+
+_MODULUS = Usual(1e9, 1.3e12, "Pa", "polymers to diamond")
+_HARDNESS = Usual(5e7, 1e11, "Pa", "tin to diamond")
+_FRICTION = Usual(0.01, 2.0, "", "lubricated to clean metals")
+_AMPLITUDE = Usual(1e-11, 5e-3, "m", "joints")
+_SURFACE = {
+    "std": Usual(1e-9, 1e-4, "m", "polished to sand-cast faces"),
+    "scale": Usual(1e-9, 1e-4, "m", "polished to sand-cast faces"),
+    "radius": Usual(1e-8, 1.0, "m", "summits and balls"),
+    "density": Usual(1e3, 1e15, "1/m^2", "summits that a scan finds"),
+    "area": Usual(1e-12, 10.0, "m^2", "joints"),
+}
+_PRESSURE = Usual(1e1, 5e9, "Pa", "joints")
+
+
+def questions(study: Any) -> list[str]:
+    """What to ask back of a study, a sentence each; nothing where all is usual."""
+    return [
+        question
+        for key, value, usual in _values(study)
+        if (question := _question(key, value, usual)) is not None
+    ]
+
+
+def _values(study: Any) -> Iterator[tuple[str, float, Usual]]:
+    for name, material in study.material.items():
+        if isinstance(material, Elastic):
+            yield f"material.{name}.young_modulus", material.young_modulus, _MODULUS
+            if material.hardness is not None:
+                yield f"material.{name}.hardness", material.hardness, _HARDNESS
+    surface = study.surface
+    for place, part in (("surface", surface), ("surface.heights", getattr(surface, "heights", 0))):
+        for name, usual in _SURFACE.items():
+            value = getattr(part, name, None)
+            if isinstance(value, float) and (place, name) != ("surface.heights", "density"):
+                yield f"{place}.{name}", value, usual
+    friction = getattr(study.joint, "friction_coefficient", None)
+    if friction is not None:
+        yield "joint.friction_coefficient", float(friction), _FRICTION
+    area = getattr(surface, "area", None)
+    for load in study.joint.loads if area else ():
+        yield "joint.normal_load over surface.area", load / area, _PRESSURE
+    for amplitude in study.excitation.amplitudes or ():
+        yield "excitation.amplitudes", amplitude, _AMPLITUDE
+
+
+def _question(key: str, value: float, usual: Usual) -> str | None:
+    if usual.low <= value <= usual.high:
+        return None
+
+    def said(number: float) -> str:
+        if usual.unit in ("", "1/m^2", "m^2"):
+            return f"{significant(number)} {usual.unit}".rstrip()
+        return engineering(number, usual.unit, 4, trim=True)
+
+    # A slip of a prefix, or of the decimal point, most of all.
+    factors = (1e3, 1e-3, 1e6, 1e-6) if usual.unit not in ("", "1/m^2") else (0.01, 0.1, 1e6, 1e-6)
+    meant = next((f * value for f in factors if usual.low <= f * value <= usual.high), None)
+    guess = "" if meant is None else f" Was {said(meant)} meant?"
+    return (
+        f"{key}: is it really {said(value)}? Usual is {said(usual.low)} to {said(usual.high)} "
+        f"({usual.of}).{guess}"
+    )

@@ -311,7 +311,12 @@ def test_errors_of_patches() -> None:
     found = patch_errors(NOISE, "rms", (3, 4))
     values = [part.statistics().rms for part in cut(NOISE, (3, 4))]
     assert found.values.tolist() == pytest.approx(values)
-    assert found.standard_error == pytest.approx(np.std(values, ddof=1) / math.sqrt(12))
+    scatter = np.std(values, ddof=1) / math.sqrt(12)
+    assert found.standard_error == pytest.approx(max(scatter, found.long_waves))
+    # Of white noise the rms is known to one over the root of twice the points.
+    assert found.long_waves / found.value == pytest.approx(
+        1.0 / math.sqrt(2.0 * NOISE.heights.size), rel=0.1
+    )
     assert found.bias == pytest.approx(np.mean(values) - NOISE.statistics().rms)
     low, high = found.interval(0.9)
     reach = stats.t(11).ppf(0.95) * found.standard_error

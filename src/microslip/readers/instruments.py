@@ -79,6 +79,7 @@ def _library() -> Any:
 
 def _read(path: Path, wanted: Any, chosen: Any, limit: int) -> Heights:
     _check_size(path, limit)
+    sums = _check_sums(path)
     reader, name = _open(path, wanted)
     try:
         channels = list(reader.channels)
@@ -93,7 +94,7 @@ def _read(path: Path, wanted: Any, chosen: Any, limit: int) -> Heights:
         raise ValueError(_broken(name, error)) from None
     finally:
         _close(reader)
-    notes = []
+    notes = [*sums]
     others = [str(c.name) for i, c in enumerate(channels) if i != index]
     if others:
         notes.append(f"not read: {', '.join(shorten(text, 40) for text in others[:20])}.")
@@ -130,6 +131,42 @@ def _check_size(path: Path, limit: int) -> None:
             Argument("limit", limit),
             " points can need; give a higher limit if there is memory for it",
         )
+
+
+def _check_sums(path: Path) -> list[str]:
+    """Hold an x3p file to the checksums in it (ISO 25178-72); refuse points that are not theirs."""
+    import hashlib
+    import re
+
+    if not zipfile.is_zipfile(path):
+        return []
+    with zipfile.ZipFile(path) as archive:
+        names = set(archive.namelist())
+        if "main.xml" not in names:
+            return []
+        try:
+            main = archive.read("main.xml")
+            text = main.decode("utf-8", "replace")
+            link = re.search(r"<PointDataLink>\s*([^<]+?)\s*</PointDataLink>", text)
+            said = re.search(r"<MD5ChecksumPointData>\s*([0-9A-Fa-f]{32})\s*<", text)
+            if link and said and link[1] in names:
+                digest = hashlib.md5(archive.read(link[1]), usedforsecurity=False).hexdigest()
+                if digest != said[1].lower():
+                    raise ValueError(
+                        f"damaged: the checksum of {shorten(link[1], 40)} is {digest}, and "
+                        f"{said[1].lower()} is said in main.xml"
+                    )
+            if "md5checksum.hex" in names:
+                own = re.match(rb"\s*([0-9A-Fa-f]{32})", archive.read("md5checksum.hex"))
+                digest = hashlib.md5(main, usedforsecurity=False).hexdigest()
+                if own and own[1].decode().lower() != digest:
+                    return [
+                        "checksum: main.xml is not what md5checksum.hex says: units or pixel may "
+                        "have been changed after the measurement."
+                    ]
+        except (zipfile.BadZipFile, OSError, EOFError) as error:
+            raise ValueError(f"damaged archive: {first_line(error)}") from None
+    return []
 
 
 def _open(path: Path, wanted: Any) -> tuple[Any, str]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import LARGEST, exact, floats, positive, show
 from microslip._core.frozen import lock
-from microslip._core.units import LENGTH, QuantityError, to_si
+from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip.errors import Argument, InputError, Phrase
 
 LIMIT = 100_000_000
@@ -67,6 +67,39 @@ def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | 
             low, high = math.floor(low / digit - 1.0), math.ceil(high / digit + 1.0)
             return value, count, low * digit, high * digit
     return None
+
+
+def exact_zeros(heights: NDArray[np.float64]) -> int | None:
+    """How many points are exactly zero, if far more than have any other height near it.
+
+    Of few digits each height is there often; then zero is as often as its neighbours.
+    """
+    count = int(np.count_nonzero(heights == 0.0))
+    if count < 10 or count < 1e-5 * heights.size:
+        return None
+    sizes = np.abs(heights[(heights != 0.0) & ~np.isnan(heights)])
+    if sizes.size < 10:
+        return None
+    near = np.partition(sizes, min(2 * count, sizes.size - 1))[: 2 * count + 1]
+    _, often = np.unique(near, return_counts=True)
+    # Of both signs there are two of each size.
+    return count if count > 10 * int(often.max()) else None
+
+
+def absurd(heights: NDArray[np.float64], pixel: tuple[float, ...]) -> list[str]:
+    """What to ask back of units that are more likely wrong than right."""
+    low, high = np.nanpercentile(heights[:: max(1, heights.shape[0] // 500)], (0.5, 99.5)).tolist()
+    height, step = high - low, min(pixel)
+    size = max(n * s for n, s in zip(heights.shape[::-1], pixel, strict=True))
+    told = []
+    if not 1e-11 < height < 5e-2 or height > 3.0 * size:
+        told.append(
+            f"heights over {engineering(height, 'm')} on {engineering(size, 'm')}: is their unit "
+            "right?"
+        )
+    if not 1e-10 < step < 5e-3:
+        told.append(f"a pixel of {engineering(step, 'm')}: is its unit right?")
+    return told
 
 
 def enough(name: str, heights: NDArray[np.float64]) -> None:

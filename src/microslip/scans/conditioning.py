@@ -57,6 +57,9 @@ def condition(scan: Map, steps: Steps) -> Map:
                 " leaves nothing but rounding: no roughness to measure",
             )
         notes.append(f"level: {steps.level} removed, {engineering(removed, 'm')} high.")
+    unfiltered = scan._unfiltered
+    if unfiltered is None and (steps.fill, short, long) != (None, None, None):
+        unfiltered = scan.changed(lock(heights) if heights is not scan.heights else heights)
     if steps.fill is not None:
         count = int(np.count_nonzero(np.isnan(heights)))
         if count:
@@ -85,7 +88,12 @@ def condition(scan: Map, steps: Steps) -> Map:
     if heights is not scan.heights:
         lock(heights)
     return scan.changed(
-        heights, notes=tuple(notes), cutoff=cutoff, long_cutoff=long_cutoff, noise_before=noise
+        heights,
+        notes=tuple(notes),
+        cutoff=cutoff,
+        long_cutoff=long_cutoff,
+        noise_before=noise,
+        unfiltered=unfiltered,
     )
 
 

@@ -32,7 +32,7 @@ def extreme_shares(scan: HeightMap) -> ExtremeShares:
     """How much of each moment few points carry."""
     heights = scan.heights
     scan.moments()  # says what is wrong with heights that have none
-    shares = [_share([np.abs(heights - np.nanmean(heights))])]
+    shares = [share_of_heights(scan)]
     for order in (1, 2):
         axes = range(heights.ndim)
         steps = [scan.pixel[heights.ndim - 1 - axis] for axis in axes]
@@ -42,6 +42,11 @@ def extreme_shares(scan: HeightMap) -> ExtremeShares:
             )
         )
     return ExtremeShares(*shares)
+
+
+def share_of_heights(scan: HeightMap) -> float:
+    """How much of the variance of the heights alone."""
+    return _share([np.abs(scan.heights - np.nanmean(scan.heights))])
 
 
 def _share(groups: list[Floats]) -> float:

@@ -14,11 +14,14 @@ from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.wording import shorten, show
 from microslip.errors import Argument, InputError, Phrase
 from microslip.readers.files import usable
-from microslip.scans.checks import own, pixel_of, repeated, spikes
+from microslip.scans.checks import absurd, exact_zeros, own, pixel_of, repeated, spikes
 from microslip.scans.heights_in_files import RawHeights, Wishes, read_heights
 
 SUSPECT = "suspect: "
 """How a note begins that tells of points which may stand for "nothing measured"."""
+
+ASKED = "asked back: "
+"""How a note begins that asks whether units are right."""
 
 _TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # endings that say no more than that it is text
 
@@ -109,6 +112,16 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
             *(Argument("valid", (least, most)), "."),
         )
         notes.append(told)
+    if (zeros := exact_zeros(heights)) is not None:
+        notes.append(
+            Phrase(
+                f"{SUSPECT}{zeros} points are exactly 0, and no other height is there nearly as "
+                'often; if that stands for "nothing measured", make them missing before, or leave '
+                "them out by ",
+                *(Argument("outliers", 6), "."),
+            )
+        )
+    notes += [f"{ASKED}{question}" for question in absurd(heights, pixel)]
     return Understood(heights, pixel, name, (first, *raw.notes, *notes))
 
 

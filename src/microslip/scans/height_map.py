@@ -18,7 +18,7 @@ from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.scans.checks import enough, objection, own, pixel_of
 from microslip.scans.moments import Moments, moments_of
-from microslip.scans.noise import noise_passed, noise_std
+from microslip.scans.noise import noise_passed, noise_std, rough_share
 from microslip.scans.statistics import Statistics, statistics_of
 
 
@@ -39,6 +39,8 @@ class HeightMap(Locked, Plottable):
     _noise_before: float | None = None
     """Noise [m] before the short-wave cut-off, if conditioning applied it: behind a filter there
     are hardly any differences from point to point left to tell it by."""
+    _unfiltered: HeightMap | None = None
+    """The scan before anything was filled or filtered: gaps and spikes are judged there."""
 
     def __init__(
         self,
@@ -70,9 +72,11 @@ class HeightMap(Locked, Plottable):
     def changed(self, heights: ArrayLike, **changes: Any) -> Self:
         """The same with other heights, and whatever else changes with them."""
         noise = changes.pop("noise_before", self._noise_before)
+        unfiltered = changes.pop("unfiltered", self._unfiltered)
         about = {key: getattr(self, key) for key in ("name", "notes", "cutoff", "long_cutoff")}
         result = type(self)(heights, self.pixel, **{**about, **changes})
         object.__setattr__(result, "_noise_before", noise)
+        object.__setattr__(result, "_unfiltered", unfiltered)
         return result
 
     def __repr__(self) -> str:
@@ -185,6 +189,16 @@ class HeightMap(Locked, Plottable):
     def noise(self) -> float:
         """Standard deviation of the noise of an area from point to point [m]: an upper bound."""
         return noise_std(self.heights)
+
+    @property
+    def unfiltered(self) -> HeightMap:
+        """The scan before anything was filled or filtered, levelled; this one if nothing was."""
+        return self if self._unfiltered is None else self._unfiltered
+
+    @cached_property
+    def rough_share_of_noise(self) -> float:
+        """Share of :attr:`noise` squared that grows with the distance as roughness does [-]."""
+        return rough_share(self.heights)
 
     @cached_property
     def _objection(self) -> Phrase:

@@ -34,6 +34,7 @@ TEXTS = ("text", "matrix", "xyz", "profile")
 _ENDINGS_OF_TEXT = {".txt", ".csv", ".tsv", ".dat", ".xyz", ".asc", ".prf", ".prn", ""}
 # Names by which a table of the gaps between two surfaces is known, as of the Brake-Reuss beam.
 GAP_TABLE = {"normzinterp", "pzinterp", "z_max"}
+_NAMES_OF_HEIGHTS = {"height", "heights", "topography", "z"}
 # What Gwyddion writes above a matrix.
 _STATED = re.compile(r"[#%/\s]*(width|height|value units)\s*:\s*(.+?)\s*", re.IGNORECASE)
 _BY_SLASH = re.compile(r"(.+?)\s*/\s*([^\W\d_]{1,12})")
@@ -136,6 +137,8 @@ def _of_arrays(arrays: Arrays, wishes: Wishes) -> RawHeights:
     values = values_of(name, leaf)
     if arrays.kind.startswith("MAT") and 1 in values.shape:  # MATLAB has no vectors
         values = values.ravel()
+    if leaf.unit is not None and is_unit(leaf.unit) and not fits(leaf.unit, LENGTH):
+        raise ValueError(f'array "{name}" is in "{shorten(leaf.unit, 20)}": wanted a length')
     kind = arrays.kind if alone else f'{arrays.kind}, array "{name}"'
     return RawHeights(kind, values, leaf.unit if fits(leaf.unit, LENGTH) else None)
 
@@ -147,7 +150,9 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
     names, units = zip(
         *(_length_unit(column.heading, column.unit) for column in file.columns), strict=True
     )
-    are_points = [name.strip(" \"'").lower() for name in names[:3]] == ["x", "y", "z"]
+    called = [name.strip(" \"'").lower() for name in names[:3]]
+    called = ["z" if name in _NAMES_OF_HEIGHTS else name for name in called]
+    are_points = sorted(called) == ["x", "y", "z"]
     if form == "text":
         form = "profile" if count < 3 else "xyz" if count == 3 else "matrix"
         if count > 3 and (file.path.suffix.lower() == ".xyz" or are_points):
@@ -162,9 +167,13 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
     least, most, wanted = (3, count, "3") if form == "xyz" else (1, 2, "1 or 2")
     if not least <= count <= most:
         raise InputError(Argument("format", form), f": wanted {wanted} columns, got {count}")
+    order, told = _order(called, count)
     columns: tuple[str | None, str | None] = (None, None)
+    for place in order:
+        _refuse_other(file.columns[place].heading, file.columns[place].unit)
     if any(units):
-        columns, notes = _units(units[:3]), ()
+        columns, notes = _units(tuple(units[place] for place in order)), ()
+    notes = (*notes, *told)
     kind = "text, columns x, y, z" if form == "xyz" else "text, a profile"
     if count == 1:
         return RawHeights(kind, file.matrix()[:, 0], columns=columns, notes=notes)
@@ -174,7 +183,7 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
             ", or, if it is a matrix of heights, write ",
             Argument("format", "matrix"),
         )
-    *places, values = file.load(range(min(count, 3)))
+    *places, values = file.load(order)
     try:
         heights, steps = on_grid(places, values, wishes.limit)
     except ValueError as error:
@@ -189,6 +198,35 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
         other = "1 column" if count == 4 else f"{count - 3} columns"
         notes = (*notes, f"not read: {other} beyond x, y and z.")
     return RawHeights(kind, heights, steps=steps, columns=columns, notes=notes)
+
+
+def _order(called: list[str], count: int) -> tuple[list[int], tuple[str, ...]]:
+    """Which columns are x, y and z, or x and z, by their names; by their places without names."""
+    wanted = ["x", "y", "z"] if count > 2 else ["x", "z"][2 - count :]
+    places = list(range(len(wanted)))
+    if sorted(called) == wanted:
+        order = [called.index(name) for name in wanted]
+        if order != places:
+            return order, (f"columns: {', '.join(called)}, by their names.",)
+        return order, ()
+    for place, name in enumerate(called):
+        if count > 1 and name in ("x", "y", "z") and wanted[place] != name:
+            raise ValueError(
+                f'column {place + 1} is named "{name}", where {wanted[place]} is expected: wanted '
+                f"columns {', '.join(wanted)}, or names for all of them"
+            )
+    return places, ()
+
+
+def _refuse_other(heading: str, unit: str | None) -> None:
+    """Refuse a column whose unit is none of length."""
+    name, own = name_and_unit(heading)
+    unit = unit or own
+    if unit is not None and is_unit(unit) and not fits(unit, LENGTH):
+        raise ValueError(
+            f'column "{shorten(name, 40)}" is in "{shorten(unit, 20)}": wanted a length such as '
+            '"um"'
+        )
 
 
 def _refuse_ragged(file: TextFile) -> None:

@@ -52,11 +52,22 @@ class PatchErrors(Locked):
         That of each patch, rows of patches in turn; patches that give none are left out.
     failed : int
         How many gave none, or hold no point.
+    long_waves : float
+        Standard error [its unit] by the waves of the whole scan, of heights (see Notes).
+
+    Notes
+    -----
+    Patches are alike where waves are longer than they are, and their scatter is then 0.4 to 0.7 of
+    the true error of Sq, Sa and m0. For these the error is that of a Gaussian surface with the
+    spectrum of the scan, if that is larger: the variance of m0 is the sum of the squared powers of
+    its independent waves, each of which scatters as much as it is large. Of surfaces with one wave
+    to the side it was 0.7 of the true scatter, with two 0.9, with four and more 1.0 to 1.2.
     """
 
     value: float
     values: NDArray[np.float64]
     failed: int = 0
+    long_waves: float = 0.0
 
     @property
     def mean(self) -> float:
@@ -70,8 +81,8 @@ class PatchErrors(Locked):
 
     @property
     def standard_error(self) -> float:
-        """Standard deviation of the mean over the patches, the error bar of the whole."""
-        return self.std / math.sqrt(self.values.size)
+        """Error bar of the whole: of the mean over the patches, or by long waves if larger."""
+        return max(self.std / math.sqrt(self.values.size), self.long_waves)
 
     @property
     def bias(self) -> float:
@@ -168,7 +179,28 @@ def patch_errors(
         raise InputError(
             f"only {len(values)} of {wanted} patches give a number; choose fewer, larger ones"
         )
-    return PatchErrors(value, lock(np.array(values)), wanted - len(values))
+    powers = _BY_WAVES.get(parameter, 0.0) if isinstance(parameter, str) else 0.0
+    waves = powers * value * long_wave_error(scan) if powers else 0.0
+    return PatchErrors(value, lock(np.array(values)), wanted - len(values), waves)
+
+
+_BY_WAVES = {"rms": 0.5, "mean_deviation": 0.5, "m0": 1.0}
+"""Parameters that long waves decide, with the power of m0 that they go with."""
+
+
+def long_wave_error(scan: HeightMap) -> float:
+    """Standard error of m0 over m0 [-], of a Gaussian surface with the spectrum of the scan."""
+    z = scan.heights - np.nanmean(scan.heights)
+    power = np.abs(np.fft.rfftn(np.nan_to_num(z))) ** 2
+    # Waves that stand for their mirror image, too, count as one of twice the power.
+    sides = np.full(power.shape[-1], 2.0)
+    sides[0] = 1.0
+    if z.shape[-1] % 2 == 0:
+        sides[-1] = 1.0
+    power *= sides
+    power.flat[0] = 0.0
+    # A power that scatters as much as it is large has a mean square of twice its squared mean.
+    return math.sqrt(0.5 * float(np.sum(power * power))) / float(power.sum())
 
 
 def cut(scan: Map, patches: tuple[int, int] | int = (3, 3)) -> list[Map]:

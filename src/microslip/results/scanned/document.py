@@ -35,7 +35,7 @@ from microslip.results.scanned.numbers import KIND, summarise
 from microslip.results.scanned.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
 from microslip.results.scanned.spectrum_picture import spectrum_plot
 from microslip.results.scanned.surface_block import block
-from microslip.scans.file_reading import SUSPECT
+from microslip.scans.file_reading import ASKED, SUSPECT
 
 NO_CUTOFF = "none: the pixel decides"
 NOT_GIVEN = (
@@ -147,6 +147,12 @@ def _remarks(found: Findings) -> list[str]:
         suspects = []  # what was left out is no more to be suspected
     remarks = [] if found.request.cutoff_given else [NOT_GIVEN if found.has_cutoffs else TOO_SMALL]
     remarks += [_without(note, SUSPECT) for note in suspects]
+    remarks += [
+        _capital(note.removeprefix(begin))
+        for note in found.raw.notes
+        for begin in (ASKED, "checksum: ")
+        if note.startswith(begin)
+    ]
     laws = found.laws
     if laws is not None and found.request.heights not in (None, laws.recommended):
         remarks.append(
@@ -212,8 +218,9 @@ def _errors(data: dict[str, Any]) -> str:
     if all(data["parameters"][name]["error"] is None for name in HEIGHTS):
         return "The scan is too small for error bars from patches of it."
     return (
-        "Error bars are standard errors of the mean over nine patches of the scan; waves longer "
-        "than a patch make them too small."
+        "Error bars are standard errors of the mean over nine patches of the scan. Waves longer "
+        "than a patch make them too small; those of Sq, Sa and m0 are by the waves of the whole "
+        "scan, where that is larger, and still 0.7 of the true scatter where one wave fills it."
     )
 
 

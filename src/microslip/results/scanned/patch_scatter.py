@@ -10,7 +10,7 @@ import numpy as np
 
 from microslip.errors import InputError
 from microslip.scans.height_map import HeightMap
-from microslip.scans.patches import cut
+from microslip.scans.patches import cut, long_wave_error
 from microslip.scans.summit_statistics import SummitStatistics
 from microslip.scans.summits import Summits
 
@@ -60,7 +60,15 @@ def standard_errors(scan: HeightMap, summits: Summits | None) -> dict[str, float
     for row in rows:
         for name, value in row.items():
             values.setdefault(name, []).append(value)
-    return {name: _standard_error(of_all) for name, of_all in values.items() if len(of_all) > 1}
+    errors = {name: _standard_error(of_all) for name, of_all in values.items() if len(of_all) > 1}
+    m0, waves = scan.moments().m0, long_wave_error(scan)
+    for name, whole, power in (
+        ("rms", math.sqrt(m0), 0.5),
+        ("mean_deviation", scan.statistics().mean_deviation, 0.5),
+        ("m0", m0, 1.0),
+    ):
+        errors[name] = max(errors.get(name, 0.0), power * waves * whole)
+    return errors
 
 
 def _standard_error(values: list[float]) -> float:

@@ -22,7 +22,7 @@ SHARED = Path(__file__).parents[3] / "shared" / "data" / "scans"
 AS_IS = ("--unit", "um", "--pixel", "1 um")
 FILES = [
     *("cutoffs.csv", "cutoffs.png", "cutoffs.svg", "density.png", "density.svg"),
-    *("heights.png", "heights.svg", "report.html", "spectrum.png", "spectrum.svg"),
+    *("heights.png", "heights.svg", "report.html", "spectrum.csv", "spectrum.png", "spectrum.svg"),
     *("summary.json", "summit_heights.png", "summit_heights.svg", "summits.csv", "surface.toml"),
 ]
 STUDY = """\
@@ -50,7 +50,7 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     assert "short-wave cut-off" in outcome.stdout
     assert "6 µm" in outcome.stdout
     assert "6.00 µm *" in outcome.stdout  # in the table over cut-offs
-    assert outcome.stdout.endswith("15 files in out\n")
+    assert outcome.stdout.endswith("16 files in out\n")
     assert sorted(path.name for path in (folder / "out").iterdir()) == FILES
     summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
     assert sorted(summary["files"]) == FILES

@@ -55,8 +55,12 @@ def test_spectra_are_shown_where_they_are(tmp_path: Path, ground: np.ndarray) ->
         wanted = 0.5 * max(min(lows), 1e-3 * min(lows[:before]))
         assert panel.y.low == pytest.approx(wanted, rel=1e-6)
     # Names of cut-offs and lines are beside the panels and not on the lines.
-    names = ["levelled", "cut off", "along x", "along y", "cut-off: short-wave 10 µm"]
-    assert [entry.label for entry in drawn.legend] == names
+    names = ["levelled", "cut off", "± its uncertainty", "along x", "along y"]
+    told = [entry.label for entry in drawn.legend]
+    assert [name for name in told if not name.startswith("H = ")] == [
+        *names,
+        "cut-off: short-wave 10 µm",
+    ]
 
 
 def test_a_spike_of_a_density_has_a_range_of_its_own(tmp_path: Path, ground: np.ndarray) -> None:
@@ -112,7 +116,7 @@ def test_a_scan_without_a_choice_of_cutoffs_has_no_figure_of_it(tmp_path: Path) 
     names = [picture.name for picture in document(findings).pictures]
     assert names == ["heights", "density", "spectrum"]
     assert document(findings, tmp_path, png=True).data["files"] == [
-        *("report.html", "cutoffs.csv"),
+        *("report.html", "cutoffs.csv", "spectrum.csv"),
         *(f"{name}.{kind}" for name in names for kind in ("svg", "png")),
         "summary.json",
     ]

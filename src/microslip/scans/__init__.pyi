@@ -1,3 +1,5 @@
+from .areal_parameters import ArealParameters as ArealParameters
+from .areal_parameters import Autocorrelation as Autocorrelation
 from .combination import average as average
 from .combination import combine as combine
 from .combination import moments_from as moments_from
@@ -23,6 +25,7 @@ from .patches import patch_errors as patch_errors
 from .scan import Scan as Scan
 from .scan_rules import verdicts as verdicts
 from .spectrum import AxisSpectrum as AxisSpectrum
+from .spectrum import SelfAffineFit as SelfAffineFit
 from .spectrum import Spectrum as Spectrum
 from .statistics import Statistics as Statistics
 from .summit_statistics import SummitStatistics as SummitStatistics

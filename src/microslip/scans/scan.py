@@ -10,9 +10,16 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import show
+from microslip._core.checks import Floats, show
 from microslip.errors import Argument, InputError
 from microslip.materials import MaterialPair
+from microslip.scans.areal_parameters import (
+    ArealParameters,
+    Autocorrelation,
+    areal_parameters,
+    autocorrelation,
+    slope_over_distance,
+)
 from microslip.scans.checks import LIMIT
 from microslip.scans.conditioning import Steps, condition
 from microslip.scans.cutoffs import CutoffTable, over_cutoffs
@@ -181,6 +188,53 @@ class Scan(HeightMap):
             Heights that are all the same, or with huge spikes.
         """
         return spectrum(self.measurable())
+
+    def areal_parameters(self) -> ArealParameters:
+        """Parameters of ISO 25178-2:2021: Sk family, Sal, Str, Sdr, Sdq, Spd and Spc.
+
+        Returns
+        -------
+        ArealParameters
+            Of the scan as it is: level and filter it first, and say its cut-offs with them.
+
+        Raises
+        ------
+        InputError
+            A profile; heights that are all the same, or with huge spikes. [m] are the units.
+        """
+        return areal_parameters(self)
+
+    def autocorrelation(self) -> Autocorrelation:
+        """Normalised autocorrelation of the heights [-] against lags [m].
+
+        Returns
+        -------
+        Autocorrelation
+            Each lag over the pairs of points that are there.
+
+        Raises
+        ------
+        InputError
+            A profile; heights that are all the same, or with huge spikes.
+        """
+        return autocorrelation(self)
+
+    def slope_over_distance(self) -> tuple[Floats, Floats]:
+        """Rms slope between points, against their distance.
+
+        Returns
+        -------
+        tuple of ndarray
+            Distances [m], doubling from one pixel to a quarter of the scan, and the root mean
+            square of the difference in height over the distance [-], in the mean over the axes;
+            one-dimensional (Sanner et al. 2022, DOI 10.1016/j.apsadv.2021.100190).
+
+        Raises
+        ------
+        InputError
+            Heights that are all the same, or with huge spikes.
+        """
+        return slope_over_distance(self.measurable())
 
     def height_distribution(self) -> HeightFit:
         """Density of the heights, and how well the usual distributions fit it.

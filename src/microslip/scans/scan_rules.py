@@ -36,7 +36,8 @@ RULES: Mapping[str, Rule] = {
             "kurtosis",
             4.0,
             6.0,
-            "heights are near a Gaussian; far above 3, scratches, pits or spikes make the rms",
+            "heights are near a Gaussian, before any filter, too; far above 3, scratches, pits or "
+            "spikes make the rms",
             _OWN,
             "leave the extreme points out, and build on counted summits",
         ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -78,6 +78,8 @@ class Spectrum(Locked):
         Taper at the edges of the scan.
     cutoff, long_cutoff : float or None
         Band of wavelengths [m] that conditioning has left.
+    waves : ndarray
+        Waves of each ring [-], mirrored ones counted twice.
     """
 
     wavenumber: Floats
@@ -87,6 +89,58 @@ class Spectrum(Locked):
     window: Window
     cutoff: float | None = None
     long_cutoff: float | None = None
+    waves: Floats = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def relative_error(self) -> Floats:
+        """Standard deviation of the density over it [-], of a Gaussian surface; one at most.
+
+        A ring is the mean of its waves, each of which scatters as much as it is large. Waves that
+        mirror each other count once, and a Hann taper makes neighbours alike: along a ring 1.94
+        of them are one.
+        """
+        alike = _HANN_ALIKE if self.window else 1.0
+        apart = np.maximum(0.5 * self.waves / alike, 1.0)
+        return np.asarray(1.0 / np.sqrt(apart))
+
+    def self_affine_fit(
+        self, shortest: float | None = None, longest: float | None = None
+    ) -> SelfAffineFit:
+        """Power law through the density between two wavelengths.
+
+        Parameters
+        ----------
+        shortest : float, optional
+            Shortest wavelength [m] that the instrument resolves; by default eight pixels, of a scan
+            with a short-wave cut-off twice that, if longer.
+        longest : float, optional
+            Longest one [m]; by default a quarter of the scan, or half of a long-wave cut-off.
+
+        Returns
+        -------
+        SelfAffineFit
+            Hurst's exponent, its error, and how far the density is from a power law.
+
+        Raises
+        ------
+        InputError
+            Fewer than five rings between the wavelengths.
+        """
+        from microslip._core.checks import positive
+
+        pixel = max(axis.pixel for axis in self.axes)
+        size = 2.0 * math.pi / min(float(axis.wavenumber[0]) for axis in self.axes)
+        low = max(8.0 * pixel, 2.0 * (self.cutoff or 0.0))
+        high = min(0.25 * size, 0.5 * (self.long_cutoff or math.inf))
+        low = low if shortest is None else positive("shortest", shortest, "m", 1e-5)
+        high = high if longest is None else positive("longest", longest, "m", 1e-4)
+        inside = (self.wavelength >= low) & (self.wavelength <= high) & (self.density > 0.0)
+        if np.count_nonzero(inside) < 5:
+            raise InputError(
+                f"a power law needs five rings, got {np.count_nonzero(inside)} between {low:g} m "
+                f"and {high:g} m"
+            )
+        return _power_law(self, inside)
 
     @property
     def wavelength(self) -> Floats:
@@ -126,6 +180,73 @@ class Spectrum(Locked):
         )
 
 
+@dataclass(frozen=True)
+class SelfAffineFit:
+    """A power law C = C_0 q^(-2 - 2H) of a spectrum; of a profile q^(-1 - 2H).
+
+    Parameters
+    ----------
+    hurst : float
+        Hurst's exponent H [-]: 0 to 1 of a self-affine surface.
+    error : float
+        Its standard deviation [-], of the scatter about the law if that is larger than expected.
+    prefactor : float
+        Density [m^4] (of a profile [m^3]) at the middle wavelength.
+    shortest, longest : float
+        Wavelengths [m] between which it holds.
+    misfit : float
+        Rms of the density about the law, over its uncertainty [-]: one for a power law.
+    """
+
+    hurst: float
+    error: float
+    prefactor: float
+    shortest: float
+    longest: float
+    misfit: float
+
+    @property
+    def fractal_dimension(self) -> float:
+        """3 - H of an area [-]."""
+        return 3.0 - self.hurst
+
+    def density(self, wavelength: Floats, areal: bool = True) -> Floats:
+        """Density of the law at wavelengths [m]."""
+        middle = math.sqrt(self.shortest * self.longest)
+        power = 2.0 * self.hurst + (2.0 if areal else 1.0)
+        return np.asarray(self.prefactor * (np.asarray(wavelength) / middle) ** power)
+
+
+_HANN_ALIKE = 35.0 / 18.0  # n sum w^8 / (sum w^4)^2 of the taper w = sin^2
+
+
+def _power_law(found: Spectrum, inside: NDArray[np.bool_]) -> SelfAffineFit:
+    """Weighted least squares of logarithms; the mean of the logarithm of few waves is low."""
+    from scipy.special import digamma
+
+    wavelength, error = found.wavelength[inside], found.relative_error[inside]
+    apart = 1.0 / (error * error)
+    low, high = float(wavelength.min()), float(wavelength.max())
+    x = np.log(wavelength / math.sqrt(low * high))
+    y = np.log(found.density[inside]) - (digamma(apart) - np.log(apart))
+    weight = apart  # the variance of a logarithm is that of the relative error, at first order
+    mean_x, mean_y = np.average(x, weights=weight), np.average(y, weights=weight)
+    square = float(weight @ (x - mean_x) ** 2)
+    slope = float(weight @ ((x - mean_x) * (y - mean_y))) / square
+    level = mean_y + slope * (x - mean_x)
+    misfit = math.sqrt(float(weight @ (y - level) ** 2) / (x.size - 2))
+    areal = len(found.axes) == 2
+    return SelfAffineFit(
+        0.5 * slope - (1.0 if areal else 0.5),
+        # The taper makes neighbouring rings alike, too.
+        0.5 * max(misfit, 1.0) * math.sqrt(_HANN_ALIKE if found.window else 1.0) / square**0.5,
+        math.exp(float(mean_y - slope * mean_x)),
+        low,
+        high,
+        misfit,
+    )
+
+
 def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
     """Power spectrum of a scan, as it is: level it first."""
     if window not in ("hann", None):
@@ -159,6 +280,7 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
             window,
             scan.cutoff,
             scan.long_cutoff,
+            lock(np.full(axis.wavenumber.size, 2.0)),
         )
     rows, columns = z.shape
     dx, dy = steps
@@ -183,6 +305,7 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
         window,
         scan.cutoff,
         scan.long_cutoff,
+        lock(count),
     )
 
 

@@ -25,7 +25,7 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import Progress, standard_files, text_file, write_all
-from microslip.results.scanned import joint_section
+from microslip.results.scanned import joint_section, texture
 from microslip.results.scanned.cutoff_picture import cutoff_plot
 from microslip.results.scanned.density_picture import density_plot
 from microslip.results.scanned.disagreements import disagreements
@@ -69,6 +69,7 @@ def document(
             "Every parameter against the cut-off",
             (_over_cutoffs(found, data), Note(_explained(found, data))),
         ),
+        texture.section(found, data["texture"]),
         Section("Height distribution", (Note(found.fit.verdict),)),
         *joint_section.sections(found),
         Section("Figures", pictures, brief=False),
@@ -124,6 +125,7 @@ def write(
         if isinstance(item, Listing)
     ]
     others = [*listings, text_file("cutoffs.csv", lambda: _cutoff_rows(found))]
+    others.append(text_file("spectrum.csv", lambda: texture.spectrum_csv(found)))
     if (table := found.joint_table) is not None:
         others.append(text_file("joint_cutoffs.csv", lambda: joint_section.as_csv(table)))
     if found.summits is not None:
@@ -133,7 +135,7 @@ def write(
 
 def _names(found: Findings, pictures: tuple[Picture, ...], kinds: Sequence[str]) -> tuple[str, ...]:
     """Names of the files, the page first."""
-    names = ["report.html", "cutoffs.csv"]
+    names = ["report.html", "cutoffs.csv", "spectrum.csv"]
     names += ["joint_cutoffs.csv"] * (found.joint_table is not None)
     names += ["summits.csv"] * (found.summits is not None) + ["surface.toml"] * found.makes_surface
     names += [f"{picture.name}.{kind}" for picture in pictures for kind in kinds]

@@ -7,7 +7,7 @@ from typing import Any
 
 from microslip._version import __version__
 from microslip.report.files import header
-from microslip.results.scanned import joint_section
+from microslip.results.scanned import joint_section, texture
 from microslip.results.scanned.findings import Findings
 from microslip.results.scanned.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
 from microslip.scans.cutoffs import CutoffTable
@@ -59,6 +59,7 @@ def summarise(
         "prominence": None if found.summits is None else found.summits.threshold,
         "heights": _height_fit(found.fit),
         "over_cutoffs": _over_cutoffs(found.table),
+        "texture": texture.measure(found),
         "joint": joint_section.summary(found),
         "validity": [
             {

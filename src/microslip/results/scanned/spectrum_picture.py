@@ -8,14 +8,16 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
-from microslip.report.plot import COLORS, DASHED, Axis, Band, Entry, Line, Panel, Plot, Rule
+from microslip.report.plot import COLORS, DASHED, Area, Axis, Band, Entry, Line, Panel, Plot, Rule
 from microslip.report.scales import length_prefix
 from microslip.results.scanned.findings import Findings
+from microslip.results.scanned.texture import self_affine
 
 _MICRO = 1e-6
 _REMOVED = "#e4e4e4"
 _EDGE = "#444444"
 _UNDER = "#8a8a8a"
+_SCATTER = "#c6dbef"
 _BELOW = 1e-3
 """How far below the lowest density before the cut-off the axis goes."""
 _LOOKS: tuple[tuple[str, tuple[float, ...]], ...] = ((COLORS[1], ()), (COLORS[2], DASHED))
@@ -41,7 +43,20 @@ def spectrum_plot(found: Findings) -> Plot:
             legend.append(Entry("cut off", COLORS[0]))
         panel = Panel(_wavelength(letter), Axis("Density C [µm⁴]", log=True))
         panel.note = "Mean of all directions"
+        part = 1.0 + np.minimum(whole.relative_error, 0.9) * np.array([[1.0], [-1.0]])
+        x = whole.wavelength / unit
+        edges = whole.density / _MICRO**4 * part
+        panel.add(
+            Area(np.concatenate([x, x[::-1]]), np.concatenate([edges[0], edges[1][::-1]]), _SCATTER)
+        )
+        legend.append(Entry("± its uncertainty", _SCATTER))
+        if (fit := self_affine(found)) is not None:
+            at = np.array([fit.shortest, fit.longest])
+            after_law = _line(at / unit, fit.density(at) / _MICRO**4, COLORS[3], 1.6, DASHED)
+            legend.append(Entry(f"H = {fit.hurst:.2f}", COLORS[3], DASHED))
         _fill(panel, found, unit, before, after)
+        if fit is not None:
+            panel.add(after_law)
         panels.append(panel)
     before = [_line(p.wavelength / unit, p.density / _MICRO**3, *under) for p in whole.axes]
     after = []

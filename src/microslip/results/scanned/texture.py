@@ -1,0 +1,106 @@
+"""Texture of a scan: parameters of ISO 25178, the self-affine fit, and the spectrum as a table."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import asdict
+from typing import Any
+
+from microslip._core.units import engineering, significant
+from microslip.errors import InputError
+from microslip.report.document import Column, Note, Section, Table
+from microslip.results.scanned.findings import Findings
+from microslip.scans.areal_parameters import areal_parameters, slope_over_distance
+from microslip.scans.spectrum import SelfAffineFit
+
+_LABELS = {
+    "core_height": ("Sk, core height", "m"),
+    "peak_height": ("Spk, reduced peak height", "m"),
+    "valley_depth": ("Svk, reduced dale depth", "m"),
+    "peak_material_ratio": ("Smr1, material ratio of peaks", ""),
+    "valley_material_ratio": ("Smr2, material ratio of dales", ""),
+    "autocorrelation_length": ("Sal, autocorrelation length", "m"),
+    "texture_aspect_ratio": ("Str, texture aspect ratio", ""),
+    "developed_area_ratio": ("Sdr, developed area ratio", ""),
+    "rms_gradient": ("Sdq, rms gradient", ""),
+    "peak_density": ("Spd, density of hills", "1/m^2"),
+    "peak_curvature": ("Spc, curvature of hills", "1/m"),
+}
+
+
+def measure(found: Findings) -> dict[str, Any]:
+    """Parameters, fit and slopes as plain values; None for what there is not."""
+    texture: dict[str, Any] = {"areal": None, "self_affine": None}
+    if not found.scan.is_profile:
+        texture["areal"] = {
+            name: value if math.isfinite(value) else None
+            for name, value in asdict(areal_parameters(found.scan)).items()
+        }
+    if (fit := self_affine(found)) is not None:
+        texture["self_affine"] = asdict(fit)
+    distances, slopes = slope_over_distance(found.scan)
+    texture["slopes"] = [
+        {"distance": distance, "rms_slope": slope}
+        for distance, slope in zip(distances.tolist(), slopes.tolist(), strict=True)
+    ]
+    return texture
+
+
+def self_affine(found: Findings) -> SelfAffineFit | None:
+    """The fit to the spectrum before any cut-off; None where there is no room for one."""
+    with suppress(InputError):
+        return found.whole_spectrum.self_affine_fit()
+    return None
+
+
+def section(found: Findings, texture: dict[str, Any]) -> Section:
+    """Texture on the page."""
+    rows = []
+    if texture["areal"] is not None:
+        for name, (label, unit) in _LABELS.items():
+            value = texture["areal"][name]
+            rows.append((label, _written(value, unit)))
+    fit = texture["self_affine"]
+    notes = []
+    if fit is not None:
+        rows.append(("Hurst exponent", f"{fit['hurst']:.3f} ± {fit['error']:.2g}"))
+        law = "a power law" if fit["misfit"] < 2.0 else "no power law: mind the figure"
+        notes.append(
+            f"Hurst's exponent is that of the spectrum before any cut-off between wavelengths of "
+            f"{engineering(fit['shortest'], 'm')} (eight pixels) and "
+            f"{engineering(fit['longest'], 'm')} (a quarter of the scan). Its density is "
+            f"{significant(fit['misfit'], 2)} times its uncertainty from the law: {law}."
+        )
+    slopes = texture["slopes"]
+    if len(slopes) > 1:
+        ends = [
+            f"{significant(row['rms_slope'], 3)} over {engineering(row['distance'], 'm')}"
+            for row in (slopes[0], slopes[-1])
+        ]
+        notes.append(f"The rms slope between points is {ends[0]} and {ends[1]}.")
+    columns = (Column("quantity", "ISO 25178-2:2021"), Column("value", "value"))
+    blocks = [Table("", columns, tuple(rows))] if rows else []
+    return Section("Texture", (*blocks, *(Note(" ".join(notes)) for _ in notes[:1])))
+
+
+def spectrum_csv(found: Findings) -> str:
+    """The spectrum before and after the cut-offs, with the uncertainty of each ring."""
+    whole, kept = found.whole_spectrum, found.spectrum
+    unit = "m^3" if found.scan.is_profile else "m^4"
+    head = f"wavelength [m],wavenumber [rad/m],density [{unit}],relative_error [-]"
+    lines = [f"{head},density_cut_off [{unit}]"]
+    same = kept.density if kept.density.shape == whole.density.shape else whole.density
+    columns = (whole.wavelength, whole.wavenumber, whole.density, whole.relative_error, same)
+    lines += [",".join(map(repr, row)) for row in zip(*(c.tolist() for c in columns), strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def _written(value: float | None, unit: str) -> str:
+    if value is None:
+        return "–"
+    if unit == "1/m^2":
+        return f"{significant(1e-6 * value)} 1/mm²"
+    if unit in ("m",):
+        return engineering(value, unit)
+    return f"{significant(value)} {unit}".rstrip()

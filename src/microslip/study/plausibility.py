@@ -37,7 +37,7 @@ def questions(study: Any) -> list[str]:
     return [
         question
         for key, value, usual in _values(study)
-        if (question := _question(key, value, usual)) is not None
+        if (question := _question(key, float(value), usual)) is not None
     ]
 
 

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.special import ndtr, ndtri
 
 import microslip as ms
 from microslip._core.netcdf import Variable
+from microslip.cli import main
 from microslip.results.predicted.scatter import Design, scatter
 from microslip.study.description import StudyDescription
 
@@ -292,6 +294,22 @@ def test_an_identification_gives_its_covariance(tmp_path: Path) -> None:
         ms.Study.from_toml(ROUGH + 'identification = "."\n', folder=tmp_path)
     with pytest.raises(ms.StudyError, match="identification: nowhere: no such folder"):
         ms.Study.from_toml(text + 'identification = "nowhere"\n', folder=tmp_path)
+
+
+def test_check_shows_what_is_uncertain(tmp_path: Path) -> None:
+    path = tmp_path / "study.toml"
+    text = ROUGH.replace("{ mean = 0.55, cv = 0.15 }", "{ values = [0.5, 0.3, 0.6] }")
+    pair = '[{ between = ["surface.radius", "surface.density"], value = -0.5 }]'
+    path.write_text(f"{text}correlations = {pair}\n")
+    found = CliRunner().invoke(main, ["check", str(path)])
+    assert found.exit_code == 0, found.output
+    told = json.loads(CliRunner().invoke(main, ["check", str(path), "--json"]).output)
+    rows = {row["key"]: row for row in told["quantities"]}
+    assert rows["joint.friction_coefficient"]["value"] == [0.3, 0.6]
+    assert rows["joint.friction_coefficient"]["written"] == "values = 3 values"
+    assert rows["joint.normal_load"]["value"] == 2000.0
+    assert rows["surface.heights.std"]["written"] == "mean = 0.5 um, cv = 0.15"
+    assert "bands.csv" in told["files"]
 
 
 PAIR = "[{ between = %s, value = %s }]"

@@ -6,6 +6,8 @@ import tomllib
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
+
 from microslip._core.parameters import parameters_of
 from microslip._core.quantities import UNITS
 from microslip._version import __version__
@@ -158,9 +160,12 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
         if key == "excitation.history" and history is not None:
             value, unit = history.values.tolist(), "N" if history.quantity == "force" else "m"
         if isinstance(written, dict) and "file" not in written:
-            written = ", ".join(f"{name} = {x}" for name, x in written.items())
-            ends = (value.low, value.high) if value.cv is None else (float(value),)
-            shown = {"value": list(ends) if len(ends) > 1 else ends[0]}
+            written = ", ".join(f"{name} = {_short(x)}" for name, x in written.items())
+            spread = value[0] if isinstance(value, tuple) else value
+            ends = (float(spread),)
+            if spread.values or spread.low is not None:
+                ends = spread.quantiles(np.array([0.0, 1.0])).tolist()
+            shown: dict[str, Any] = {"value": list(ends) if len(ends) > 1 else ends[0]}
         elif isinstance(written, dict):
             written = f'{written.get("file")}, column "{written.get("column")}"'
             shown = {"count": len(value), "smallest": min(value), "largest": max(value)}
@@ -178,6 +183,11 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
                 "largest": float(loads.max()),
                 "unit": "N",
             }
+
+
+def _short(written: Any) -> str:
+    """A value as it was written; of a list how many there are."""
+    return f"{len(written)} values" if isinstance(written, list) else str(written)
 
 
 def _described(study: StudyDescription) -> Iterator[tuple[str, str]]:

@@ -208,10 +208,10 @@ def _near(name: str, table: Mapping[str, Metal]) -> str:
     from difflib import get_close_matches
 
     # A part of a name, such as "4340" or "iron", may be too short to be close to the whole.
-    found = [key for key in table if len(name) >= 3 and name in key]
-    found = found or get_close_matches(name, table, n=1, cutoff=0.6)
-    if found:
-        return f"did you mean {' or '.join(map(repr, found))}?"
+    near = [key for key in table if len(name) >= 3 and name in key]
+    near = near or get_close_matches(name, table, n=1, cutoff=0.6)
+    if near:
+        return f"did you mean {' or '.join(map(repr, near))}?"
     return f"there are {', '.join(table)}"
 
 

@@ -150,22 +150,22 @@ def rising_orders(name: str, value: Any) -> tuple[int, ...]:
 
 def members(name: str, value: Any, kind: type, wanted: str) -> list[Any]:
     """Objects of one kind, at least one, or an error that says which one is not."""
-    found: list[Any] = []
+    checked: list[Any] = []
     try:
         for member in value.ravel().tolist() if isinstance(value, np.ndarray) else value:
             if not isinstance(member, kind):  # what never ends is none of ours, or fills no memory
                 raise InputError(
                     Argument(name),
-                    f" must be {wanted}, got {show(member)} at index {len(found)}",
+                    f" must be {wanted}, got {show(member)} at index {len(checked)}",
                 )
-            found.append(member)
+            checked.append(member)
     except InputError:
         raise
     except Exception:  # nothing to go through, or an iteration that raises what it likes
         raise InputError(Argument(name), f" must be {wanted}, got {show(value)}") from None
-    if not found:
+    if not checked:
         raise InputError(Argument(name), f" must be {wanted}, got none")
-    return found
+    return checked
 
 
 def beyond(values: Any, scale: Any) -> Any:

@@ -167,18 +167,18 @@ class Option:
 
     def _limits(self) -> str:
         low, high = self.low, self.high
-        said = []
+        limits = []
         if low is not None and high is not None:
-            said.append(f"from {low:g} to {high:g}")
+            limits.append(f"from {low:g} to {high:g}")
         elif low is not None:
-            said.append(f"of at least {low:g}")
+            limits.append(f"of at least {low:g}")
         elif high is not None:
-            said.append(f"of at most {high:g}" if self.above is None else f"at most {high:g}")
+            limits.append(f"of at most {high:g}" if self.above is None else f"at most {high:g}")
         if self.above is not None:
-            said.insert(0, f"above {self.above:g}")
+            limits.insert(0, f"above {self.above:g}")
         if self.below is not None:
-            said.append(f"below {self.below:g}")
-        return f" {' and '.join(said)}" if said else ""
+            limits.append(f"below {self.below:g}")
+        return f" {' and '.join(limits)}" if limits else ""
 
     def _read_item(self, given: object) -> Any:
         if isinstance(self.kind, Kind):

@@ -122,8 +122,8 @@ class Parameter:
             values = record(self.name, value).reshape(-1).copy()
             for end in (int(values.argmin()), int(values.argmax())):
                 if wanted := self._wanted(float(values[end])):
-                    got = f"{exact(float(values[end]))} at index {end}"
-                    raise InputError(Argument(self.name), f" must be {wanted}, got {got}")
+                    worst = f"{exact(float(values[end]))} at index {end}"
+                    raise InputError(Argument(self.name), f" must be {wanted}, got {worst}")
             return lock(values)
         result = number(self.name, value, self.unit, self.example)
         if wanted := self._wanted(result):
@@ -184,13 +184,13 @@ def parameters_of(kind: type) -> tuple[Parameter, ...]:
 def _parameters_of(kind: Any) -> tuple[Parameter, ...]:
     if not dataclasses.is_dataclass(kind):
         return ()
-    found = []
+    parameters = []
     for item in dataclasses.fields(kind):
-        said = item.metadata.get(_KEY, _USUAL.get(item.name))
-        if isinstance(said, Parameter) and item.init:
+        stated = item.metadata.get(_KEY, _USUAL.get(item.name))
+        if isinstance(stated, Parameter) and item.init:
             default = None if item.default is dataclasses.MISSING else item.default
-            found.append(dataclasses.replace(said, name=item.name, default=default))
-    return tuple(found)
+            parameters.append(dataclasses.replace(stated, name=item.name, default=default))
+    return tuple(parameters)
 
 
 # Fields of these names need no words of their own.

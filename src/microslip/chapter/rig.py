@@ -162,13 +162,13 @@ def _found(result: Identification) -> str:
         ("slip_scale", "κσ"),
         ("standardised_separation", "h"),
     ):
-        one = result.parameters[name]
-        if one.verdict == "identified":
-            scale, unit = (MICRO**-1, " N/µm") if one.unit == "N/m" else (1.0, "")
-            ends = [significant(v / scale, 4) for v in (one.low, one.high)]
+        number = result.parameters[name]
+        if number.verdict == "identified":
+            scale, unit = (MICRO**-1, " N/µm") if number.unit == "N/m" else (1.0, "")
+            ends = [significant(v / scale, 4) for v in (number.low, number.high)]
             lines.append(f"{symbol}: {' … '.join(ends)}{unit}")
         else:
-            lines.append(f"{symbol}: {one.verdict}")
+            lines.append(f"{symbol}: {number.verdict}")
     made = f"made with μ {worked_example().friction_coefficient:g},\nrig {MICRO * RIG:g} N/µm"
     return "\n".join(["identified, 95 %:", *lines, made])
 

@@ -65,11 +65,11 @@ def measure(
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "measurement"))
             joints = [] if model is None else _joints(model)
             report = stack.enter_context(progress("Measuring"))
-            found = []
+            records_read = []
             for index, path in enumerate(records):
                 try:
                     record = reading.read(path)
-                    found.append(
+                    records_read.append(
                         measured(
                             record,
                             model=_at_the_load_of(record, joints),
@@ -84,12 +84,12 @@ def measure(
                 report((index + 1) / len(records))
             context = click.get_current_context()
             result = document(
-                found,
+                records_read,
                 lambda text: said(text, spelling(context)),
                 files=file_names(kinds) if stage is not None else (),
             )
             if stage is not None:
-                write(result, found, stage)
+                write(result, records_read, stage)
     if as_json:
         echo_json(result.data)
         return

@@ -126,13 +126,13 @@ def reads(many_loads: bool = False) -> Callable[[Command], Command]:
 
 def pairs(option: str, given: tuple[str, ...]) -> dict[str, str]:
     """What an option that may be repeated was given as WHAT=..., by WHAT."""
-    found = {}
+    values = {}
     for text in given:
         key, equals, value = text.partition("=")
         if not equals or not key or not value:
             raise click.UsageError(f'--{option} wants WHAT=..., such as force=..., got "{text}"')
-        found[key.strip()] = value.strip()
-    return found
+        values[key.strip()] = value.strip()
+    return values
 
 
 def stiffness(text: str) -> float:

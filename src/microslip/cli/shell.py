@@ -51,14 +51,14 @@ def complete_study(
     """Study files whose names begin so; if there are none, what the shell finds itself."""
     folder, slash, start = begun.rpartition("/")
     try:
-        found = sorted(
+        names = sorted(
             f"{folder}{slash}{path.name}"
             for path in Path(folder + slash or ".").iterdir()
             if path.suffix == ".toml" and path.name.startswith(start)
         )
     except (OSError, ValueError):
-        found = []
-    return [CompletionItem(name) for name in found] or [CompletionItem(begun, type="file")]
+        names = []
+    return [CompletionItem(name) for name in names] or [CompletionItem(begun, type="file")]
 
 
 def complete_key(

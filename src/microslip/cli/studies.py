@@ -163,17 +163,17 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
         from microslip.results.predicted.preview import next_step, preview
         from microslip.study.description import StudyDescription
 
-        found = preview(StudyDescription.load(study, overrides))
+        look = preview(StudyDescription.load(study, overrides))
     if as_json:
-        echo_json(found.data)
+        echo_json(look.data)
     else:
         from microslip.report.terminal import show, show_command
         from microslip.study.new import command_line
 
         words = [word for override in overrides for word in ("--set", override)]
-        show(found, sys.stdout)
+        show(look, sys.stdout)
         command = command_line("microslip", "predict", study, *words)
-        show_command(next_step(found), command, sys.stdout)
+        show_command(next_step(look), command, sys.stdout)
 
 
 @click.command(short_help="Write a study to begin with.")

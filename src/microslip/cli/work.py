@@ -58,10 +58,10 @@ def stoppable() -> Iterator[None]:
         yield
     except InputError as error:
         context = click.get_current_context(silent=True)
-        said = error.said(spelling(context))
-        if said == str(error):
+        words = error.said(spelling(context))
+        if words == str(error):
             raise
-        raise InputError(said) from error
+        raise InputError(words) from error
     finally:
         for number, before in previous.items():
             signal.signal(number, before)

@@ -22,8 +22,8 @@ from .laws import LAWS as LAWS
 from .parallel import Parallel as Parallel
 from .pressure import PressedJoint as PressedJoint
 from .pressure import Pressure as Pressure
-from .responses import Sliders as Sliders
 from .segalman import SegalmanIwan as SegalmanIwan
+from .sliders import Sliders as Sliders
 from .straight_step import FirstLoading as FirstLoading
 from .straight_step import first_loading as first_loading
 from .validity import Verdict as Verdict

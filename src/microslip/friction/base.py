@@ -17,7 +17,7 @@ from microslip.friction.cycle_measures import CycleMeasures
 from microslip.friction.cycles import PeriodicResponse, Rest, settled_cycle
 from microslip.friction.guesses import guessed_law
 from microslip.friction.harmonics import HarmonicForce, harmonic_force
-from microslip.friction.responses import Sliders
+from microslip.friction.sliders import Sliders
 from microslip.kernels.table import Table
 from microslip.memory import Load, Memory, State
 from microslip.numerics.inversion import adaptive, invert
@@ -400,10 +400,10 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             A range that is none, or in which the law dissipates nothing; a law that is rigid at
             rest.
         """
-        found: SegalmanFit = self._conversions["segalman"](
+        fit: SegalmanFit = self._conversions["segalman"](
             self, smallest_amplitude, largest_amplitude
         )
-        return found
+        return fit
 
     @classmethod
     def guess(cls: type[Self], data: Any) -> Self:

@@ -222,8 +222,8 @@ class BoucWen(Parametric):
         a, shape, turn = checked_cycle(amplitude, samples)
         scale = self.stiffness / self.yield_force
         peak = self._settled(2.0 * a * scale)
-        gone = np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :]))
-        w = self._flow(np.full(gone.size, -peak), a * scale * gone)
+        way_gone = np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :]))
+        w = self._flow(np.full(way_gone.size, -peak), a * scale * way_gone)
         w[: turn + 1] *= -1.0
         w[0] = w[-1] = peak
         w[turn] = -peak
@@ -252,8 +252,8 @@ class BoucWen(Parametric):
         way, start, place = (np.repeat(v, counts) for v in (ways, starts, places))
         result = np.zeros_like(x)
         inside = slice(int(turns[0]), None)
-        gone = np.abs(x[inside] - place) * scale
-        result[inside] = way * self._flow(way * start, gone)
+        way_gone = np.abs(x[inside] - place) * scale
+        result[inside] = way * self._flow(way * start, way_gone)
         return result
 
     def _flow(self, y: Floats, s: Floats) -> Floats:

@@ -13,7 +13,7 @@ from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.guesses import all_features
-from microslip.friction.responses import Sliders
+from microslip.friction.sliders import Sliders
 
 
 @dataclass(frozen=True)

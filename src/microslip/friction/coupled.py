@@ -195,9 +195,9 @@ class Coupling:
             raise InputError(f"normal_{message}{where}") from None
         return steps
 
-    def _first_refused(self, load: Floats, asked: Bools, message: str) -> tuple[int, str]:
+    def _first_refused(self, load: Floats, which: Bools, message: str) -> tuple[int, str]:
         """The first sample whose load the law refuses, and what the law says to it."""
-        samples = np.flatnonzero(asked)
+        samples = np.flatnonzero(which)
 
         def refusal(loads: Floats) -> str | None:
             try:

@@ -13,6 +13,7 @@ from microslip.friction.base import BackboneLaw
 from microslip.friction.coupled import (
     CoupledResponse,
     Coupling,
+    Joint,
     forces,
     respond,
     respond_to_force,
@@ -22,40 +23,18 @@ from microslip.friction.coupled_harmonics import CoupledHarmonics, coupled_harmo
 from microslip.friction.cycles import PeriodicResponse, Rest
 from microslip.friction.harmonics import HarmonicForce
 from microslip.friction.straight_step import FirstLoading, loaded
-from microslip.normal import NormalLaw
+
+if TYPE_CHECKING:  # what a joint has are fields or properties, as a law likes
+
+    class _Law(BackboneLaw, Joint):
+        @property
+        def _coupling(self) -> Coupling: ...
+else:
+    _Law = BackboneLaw
 
 
-class CoupledLaw(BackboneLaw):
+class CoupledLaw(_Law):
     """A law whose backbone comes from a load curve, so that its load may vary: an Interface."""
-
-    if TYPE_CHECKING:  # fields or properties, as a law likes
-
-        @property
-        def surface(self) -> NormalLaw:
-            """Its normal load law."""
-
-        @property
-        def friction_coefficient(self) -> float:
-            """Coefficient mu [-]."""
-
-        @property
-        def normal_load(self) -> float:
-            """Its own load [N]."""
-
-        @property
-        def separation(self) -> float:
-            """Its own separation [m]."""
-
-        @property
-        def normal_stiffness(self) -> float:
-            """-N' there [N/m]."""
-
-        @property
-        def slip_per_indentation(self) -> float:
-            """Kappa [-]."""
-
-        @property
-        def _friction(self) -> float: ...
 
     @cached_property
     def _coupling(self) -> Coupling:
@@ -104,8 +83,8 @@ class CoupledLaw(BackboneLaw):
         Amortised O(1) a sample. Where the heights have no end, a load of less than about 1e-30 of
         the largest of the history counts as none: the force is then 0.
         """
-        found = forces(self, displacement, normal_load, separation)
-        return float(found[0]) if np.ndim(displacement) == 0 else found
+        force = forces(self, displacement, normal_load, separation)
+        return float(force[0]) if np.ndim(displacement) == 0 else force
 
     def coupled_displacement(
         self,

@@ -11,7 +11,7 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
 from microslip.friction.base import BackboneLaw
 from microslip.friction.field_curve import FieldCurve
-from microslip.friction.responses import Sliders
+from microslip.friction.sliders import Sliders
 from microslip.kernels.table import Table
 from microslip.numerics.quadrature import gauss_legendre
 

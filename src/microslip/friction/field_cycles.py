@@ -126,7 +126,7 @@ def periodic(
     arguments = places, steps, field._steps, x.shape[1], force, load, slope
     profile = _profile(field, steps)
     if profile is None:
-        twin_field_cycles.cycle_with(field._curve, *arguments)
+        twin_field_cycles.field_cycle(*arguments, field._curve)
     else:
         kernels.active.field_cycle(*arguments, *profile.arguments)
     force *= field._weights[:, None]
@@ -198,7 +198,7 @@ def _slopes(
     )  # fmt: skip
     profile = _profile(field, steps)
     if profile is None:
-        twin_field_cycles.slopes_with(field._curve, *arguments)
+        twin_field_cycles.field_slopes(*arguments, field._curve)
     else:
         kernels.active.field_slopes(*arguments, *profile.arguments)
 

@@ -123,17 +123,17 @@ def _features(x: Floats, t: Floats) -> Features:
     rows: dict[float, list[tuple[Floats, Floats]]] = {1.0: [], -1.0: []}
     for i, way in zip(full, ways, strict=True):
         part = slice(int(turns[i]), int(turns[i + 1]) + 1)
-        gone = np.maximum((x[part] - x[turns[i]]) * way, 0.0)
-        which = np.searchsorted(edges, gone / gone.max(), side="right") - 1
+        distance = np.maximum((x[part] - x[turns[i]]) * way, 0.0)
+        which = np.searchsorted(edges, distance / distance.max(), side="right") - 1
         count = np.bincount(which, minlength=bins).astype(float)
         with np.errstate(invalid="ignore", divide="ignore"):
-            mean_gone = np.bincount(which, gone, bins) / count
+            mean_gone = np.bincount(which, distance, bins) / count
             mean_force = way * np.bincount(which, t[part], bins) / count
         rows[float(way)].append((mean_gone, mean_force))
     sides = [[_middle(np.array([row[k] for row in rows[w]])) for k in (0, 1)] for w in (1.0, -1.0)]
-    gone, force = (0.5 * (sides[0][k] + sides[1][k]) for k in (0, 1))
-    filled = np.isfinite(gone) & np.isfinite(force)
-    gone, force = gone[filled], force[filled]
+    distance, force = (0.5 * (sides[0][k] + sides[1][k]) for k in (0, 1))
+    filled = np.isfinite(distance) & np.isfinite(force)
+    distance, force = distance[filled], force[filled]
     top = float(np.median(force[-3:])) if force.size > 8 else float(force[-1])
     if top <= 0.0:
         raise InputError(
@@ -141,8 +141,8 @@ def _features(x: Floats, t: Floats) -> Features:
             " must rise with the displacement, got a loop whose force falls on average; turn "
             "the sign of one of them",
         )
-    real = gone > 0.0
-    return Features(0.5 * float(np.median(lengths[full])), top, gone[real], force[real])
+    real = distance > 0.0
+    return Features(0.5 * float(np.median(lengths[full])), top, distance[real], force[real])
 
 
 def _middle(rows: Floats) -> Floats:
@@ -157,13 +157,13 @@ def _turns(x: Floats) -> Any:
     """Indices of the turning points of all swings over most of the range, and of both ends."""
     low, high = float(x.min()), float(x.max())
     side = np.where(x > low + 0.7 * (high - low), 1, np.where(x < low + 0.3 * (high - low), -1, 0))
-    told = np.flatnonzero(side)
-    starts = told[np.append(True, np.diff(side[told]) != 0)]
-    found = []
+    outside = np.flatnonzero(side)
+    starts = outside[np.append(True, np.diff(side[outside]) != 0)]
+    extremes = []
     for start, end in zip(starts, np.append(starts[1:], x.size), strict=True):
         part = x[start:end] * side[start]
-        found.append(start + int(np.argmax(part)))
-    turns = sorted({0, *found, x.size - 1})
+        extremes.append(start + int(np.argmax(part)))
+    turns = sorted({0, *extremes, x.size - 1})
     # What leads from an end of the record to the next turning point may be a branch or none.
     return np.array(turns)
 
@@ -249,28 +249,28 @@ def best_of(rows: Callable[[Floats], Floats], force: Floats, low: float, high: f
 
 def guessed_law(kind: Any, data: Any) -> Any:
     """A law of any kind that says its parameters: the one closest to the branches of loops."""
-    said = parameters_of(kind)
-    if not says_all(kind) or any(item.many or item.dimension is None for item in said):
+    parameters = parameters_of(kind)
+    if not says_all(kind) or any(item.many or item.dimension is None for item in parameters):
         raise InputError(
             f"{kind.__name__} must have a classmethod guess(data) of its own to be guessed: the "
             "default serves laws that say their parameters, as numbers with units of N and m"
         )
     u, force = points_of(all_features(data))
     best, values = math.inf, dict[str, float]()
-    for shape in _shapes(kind, said):
+    for shape in _shapes(kind, parameters):
         drawn = draw(u, force, kind(**shape)._backbone)
         if drawn.misfit < best:
             best, values = drawn.misfit, rescaled(kind, shape, drawn.limit, drawn.length)
     if not math.isfinite(best):
         raise InputError(f"{kind.__name__} has no values with which it draws these loops")
-    scales = [item.dimension for item in said if item.dimension != (0, 0)]
+    scales = [item.dimension for item in parameters if item.dimension != (0, 0)]
     # A limit and a length are settled already.
-    if len(said) > 2 or len(set(scales)) < len(said):
-        values = _settled(kind, said, values, u, force)
+    if len(parameters) > 2 or len(set(scales)) < len(parameters):
+        values = _settled(kind, parameters, values, u, force)
     return kind(**values)
 
 
-def _shapes(kind: Any, said: Sequence[Parameter]) -> list[dict[str, float]]:
+def _shapes(kind: Any, parameters: Sequence[Parameter]) -> list[dict[str, float]]:
     """Values to try in units of force and length: those of the examples, and of the defaults."""
     shapes = []
     for law in kind.examples():
@@ -278,9 +278,9 @@ def _shapes(kind: Any, said: Sequence[Parameter]) -> list[dict[str, float]]:
         if math.isfinite(stiffness):
             limit = law.force_limit
             shapes.append(rescaled(kind, values_of(law), 1.0 / limit, stiffness / limit))
-    plain = [item for item in said if item.dimension == (0, 0)]
+    plain = [item for item in parameters if item.dimension == (0, 0)]
     for share in (0.25, 0.5, 0.75) if plain else (0.5,):
-        shape = {item.name: 1.0 for item in said}
+        shape = {item.name: 1.0 for item in parameters}
         for item in plain:
             # Far ends of a search say nothing of what is usual.
             low, high = max(item.low, -10.0), min(item.high, 10.0)
@@ -291,14 +291,18 @@ def _shapes(kind: Any, said: Sequence[Parameter]) -> list[dict[str, float]]:
 
 
 def _settled(
-    kind: Any, said: Sequence[Parameter], values: Mapping[str, float], u: Floats, force: Floats
+    kind: Any,
+    parameters: Sequence[Parameter],
+    values: Mapping[str, float],
+    u: Floats,
+    force: Floats,
 ) -> dict[str, float]:
     """Values near some that draw a law best through points, within what is searched."""
     from scipy.optimize import least_squares
 
-    logs = [item.is_positive for item in said]
-    ends = np.array([(item.low, item.high) for item in said]).T
-    at = np.clip([values[item.name] for item in said], *ends)
+    logs = [item.is_positive for item in parameters]
+    ends = np.array([(item.low, item.high) for item in parameters]).T
+    at = np.clip([values[item.name] for item in parameters], *ends)
 
     def inner(row: Floats) -> Floats:
         return np.array([math.log(x) if log else x for x, log in zip(row, logs, strict=True)])
@@ -306,7 +310,8 @@ def _settled(
     def outer(q: Floats) -> dict[str, float]:
         row = [math.exp(x) if log else float(x) for x, log in zip(q, logs, strict=True)]
         return {
-            item.name: min(max(x, item.low), item.high) for item, x in zip(said, row, strict=True)
+            item.name: min(max(x, item.low), item.high)
+            for item, x in zip(parameters, row, strict=True)
         }
 
     def left(q: Floats) -> Floats:
@@ -332,5 +337,5 @@ def cell_stiffnesses(data: Any, yields: Floats) -> Floats:
 
     u, force = points_of(all_features(data))
     scale = float(force.max()) / float(u.max())
-    found, _ = nnls(np.minimum(u[:, None], yields) * scale, force)
-    return np.asarray(found * scale)
+    shares, _ = nnls(np.minimum(u[:, None], yields) * scale, force)
+    return np.asarray(shares * scale)

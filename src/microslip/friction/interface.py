@@ -13,7 +13,7 @@ from microslip._core.checks import LARGEST, Floats, exact, floats, number, plain
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
 from microslip.friction.coupled_law import CoupledLaw
-from microslip.friction.responses import Sliders
+from microslip.friction.sliders import Sliders
 from microslip.friction.validity import Verdict, validity
 from microslip.kernels.table import Table
 from microslip.materials import MaterialPair

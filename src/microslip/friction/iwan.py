@@ -15,7 +15,7 @@ from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.friction.base import CellModel
 from microslip.friction.guesses import cell_stiffnesses, yield_grid
-from microslip.friction.responses import Sliders
+from microslip.friction.sliders import Sliders
 
 
 class _Cells(NamedTuple):
@@ -171,9 +171,9 @@ class Iwan(Locked, CellModel):
             number from 1 to 1000.
         """
         yields = yield_grid(data, whole("cells", cells, 1, 1000))
-        found = cell_stiffnesses(data, yields)
-        real = found > 1e-12 * found.max()
-        return cls(found[real], found[real] * yields[real])
+        stiffnesses = cell_stiffnesses(data, yields)
+        real = stiffnesses > 1e-12 * stiffnesses.max()
+        return cls(stiffnesses[real], stiffnesses[real] * yields[real])
 
     @classmethod
     def examples(cls) -> tuple[Iwan, ...]:

@@ -10,7 +10,7 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.parameters import parameter
 from microslip.friction.base import BackboneLaw
-from microslip.friction.responses import Sliders
+from microslip.friction.sliders import Sliders
 
 
 @dataclass(frozen=True)

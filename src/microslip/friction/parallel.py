@@ -15,7 +15,7 @@ from microslip._core.frozen import Locked, lock
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.jenkins import Jenkins
-from microslip.friction.responses import Sliders
+from microslip.friction.sliders import Sliders
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw, PowerModel, SegalmanFit
 from microslip.friction.guesses import all_features, draw, points_of
-from microslip.friction.responses import Sliders
+from microslip.friction.sliders import Sliders
 from microslip.numerics.inversion import invert
 
 
@@ -201,14 +201,14 @@ class SegalmanIwan(PowerModel):
             Data of another kind, no closed cycle, a force that does not vary.
         """
         u, force = points_of(all_features(data))
-        found = []
+        fits = []
         for chi in (-0.9, -0.75, -0.5, -0.25, 0.0, 0.5, 1.5):
             for beta in (0.0, 0.2, 0.6, 2.0, 5.0):
                 p = 1.0 + chi
                 stiffness = (1.0 + beta) / (beta + p / (p + 1.0))  # the last slider yields at 1
                 drawn = draw(u, force, cls(1.0, stiffness, chi, beta)._backbone)
-                found.append((drawn.misfit, drawn.limit, drawn.length, stiffness, chi, beta))
-        _, limit, length, stiffness, chi, beta = min(found)
+                fits.append((drawn.misfit, drawn.limit, drawn.length, stiffness, chi, beta))
+        _, limit, length, stiffness, chi, beta = min(fits)
         return cls(limit, limit * stiffness / length, chi, beta)
 
     @classmethod
@@ -227,14 +227,14 @@ def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:
     from scipy.optimize import least_squares
 
     energy = law._energy(amplitudes)
-    found = energy > 0.0
-    if np.count_nonzero(found) < 4:
+    loses = energy > 0.0
+    if np.count_nonzero(loses) < 4:
         raise InputError(
             Argument("amplitudes"),
             " must be such that the law dissipates at four of them at least, got "
-            f"{np.count_nonzero(found)} between {amplitudes[0]:g} and {amplitudes[-1]:g} m",
+            f"{np.count_nonzero(loses)} between {amplitudes[0]:g} and {amplitudes[-1]:g} m",
         )
-    amplitudes, energy = amplitudes[found], energy[found]
+    amplitudes, energy = amplitudes[loses], energy[loses]
 
     def model(point: Floats) -> SegalmanIwan:
         power, share = point

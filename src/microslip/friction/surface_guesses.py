@@ -75,9 +75,9 @@ def interface_values(
                 ]
             except InputError:
                 continue
-            found = _drawn(features, loads, curves)
-            if found.misfit < best[0]:
-                best = (found.misfit, found.limit, found.length, z)
+            drawn = _drawn(features, loads, curves)
+            if drawn.misfit < best[0]:
+                best = (drawn.misfit, drawn.limit, drawn.length, z)
         step = 0.7 * float(grid[1] - grid[0])
         low, high = max(span[0], best[3] - step), min(span[1], best[3] + step)
     if not math.isfinite(best[0]):

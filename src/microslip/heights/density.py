@@ -198,14 +198,14 @@ class DensityHeights(HeightDistribution):
         From 2**-octave of its range below its lower end: towards that end they are refined so far
         that no threshold there sees a singular integrand, and no further.
         """
-        kept = self._clouds.get(octave)
-        if kept is None:
+        cloud = self._clouds.get(octave)
+        if cloud is None:
             edges = self._density_pieces.edges
             edges = np.union1d(edges, edges[0] + np.ptp(edges) * 2.0 ** -np.arange(float(octave)))
             width = np.diff(edges)[:, None]
             y = edges[:-1, None] + width * NODES
-            kept = self._clouds[octave] = y.ravel(), self._probabilities(edges).ravel()
-        return kept
+            cloud = self._clouds[octave] = y.ravel(), self._probabilities(edges).ravel()
+        return cloud
 
     @cached_property
     def _clouds(self) -> dict[int, tuple[Floats, Floats]]:

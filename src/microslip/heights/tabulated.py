@@ -203,10 +203,10 @@ class TabulatedHeights(Locked, HeightDistribution):
         knots, left, right = self._panels
         width = np.diff(knots)
         zero = 0.5 * width * (left + right)
-        one = width**2 * (left + 2.0 * right) / 6.0
+        first_moment = width**2 * (left + 2.0 * right) / 6.0
         two = width**3 * (left + 3.0 * right) / 12.0
         f0 = _above(zero)
-        f1 = _above(one + width * f0[1:])
+        f1 = _above(first_moment + width * f0[1:])
         f2 = _above(two + width * (2.0 * f1[1:] + width * f0[1:]))
         return f0, f1, f2
 

@@ -52,6 +52,11 @@ class PanelCurve:
         return value, fall
 
 
+def curve_of(*profile: Any) -> ArrayCurve:
+    """The curve of a profile; to the twin any other curve may be given in its place."""
+    return PanelCurve(*profile) if len(profile) > 1 else profile[0]
+
+
 class Moves(NamedTuple):
     """One move of every node: rows that stay, front, D, kind, T/mu, and -N' by which it grows."""
 
@@ -179,41 +184,6 @@ def take_moves(
 # -- states ---------------------------------------------------------------------------------------
 
 
-def try_with(
-    curve: ArrayCurve,
-    place: Floats,
-    step: Floats | None,
-    rest: Floats,
-    last_place: Floats,
-    last_step: Floats,
-    last_value: Floats,
-    rows: Floats,
-    marks: Floats,
-    begin: Integers,
-    depth: Integers,
-    front: Floats,
-    density: Floats,
-    value: Floats,
-    code: Integers,
-    by_place: Floats,
-    load: Floats | None,
-    fall: Floats | None,
-    by_step: Floats | None,
-) -> None:
-    """:func:`field_try` with any curve."""
-    now = last_step if step is None else step
-    last = last_step, last_place, last_value
-    moves = make_moves(curve, rest, rows, marks, begin, depth, last, now, place)
-    front[:], density[:], value[:] = moves.front, moves.density, moves.value
-    code[:], by_place[:] = 4 * moves.depth + moves.kind, moves.fall
-    if load is None or fall is None or by_step is None:
-        return
-    load[:], fall[:] = curve.load(rest + now)
-    top = rows[begin + np.maximum(moves.depth - 1, 0), 1]
-    slid = (moves.kind == 0) & ~(moves.front > now) & (moves.depth > 0) & (np.abs(top) == 1.0)
-    by_step[:] = np.where(slid, top, moves.density) * (moves.fall - fall)
-
-
 def field_try(
     place: Floats,
     step: Floats | None,
@@ -241,10 +211,18 @@ def field_try(
     :func:`field_commit` needs (``front``, ``density``, ``value`` and ``code``, which is four times
     the rows that stay and the kind) and d(T/mu)/d(place); with steps N, -N' and d(T/mu)/d(step).
     """
-    try_with(
-        PanelCurve(*profile), place, step, rest, last_place, last_step, last_value, rows, marks,
-        begin, depth, front, density, value, code, by_place, load, fall, by_step,
-    )  # fmt: skip
+    curve = curve_of(*profile)
+    now = last_step if step is None else step
+    last = last_step, last_place, last_value
+    moves = make_moves(curve, rest, rows, marks, begin, depth, last, now, place)
+    front[:], density[:], value[:] = moves.front, moves.density, moves.value
+    code[:], by_place[:] = 4 * moves.depth + moves.kind, moves.fall
+    if load is None or fall is None or by_step is None:
+        return
+    load[:], fall[:] = curve.load(rest + now)
+    top = rows[begin + np.maximum(moves.depth - 1, 0), 1]
+    slid = (moves.kind == 0) & ~(moves.front > now) & (moves.depth > 0) & (np.abs(top) == 1.0)
+    by_step[:] = np.where(slid, top, moves.density) * (moves.fall - fall)
 
 
 def field_commit(

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip.kernels.layout import Floats, Integers
-from microslip.kernels.twin_field import ArrayCurve, Bools, PanelCurve, make_moves, take_moves
+from microslip.kernels.twin_field import ArrayCurve, Bools, curve_of, make_moves, take_moves
 
 
 class Entries(NamedTuple):
@@ -103,8 +103,8 @@ def derive_cycles(entries: Entries, by_place: Floats, by_step: Floats) -> tuple[
     split = np.arange(places + steps) < places
 
     def along(entry: Integers) -> Floats:
-        found = turns[own, entries.sample[at, np.maximum(entry, 0)]]
-        return np.where((entry >= 0)[:, None], found, nothing)
+        at_entry = turns[own, entries.sample[at, np.maximum(entry, 0)]]
+        return np.where((entry >= 0)[:, None], at_entry, nothing)
 
     for i in range(count):
         now = turns[own, entries.sample[:, i]]
@@ -115,8 +115,8 @@ def derive_cycles(entries: Entries, by_place: Floats, by_step: Floats) -> tuple[
         previous = np.full(nodes, i - 1)
         was = along(previous)
         there = entries.here[:, i - 1, None] if i else np.zeros((nodes, 1))
-        kept = slopes[at, previous] + np.where(split, 0.0, density * there * was)
-        stuck = kept + factor * fall * (now - was)
+        sticking = slopes[at, previous] + np.where(split, 0.0, density * there * was)
+        stuck = sticking + factor * fall * (now - was)
         # A slip.
         parent = entries.parent[:, i]
         old = np.where(parent >= 0, entries.density[at, parent], 0.0)[:, None]
@@ -128,7 +128,7 @@ def derive_cycles(entries: Entries, by_place: Floats, by_step: Floats) -> tuple[
         at_front = (1.0 - share) * inner + share * outer
         slid = ahead[at, parent] + scale * grip * (outer - inner)
         slid = slid + fall * (factor * now - scale * at_front)
-        ahead[:, i] = np.where(sticks, kept, slid)
+        ahead[:, i] = np.where(sticks, sticking, slid)
         slopes[:, i] = np.where(sticks, stuck, slid) - np.where(split, 0.0, density * here * now)
     falls = -entries.here[:, :, None] * by_step[own[:, None], entries.sample]
     return slopes[:, :count], falls
@@ -145,69 +145,6 @@ def two_groups(place: Floats, step: Floats | None) -> list[Integers]:
     return [which for which in (at[~sticks], at[sticks]) if which.size]
 
 
-def cycle_with(
-    curve: ArrayCurve,
-    place: Floats,
-    step: Floats | None,
-    rest: Floats,
-    samples: int,
-    value: Floats,
-    load: Floats,
-    slope: Floats,
-) -> None:
-    """:func:`field_cycle` with any curve."""
-    x, d = place.reshape(-1, samples), None if step is None else step.reshape(-1, samples)
-    value, load, slope = (array.reshape(x.shape) for array in (value, load, slope))
-    for which in two_groups(x, d):
-        part = None if d is None else d[which]
-        entries, value[which], load[which] = walk_cycles(curve, rest[which], x[which], part)
-        last, falls = entries.sample[:, -samples:], np.empty((which.size, samples))
-        np.put_along_axis(falls, last, entries.fall[:, -samples:], axis=1)
-        slope[which] = falls
-
-
-def slopes_with(
-    curve: ArrayCurve,
-    place: Floats,
-    step: Floats | None,
-    rest: Floats,
-    samples: int,
-    by_place: Floats,
-    places: int,
-    by_step: Floats,
-    steps: int,
-    stride: int,
-    weights: Floats,
-    rows: int,
-    spectrum: Floats,
-    jacobian: Floats,
-    load_spectrum: Floats,
-    load_jacobian: Floats,
-) -> None:
-    """:func:`field_slopes` with any curve."""
-    x, d = place.reshape(-1, samples), None if step is None else step.reshape(-1, samples)
-    sets = rest.size if stride else 1
-    u, v = by_place.reshape(sets, samples, places), by_step.reshape(sets, samples, steps)
-    kept = rows or samples
-    J = jacobian.reshape(rest.size, kept, places + steps)
-    K = load_jacobian.reshape(rest.size, kept, steps)
-    w = weights.reshape(samples, rows)
-    for which in two_groups(x, d):
-        part = None if d is None else d[which]
-        entries, value, load = walk_cycles(curve, rest[which], x[which], part)
-        own = (u[which], v[which]) if stride else (u, v)
-        slope, fall = derive_cycles(entries, *own)
-        order = np.argsort(entries.sample[:, -samples:], axis=1)[:, :, None]
-        slope = np.take_along_axis(slope[:, -samples:], order, axis=1)
-        fall = np.take_along_axis(fall[:, -samples:], order, axis=1)
-        if not rows:
-            J[which], K[which] = slope, fall
-            continue
-        spectrum.reshape(-1, rows)[which] = value @ w
-        load_spectrum.reshape(-1, rows)[which] = load @ w
-        J[which], K[which] = w.T @ slope, w.T @ fall
-
-
 def field_cycle(
     place: Floats,
     step: Floats | None,
@@ -222,7 +159,15 @@ def field_cycle(
 
     Arrays are (nodes, samples); ``step`` is None where all nodes stay at ``rest``.
     """
-    cycle_with(PanelCurve(*profile), place, step, rest, samples, value, load, slope)
+    curve = curve_of(*profile)
+    x, d = place.reshape(-1, samples), None if step is None else step.reshape(-1, samples)
+    value, load, slope = (array.reshape(x.shape) for array in (value, load, slope))
+    for which in two_groups(x, d):
+        part = None if d is None else d[which]
+        entries, value[which], load[which] = walk_cycles(curve, rest[which], x[which], part)
+        last, falls = entries.sample[:, -samples:], np.empty((which.size, samples))
+        np.put_along_axis(falls, last, entries.fall[:, -samples:], axis=1)
+        slope[which] = falls
 
 
 def field_slopes(
@@ -250,7 +195,25 @@ def field_slopes(
     over the samples: of T/mu, its derivatives (rows, places + steps), of N and its derivatives
     (rows, steps). Without rows the derivatives at all samples do.
     """
-    slopes_with(
-        PanelCurve(*profile), place, step, rest, samples, by_place, places, by_step, steps, stride,
-        weights, rows, spectrum, jacobian, load_spectrum, load_jacobian,
-    )  # fmt: skip
+    curve = curve_of(*profile)
+    x, d = place.reshape(-1, samples), None if step is None else step.reshape(-1, samples)
+    sets = rest.size if stride else 1
+    u, v = by_place.reshape(sets, samples, places), by_step.reshape(sets, samples, steps)
+    height = rows or samples
+    J = jacobian.reshape(rest.size, height, places + steps)
+    K = load_jacobian.reshape(rest.size, height, steps)
+    w = weights.reshape(samples, rows)
+    for which in two_groups(x, d):
+        part = None if d is None else d[which]
+        entries, value, load = walk_cycles(curve, rest[which], x[which], part)
+        own = (u[which], v[which]) if stride else (u, v)
+        slope, fall = derive_cycles(entries, *own)
+        order = np.argsort(entries.sample[:, -samples:], axis=1)[:, :, None]
+        slope = np.take_along_axis(slope[:, -samples:], order, axis=1)
+        fall = np.take_along_axis(fall[:, -samples:], order, axis=1)
+        if not rows:
+            J[which], K[which] = slope, fall
+            continue
+        spectrum.reshape(-1, rows)[which] = value @ w
+        load_spectrum.reshape(-1, rows)[which] = load @ w
+        J[which], K[which] = w.T @ slope, w.T @ fall

@@ -146,10 +146,12 @@ def hold(
         x = place_of(
             curve, d, wanted, stack, values, depth, last_separation, last_place, last_value
         )
-        kept, front, density, kind, last_value, outer, _ = coupled_step(
+        remaining, front, density, kind, last_value, outer, _ = coupled_step(
             d, x, stack, values, depth, last_separation, last_place, *profile
         )
-        depth = push(stack, values, kept, d, front, density, kind, last_value, outer, last_place)
+        depth = push(
+            stack, values, remaining, d, front, density, kind, last_value, outer, last_place
+        )
         place[i] = last_place = x
         last_separation = d
     return depth, last_separation, last_place, last_value

@@ -76,11 +76,11 @@ def slip_runs(
     """Runs of the slip front along a record: columns of the sample and what :func:`runs` gives."""
     rows: list[tuple[float, float, float]] = [tuple(row) for row in stack[:depth].tolist()]
     d0, x0 = last_separation, last_place
-    found: list[tuple[float, ...]] = []
+    slips: list[tuple[float, ...]] = []
     for j, (d, x) in enumerate(zip(separation.tolist(), place.tolist(), strict=True)):
         depth, front, density, kind = step_front(d, x, rows, len(rows), d0, x0)
         if kind:
-            found += [(float(j), *run) for run in runs(rows, d0, d, x - x0)]
+            slips += [(float(j), *run) for run in runs(rows, d0, d, x - x0)]
         beyond = x0
         if kind and depth:
             end, old, rest = rows[depth - 1]
@@ -91,7 +91,7 @@ def slip_runs(
         if front > d:
             rows.append((front, density, beyond))
         d0, x0 = d, x
-    return np.array(found, dtype=float).reshape(-1, 8).T
+    return np.array(slips, dtype=float).reshape(-1, 8).T
 
 
 def losses(

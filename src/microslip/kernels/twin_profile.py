@@ -112,13 +112,13 @@ def drops(base: Floats, width: Floats, drop: Floats, *profile: Any) -> None:
     high, s1 = panels.find(z + width * panels.inverse_width)
     step = 2.0 * width * panels.inverse_width
     c0 = panels.at(low)
-    one = (low == high) & (low < panels.count)
+    same_panel = (low == high) & (low < panels.count)
     next_ = (high == low + 1) & (high < panels.count)
-    far = ~(one | next_) & (low < panels.count)
+    far = ~(same_panel | next_) & (low < panels.count)
     drop[:] = 0.0
-    if one.any():
-        c = [v[one] for v in c0]
-        drop[one] = -step[one] * _first_difference(c, s0[one], s1[one])
+    if same_panel.any():
+        c = [v[same_panel] for v in c0]
+        drop[same_panel] = -step[same_panel] * _first_difference(c, s0[same_panel], s1[same_panel])
     if next_.any():
         c, d = [v[next_] for v in c0], panels.at(high[next_])
         left = 1.0 - s0[next_]
@@ -141,13 +141,17 @@ def excesses(base: Floats, width: Floats, excess: Floats, *profile: Any) -> None
     high, s1 = panels.find(z + width * panels.inverse_width)
     step = 2.0 * width * panels.inverse_width
     c0, c1 = panels.at(low), panels.at(high)
-    one = (low == high) & (low < panels.count)
+    same_panel = (low == high) & (low < panels.count)
     next_ = (high == low + 1) & (high < panels.count)
-    far = ~(one | next_) & (low < panels.count)
+    far = ~(same_panel | next_) & (low < panels.count)
     excess[:] = 0.0
-    if one.any():
-        c = [v[one] for v in c0]
-        excess[one] = step[one] * step[one] * _second_difference(c, s1[one], s0[one])
+    if same_panel.any():
+        c = [v[same_panel] for v in c0]
+        excess[same_panel] = (
+            step[same_panel]
+            * step[same_panel]
+            * _second_difference(c, s1[same_panel], s0[same_panel])
+        )
     if next_.any():
         c, d = [v[next_] for v in c0], [v[next_] for v in c1]
         left = 1.0 - s0[next_]

@@ -59,12 +59,12 @@ def _slips(
     cosine, sine = np.where(against, -1.0, (ahead - behind) / whole), s * share
     ends = last * np.stack((cosine, sine))
     grip = begin * length - radius * rise
-    zero, one = np.zeros_like(a), np.ones_like(a)
+    zero, unity = np.zeros_like(a), np.ones_like(a)
     by = np.stack((begin, b, time * begin, -radius * left, -radius * time))
     dt = -np.divide(by, grip, out=np.zeros_like(by), where=grip > 0.0)
-    dbegin = length * dt + np.stack((one, zero, time, zero, zero))
+    dbegin = length * dt + np.stack((unity, zero, time, zero, zero))
     dradius = rise * dt + np.stack((zero, zero, zero, left, time))
-    db, dlast = np.stack((zero, one, zero, zero, zero)), np.stack((zero, zero, zero, zero, one))
+    db, dlast = np.stack((zero, unity, zero, zero, zero)), np.stack((zero, zero, zero, zero, unity))
     dlength = np.stack((zero, zero, left, zero, zero))
     dangle = (begin * db - b * dbegin) / (radius * radius)
     dz = (dlast - (1.0 + z) * dradius) / radius

@@ -191,9 +191,9 @@ class Diagram:
 
     def _keep(self, stack: Floats, values: Floats, depth: int) -> None:
         if len(values) > 4 * depth + 64 or len(values) < 8:
-            kept, held = np.empty((2 * depth + 8, 3)), np.empty(2 * depth + 8)
-            kept[:depth], held[:depth] = stack[:depth], values[:depth]
-            stack, values = kept, held
+            rows, held = np.empty((2 * depth + 8, 3)), np.empty(2 * depth + 8)
+            rows[:depth], held[:depth] = stack[:depth], values[:depth]
+            stack, values = rows, held
         self.stack, self.values, self.depth = stack, values, depth
 
     def rows(self, separation: Floats, place: Floats) -> Rows:
@@ -237,7 +237,7 @@ class Diagram:
             return self._probe(
                 separation, place, lambda b, w: float(drop(np.array([b]), np.array([w]))[0])
             )
-        found = kernels.active.coupled_step(
+        outcome = kernels.active.coupled_step(
             separation,
             place,
             self.stack,
@@ -247,7 +247,7 @@ class Diagram:
             self.place,
             *profile.arguments,
         )
-        return Step(separation, place, *found)
+        return Step(separation, place, *outcome)
 
     def _probe(
         self, separation: float, place: float, drop: Callable[[float, float], float]

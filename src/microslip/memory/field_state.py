@@ -184,7 +184,7 @@ class FieldState:
         )  # fmt: skip
         profile = self._profile(step)
         if profile is None:
-            twin_field.try_with(field._curve, *arguments)
+            twin_field.field_try(*arguments, field._curve)
         else:
             kernels.active.field_try(*arguments, *profile.arguments)
         self._trial = place, step, (front, density, value, code)

@@ -388,13 +388,13 @@ class State:
 
     def _here(self) -> Trial:
         """The committed state as a trial, which leaves no trace."""
-        kept, self._trial = self._trial, None
+        trial, self._trial = self._trial, None
         try:
             if self._diagram is None:
                 return self._try_plain(self._memory.last)[0]
             return self._try_coupled(self._memory.last, self._diagram.separation)
         finally:
-            self._trial = kept
+            self._trial = trial
 
     # -- a load that varies -----------------------------------------------------------------------
 

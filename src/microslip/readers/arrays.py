@@ -72,23 +72,23 @@ def leaves(arrays: Arrays) -> dict[str, Leaf]:
     return found
 
 
-def only(found: Mapping[str, Leaf], key: str | None, kind: str) -> str:
+def only(arrays: Mapping[str, Leaf], key: str | None, kind: str) -> str:
     """Name of the array that is meant, by its key, or because no other could be."""
     listed = ", ".join(
         f'"{shorten(name, 40)}" ({" x ".join(map(str, leaf.shape)) or "one number"})'
-        for name, leaf in list(found.items())[:12]
+        for name, leaf in list(arrays.items())[:12]
     )
-    if len(found) > 12:
-        listed += f" and {len(found) - 12} more"
+    if len(arrays) > 12:
+        listed += f" and {len(arrays) - 12} more"
     if key is not None:
-        if key not in found:
+        if key not in arrays:
             raise ValueError(
                 f"this {kind} has no array {shorten(repr(key), 40)}; it has {listed or 'none'}"
             )
         return key
-    able = [name for name, leaf in found.items() if len(leaf.shape) == 2 and min(leaf.shape) > 1]
+    able = [name for name, leaf in arrays.items() if len(leaf.shape) == 2 and min(leaf.shape) > 1]
     # A vector can be a profile, or no heights at all; only alone there is no doubt.
-    able = able or [name for name, leaf in found.items() if max(leaf.shape, default=0) > 3]
+    able = able or [name for name, leaf in arrays.items() if max(leaf.shape, default=0) > 3]
     if not able:
         raise ValueError(
             f"wanted a matrix of heights, got this {kind} with {listed or 'no numbers'}"

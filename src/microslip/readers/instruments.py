@@ -51,13 +51,13 @@ def read_channel(path: Path, wanted: Any, channel: Any, limit: int) -> Heights:
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         heights = _read(path, wanted, channel, limit)
-    said = dict.fromkeys(
+    warnings_given = dict.fromkeys(
         shorten(str(w.message).strip(), 160)
         for w in heard
         if not issubclass(w.category, _OF_NO_INTEREST)
     )
-    told = tuple(f"SurfaceTopography says: {text}" for text in list(said)[:5])
-    return heights._replace(notes=(*heights.notes, *told))
+    remarks = tuple(f"SurfaceTopography says: {text}" for text in list(warnings_given)[:5])
+    return heights._replace(notes=(*heights.notes, *remarks))
 
 
 def formats() -> list[str]:
@@ -271,12 +271,12 @@ def _heights(
     if not topography.is_uniform:
         if heights.ndim != 1:
             raise ValueError("points on no regular grid; interpolate them on one first")
-        found, steps = on_grid(
+        grid, steps = on_grid(
             [np.asarray(topography.positions(), dtype=float)],
             np.asarray(heights, dtype=float),
             10 * heights.size,
         )
-        return found, (steps[0] * factor,), unit
+        return grid, (steps[0] * factor,), unit
     if sizes is None:
         return heights, None, unit
     lengths = np.atleast_1d(np.asarray(sizes, dtype=float)) * factor

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,13 +13,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import Formatter
 
+from microslip.report.ticks import log_label
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 STYLE = Path(__file__).parents[1] / "style.mplstyle"
 FONT = "DejaVu Sans"
 DASHES = (0, (4, 2))
-_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _LONG_WORD = 50  # of the widest letter, W, so many fill the page
 
 
@@ -72,15 +72,7 @@ class _Powers(Formatter):
     def __call__(self, x: float, pos: int | None = None) -> str:
         axis: Any = self.axis
         low, high = sorted(axis.get_view_interval())
-        power = math.floor(math.log10(x) + 1e-9)
-        factor = float(f"{x / 10.0**power:.5g}")
-        decades = math.log10(high / low)
-        if factor not in ((1,) if decades > 1.6 else (1, 2, 5) if decades > 0.5 else (factor,)):
-            return ""
-        if low >= 0.9e-4 and high <= 1.2e5:
-            return f"{x:.6g}"
-        exponent = str(power).translate(_SUPERSCRIPTS)
-        return f"10{exponent}" if factor == 1 else f"{factor:g}·10{exponent}"
+        return log_label(x, float(low), float(high))
 
 
 def log_scale(axes: Axes, which: Literal["x", "y"]) -> None:

@@ -1,4 +1,4 @@
-"""What a backbone law shows of itself to those who think in sliders."""
+"""A backbone as sliders in parallel: how Iwan models see it."""
 
 from __future__ import annotations
 

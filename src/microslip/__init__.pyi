@@ -49,8 +49,10 @@ from .memory import Trial as Trial
 from .memory import VectorResponse as VectorResponse
 from .memory import VectorState as VectorState
 from .normal import AsperityPopulation as AsperityPopulation
+from .normal import EllipticSummits as EllipticSummits
 from .normal import GreenwoodWilliamson as GreenwoodWilliamson
 from .normal import NormalLaw as NormalLaw
+from .normal import PerssonCurve as PerssonCurve
 from .normal import SphereOnFlat as SphereOnFlat
 from .normal import TabulatedNormalLaw as TabulatedNormalLaw
 from .normal import TightenedSurface as TightenedSurface

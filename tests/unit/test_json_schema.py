@@ -223,7 +223,7 @@ def test_metals_of_the_table_are_offered() -> None:
 def test_laws_and_kinds_are_named() -> None:
     surfaces = SCHEMA["properties"]["surface"]["oneOf"]
     assert [surface["title"] for surface in surfaces] == [
-        *("greenwood-williamson", "population", "sphere", "table"),
+        *("greenwood-williamson", "population", "sphere", "table", "elliptic-summits"),
         *("scan", "drawing", "two-faces"),
     ]
     heights = surfaces[0]["properties"]["heights"]["oneOf"]

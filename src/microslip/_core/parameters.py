@@ -240,7 +240,7 @@ def dimension_of(unit: str) -> tuple[int, int] | None:
     for part, sign in ((above, 1), (under, -1)):
         for word in part.replace("*", " ").split():
             base, _, power = word.partition("^")
-            if base == "1":
+            if base in ("1", "rad"):
                 continue
             if base not in powers or not re.fullmatch(r"-?\d*", power):
                 return None

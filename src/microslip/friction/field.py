@@ -189,7 +189,7 @@ class JointField(SettledField, Locked):
     @cached_property
     def _slip(self) -> Floats:
         """Kappa of each node."""
-        return self.friction * self.surface.pair.stiffness_ratio
+        return self.friction * self.surface.stiffness_ratio
 
     @cached_property
     def _steps(self) -> Floats:

@@ -119,7 +119,7 @@ class Interface(CoupledLaw):
     @cached_property
     def slip_per_indentation(self) -> float:
         """Kappa = mu E*/4G* [-]: slip limit of a contact over its indentation (19.12)."""
-        return self.friction_coefficient * self.surface.pair.stiffness_ratio
+        return self.friction_coefficient * self.surface.stiffness_ratio
 
     @property
     def force_limit(self) -> float:
@@ -135,7 +135,7 @@ class Interface(CoupledLaw):
     @cached_property
     def tangential_stiffness(self) -> float:
         """Tangential stiffness at rest k_t = 4 (G*/E*) k_n [N/m] (Mindlin 1949)."""
-        return self.normal_stiffness / self.surface.pair.stiffness_ratio
+        return self.normal_stiffness / self.surface.stiffness_ratio
 
     @cached_property
     def contact_count(self) -> float | None:

@@ -80,7 +80,7 @@ def first_loading(
     if not isinstance(surface, NormalLaw):
         raise InputError(f"surface must be a normal load law, got {show(surface)}")
     mu = positive("friction_coefficient", friction_coefficient)
-    return loaded(surface, mu, mu * surface.pair.stiffness_ratio, displacement, separation, start)
+    return loaded(surface, mu, mu * surface.stiffness_ratio, displacement, separation, start)
 
 
 def loaded(

@@ -1,7 +1,9 @@
 """Floor 2: normal load laws, one class a law."""
 
 from microslip.normal.base import NormalLaw
+from microslip.normal.elliptic import EllipticSummits
 from microslip.normal.greenwood_williamson import GreenwoodWilliamson
+from microslip.normal.persson import PerssonCurve
 from microslip.normal.population import AsperityPopulation
 from microslip.normal.sphere import SphereOnFlat
 from microslip.normal.table import TabulatedNormalLaw
@@ -10,8 +12,10 @@ from microslip.normal.tightened import TightenedSurface
 __all__ = [
     "NORMAL_LAWS",
     "AsperityPopulation",
+    "EllipticSummits",
     "GreenwoodWilliamson",
     "NormalLaw",
+    "PerssonCurve",
     "SphereOnFlat",
     "TabulatedNormalLaw",
     "TightenedSurface",
@@ -23,5 +27,6 @@ NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
     SphereOnFlat,
     TabulatedNormalLaw,
     TightenedSurface,
+    EllipticSummits,
 )
 """Every normal load law; the shared tests run over it."""

@@ -151,6 +151,11 @@ class NormalLaw(Parametric, ABC):
         """The summits themselves, for a law that sums over given ones."""
         return None
 
+    @property
+    def stiffness_ratio(self) -> float:
+        """Normal over tangential stiffness of the contacts [-]; E*/4G* of round ones."""
+        return self.pair.stiffness_ratio
+
     def _patch(self, area: float, share: float) -> NormalLaw:
         """The same surface on another area [m^2], which bears a share of the load."""
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]

@@ -7,6 +7,7 @@ from .cutoffs import CutoffTable as CutoffTable
 from .cutoffs import default_cutoffs as default_cutoffs
 from .cutoffs import over_cutoffs as over_cutoffs
 from .distribution_fits import Fit as Fit
+from .ellipses import elliptic_surface as elliptic_surface
 from .extreme_values import ExtremeShares as ExtremeShares
 from .extreme_values import extreme_shares as extreme_shares
 from .finish import SurfaceFinish as SurfaceFinish

@@ -16,7 +16,7 @@ from pydantic import Field, create_model, model_validator
 
 from microslip._core.options import REQUIRED, Option
 from microslip._core.parameters import Parameter, key_of, parameters_of
-from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, PRESSURE, STIFFNESS, Kind
+from microslip._core.units import ANGLE, AREA, DENSITY, FORCE, LENGTH, PRESSURE, STIFFNESS, Kind
 from microslip.errors import InputError
 from microslip.study.columns import FromFile
 from microslip.study.fields import MAX_VALUES, PER_LENGTH, array, quantity
@@ -24,7 +24,8 @@ from microslip.study.part import KeyedError, Part, as_key, key
 from microslip.study.uncertain import Uncertain
 
 _KINDS = {
-    kind.unit: kind for kind in (LENGTH, AREA, FORCE, PRESSURE, DENSITY, STIFFNESS, PER_LENGTH)
+    kind.unit: kind
+    for kind in (LENGTH, AREA, FORCE, PRESSURE, DENSITY, STIFFNESS, PER_LENGTH, ANGLE)
 }
 # Units in which people write an example, the first one in which it is no small fraction.
 _WRITTEN = {
@@ -34,7 +35,8 @@ _WRITTEN = {
     "Pa": ((1e9, "GPa"), (1e6, "MPa")),
     "1/m^2": ((1e6, "1/mm^2"),),
     "N/m": ((1e6, "N/um"), (1.0, "N/m")),
-    "1/m": ((1e6, "1/um"),),
+    "1/m": ((1e6, "1/um"), (1.0, "1/m")),
+    "rad": ((math.pi / 180.0, "deg"),),
 }
 _USUAL = {"m": 5e-7, "m^2": 2e-4, "N": 100.0, "Pa": 69e9, "1/m^2": 1e8, "N/m": 5e7, "1/m": 5e5}
 

@@ -32,7 +32,7 @@ class Grid:
             self.separation = np.full(self.load.size, joint.separation)
         else:
             self.separation = separations(self.surface, self.load)
-        self.kappa = self.friction * self.surface.pair.stiffness_ratio
+        self.kappa = self.friction * self.surface.stiffness_ratio
         self.limit = self.friction[:, None] * self.load
         # As in an interface: with it the limit is met exactly.
         self.factor = self.limit / self.surface._derivative(self.separation, 0)
@@ -109,9 +109,7 @@ class Grid:
         return np.asarray(getattr(self.surface, name)(self.separation))
 
     def _held(self) -> Floats:
-        return np.asarray(
-            self.surface.stiffness(self.separation) / self.surface.pair.stiffness_ratio
-        )
+        return np.asarray(self.surface.stiffness(self.separation) / self.surface.stiffness_ratio)
 
     def _report(self, share: float) -> None:
         if self.progress is not None:

@@ -46,6 +46,7 @@ _LAWS = {
     "sphere": "of one sphere on a flat",
     "table": "with a tabulated normal law",
     "scan": "of a scanned surface",
+    "elliptic-summits": "of a surface with a lay",
     "drawing": "of a surface by its drawing",
     "two-faces": "of two rough faces",
 }

@@ -108,6 +108,7 @@ _LAWS = {
     "sphere": "one sphere on a flat",
     "table": "a table",
     "scan": "summits of a scan",
+    "elliptic-summits": "elliptic summits",
     "drawing": "a drawing",
     "two-faces": "two rough faces",
 }

@@ -1,0 +1,167 @@
+"""Summits that are longer than wide: the lay of a machined surface, and the direction of motion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
+
+from numpy.typing import ArrayLike
+
+from microslip._core.parameters import parameter
+from microslip.errors import InputError
+from microslip.heights import Gaussian
+from microslip.materials import MaterialPair
+from microslip.normal.base import NormalLaw, aluminium
+from microslip.normal.greenwood_williamson import GreenwoodWilliamson
+from microslip.normal.tightened import TightenedSurface
+
+
+class HertzEllipse(NamedTuple):
+    """An elliptic Hertz contact, by the ratio of its summit's curvatures."""
+
+    axis_ratio: float
+    """Short over long half axis b/a [-]."""
+    load: float
+    """Load over that of a sphere of the radius 1/sqrt(k1 k2), at equal indentation [-]."""
+    area: float
+    """Contact area over that of this sphere, at equal indentation [-]."""
+    along: float
+    """Mean of cos^2 of the angle to the long axis, over directions weighted by the radius [-]."""
+
+
+@lru_cache(maxsize=4096)
+def hertz_ellipse(curvature_ratio: float) -> HertzEllipse:
+    """The ellipse of a summit whose smaller curvature is so much of the larger.
+
+    Johnson, Contact Mechanics (1985), DOI 10.1017/CBO9781139171731, (4.26)-(4.33), written in
+    Carlson's integrals, which do not cancel where the ellipse is a circle.
+    """
+    from scipy.optimize import brentq
+    from scipy.special import elliprd, elliprf
+
+    def miss(log_t: float) -> float:
+        t2 = math.exp(2.0 * log_t)
+        ratio = float(elliprd(0.0, t2, 1.0)) / float(elliprd(0.0, 1.0, t2))
+        return math.log(ratio / curvature_ratio)
+
+    # b/a lies between the ratio itself and one.
+    low = math.log(curvature_ratio) - 1e-3
+    t = 1.0 if curvature_ratio == 1.0 else math.exp(brentq(miss, low, 0.0, xtol=1e-15, rtol=1e-15))
+    wide, narrow = float(elliprd(0.0, 1.0, t * t)), float(elliprd(0.0, t * t, 1.0))
+    whole = float(elliprf(0.0, t * t, 1.0))  # K
+    size = (4.0 / (3.0 * math.pi) * t**1.5 * math.sqrt(wide * narrow)) ** (1.0 / 3.0)  # F1
+    depth = 2.0 / math.pi * math.sqrt(t) * whole / size  # F2
+    return HertzEllipse(t, depth**-1.5, size * size / depth, narrow / (3.0 * whole))
+
+
+def stiffness_ratio(pair: MaterialPair, along_motion: float) -> float:
+    """Normal over tangential stiffness of an elliptic contact [-].
+
+    By the mean of cos^2 of the angle to the motion, over directions weighted by the ellipse's
+    radius; one half is a circle and gives E*/4G*. Displacements of the middle under a traction of
+    Hertz's form (Cerruti): 1 - nu + nu <cos^2> against 1 - nu, each over G and summed.
+    """
+    bodies = [body for body in (pair.first, pair.second) if not body.is_rigid]
+    shear = math.fsum(
+        (1.0 - b.poisson_ratio + b.poisson_ratio * along_motion) / b.shear_modulus for b in bodies
+    )
+    return shear / math.fsum((1.0 - b.poisson_ratio) / b.shear_modulus for b in bodies)
+
+
+@dataclass(frozen=True, eq=False)
+class EllipticSummits(GreenwoodWilliamson):
+    """Summits of random heights, all longer along the lay than across, moved at an angle to it.
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        The two materials.
+    heights : HeightDistribution, frozen scipy.stats distribution or array_like
+        Summit heights y [m]; an array stands for equal atoms of probability.
+    radius : float
+        Equivalent radius of the summits, 1/sqrt(k1 k2) [m].
+    density : float
+        Summits per apparent area [1/m^2].
+    area : float
+        Apparent area [m^2].
+    curvature_ratio : float
+        Curvature along the lay over that across it, k2/k1 [-], at most 1.
+    direction : float
+        Angle between the motion and the lay [rad]: 0 along it, pi/2 across.
+
+    Raises
+    ------
+    InputError
+        A value out of its range; heights whose 3/2-moment is infinite.
+
+    Notes
+    -----
+    The contacts are Hertz's ellipses with the long axis along the lay. Cattaneo's superposition
+    holds for them as for circles, only the ratio of compliances is another: lambda = 1 +
+    nu/(1 - nu) <cos^2 theta> for equal bodies, the mean over directions weighted by the radius of
+    the ellipse, theta from the direction of motion. So all that is tangential follows with it in
+    place of E*/4G*.
+    """
+
+    key = "elliptic-summits"
+
+    curvature_ratio: float = field(
+        metadata=parameter(
+            "k2/k1", meaning="curvature along the lay over that across", above=1e-9, most=1.0,
+            example=0.1,
+        )
+    )  # fmt: skip
+    direction: float = field(
+        metadata=parameter(
+            "beta", "rad", "angle between the motion and the lay", least=-math.pi, most=math.pi,
+            example=0.5 * math.pi,
+        )
+    )  # fmt: skip
+
+    @cached_property
+    def ellipse(self) -> HertzEllipse:
+        """Shape of the contacts: axis ratio, load and area beside those of a sphere."""
+        return hertz_ellipse(self.curvature_ratio)
+
+    @cached_property
+    def stiffness_ratio(self) -> float:
+        """Normal over tangential stiffness of the contacts in the direction of motion [-]."""
+        cos2 = math.cos(self.direction) ** 2
+        along = self.ellipse.along
+        return stiffness_ratio(self.pair, along * cos2 + (1.0 - along) * (1.0 - cos2))
+
+    @cached_property
+    def _constant(self) -> float:
+        return super()._constant * self.ellipse.load
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Mean real contact area [m^2] of the ellipses, for separations [m] of any shape."""
+        return self.ellipse.area * super().contact_area(separation)
+
+    def tightened(
+        self,
+        normal_load: float,
+        *,
+        yield_stress: float | None = None,
+        hardness: float | None = None,
+        model: str = "jackson-green",
+    ) -> TightenedSurface:
+        """Not known of ellipses: the models of yielding summits are of spheres.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        raise InputError(
+            "EllipticSummits cannot be tightened: what is known of summits that yield is of "
+            "spheres; take a GreenwoodWilliamson surface of the same radius"
+        )
+
+    @classmethod
+    def examples(cls) -> tuple[NormalLaw, ...]:
+        """The worked example with a lay, moved across it."""
+        lay = {"curvature_ratio": 0.1, "direction": 0.5 * math.pi}
+        return (cls(aluminium(), Gaussian(std=5e-7), 1e-3, 1e8, 2e-4, **lay),)

@@ -1,0 +1,347 @@
+"""Persson's separation under a load, from a power spectrum: a table for a normal law."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, exact, floats, plain, positive, show
+from microslip._core.frozen import Locked, lock
+from microslip._core.parameters import Parametric, parameter
+from microslip.errors import Argument, InputError
+from microslip.materials import MaterialPair
+from microslip.normal.base import check_pair
+from microslip.normal.table import TabulatedNormalLaw
+from microslip.numerics.quadrature import gauss_legendre
+
+_END = 6.6  # beyond, exp(-x^2) is no part of anything
+_PIECE = 10  # nodes between two points of the spectrum
+_MOST_PIECES = 400
+
+if TYPE_CHECKING:
+
+    class SpectrumLike(Protocol):
+        """What :class:`microslip.scans.Spectrum` is."""
+
+        @property
+        def wavenumber(self) -> Floats:
+            """Wavenumbers [1/m]."""
+
+        @property
+        def density(self) -> Floats:
+            """Power spectral density there [m^4]."""
+
+
+@lru_cache(maxsize=1)
+def _erf2_to_end() -> Floats:
+    """Chebyshev series over 0 ... _END of the integral of erf^2(y) exp(-y^2)/y from x on."""
+    from scipy.special import erf
+
+    def over_x(t: Any) -> Any:
+        x = 0.5 * _END * (t + 1.0)
+        return np.asarray(erf(x) ** 2 * np.exp(-x * x) / np.where(x > 0.0, x, 1.0))
+
+    falling = -np.asarray(chebyshev.chebint(chebyshev.chebinterpolate(over_x, 90), scl=0.5 * _END))
+    falling[0] -= chebyshev.chebval(1.0, falling)
+    return lock(falling)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PerssonCurve(Locked, Parametric):
+    """A surface by its power spectrum, pressed on a half space, by Persson's theory.
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        The two materials.
+    wavenumber : array_like
+        Wavenumbers q [1/m] (2 pi over the wavelength), rising, from the longest wave to the
+        shortest that counts.
+    spectrum : array_like
+        Power spectral density C(q) there [m^4]; its integral over the plane of wavenumbers is the
+        mean square height. Straight between the points in logarithms.
+    area : float
+        Apparent area [m^2].
+    stored_share : float, optional
+        Persson's gamma [-]: how much of the elastic energy of full contact partial contact stores.
+
+    Raises
+    ------
+    InputError
+        A value out of its range; fewer than two points, wavenumbers that do not rise.
+
+    Notes
+    -----
+    Yang and Persson (2008), DOI 10.1088/0953-8984/20/21/215214: the mean separation under a
+    pressure p, written here with v^2 the integral of q^3 C up to q,
+
+    u(p) = 2 int dv/q(v) int_x^inf [gamma + 3 (1 - gamma) erf^2(y)] exp(-y^2) dy/y,
+    x = p/(sqrt(pi) E* v),
+
+    which has the same value without a root that is infinite at the longest wave. Separations are
+    those of the mean planes, above zero. The half space beneath gives way, too, so what is
+    tangential follows by the same superposition (Ciavarella, Jaeger) with that compliance in it: do
+    not add that of a body as large as the longest wave.
+    """
+
+    pair: MaterialPair
+    wavenumber: Any = field(
+        metadata=parameter(
+            "q", "1/m", "wavenumbers of the spectrum", above=0.0, many=True, example=1e5
+        )
+    )
+    spectrum: Any = field(
+        metadata=parameter(
+            "C", "m^4", "power spectral density at these", above=0.0, many=True, example=1e-24
+        )
+    )
+    area: float = field(metadata=parameter("S_a", "m^2", "apparent area", above=0.0))
+    stored_share: float = field(
+        default=0.45,
+        metadata=parameter("gamma", meaning="share of the elastic energy", above=0.0, most=1.0),
+    )
+
+    def __post_init__(self) -> None:
+        check_pair(self.pair)
+        super().__post_init__()
+        q, c = self.wavenumber, self.spectrum
+        if q.size != c.size or q.size < 2:
+            raise InputError(
+                Argument("wavenumber"),
+                " and the spectrum must be two lists of one length, two at least, got "
+                f"{q.size} and {c.size}",
+            )
+        if not np.all(np.diff(q) > 0.0):
+            raise InputError(Argument("wavenumber"), " must rise [1/m]")
+
+    @classmethod
+    def from_spectrum(
+        cls,
+        spectrum: SpectrumLike,
+        pair: MaterialPair,
+        area: float,
+        *,
+        longest: float | None = None,
+        shortest: float | None = None,
+    ) -> PerssonCurve:
+        """From the spectrum of a scan, ``scan.spectrum()``.
+
+        Parameters
+        ----------
+        spectrum : Spectrum
+            Of a scan, its form taken out.
+        pair : MaterialPair
+            The two materials.
+        area : float
+            Apparent area [m^2].
+        longest, shortest : float, optional
+            Wavelengths [m] between which it counts; all that are in it unless given.
+
+        Raises
+        ------
+        InputError
+            Fewer than two rings between the wavelengths; a profile.
+        """
+        q, c = np.asarray(spectrum.wavenumber), np.asarray(spectrum.density)
+        if len(getattr(spectrum, "axes", (0, 0))) < 2:
+            raise InputError("PerssonCurve needs the spectrum of a map, got that of a profile")
+        low = 0.0 if longest is None else 2.0 * math.pi / positive("longest", longest, "m", 1e-3)
+        high = math.inf
+        if shortest is not None:
+            high = 2.0 * math.pi / positive("shortest", shortest, "m", 1e-5)
+        # What filters have left of the shortest waves is no part of any slope.
+        kept = (q >= low) & (q <= high) & (c > max(1e-20 * float(c.max()), 1e-39))
+        if np.count_nonzero(kept) < 2:
+            raise InputError(
+                "PerssonCurve needs two rings of the spectrum or more between its wavelengths, "
+                f"got {np.count_nonzero(kept)}"
+            )
+        return cls(pair, q[kept], c[kept], area)
+
+    @classmethod
+    def self_affine(
+        cls,
+        pair: MaterialPair,
+        *,
+        rms: float,
+        hurst: float,
+        longest: float,
+        roll_off: float,
+        shortest: float,
+        area: float,
+    ) -> PerssonCurve:
+        """A self-affine surface: an even spectrum down to the roll-off, a falling one from there.
+
+        Parameters
+        ----------
+        pair : MaterialPair
+            The two materials.
+        rms : float
+            Root mean square height [m].
+        hurst : float
+            Hurst's exponent [-], above 0 and at most 1: C falls as q^(-2 - 2 H).
+        longest, roll_off, shortest : float
+            Wavelengths [m], falling.
+        area : float
+            Apparent area [m^2].
+
+        Raises
+        ------
+        InputError
+            A value out of its range, wavelengths that do not fall.
+        """
+        rms, hurst = positive("rms", rms, "m", 1e-6), positive("hurst", hurst)
+        if hurst > 1.0:
+            raise InputError(Argument("hurst"), f" must be in (0, 1], got {exact(hurst)}")
+        ends = [
+            2.0 * math.pi / positive(name, value, "m", 1e-3)
+            for name, value in (
+                ("longest", longest),
+                ("roll_off", roll_off),
+                ("shortest", shortest),
+            )
+        ]
+        if not ends[0] <= ends[1] < ends[2]:
+            raise InputError("longest, roll_off and shortest must be wavelengths that fall [m]")
+        slope = -2.0 - 2.0 * hurst
+        flat = math.pi * (ends[1] ** 2 - ends[0] ** 2)
+        tail = 2.0 * math.pi * ends[1] ** 2 * (1.0 - (ends[2] / ends[1]) ** (-2.0 * hurst))
+        level = rms**2 / (flat + tail / (2.0 * hurst))
+        q = np.array(ends if ends[0] < ends[1] else ends[1:])
+        c = level * np.minimum((q / ends[1]) ** slope, 1.0)
+        return cls(pair, q, c, area)
+
+    # -- the spectrum -----------------------------------------------------------------------------
+
+    @cached_property
+    def _nodes(self) -> tuple[Floats, Floats]:
+        """Places v of an integral over it [m/m], and their weights over q [m]."""
+        q, c = np.log(self.wavenumber), np.log(self.spectrum)
+        count = max(-(-60 // (q.size - 1)), 1)
+        if q.size > _MOST_PIECES:
+            edges = np.linspace(q[0], q[-1], _MOST_PIECES + 1)
+        else:
+            edges = np.unique(np.concatenate(
+                [np.linspace(a, b, count + 1) for a, b in pairwise(q)]
+            ))  # fmt: skip
+        ends = np.concatenate(([0.0], np.cumsum(self._between(edges[:-1], edges[1:], q, c))))
+        v = np.sqrt(ends)
+        share, weight = gauss_legendre(_PIECE)
+        places = v[:-1, None] + np.diff(v)[:, None] * share
+        # q(v) by Newton in each piece, where the spectrum is a power law.
+        wanted = places**2 - ends[:-1, None]
+        low, high = edges[:-1, None], edges[1:, None]
+        at = low + (high - low) * wanted / (ends[1:, None] - ends[:-1, None])
+        for _ in range(60):
+            found = self._between(np.broadcast_to(low, at.shape), at, q, c)
+            slope = np.exp(4.0 * at + np.interp(at, q, c))
+            new = np.clip(at - (found - wanted) / slope, low, high)
+            done = np.abs(new - at).max() < 1e-15 * max(abs(q[0]), abs(q[-1]), 1.0)
+            at = new
+            if done:
+                break
+        weights = 2.0 * np.diff(v)[:, None] * weight / np.exp(at)
+        return places.reshape(-1), weights.reshape(-1)
+
+    @staticmethod
+    def _between(low: Floats, high: Floats, q: Floats, c: Floats) -> Floats:
+        """Integral of q^3 C from low to high [-], logarithms within one piece of the spectrum."""
+        middle = 0.5 * (low + high)
+        piece = np.clip(np.searchsorted(q, middle) - 1, 0, q.size - 2)
+        power = 4.0 + (c[piece + 1] - c[piece]) / (q[piece + 1] - q[piece])
+        begin = c[piece] + (power - 4.0) * (low - q[piece]) + 4.0 * low
+        width = power * (high - low)
+        small = np.abs(width) < 1e-8
+        ratio = np.where(small, 1.0 + 0.5 * width, np.expm1(width) / np.where(small, 1.0, width))
+        return np.asarray(np.exp(begin) * (high - low) * ratio)
+
+    @property
+    def rms_slope(self) -> float:
+        """Root mean square slope of the surface [-], that of its gradient."""
+        q, c = np.log(self.wavenumber), np.log(self.spectrum)
+        return math.sqrt(2.0 * math.pi * float(self._between(q[:-1], q[1:], q, c).sum()))
+
+    # -- separation by pressure -------------------------------------------------------------------
+
+    def separation(self, load: ArrayLike) -> Any:
+        """Mean separation of the mean planes [m] under loads [N] of any shape.
+
+        Raises
+        ------
+        InputError
+            A load not above zero, not finite, empty.
+        """
+        from scipy.special import exp1
+
+        loads = floats("load", load)
+        if loads.min() <= 0.0:
+            raise InputError(Argument("load"), f" must be above zero [N], got {exact(loads.min())}")
+        v, weights = self._nodes
+        scale = math.sqrt(math.pi) * self.pair.composite_modulus * self.area
+        series = _erf2_to_end()
+        gaps = np.empty(loads.size)
+        for start in range(0, loads.size, 256):
+            part = slice(start, start + 256)
+            x = loads.reshape(-1)[part, None] / (scale * v)
+            rest = chebyshev.chebval(2.0 / _END * np.minimum(x, _END) - 1.0, series)
+            far = x < 26.0
+            log = np.where(far, exp1(np.where(far, x * x, 1.0)), 0.0)
+            inner = 0.5 * self.stored_share * log
+            inner += 3.0 * (1.0 - self.stored_share) * np.where(x < _END, rest, 0.0)
+            gaps[part] = inner @ weights
+        return plain(gaps.reshape(loads.shape))
+
+    def contact_share(self, load: ArrayLike) -> Any:
+        """Real over apparent area [-] at the shortest waves, under loads [N] of any shape.
+
+        Raises
+        ------
+        InputError
+            Not finite, empty.
+        """
+        from scipy.special import erf
+
+        full = self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
+        return plain(np.asarray(erf(floats("load", load) / self.area / full)))
+
+    def to_surface(self, points: int = 2000) -> TabulatedNormalLaw:
+        """The curve as a normal law, from next to nothing to half of full contact.
+
+        Parameters
+        ----------
+        points : int, optional
+            Points of its table, evenly spaced in the logarithm of the load: 2000 give loads to
+            3e-8, k_t to 7e-6 and E_d to 6e-5 at a hundredth of the rms height, less below.
+
+        Returns
+        -------
+        TabulatedNormalLaw
+            With an exponential tail, which is the law of light loads.
+
+        Raises
+        ------
+        InputError
+            Fewer than ten points.
+        """
+        if isinstance(points, bool) or not isinstance(points, int) or points < 10:
+            raise InputError(
+                Argument("points"), f" must be a whole number of ten or more, got {show(points)}"
+            )
+        full = self.area * self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
+        loads = np.geomspace(0.5 * full, 1e-9 * full, points)
+        return TabulatedNormalLaw(
+            self.pair, separation=self.separation(loads), load=loads, tail="exponential"
+        )
+
+    def __repr__(self) -> str:
+        return (
+            f"PerssonCurve({self.wavenumber.size} wavenumbers, rms_slope={self.rms_slope:.4g}, "
+            f"area={self.area:g})"
+        )

@@ -1,0 +1,117 @@
+"""Persson's normal law: against its published form, derivatives of each other, and limits."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.scans import random_surface
+
+ALUMINIUM = ms.Material(69e9, 0.33)
+PAIR = ms.MaterialPair(ALUMINIUM, ALUMINIUM)
+LAW = ms.PerssonCurve.self_affine(
+    PAIR, rms=5e-7, hurst=0.8, longest=2e-3, roll_off=5e-4, shortest=2e-5, area=2e-4
+)
+
+
+def test_the_published_double_integral() -> None:
+    """Yang and Persson's (2008) form over q with its w(q), in which no root was taken out."""
+    law = LAW
+    modulus = law.pair.composite_modulus
+    q0, q1, q2 = (float(v) for v in law.wavenumber)
+    level, fall = float(law.spectrum[0]), 3.6
+
+    def density(q: float) -> float:
+        return level * (q / q1) ** -fall if q > q1 else level
+
+    def slope(q: float) -> float:
+        first = level * (min(q, q1) ** 4 - q0**4) / 4.0
+        return first + (0.0 if q <= q1 else level * q1**fall * (q**0.4 - q1**0.4) / 0.4)
+
+    def inner(start: float) -> float:
+        """Of the pressure, in its logarithm, by Gauss."""
+        end = max(7.0, 2.0 * start)
+        x, w = np.polynomial.legendre.leggauss(80)
+        y = math.log(start) + 0.5 * (math.log(end) - math.log(start)) * (x + 1.0)
+        from scipy.special import erf
+
+        t = np.exp(y)
+        part = (0.45 + 3.0 * 0.55 * erf(t) ** 2) * np.exp(-t * t)
+        return float(0.5 * (math.log(end) - math.log(start)) * (w @ part))
+
+    x, w = np.polynomial.legendre.leggauss(60)
+    for pressure in (1e6, 1e7):
+        total = 0.0
+        for low, high in ((q0, q1), (q1, q2)):
+            # The root at the longest wave: q - low goes with the square of the variable.
+            t = 0.5 * (x + 1.0)
+            q = low + (high - low) * t * t
+            for place, weight, root in zip(q, w, t, strict=True):
+                width = (math.pi * slope(place)) ** -0.5
+                value = place**2 * density(place) * width * inner(width * pressure / modulus)
+                total += 0.5 * weight * 2.0 * (high - low) * root * value
+        # Gauss on either side of what is left of a logarithm.
+        assert law.separation(pressure * law.area) == pytest.approx(
+            math.sqrt(math.pi) * total, rel=1e-6
+        )
+
+
+def test_limits() -> None:
+    """Light: N falls as exp(-d/u0), area 1.596 p/(E* h'); the spectrum holds its height."""
+    loads = np.array([1e-4, 1e-3])
+    d = LAW.separation(loads)
+    assert LAW.contact_share(loads[0]) == pytest.approx(
+        math.sqrt(8 / math.pi) * loads[0] / LAW.area / PAIR.composite_modulus / LAW.rms_slope,
+        rel=1e-6,
+    )
+    # Persson (2007), DOI 10.1103/PhysRevLett.99.125502: u0 is some half of the rms height.
+    assert 0.3 < (d[0] - d[1]) / math.log(10.0) / 5e-7 < 0.6
+    twice = ms.MaterialPair(*[ms.Material(138e9, 0.33)] * 2)
+    stiffer = ms.PerssonCurve(twice, LAW.wavenumber, LAW.spectrum, LAW.area)
+    np.testing.assert_allclose(stiffer.separation(2.0 * loads), d, rtol=1e-13)
+    q, c = LAW.wavenumber, LAW.spectrum
+    fine = np.geomspace(q[1], q[2], 200_001)
+    power = np.exp(np.interp(np.log(fine), np.log(q), np.log(c)))
+    whole = math.pi * c[0] * (q[1] ** 2 - q[0] ** 2)
+    whole += float(np.sum(math.pi * np.diff(fine**2) * np.sqrt(power[1:] * power[:-1])))
+    assert math.sqrt(whole) == pytest.approx(5e-7, rel=1e-6)
+
+
+def test_a_joint_on_its_table() -> None:
+    surface = LAW.to_surface()
+    loads = np.geomspace(1.0, 1e4, 37)
+    np.testing.assert_allclose(surface.load(LAW.separation(loads)), loads, rtol=1e-7)
+    joint = ms.Interface(surface, 0.5, normal_load=2000.0)
+    step = 1e-4
+    d = LAW.separation(2000.0 * np.exp([-step, step]))
+    slope = 2000.0 * 2.0 * step / (d[0] - d[1])
+    assert joint.normal_stiffness == pytest.approx(slope, rel=3e-5)
+    assert joint.tangential_stiffness == pytest.approx(
+        joint.normal_stiffness / PAIR.stiffness_ratio
+    )
+    assert joint.backbone(1.0) == pytest.approx(1000.0)
+
+
+def test_from_a_scan() -> None:
+    scan = random_surface((128, 128), 1e-6, m0=4e-14, m2=1e-3, m4=2e8, seed=1)
+    spectrum = scan.spectrum()
+    law = ms.PerssonCurve.from_spectrum(spectrum, PAIR, 1e-4, shortest=4e-6)
+    # Waves of less than four pixels hold little of this surface's slopes.
+    assert law.rms_slope == pytest.approx(math.sqrt(2e-3), rel=0.25)
+    joint = ms.Interface(law.to_surface(), 0.5, normal_load=100.0)
+    assert joint.force_limit == 50.0
+    with pytest.raises(ms.InputError, match="two rings"):
+        ms.PerssonCurve.from_spectrum(spectrum, PAIR, 1e-4, longest=1e-6)
+    with pytest.raises(ms.InputError, match="must rise"):
+        ms.PerssonCurve(PAIR, [2.0, 1.0], [1.0, 1.0], 1e-4)
+    with pytest.raises(ms.InputError, match="two lists of one length"):
+        ms.PerssonCurve(PAIR, [1.0, 2.0], [1.0], 1e-4)
+    with pytest.raises(ms.InputError, match="load must be above zero"):
+        LAW.separation(-1.0)
+    with pytest.raises(ms.InputError, match="hurst must be in"):
+        ms.PerssonCurve.self_affine(
+            PAIR, rms=1e-6, hurst=1.2, longest=1e-3, roll_off=1e-4, shortest=1e-5, area=1e-4
+        )

@@ -132,8 +132,8 @@ def test_a_wrong_study_is_one_line() -> None:
 def test_a_wrong_command_is_one_line() -> None:
     assert fails("predcit") == (
         'error: no command "predcit"; did you mean "predict"? '
-        "(commands: demo, new, check, predict, measure, identify, surface, materials, "
-        "schema, figures, explore, app, completion)"
+        "(commands: demo, new, check, predict, batch, design, measure, identify, surface, "
+        "export, materials, schema, figures, explore, app, completion)"
     )
     usage = "(usage: microslip predict [OPTIONS] STUDY)"
     assert fails("predict") == f"error: missing STUDY {usage}"

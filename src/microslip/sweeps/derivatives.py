@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.sweeps.evaluation import Joints, checked
+from microslip.sweeps.arguments import checked
+from microslip.sweeps.evaluation import Joints
 
 QUANTITIES = ("damping_ratio", "loss_factor", "dissipated_energy", "secant_stiffness")
 """What is differentiated."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, Floats, exact, floats, plain, positives, show, whole
+from microslip._core.checks import Floats, plain, show, whole
 from microslip._core.frozen import lock
 from microslip.errors import Argument, InputError
 from microslip.friction.unit_cycles import MOST_SAMPLES, halves_of, shape_of
@@ -20,6 +20,7 @@ from microslip.materials import Material, MaterialPair
 from microslip.normal import GreenwoodWilliamson, NormalLaw
 from microslip.normal.base import FAINTEST
 from microslip.normal.grids import Pointwise, pointwise_of
+from microslip.sweeps.arguments import NO_ARRAYS, Given, checked
 
 _BLOCK = 1 << 14  # points at a time, as many as a cache holds
 _RATIOS = {"energy_ratio": 1.0, "loss_factor": 4.0 / math.pi, "damping_ratio": 2.0 / math.pi}
@@ -47,8 +48,6 @@ _OF_JOINTS = (
 _LOOPS = ("loop_displacement", "loop_force")
 _DEAR = ("tangent_stiffness", "dissipation_exponent", "contact_count", "contact_area")
 """Only where they are asked for: they cost as much as all others."""
-
-Given = dict[str, Any]
 
 
 def evaluate(
@@ -130,8 +129,8 @@ def evaluate(
     """
     given = {name: value for name, value in locals().items() if value is not None}
     wanted = _wanted(given)
-    arrays = {name: value for name, value in given.items() if name not in _NO_ARRAYS}
-    others = {name: value for name, value in given.items() if name in _NO_ARRAYS}
+    arrays = {name: value for name, value in given.items() if name not in NO_ARRAYS}
+    others = {name: value for name, value in given.items() if name in NO_ARRAYS}
     if any(type(value).__module__.startswith(("xarray", "dask")) for value in arrays.values()):
         from microslip.sweeps.labelled import evaluate_labelled
 
@@ -139,9 +138,7 @@ def evaluate(
     return _evaluated(checked(given), wanted)
 
 
-_OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
-_NO_ARRAYS = ("heights", "surface", "samples", "quantities")
-_ARRAYS = frozenset(evaluate.__kwdefaults__ or ()) - {*_NO_ARRAYS}
+_ARRAYS = frozenset(evaluate.__kwdefaults__ or ()) - {*NO_ARRAYS}
 
 
 def _wanted(given: Given) -> tuple[str, ...]:
@@ -172,72 +169,6 @@ def _wanted(given: Given) -> tuple[str, ...]:
                 Argument("quantities"), f" must be of {', '.join(known)}, got {show(name)}{hint}"
             )
     return (*dict.fromkeys(quantities), *loops)
-
-
-def checked(given: Given) -> Given:
-    """Arrays within their ranges; no argument too many and none missing."""
-    needs = ["friction_coefficient"]
-    of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
-    if "surface" in given:
-        if not isinstance(given["surface"], NormalLaw):
-            raise InputError(
-                Argument("surface"), f" must be a normal load law, got {show(given['surface'])}"
-            )
-        extra = [name for name in (*of_surface, "mean", "heights", *_OTHER_BODY) if name in given]
-        if extra:
-            raise InputError(Argument(extra[0]), " must be left out: the surface has its own")
-    else:
-        needs += of_surface[: 5 if "heights" in given else 6]
-    for name in needs:
-        if name not in given:
-            raise InputError(
-                Argument(name), " must be given" + ("" if name == "std" else "; it is missing")
-            )
-    if ("normal_load" in given) == ("separation" in given):
-        came = "both" if "normal_load" in given else "neither"
-        raise InputError(
-            f"normal_load [N] or separation [m] must be given, one of them, got {came}"
-        )
-    if "mean" in given and "heights" in given:
-        raise InputError(Argument("mean"), " must be left out: the heights have their own")
-    result: Given = {k: v for k, v in given.items() if k in ("surface", "heights", "samples")}
-    for name, value in given.items():
-        if name in _NO_ARRAYS:
-            continue
-        if name in ("separation", "mean"):
-            result[name] = floats(name, value)
-        elif name in ("poisson_ratio", "other_poisson_ratio"):
-            ratio = result[name] = floats(name, value)
-            bad = ratio[(ratio <= -1.0) | (ratio > 0.5)]
-            if bad.size:
-                raise InputError(Argument(name), f" must be in (-1, 0.5], got {exact(bad[0])}")
-        elif name in ("amplitude", "force_amplitude"):
-            a = floats(name, value)
-            if a.min() < 0.0:
-                raise InputError(Argument(name), f" must not be negative, got {a.min():g}")
-            if a.max() > LARGEST:
-                raise InputError(Argument(name), f" must be at most {LARGEST:g}, got {a.max():g}")
-            result[name] = np.abs(a)
-        elif name == "other_young_modulus":
-            modulus = np.asarray(value)
-            rigid = np.isinf(modulus) & (modulus > 0.0) if modulus.dtype.kind == "f" else False
-            result[name] = np.where(rigid, np.inf, positives(name, np.where(rigid, 1.0, value)))
-        else:
-            result[name] = positives(name, value, _UNITS.get(name, ""))
-    shapes = {k: np.shape(v) for k, v in result.items() if isinstance(v, np.ndarray)}
-    shapes.pop("heights", None)
-    try:
-        result["shape"] = np.broadcast_shapes(*shapes.values())
-    except ValueError:
-        said = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
-        raise InputError(f"arguments must have shapes that broadcast, got {said}") from None
-    return result
-
-
-_UNITS = {
-    "young_modulus": "Pa", "std": "m", "radius": "m", "density": "1/m^2", "area": "m^2",
-    "normal_load": "N",
-}  # fmt: skip
 
 
 @cache

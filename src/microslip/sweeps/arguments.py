@@ -1,0 +1,83 @@
+"""The arguments of many joints: arrays within their ranges, none missing and none too many."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import LARGEST, exact, floats, positives, show
+from microslip.errors import Argument, InputError
+from microslip.normal import NormalLaw
+
+Given = dict[str, Any]
+
+NO_ARRAYS = ("heights", "surface", "samples", "quantities")
+"""Arguments that are one for all joints."""
+_OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
+
+
+def checked(given: Given) -> Given:
+    """Arrays within their ranges; no argument too many and none missing."""
+    needs = ["friction_coefficient"]
+    of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
+    if "surface" in given:
+        if not isinstance(given["surface"], NormalLaw):
+            raise InputError(
+                Argument("surface"), f" must be a normal load law, got {show(given['surface'])}"
+            )
+        extra = [name for name in (*of_surface, "mean", "heights", *_OTHER_BODY) if name in given]
+        if extra:
+            raise InputError(Argument(extra[0]), " must be left out: the surface has its own")
+    else:
+        needs += of_surface[: 5 if "heights" in given else 6]
+    for name in needs:
+        if name not in given:
+            raise InputError(
+                Argument(name), " must be given" + ("" if name == "std" else "; it is missing")
+            )
+    if ("normal_load" in given) == ("separation" in given):
+        came = "both" if "normal_load" in given else "neither"
+        raise InputError(
+            f"normal_load [N] or separation [m] must be given, one of them, got {came}"
+        )
+    if "mean" in given and "heights" in given:
+        raise InputError(Argument("mean"), " must be left out: the heights have their own")
+    result: Given = {k: v for k, v in given.items() if k in ("surface", "heights", "samples")}
+    for name, value in given.items():
+        if name in NO_ARRAYS:
+            continue
+        if name in ("separation", "mean"):
+            result[name] = floats(name, value)
+        elif name in ("poisson_ratio", "other_poisson_ratio"):
+            ratio = result[name] = floats(name, value)
+            bad = ratio[(ratio <= -1.0) | (ratio > 0.5)]
+            if bad.size:
+                raise InputError(Argument(name), f" must be in (-1, 0.5], got {exact(bad[0])}")
+        elif name in ("amplitude", "force_amplitude"):
+            a = floats(name, value)
+            if a.min() < 0.0:
+                raise InputError(Argument(name), f" must not be negative, got {a.min():g}")
+            if a.max() > LARGEST:
+                raise InputError(Argument(name), f" must be at most {LARGEST:g}, got {a.max():g}")
+            result[name] = np.abs(a)
+        elif name == "other_young_modulus":
+            modulus = np.asarray(value)
+            rigid = np.isinf(modulus) & (modulus > 0.0) if modulus.dtype.kind == "f" else False
+            result[name] = np.where(rigid, np.inf, positives(name, np.where(rigid, 1.0, value)))
+        else:
+            result[name] = positives(name, value, _UNITS.get(name, ""))
+    shapes = {k: np.shape(v) for k, v in result.items() if isinstance(v, np.ndarray)}
+    shapes.pop("heights", None)
+    try:
+        result["shape"] = np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        said = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise InputError(f"arguments must have shapes that broadcast, got {said}") from None
+    return result
+
+
+_UNITS = {
+    "young_modulus": "Pa", "std": "m", "radius": "m", "density": "1/m^2", "area": "m^2",
+    "normal_load": "N",
+}  # fmt: skip

@@ -83,7 +83,7 @@ READING: dict[str, Callable[[], object]] = {
     "two commanded": read("displacement [m],force [N],commanded [m],commanded B [m]", 4),
     "no load": read("displacement [m],force [N]", normal_load="load"),
     "a load in metres": read(TWO, normal_load="500 m"),
-    "a gap": read(TWO, gap=(5,)),
+    "a gap": read(TWO, gap=(5, 6, 7, 8)),
     "time and rate": timed,
     "rate": read(TWO, sample_rate=-1.0),
     "turned time": read("time [s],force [N],displacement [m]", 3),

@@ -431,12 +431,14 @@ def test_command(folder: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert "run: 8 gross slip cycles" in outcome.stdout
     assert "light: 8 gross slip cycles" in outcome.stdout
-    assert outcome.stdout.endswith("5 files in out\n")
+    assert outcome.stdout.endswith("10 files in out\n")
     names = sorted(path.name for path in (folder / "out").iterdir())
-    assert names == ["cycles.csv", "loops.png", "loops.svg", "report.html", "summary.json"]
+    stems = ("evolution", "fretting-map", "loops")
+    pictures = [f"{stem}.{kind}" for stem in stems for kind in ("png", "svg")]
+    assert names == sorted(("cycles.csv", "records.csv", "report.html", "summary.json", *pictures))
     page = (folder / "out/report.html").read_text("utf-8")
     assert "mostly gross slip" in page.lower()
-    assert page.count("<img") == 1
+    assert page.count("<img") == 3
     assert "stiffness after reversal" in page
     rows = list(csv.DictReader((folder / "out/cycles.csv").read_text("utf-8").splitlines()))
     assert len(rows) == 16

@@ -418,19 +418,20 @@ WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "workbook": (
         b"PK\x03\x04rest",
         {},
-        "wanted text, MAT, TDMS, HDF5 or NumPy's, got an Excel workbook or another archive; "
-        "save the record as CSV",
+        "wanted text, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's, got an Excel workbook or "
+        "another archive; save the record as CSV",
     ),
     "old workbook": (
         b"\xd0\xcf\x11\xe0\x00rest",
         {},
-        "wanted text, MAT, TDMS, HDF5 or NumPy's, got an old Excel workbook or another Office "
-        "file; save the record as CSV",
+        "wanted text, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's, got an old Excel workbook or "
+        "another Office file; save the record as CSV",
     ),
     "binary": (
         bytes(range(64)),
         {},
-        "wanted text, MAT, TDMS, HDF5 or NumPy's, got another binary file; save the record as CSV",
+        "wanted text, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's, got another binary file; "
+        "save the record as CSV",
     ),
     "no names": (
         "1,2\n3,4\n",
@@ -590,7 +591,8 @@ WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
     "format": (
         PLAIN,
         {"format": "csv"},
-        'wanted format "hdf5", "mat", "npy", "npz", "tdms" or "text", got "csv"',
+        'wanted format "hdf5", "json", "mat", "npy", "npz", "parquet", "tdms", "text" or "uff", '
+        'got "csv"',
     ),
     "rows": (PLAIN, {"rows": 5}, "wanted rows=slice(first, end), got 5"),
     "no such rows": (
@@ -769,7 +771,9 @@ UNITS = {"displacement": "m", "force": "N"}
 
 
 def test_readers_have_names() -> None:
-    assert sorted(READERS) == ["hdf5", "mat", "npy", "npz", "tdms", "text"]
+    assert sorted(READERS) == [
+        *("hdf5", "json", "mat", "npy", "npz", "parquet", "tdms", "text", "uff"),
+    ]
 
 
 @pytest.mark.parametrize("form", ["5", "4"])

@@ -62,6 +62,7 @@ class Kind:
 
 LENGTH = Kind("length", "m", ("nm", "um", "µm", "mm", "cm", "m", "micron", "in", "angstrom"))
 AREA = Kind("area", "m^2", ("um^2", "mm^2", "cm^2", "m^2", "in^2"))
+VOLUME = Kind("volume", "m^3", ("um^3", "mm^3", "cm^3", "m^3"))
 FORCE = Kind("force", "N", ("mN", "N", "kN", "MN", "lbf", "kgf"))
 PRESSURE = Kind(
     "pressure", "Pa", ("Pa", "kPa", "MPa", "GPa", "TPa", "N/mm^2", "N/m^2", "psi", "ksi", "bar")
@@ -281,6 +282,7 @@ def _parse(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
     if (simple := _simple(unit)) is not None:
         return simple
     registry = _registry()
+    text = re.sub(r"\bmils?\b", "thou", text)  # which pint takes for an angle
     try:
         one = registry.Quantity(Decimal(1), registry.parse_units(text)).to_base_units()
         powers = {str(name): str(float(power)) for name, power in one.dimensionality.items()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,16 @@ import click
 
 from microslip.cli.frame import OneOf, echo_json
 from microslip.cli.options import NamedOption, spelling
-from microslip.cli.records import Reading, pairs, reads, stiffness, writes
+from microslip.cli.records import (
+    Reading,
+    cycles_option,
+    pairs,
+    reads,
+    records_in,
+    slice_of,
+    stiffness,
+    writes,
+)
 from microslip.cli.shell import complete_study
 from microslip.cli.structures import has_structure, identify_structure
 from microslip.cli.work import progress, stoppable
@@ -126,6 +136,7 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     help="Number of all summits under the apparent area, whose heights are random: what chance "
     "does then widens the intervals.",
 )
+@cycles_option
 @click.option(
     "--loss",
     type=OneOf(LOSSES),
@@ -169,6 +180,7 @@ def identify(
     contact_area: str | None,
     known_values: tuple[str, ...],
     summits: float | None,
+    cycles: str | None,
     loss: str,
     free_delay: bool,
     held_back: float,
@@ -178,6 +190,7 @@ def identify(
 ) -> None:
     """Identify the joint that made each RECORD, several loads and amplitudes at once.
 
+    A folder stands for the records in it; a file that cannot be read is listed and left out.
     Values with intervals, what the records cannot tell and what would settle it, residuals and a
     comparison of laws. With -o a page, figures, tables and, given the materials by --study,
     joint.toml, which microslip predict takes as it is.
@@ -191,6 +204,7 @@ def identify(
         identify_structure(study, records, folder, overwrite, as_json)
         return
     laws = tuple(dict.fromkeys(laws)) or LAWS[:1]
+    records = tuple(records_in(records)[0])
     with stoppable():
         from contextlib import ExitStack
 
@@ -211,6 +225,7 @@ def identify(
             "contact_area": _contact_area(contact_area),
             "known": _known(known_values, laws),
             "summits": summits,
+            "cycles": slice_of("--cycles", cycles),
             "loss": loss,
             "delay": "free" if free_delay else 0.0,
             "held_back": held_back,
@@ -222,7 +237,7 @@ def identify(
             if folder is not None:  # first, so that nothing is fitted in vain
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "identification"))
             with progress("Reading") as report:
-                read = _read(records, reading, report)
+                read, skipped = _read(records, reading, options, report)
             with progress("Fitting") as report:
                 found = identified(read, laws, known, options, report)
             if not accept_unconverged and (failed := found.failed) is not None:
@@ -230,6 +245,7 @@ def identify(
                     f"{failed.law}: {failed.status}: {failed.message} (--accept-unconverged shows "
                     "it all the same)"
                 )
+            found = replace(found, skipped=tuple(skipped))
             told = document(found, spell, files=stage is not None, kinds=kinds)
             if stage is not None:
                 with progress("Drawing and writing") as report:
@@ -248,14 +264,30 @@ def _study(path: Path) -> StudyDescription:
     return StudyDescription.load(path)
 
 
-def _read(paths: Sequence[str], reading: Reading, report: Any) -> list[Record]:
+def _read(
+    paths: Sequence[str], reading: Reading, options: dict[str, Any], report: Any
+) -> tuple[list[Record], list[tuple[str, str]]]:
+    """The records, and the files that are none, if there are others."""
+    from microslip.errors import InputError
+
     loads = _each("--normal-load", reading.normal_load, len(paths)) or ()
     how = reading._replace(normal_load=tuple(loads))
-    found = []
+    found: list[Record] = []
+    skipped: list[tuple[str, str]] = []
+    rigs = options["rigs"]
     for index, path in enumerate(paths):
-        found.append(how.read(path, index))
+        try:
+            found.append(how.read(path, index))
+        except InputError as error:
+            if len(paths) == 1 or (index == len(paths) - 1 and not found):
+                raise
+            skipped.append((path, error.said(spelling(click.get_current_context()))))
+            if rigs is not None:
+                rigs[index] = None
         report((index + 1) / len(paths))
-    return found
+    if rigs is not None:
+        options["rigs"] = [label for label in rigs if label is not None]
+    return found, skipped
 
 
 def _each(option: str, given: tuple[str, ...], count: int) -> list[str] | None:

@@ -10,10 +10,18 @@ import click
 
 from microslip.cli.frame import echo_json
 from microslip.cli.options import offers, spelling
-from microslip.cli.records import Reading, reads, writes
+from microslip.cli.records import (
+    Reading,
+    cycles_option,
+    each_of,
+    reads,
+    records_in,
+    slice_of,
+    writes,
+)
 from microslip.cli.shell import complete_study
 from microslip.cli.work import progress, stoppable
-from microslip.tribometer.options import CONFIDENCE, RIG_STIFFNESS
+from microslip.tribometer.options import AREA, CONFIDENCE, RIG_STIFFNESS
 
 if TYPE_CHECKING:
     from microslip.friction import Interface
@@ -33,6 +41,23 @@ if TYPE_CHECKING:
     help="Study whose joint tells the regimes apart; without it one sphere does.",
 )
 @offers(CONFIDENCE)
+@click.option(
+    "--run",
+    "runs",
+    multiple=True,
+    metavar="LABEL",
+    help="Run, rig or laboratory of each record, once for each in their order; records in several "
+    "folders have the names of these. Runs are compared.",
+)
+@click.option(
+    "--worn-volume",
+    "worn_volumes",
+    multiple=True,
+    metavar="VOLUME",
+    help='Worn volume of each record, such as "0.12 mm^3", or none, once for each in their order.',
+)
+@cycles_option
+@offers(AREA)
 def measure(
     records: tuple[str, ...],
     folder: Path | None,
@@ -43,11 +68,17 @@ def measure(
     rig_stiffness: float | None,
     model: Path | None,
     confidence: float,
+    runs: tuple[str, ...],
+    worn_volumes: tuple[str, ...],
+    cycles: str | None,
+    area: float | None,
 ) -> None:
-    """Measure every cycle in each RECORD: CSV, TXT, TSV, MAT, TDMS or HDF5.
+    """Measure every cycle in each RECORD: CSV, TXT, TSV, MAT, TDMS or HDF5, or folders of them.
 
     Energy, damping, friction, stiffness and regime, with confidence intervals of their means.
-    Columns and units that are not given are found, and shown. The files are only read.
+    Several records have a row each, their evolution over cycles and energy, and a fretting map; a
+    file that cannot be measured is listed and left out. Columns and units that are not given are
+    found, and shown. The files are only read.
     """
     with stoppable():
         from contextlib import ExitStack
@@ -57,6 +88,7 @@ def measure(
         from microslip.report.terminal import show
         from microslip.results.measured import KIND, document, file_names, write
         from microslip.tribometer import measure as measured
+        from microslip.tribometer.campaign import Campaign
         from microslip.tribometer.record import shown_path
 
         with ExitStack() as stack:
@@ -65,37 +97,68 @@ def measure(
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "measurement"))
             joints = [] if model is None else _joints(model)
             report = stack.enter_context(progress("Measuring"))
-            records_read = []
-            for index, path in enumerate(records):
+            paths, labels = records_in(records)
+            runs = each_of("--run", runs, len(paths)) or labels
+            volumes = [_volume(text) for text in each_of("--worn-volume", worn_volumes, len(paths))]
+            context = click.get_current_context()
+            spell = spelling(context)
+            found, kept = [], []
+            skipped: list[tuple[str, str]] = []
+            for index, path in enumerate(paths):
                 try:
                     record = reading.read(path)
-                    records_read.append(
-                        measured(
-                            record,
-                            model=_at_the_load_of(record, joints),
-                            rig_stiffness=rig_stiffness,
-                            confidence=confidence,
-                        )
+                    result = measured(
+                        record,
+                        model=_at_the_load_of(record, joints),
+                        rig_stiffness=rig_stiffness,
+                        confidence=confidence,
+                        cycles=slice_of("--cycles", cycles),
                     )
                 except InputError as error:
-                    if str(error).startswith(shown_path(path)):
-                        raise
-                    raise error.within(f"{path}: ") from None
-                report((index + 1) / len(records))
-            context = click.get_current_context()
-            result = document(
-                records_read,
-                lambda text: said(text, spelling(context)),
-                files=file_names(kinds) if stage is not None else (),
+                    if not str(error).startswith(shown_path(path)):
+                        error = error.within(f"{path}: ")
+                    if len(paths) == 1:
+                        raise error from None
+                    skipped.append((path, error.said(spell).removeprefix(f"{path}: ")))
+                else:
+                    found.append(result)
+                    kept.append(index)
+                report((index + 1) / len(paths))
+            if not found:
+                name, why = skipped[0]
+                raise InputError(f"none of {len(paths)} records can be measured; {name}: {why}")
+            campaign = Campaign(
+                tuple(found),
+                [runs[i] for i in kept] if runs else None,
+                [volumes[i] for i in kept] if volumes else None,
+                area,
+            )
+            told = document(
+                campaign,
+                lambda text: said(text, spell),
+                files=file_names(campaign, kinds) if stage is not None else (),
+                skipped=skipped,
             )
             if stage is not None:
-                write(result, records_read, stage)
+                write(told, campaign, stage)
     if as_json:
-        echo_json(result.data)
+        echo_json(told.data)
         return
-    show(result, sys.stdout)
+    show(told, sys.stdout)
     if folder is not None:
-        click.echo(f"{len(result.data['files'])} files in {folder}")
+        click.echo(f"{len(told.data['files'])} files in {folder}")
+
+
+def _volume(text: str) -> float | None:
+    """A worn volume [m^3]; None where it says none."""
+    from microslip._core.units import VOLUME, QuantityError, to_si
+
+    if text.strip() == "none":
+        return None
+    try:
+        return to_si(text, VOLUME, "0.12 mm^3")
+    except QuantityError as error:
+        raise click.UsageError(f"--worn-volume: {error}") from None
 
 
 def _joints(study: Path) -> list[Interface]:

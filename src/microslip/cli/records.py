@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,10 +11,13 @@ import click
 
 from microslip.cli.options import offers
 from microslip.tribometer.options import (
+    CUTOFF,
     DISPLACEMENT,
+    DRIFT,
     FORCE,
     NORMAL_LOAD,
     RIG_STIFFNESS,
+    ROWS,
     SAMPLE_RATE,
     SCALING,
     TIME,
@@ -45,13 +48,16 @@ class Reading(NamedTuple):
     units: tuple[str, ...]
     calibration: tuple[str, ...]
     zero: tuple[str, ...]
+    rows: str | None
+    cutoff: float | None
+    drift: bool
 
     def read(self, path: str, index: int = 0) -> Record:
         """Read one file, the so many-th."""
         from microslip.tribometer import Record
 
         loads = self.normal_load
-        return Record.read(
+        record = Record.read(
             path,
             displacement=self.displacement,
             force=self.force,
@@ -62,7 +68,13 @@ class Reading(NamedTuple):
             units=pairs("unit", self.units) or None,
             calibration=pairs("calibration", self.calibration) or None,
             zero=pairs("zero", self.zero) or None,
+            rows=slice_of("--rows", self.rows),
         )
+        if self.cutoff is None and not self.drift:
+            return record
+        from microslip.tribometer import condition
+
+        return condition(record, cutoff=self.cutoff, drift=self.drift)
 
 
 def writes(files: str, earlier: str) -> Callable[[Command], Command]:
@@ -117,11 +129,74 @@ def reads(many_loads: bool = False) -> Callable[[Command], Command]:
             return command(reading=Reading(**how), **given)
 
         given = offers(*SCALING, multiple=True)(read)
-        given = offers(TIME, SAMPLE_RATE, TURN)(given)
+        given = offers(TIME, SAMPLE_RATE, TURN, ROWS, CUTOFF, DRIFT)(given)
         given = offers(load, **({"multiple": True} if many_loads else {}))(given)
         return offers(DISPLACEMENT, FORCE)(given)
 
     return decorate
+
+
+ENDINGS = (
+    *(".csv", ".tsv", ".txt", ".dat", ".mat", ".tdms", ".h5", ".hdf5", ".nc", ".npy", ".npz"),
+    *(".json", ".parquet", ".uff", ".unv"),
+)
+"""Endings of the files of a folder that are taken for records."""
+
+
+def records_in(given: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
+    """The files, those of folders in the place of these; the names of the folders where several."""
+    from microslip._core.wording import shorten
+
+    paths: list[str] = []
+    labels: list[str] = []
+    folders = []
+    for name in given:
+        folder = Path(name)
+        if not folder.is_dir():
+            paths.append(name)
+            labels.append(folder.parent.name or folder.stem)
+            continue
+        inside = sorted(
+            path for path in folder.rglob("*") if path.suffix.lower() in ENDINGS and path.is_file()
+        )
+        if not inside:
+            raise click.UsageError(f"no records in the folder {shorten(name, 200)}")
+        folders.append(name)
+        paths += [str(path) for path in inside]
+        labels += [path.parent.name if path.parent != folder else folder.name for path in inside]
+    several = bool(folders) and len(set(labels)) > 1
+    return paths, tuple(labels) if several else ()
+
+
+def each_of(option: str, given: tuple[str, ...], count: int) -> tuple[str, ...]:
+    """What an option was given for each record, or for none."""
+    if given and len(given) != count:
+        records = "1 record" if count == 1 else f"{count} records"
+        raise click.UsageError(f"{option} wants one for each of the {records}, got {len(given)}")
+    return given
+
+
+def slice_of(option: str, text: str | None) -> slice | None:
+    """What FIRST..LAST says, both counted from 1 and both taken; an end may be left out."""
+    if text is None:
+        return None
+    first, dots, last = (part.strip() for part in text.partition(".."))
+    try:
+        begin, end = int(first or 1), int(last) if last else None
+    except ValueError:
+        begin, end = 0, None
+    if not dots or begin < 1 or (end is not None and end < begin):
+        raise click.UsageError(f'{option} wants FIRST..LAST, such as 1..500, got "{text}"')
+    return slice(begin - 1, end)
+
+
+def cycles_option(command: Command) -> Command:
+    """Give a command the option of the cycles that count."""
+    return click.option(
+        "--cycles",
+        metavar="FIRST..LAST",
+        help="Cycles that count, the first being 1, such as 100..200; else the settled ones.",
+    )(command)
 
 
 def pairs(option: str, given: tuple[str, ...]) -> dict[str, str]:

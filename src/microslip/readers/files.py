@@ -39,6 +39,12 @@ def kind_of(head: bytes, suffix: str) -> str | None:
         return "npy"
     if head.startswith(b"PK") and suffix == ".npz":  # other archives begin in the same way
         return "npz"
+    if head.startswith(b"PAR1"):
+        return "parquet"
+    if suffix == ".json":
+        return "json"
+    if suffix in (".uff", ".unv"):
+        return "uff"
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "text"
     return None if b"\0" in head or head.startswith(b"PK\x03\x04") else "text"

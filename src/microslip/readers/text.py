@@ -56,6 +56,8 @@ class TextFile(NamedTuple):
     """How often signs stand in the rows; under "other" what is not ASCII."""
     above: tuple[Line, ...]
     """Lines above the rows."""
+    may_end_short: bool = False
+    """Whether the last row may be cut off, as of a rig that was switched off."""
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -158,7 +160,7 @@ def open_text(path: Path, most: int | None = None) -> TextFile:
 
 def table(path: Path) -> Table:
     """Columns of a text, and what :meth:`Record.to_csv` states above them."""
-    file = open_text(path)
+    file = open_text(path)._replace(may_end_short=True)
     stated = {
         match[1]: Stated(float(match[2]), f"line {line.above + 1}")
         for line in file.above
@@ -293,18 +295,36 @@ def _cells(file: TextFile) -> Iterator[tuple[int, list[str] | None]]:
     """Index of the line and cells of each row; None for cells of a row that holds nothing."""
     layout = file.layout
     least = len(layout.names)
+    short: ValueError | None = None
+    last = 0
     for index, text in _rows(file):
+        if short is not None:  # it was not the last one
+            raise short
         cells = split(text, layout.separator)
         if not any(cells):
             yield index, None
             continue
         if len(cells) < least or any(cells[least:]):
             what = f", {show(text.strip())}" if len(cells) == 1 else ""
-            raise ValueError(
+            short = ValueError(
                 f"line {index + 1}: wanted {least} cells as in line {layout.first + 1}, "
                 f"got {len(cells)}{what}"
             )
+            if len(cells) >= least or not (file.may_end_short and _is_cut(file, cells)):
+                raise short
+            last = index
+            continue
         yield index, cells
+    if short is not None:
+        yield last, None
+
+
+def _is_cut(file: TextFile, cells: Sequence[str]) -> bool:
+    """Whether what is there of a row are numbers, the last of them perhaps cut, too."""
+    number = NUMBER[file.decimal].fullmatch
+    whole = (number(with_hyphen(cell)) or is_missing(cell) for cell in cells[:-1])
+    last = with_hyphen(cells[-1]).rstrip("eE+-.,")
+    return all(whole) and (not last or number(last) is not None)
 
 
 def _rows(file: TextFile) -> Iterator[tuple[int, str]]:

@@ -21,35 +21,52 @@ from microslip.report.document import (
     Table,
 )
 from microslip.report.files import header, standard_files, text_cell, text_file, write_all
+from microslip.results import measured_campaign as together
 from microslip.tribometer import Measurement
+from microslip.tribometer.campaign import Campaign
 from microslip.tribometer.cycle_columns import LABELS, UNITS
 from microslip.tribometer.figures import measured_loops
+from microslip.tribometer.settling import CERTAIN
 
 KIND = "microslip-measurement"
 """What summary.json says of a folder of measured records."""
 
+_SURE = 0.999
+"""Probability of a regime that goes without saying."""
 Say = Callable[[str], str]
 
 
-def file_names(kinds: Sequence[str] = ("svg",)) -> tuple[str, ...]:
-    """Names of the files of a folder, the figure in each of some formats."""
-    return ("report.html", "cycles.csv", *(f"loops.{kind}" for kind in kinds), "summary.json")
+def file_names(campaign: Campaign, kinds: Sequence[str] = ("svg",)) -> tuple[str, ...]:
+    """Names of the files of a folder, the figures in each of some formats."""
+    several = len(campaign.measurements) > 1
+    names = ["report.html", "cycles.csv", *("records.csv",) * several]
+    for name in ("loops", *(together.pictures(campaign) if several else ())):
+        names += [f"{name}.{kind}" for kind in kinds]
+    return (*names, "summary.json")
 
 
 def document(
-    measurements: Sequence[Measurement], say: Say = str, files: Sequence[str] = ()
+    measurements: Sequence[Measurement] | Campaign,
+    say: Say = str,
+    files: Sequence[str] = (),
+    skipped: Sequence[tuple[str, str]] = (),
 ) -> Document:
     """What measured records say.
 
     Parameters
     ----------
-    measurements : sequence of Measurement
+    measurements : sequence of Measurement, or Campaign
         At least one.
     say : callable, optional
         Spells a text that names arguments for those who read it.
     files : sequence of str, optional
         Names of the files, if it goes into a folder.
+    skipped : sequence of (str, str), optional
+        Files that could not be measured, and why.
     """
+    campaign = measurements if isinstance(measurements, Campaign) else Campaign(tuple(measurements))
+    measurements = campaign.measurements
+    level = measurements[0].confidence
     names = [shorten(measured.name, 200) for measured in measurements]
     title = names[0] if len(names) == 1 else f"{len(names)} measured records"
     data = {
@@ -59,8 +76,11 @@ def document(
         "files": list(files),
     }
     sections = [_section(measured, say) for measured in measurements]
-    if len(measurements) > 1:
-        sections.insert(0, Section("Records", (_compared(measurements),)))
+    last: list[Section] = []
+    if len(measurements) > 1 or skipped:
+        first, last = together.sections(campaign, skipped, level)
+        sections[:0] = first
+        data["campaign"] = together.data_of(campaign, skipped, level)
     caption = (
         "Mean cycles of the records, offsets taken off, in the manner of Fig. 19.7 of the "
         "chapter, and what each cycle dissipates."
@@ -71,7 +91,7 @@ def document(
         lambda: measured_loops(measurements),
         "Mean loops, and energies over the cycles",
     )
-    sections.append(Section("Loops", (picture,), brief=False))
+    sections += [Section("Loops", (picture,), brief=False), *last]
     wrong = [
         name
         for name, measured in zip(names, measurements, strict=True)
@@ -94,10 +114,12 @@ def document(
     )
 
 
-def write(document: Document, measurements: Sequence[Measurement], folder: Path) -> None:
+def write(document: Document, campaign: Campaign, folder: Path) -> None:
     """Write every file of a document into an existing folder."""
-    cycles = text_file("cycles.csv", lambda: _cycles(measurements))
-    write_all(standard_files(document, document.data["files"], [cycles]), folder)
+    tables = [text_file("cycles.csv", lambda: _cycles(campaign.measurements))]
+    if len(campaign.measurements) > 1:
+        tables.append(text_file("records.csv", lambda: together.csv_of(campaign)))
+    write_all(standard_files(document, document.data["files"], tables), folder)
 
 
 def _answer(measurements: Sequence[Measurement]) -> str:
@@ -142,35 +164,14 @@ def _number(measurements: Sequence[Measurement]) -> Number:
     return Number("dissipated a cycle", engineering(first.value, "J", 4), band)
 
 
-def _compared(measurements: Sequence[Measurement]) -> Table:
-    """A row for each record, with what is mostly asked."""
-    shown = ("amplitude", "normal_load", "dissipated_energy", "loss_factor", "friction_energy")
-    columns = (
-        Column("record", "record"),
-        Column("cycles", "cycles"),
-        Column("regime", "regime"),
-        *(Column(name, LABELS[name], _unit(name)) for name in shown),
-    )
-    rows = tuple(
-        (
-            shorten(measured.name, 40),
-            len(measured),
-            measured.regime,
-            *(
-                _known(measured.mean[name].value) if name in measured.mean else None
-                for name in shown
-            ),
-        )
-        for measured in measurements
-    )
-    return Table("Records", columns, rows, noun="records")
-
-
 def _section(measured: Measurement, say: Say) -> Section:
     """One record: its regimes, means and notes."""
     summary = measured.summary()
     counts = [f"{n} {name}" for name, n in summary["regimes"].items() if n]
     facts = [f"{', '.join(counts)} cycle{'s' * (len(measured) > 1)}"]
+    likely = summary["probability"].get(measured.regime)
+    if likely is not None and likely < _SURE:
+        facts.append(f"{measured.regime} with a probability of {100.0 * likely:.0f} %")
     if measured.frequency is not None:
         facts.append(f"frequency {engineering(measured.frequency, 'Hz', 4, trim=True)}")
     facts.append(f"third harmonic {significant(100.0 * measured.third_harmonic)} %")
@@ -198,12 +199,33 @@ def _means(measured: Measurement) -> Table:
     if not measured.is_settled:
         level = "range of the cycles: not settled"
     rows = [
-        (LABELS[name], _written(mean.value, name), _interval(mean.low, mean.high, name))
+        (
+            LABELS[name],
+            _written(mean.value, name),
+            _interval(mean.low, mean.high, name),
+            _drift(measured, name),
+        )
         for name in LABELS
         if (mean := measured.mean.get(name)) is not None
     ]
-    columns = (Column("quantity", "quantity"), Column("mean", "mean"), Column("interval", level))
-    return Table("Means over the cycles", columns, tuple(rows))
+    columns = (
+        Column("quantity", "quantity"),
+        Column("mean", "mean"),
+        Column("interval", level),
+        Column("drift", "change a cycle"),
+    )
+    caption = (
+        "Change a cycle: slope of a straight line over all cycles, where it is more than five "
+        "standard errors."
+    )
+    return Table("Means over the cycles", columns, tuple(rows), caption=caption)
+
+
+def _drift(measured: Measurement, name: str) -> str:
+    """The trend of a column over the cycles, where there is one."""
+    drift = measured.drift(name)
+    certain = drift.number > 3 and abs(drift.value) > CERTAIN * drift.standard_error
+    return _written(drift.value, name) if certain else "–"
 
 
 def _unit(name: str) -> str:

@@ -1,3 +1,4 @@
+from .campaign import Campaign as Campaign
 from .conditioning import condition as condition
 from .conditioning import delay_of as delay_of
 from .conditioning import rate_dependence as rate_dependence

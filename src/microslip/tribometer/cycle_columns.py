@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip.tribometer.blocks import Blocks
 from microslip.tribometer.cycles import Cycles
+from microslip.tribometer.reversal import stiffness_columns
 
 UNITS: Mapping[str, str] = MappingProxyType(
     {
@@ -32,6 +33,9 @@ UNITS: Mapping[str, str] = MappingProxyType(
         "friction_peak": "-",
         "friction_energy": "-",
         "reversal_stiffness": "N/m",
+        "stiffness_left": "N/m",
+        "stiffness_right": "N/m",
+        "linear_range": "m",
         "closure_error": "-",
     }
 )
@@ -51,19 +55,27 @@ LABELS: Mapping[str, str] = MappingProxyType(
         "friction_peak": "friction T_m/N",
         "friction_energy": "friction E_d/4Nδ_g",
         "reversal_stiffness": "stiffness after reversal",
+        "stiffness_left": "after the left one",
+        "stiffness_right": "after the right one",
+        "linear_range": "linear range",
         "closure_error": "closure error",
     }
 )
 """What tables call those of them that people ask for."""
 
-SHARE = 0.25
-"""Of the range of the force after a reversal, from which its stiffness is read."""
-
 
 def columns_of(
-    x: Floats, force: Floats, load: NDArray[np.float64] | float | None, cycles: Cycles
+    moved: Floats,
+    force: Floats,
+    load: NDArray[np.float64] | float | None,
+    cycles: Cycles,
+    compliance: float = 0.0,
 ) -> dict[str, Floats]:
-    """Columns with a value for each cycle, by the names of :data:`UNITS`."""
+    """Columns with a value for each cycle, by the names of :data:`UNITS`.
+
+    ``moved`` is the displacement at the transducer, of which the rig takes ``compliance`` [m/N].
+    """
+    x = moved - compliance * force if compliance else moved
     cuts, first, last = cycles.cuts, cycles.cuts[:-1], cycles.cuts[1:]
     begin, end = int(cuts[0]), int(cuts[-1])
     count = (last - first).astype(float)
@@ -114,21 +126,25 @@ def columns_of(
     if pressed is not None:
         columns["friction_peak"] = _over(force_amplitude, pressed)
         columns["friction_energy"] = _over(energy, 4.0 * pressed * sliding)
-    columns["reversal_stiffness"] = _stiffness(x, force, cycles, (top, high), (bottom, low))
+    columns |= stiffness_columns(moved, force, cycles, high - low, compliance)
     gap = np.abs(force[last] - force[first])
     columns["closure_error"] = _over(gap, 2.0 * np.abs(force_amplitude))
     return columns
 
 
 def columns_of_blocks(
-    x: Floats, force: Floats, load: NDArray[np.float64] | float | None, blocks: Blocks
+    x: Floats,
+    force: Floats,
+    load: NDArray[np.float64] | float | None,
+    blocks: Blocks,
+    compliance: float = 0.0,
 ) -> dict[str, Floats]:
     """Columns with a value for each cycle, block after block."""
     parts = []
     for block in blocks.having_cycles:
         at = block.samples
         pressed = load[at] if isinstance(load, np.ndarray) else load
-        parts.append(columns_of(x[at], force[at], pressed, block.cycles))
+        parts.append(columns_of(x[at], force[at], pressed, block.cycles, compliance))
         parts[-1]["start"] += block.first
     if len(parts) == 1:
         return parts[0]
@@ -190,58 +206,7 @@ def _sliding_distance(x: Floats, force: Floats, cycles: Cycles) -> Floats:
     place = x[changes] + share * (x[changes + 1] - x[changes])
     count = np.bincount(way, minlength=turn.size).astype(float)
     width = _over(np.bincount(way, place, minlength=turn.size).astype(float), count)
-    return np.abs(0.5 * (width[1::2] - width[::2]))
-
-
-def _stiffness(
-    x: Floats,
-    force: Floats,
-    cycles: Cycles,
-    top: tuple[Floats, Floats],
-    bottom: tuple[Floats, Floats],
-) -> Floats:
-    """Tangential stiffness after reversals, from the mean of both compliances in each cycle."""
-    span = top[1] - bottom[1]
-    both = [
-        _compliance(sign * x, sign * force, begin, end, sign * at[0], sign * at[1], span)
-        for sign, begin, end, at in (
-            (-1.0, cycles.peaks, cycles.troughs, top),
-            (1.0, cycles.troughs, np.append(cycles.peaks[1:], cycles.cuts[-1]), bottom),
-        )
-    ]
-    compliance = 0.5 * (both[0] + both[1])
-    nothing = np.full_like(span, np.nan)
-    return np.divide(1.0, compliance, out=nothing, where=compliance > 0.0)
-
-
-def _compliance(
-    x: Floats,
-    force: Floats,
-    begin: NDArray[np.int64],
-    end: NDArray[np.int64],
-    from_x: Floats,
-    from_force: Floats,
-    span: Floats,
-) -> Floats:
-    """First slope of the displacement over the force, both rising, on each way [m/N].
-
-    Not over the force itself but over the -ln(1 - f) of its share f of the range: for exponential
-    heights in gross slip that is a straight line, and for others nearly one.
-    """
-    length = np.maximum(end - begin, 0)
-    owner = np.repeat(np.arange(begin.size), length)
-    place = np.arange(owner.size) + np.repeat(begin - np.cumsum(length) + length, length)
-    f = (force[place] - from_force[owner]) / span[owner]
-    chosen = f <= SHARE
-    owner, place, f = owner[chosen], place[chosen], f[chosen]
-    moved, f = x[place] - from_x[owner], -np.log1p(-f)
-    sums = [np.bincount(owner, f**n, minlength=begin.size) for n in range(5)]
-    right = [np.bincount(owner, moved * f**n, minlength=begin.size) for n in range(3)]
-    matrix = np.array([[sums[i + j] for j in range(3)] for i in range(3)]).transpose(2, 0, 1)
-    vector = np.array(right).T
-    enough = sums[0] >= 5
-    # Samples that all lie together say nothing of a slope.
-    enough[enough] = np.linalg.cond(matrix[enough]) < 1e12
-    slope = np.full(begin.size, np.nan)
-    slope[enough] = np.linalg.solve(matrix[enough], vector[enough][..., None])[:, 1, 0]
-    return slope / span
+    # Signed, or noise would slide where nothing does.
+    distance = 0.5 * (width[1::2] - width[::2])
+    known = distance[np.isfinite(distance)]
+    return distance * (-1.0 if known.size and np.median(known) < 0.0 else 1.0)

@@ -71,6 +71,18 @@ def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate
     return Estimate(value, value - half, value + half, error, int(fine.size))
 
 
+def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) -> Estimate:
+    """The inverse of the mean of the inverses: of stiffnesses, whose noise is in the compliance.
+
+    Not a number where the compliance is not certain to be above zero.
+    """
+    of = mean_of(1.0 / values[values != 0.0], confidence, moving)
+    if not of.value > 0.0 or of.low <= 0.0:
+        return Estimate(math.nan, math.nan, math.nan, math.nan, of.number)
+    error = of.standard_error / of.value**2
+    return Estimate(1.0 / of.value, 1.0 / of.high, 1.0 / of.low, error, of.number)
+
+
 def trend(x: Floats, y: Floats, confidence: float) -> Estimate:
     """Slope of a straight line by least squares, with Student's confidence interval."""
     if x.size < 2 or np.ptp(x) == 0.0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -22,11 +22,12 @@ from microslip.tribometer.blocks import Block, Blocks, blocks_of
 from microslip.tribometer.cycle_columns import UNITS, columns_of_blocks
 from microslip.tribometer.cycle_selection import beyond, counted, many
 from microslip.tribometer.cycles import Cycles
-from microslip.tribometer.estimates import Estimate, mean_of, trend
+from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend
 from microslip.tribometer.options import CONFIDENCE
 from microslip.tribometer.record import Record
 from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresholds
-from microslip.tribometer.settling import settled
+from microslip.tribometer.reversal import STIFFNESSES
+from microslip.tribometer.settling import Settled, settled
 from microslip.tribometer.spikes import spikes_of, without
 
 _FOLDS = 64
@@ -69,6 +70,8 @@ class Measurement(Plottable):
         Displacement [m] and force [N] of the mean cycle, one-dimensional, for pictures.
     notes : tuple of str
         What was noticed.
+    probability : mapping of str to float
+        How likely each regime is for the mean of the cycles, by the scatter of these [-].
     is_settled : bool
         Whether the cycles of the means are alike; else their intervals are the range of the cycles.
 
@@ -101,6 +104,8 @@ class Measurement(Plottable):
         from microslip.tribometer.figures import measured_loops
 
         return measured_loops([self])
+
+    probability: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
     def __len__(self) -> int:
         return len(self.regimes)
@@ -149,6 +154,7 @@ class Measurement(Plottable):
             "cycles": len(self),
             "regime": self.regime,
             "regimes": {name: self.regimes.count(name) for name in REGIMES},
+            "probability": dict(self.probability),
             "thresholds": self.thresholds._asdict(),
             "confidence": self.confidence,
             "settled": self.is_settled,
@@ -156,6 +162,7 @@ class Measurement(Plottable):
             "third_harmonic": self.third_harmonic,
             "load_ripple": self.load_ripple,
             "rig_stiffness": self.rig_stiffness,
+            "drift": {name: _plain(self.drift(name).value) for name in self.mean},
             "mean": {
                 name: {"unit": UNITS[name], **{k: _plain(v) for k, v in mean._asdict().items()}}
                 for name, mean in self.mean.items()
@@ -173,6 +180,7 @@ def measure(
     model: BackboneLaw | None = None,
     rig_stiffness: float | None = None,
     confidence: float = 0.95,
+    cycles: slice | None = None,
 ) -> Measurement:
     """Measure every cycle of a record.
 
@@ -187,6 +195,8 @@ def measure(
         displacement. Energy, force, sliding distance and B do not depend on it.
     confidence : float, optional
         Level of the confidence intervals [-], between 0 and 1.
+    cycles : slice, optional
+        Cycles that the means are of, the first being 0; without it the settled ones.
 
     Returns
     -------
@@ -212,13 +222,16 @@ def measure(
     reversals are read from a parabola through the samples around, forces from one through those
     before, over windows that the noise asks for; without noise they are the samples. The stiffness
     after a reversal is the first slope of a parabola through the first quarter of the force's
-    range, displacement over -ln(1 - f), f being the share of that range. ``friction_peak`` is the
-    force amplitude over the mean load P, ``friction_energy`` is E_d/4 P delta_g, with delta_g half
-    the width of the loop in the middle of its forces. Regimes: "stick" up to the energy ratio A at
-    which the model's backbone is 1 % below its first tangent; "gross slip" from the
-    B = E_d/4 T_m delta_g of the model where it reaches its limit, or 99 % of one that it only tends
-    to (one sphere: 0.7695); D and B are those of Fouvry, Kapsa and Vincent (1995, DOI
-    10.1016/0043-1648(94)06582-9).
+    range, displacement over -ln(1 - f), f being the share of that range; noise is first taken off
+    by the shape of the mean cycle, and means of stiffnesses are those of compliances.
+    ``friction_peak`` is the force amplitude over the mean load P, ``friction_energy`` is
+    E_d/4 P delta_g, with delta_g half the width of the loop in the middle of its forces. Regimes:
+    "stick" up to the energy ratio A at which the model's backbone is 1 % below its first tangent;
+    "gross slip" from the B = E_d/4 T_m delta_g of the model where it reaches its limit, or 99 % of
+    one that it only tends
+    to (one sphere: 0.7695). Settled cycles have one regime, that of their mean, and the scatter of
+    the cycles says how likely each is, so that noise makes no other regime of some of them. D and B
+    are those of Fouvry, Kapsa and Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
     """
     if not isinstance(record, Record):
         raise InputError(
@@ -242,7 +255,13 @@ def measure(
             "or another column than the force"
         )
     sign = -1.0 if blocks.flipped else 1.0
-    columns = columns_of_blocks(sign * x, sign * force, record.normal_load, blocks)
+    columns = columns_of_blocks(
+        sign * record.displacement,
+        sign * force,
+        record.normal_load,
+        blocks,
+        0.0 if rig_stiffness is None else 1.0 / rig_stiffness,
+    )
     if rig_stiffness is not None:
         _refuse_soft(rig_stiffness, record.displacement, columns["force_amplitude"], blocks)
     for name in ("displacement_offset", "force_offset"):
@@ -255,7 +274,6 @@ def measure(
                 *(turned, " turns it), or the two columns are swapped"),
             )
         )
-    regimes = regimes_of(columns, limits)
     if any(np.isnan(columns["reversal_stiffness"])):
         notes.append(
             "in some cycles too few samples lie in the first quarter of the force after a "
@@ -263,9 +281,14 @@ def measure(
         )
     closed, said = counted(columns, spikes)
     notes += said
-    like = settled(columns, closed)
+    if cycles is None:
+        like = settled(columns, closed)
+    else:
+        like = Settled(_among(cycles, closed), False, ())
     closed = like.chosen
     notes += like.notes
+    told = regimes_of(columns, limits, closed, like.is_moving)
+    regimes = told.of_each
     notes += beyond(columns["loss_factor"])
     notes += clipped(record)
     slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
@@ -286,8 +309,14 @@ def measure(
         regimes=regimes,
         thresholds=limits,
         mean=MappingProxyType(
-            {name: mean_of(columns[name][closed], level, like.is_moving) for name in with_mean}
+            {
+                name: (mean_of_inverses if name in STIFFNESSES else mean_of)(
+                    columns[name][closed], level, like.is_moving
+                )
+                for name in with_mean
+            }
         ),
+        probability=MappingProxyType(told.probability),
         confidence=level,
         frequency=_frequency(record, blocks),
         third_harmonic=_third_harmonic(record.displacement, largest),
@@ -297,6 +326,23 @@ def measure(
         notes=tuple(notes),
         is_settled=not like.is_moving,
     )
+
+
+def _among(cycles: slice, closed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The cycles that were asked for, of those that count."""
+    if not isinstance(cycles, slice):
+        raise InputError(
+            Argument("cycles"), f" must be a slice, such as slice(2, 20), got {show(cycles)}"
+        )
+    asked = np.zeros(closed.size, dtype=bool)
+    asked[cycles] = True
+    if not (asked & closed).any():
+        raise InputError(
+            Argument("cycles"),
+            f" must have some of the {np.count_nonzero(closed)} cycles that count, of "
+            f"{closed.size}, got {show(cycles)}",
+        )
+    return asked & closed
 
 
 # -- the record as a whole ------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from microslip._core import units
 from microslip._core.options import Option
 from microslip._core.units import STIFFNESS
 
@@ -33,6 +34,13 @@ ZERO = Option(
     'What counts as zero, such as force="0.3 N" or force=middle; may be repeated.',
     metavar="WHAT=ZERO",
 )
+ROWS = Option(
+    "rows", "Rows of numbers to take, the first being 1, such as 1..5000.", metavar="FIRST..LAST"
+)
+CUTOFF = Option(
+    "cutoff", 'Low-pass without phase, such as "800 Hz".', units.FREQUENCY, example="800 Hz"
+)
+DRIFT = Option("drift", "Take a straight drift off both channels.", bool, default=False)
 COLUMNS = (DISPLACEMENT, FORCE, NORMAL_LOAD, TIME)
 SCALING = (UNITS, CALIBRATION, ZERO)
 
@@ -42,6 +50,12 @@ RIG_STIFFNESS = Option(
     STIFFNESS,
     example="200 N/um",
     bare=True,
+)
+AREA = Option(
+    "area",
+    'Apparent area, for energies and stiffnesses per area, such as "2 cm^2".',
+    units.AREA,
+    example="2 cm^2",
 )
 CONFIDENCE = Option(
     "confidence", "Of the intervals.", float, default=0.95, example="0.95", above=0.0, below=1.0

@@ -17,7 +17,17 @@ from microslip._core.frozen import lock
 from microslip._core.units import FORCE, QuantityError, engineering, to_si
 from microslip._core.wording import quoted, shorten, show
 from microslip.errors import UNSAID, Argument, InputError
-from microslip.readers import arrays, hdf5, matlab, numpy_files, tdms, text
+from microslip.readers import (
+    arrays,
+    hdf5,
+    json_files,
+    matlab,
+    numpy_files,
+    parquet,
+    tdms,
+    text,
+    uff,
+)
 from microslip.readers.files import head_of, kind_of, stranger, usable
 from microslip.readers.tables import Named, Table, find, listed, scale, understood
 from microslip.tribometer.roles import KINDS, NEEDED, guess
@@ -29,11 +39,16 @@ READERS: Mapping[str, Callable[[Path], Table]] = {
     "hdf5": lambda path: arrays.table(hdf5.read_arrays(path)),
     "npy": lambda path: arrays.table(numpy_files.read_npy(path)),
     "npz": lambda path: arrays.table(numpy_files.read_npz(path)),
+    "json": lambda path: arrays.table(json_files.read_arrays(path)),
+    "parquet": parquet.table,
+    "uff": uff.table,
     "text": text.table,
 }
 """How the columns of a file are had, by its format."""
 
-_WANTED = "wanted text, MAT, TDMS, HDF5 or NumPy's"
+_WANTED = "wanted text, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's"
+_MOST_LONE, _LONGEST_LONE = 0.01, 3
+"""Share of rows that may lack a number, and how many of them in a row."""
 
 
 @dataclass(frozen=True)
@@ -199,13 +214,36 @@ def _arrays(
         good = np.flatnonzero(~bad)
         whole = int(good[-1]) + 1 if good.size else 0
         if bad[:whole].any():
-            _complain(table, arrays, names, bad[:whole], first)
+            if not _is_lone(bad[:whole]):
+                _complain(table, arrays, names, bad[:whole], first)
+            arrays = {role: _filled(values[:whole]) for role, values in arrays.items()}
+            notes.append(
+                f"straight lines stand in the place of {_rows(int(bad[:whole].sum()))} without "
+                f"numbers, the first {table.where(int(bad.argmax()) + first)}."
+            )
         if whole < size:
             notes.append(f"left out: {_rows(size - whole)} without numbers at the end.")
             arrays = {role: values[:whole].copy() for role, values in arrays.items()}
     if whole < 2:
         raise ValueError(f"wanted at least two rows of numbers, got {whole}")
     return arrays, first, notes
+
+
+def _is_lone(bad: Any) -> bool:
+    """Whether missing numbers are few and apart, so that nothing is lost."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], bad.astype(np.int8), [0]])))
+    runs = np.diff(edges.reshape(-1, 2), axis=1)
+    return not bad[0] and int(runs.max()) <= _LONGEST_LONE and float(bad.mean()) <= _MOST_LONE
+
+
+def _filled(values: Floats) -> Floats:
+    """Numbers with straight lines where there are none."""
+    bad = ~np.isfinite(values)
+    if bad.any():
+        place = np.arange(values.size)
+        values = values.copy()
+        values[bad] = np.interp(place[bad], place[~bad], values[~bad])
+    return values
 
 
 @dataclass(frozen=True, repr=False)
@@ -217,6 +255,10 @@ class _Rows:
 
     def __repr__(self) -> str:
         return f"slice({self.first}, {self.end})"
+
+    def __str__(self) -> str:
+        first = self.first + 1 if isinstance(self.first, (int, np.integer)) else self.first
+        return f"{first}..{self.end}"
 
 
 def _rows(count: int) -> str:

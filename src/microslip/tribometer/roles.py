@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from microslip._core.units import FORCE, LENGTH, Kind, is_unit
+from microslip._core.units import FORCE, LENGTH, MASS, Kind, is_unit
 from microslip.errors import Argument, InputError
 from microslip.readers.tables import Named, fits, headings, unmistakable
 
@@ -98,6 +98,8 @@ def role_of(column: Named) -> str | None:
     role = _by_words(column.short) or _by_symbol(column)
     if role is None or column.unit is None or fits(column.unit, KINDS[role]):
         return role
+    if KINDS[role] is FORCE and fits(column.unit, MASS):
+        return role  # of which the weight is meant
     # Volts and counts may be anything, and an unknown unit is to be complained of.
     return role if is_raw(column.unit) or not is_unit(column.unit) else None
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.units import Kind, QuantityError, engineering, factor_of, to_si
+from microslip._core.units import FORCE, MASS, Kind, QuantityError, engineering, factor_of, to_si
 from microslip._core.wording import quoted, shorten, show
 from microslip.errors import Argument, InputError
 from microslip.readers.tables import Named, fits
@@ -44,6 +44,10 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
         no_time = (", or ", Argument("time", False)) if role == "time" else ()
         wanted = Argument("units", {role: usual})
         raise InputError(f"{name}no unit; write ", wanted, *no_time)
+    if kind is FORCE and fits(shown, MASS):
+        # Scales and load cells show masses for the force of their weight.
+        factor = factor_of(f"{shown}*g_0", kind, "")
+        return Scale(factor, f"{shown} {where}, as the weight of that mass")
     try:
         factor = factor_of(
             shown, kind, f'{name}wanted a unit such as "{kind.usual[1]}", got "{shown}"'

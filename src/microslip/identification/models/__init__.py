@@ -9,7 +9,7 @@ from typing import Any
 
 from microslip._core.checks import show
 from microslip._core.parameters import parameters_of, says_all
-from microslip.errors import Argument, InputError
+from microslip.errors import UNSAID, Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.bouc_wen import BoucWen
 from microslip.friction.interface import Interface
@@ -20,7 +20,9 @@ from microslip.identification.models.bouc_wen import BoucWenModel
 from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.models.iwan import IwanModel
 from microslip.identification.models.law import LawModel
+from microslip.identification.models.sphere import GivenSurfaceModel, SphereModel
 from microslip.identification.models.surface_shape import template_of
+from microslip.normal import NormalLaw, SphereOnFlat
 
 __all__ = [
     "MODELS",
@@ -50,10 +52,21 @@ def _model(kind: Any) -> Model | None:
     return None if rigid else LawModel(kind)
 
 
-MODELS: tuple[Model, ...] = tuple(
-    model for model in map(_model, (*LAWS, BoucWen)) if model is not None
+MODELS: tuple[Model, ...] = (
+    *(model for model in map(_model, (*LAWS, BoucWen)) if model is not None),
+    SphereModel(),
 )
 """The model of every exported law that can be fitted; the shared tests run over it."""
+
+
+def _given(surface: Any = None, **others: Any) -> Model:
+    """The model of a surface that is known, given by its option."""
+    if not isinstance(surface, NormalLaw) or others:
+        raise InputError(
+            *(Argument("law"), f" {GivenSurfaceModel.name!r} needs ", Argument("surface", UNSAID)),
+            f", a surface with its materials, and nothing else, got {show(surface)}",
+        )
+    return GivenSurfaceModel(surface)
 
 
 _JOINTS = r"[\s_\-\u2010-\u2015\u2212]+"
@@ -69,8 +82,12 @@ def model_of(law: Any, **options: Any) -> Model:
             )
         return law
     given = not isinstance(law, (str, type))
+    if isinstance(law, Interface) and isinstance(law.surface, SphereOnFlat) and not options:
+        return SphereModel.of(law)
     if isinstance(law, str):
         asked = re.sub(_JOINTS, "-", law.strip().casefold())
+        if asked == GivenSurfaceModel.name:
+            return _given(**options)
         model = next((model for model in MODELS if model.name == asked), None)
     else:
         model = _model(type(law) if given else law)

@@ -77,6 +77,8 @@ class Identified:
     comparison: Comparison | None
     study: StudyDescription | None
     """The study that materials and start are from."""
+    skipped: tuple[tuple[str, str], ...] = ()
+    """Files that could not be read, and why."""
 
     @property
     def first(self) -> Identification:
@@ -157,6 +159,7 @@ def summarise(found: Identified, say: Say = str, files: Sequence[str] = ()) -> d
     return {
         **header(KIND, 1, _title(found)),
         "version": __version__,
+        "skipped": [{"file": name, "reason": why} for name, why in found.skipped],
         "study": None if found.study is None else found.study.name,
         "identification": first,
         "others": others,
@@ -244,6 +247,9 @@ def document(
         sections.append(Section("The joint as a study", (words, Listing(toml)), brief=False))
     method = Note(_METHOD.format(level=level))
     sections.append(Section("How this was found", (method,), brief=False))
+    if found.skipped:
+        left = tuple(f"{name}: {why}" for name, why in found.skipped)
+        sections.append(Section("Left out", (Note("Files that cannot be read:"), Items(left))))
     if fit["notes"]:
         sections.append(Section("Notes", (Items(tuple(fit["notes"])),)))
     return Document(

@@ -1,0 +1,232 @@
+"""Floor 7: measured records together: evolution, fretting map, wear, and runs compared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats, positive, show
+from microslip._core.frozen import Locked
+from microslip.errors import Argument, InputError
+from microslip.tribometer.estimates import Estimate, quantile
+from microslip.tribometer.measurement import Measurement
+
+COMPARED = ("friction_peak", "friction_energy", "reversal_stiffness", "dissipated_energy")
+"""Columns whose means are compared between runs."""
+SAME = 0.05
+"""Share by which loads, and amplitudes, may differ to be of one condition."""
+MIXED = 0.05
+"""Probability of a second regime from which on a condition is mixed."""
+
+
+class Point(NamedTuple):
+    """A record in the fretting map."""
+
+    record: str
+    amplitude: float
+    """[m]"""
+    normal_load: float
+    """[N]"""
+    regime: str
+    """The likeliest; "mixed" where another one is as likely as 1 in 20, or has as many cycles."""
+
+
+class Wear(NamedTuple):
+    """Energy wear coefficient: worn volume over dissipated energy."""
+
+    coefficient: Estimate
+    """[m^3/J], of a straight line through zero."""
+    records: tuple[str, ...]
+    energy: Floats
+    """Energy [J] dissipated in all cycles of each record."""
+    volume: Floats
+    """Worn volume [m^3]."""
+
+
+class Between(NamedTuple):
+    """A quantity over several runs at one condition: analysis of variance, runs at random."""
+
+    column: str
+    condition: str
+    runs: tuple[str, ...]
+    mean: Estimate
+    """Mean of the means of runs; its interval holds what differs between runs."""
+    within: float
+    """Standard deviation between the records of a run; not a number of one record a run."""
+    between: float
+    """Standard deviation between the runs themselves; 0 where no more than within shows."""
+
+
+@dataclass(frozen=True, eq=False)
+class Campaign(Locked):
+    """Measured records of one or several runs.
+
+    Parameters
+    ----------
+    measurements : sequence of Measurement
+        In the order in which they were recorded, at least one.
+    runs : sequence of str, optional
+        Label of the run, the rig or the laboratory of each; without it all are of one.
+    worn_volumes : sequence of float or None, optional
+        Worn volume [m^3] that goes with each record, above zero; None where none was measured.
+    area : float, optional
+        Apparent area [m^2], for energies and stiffnesses per area.
+
+    Raises
+    ------
+    InputError
+        No measurement, labels or volumes that are not as many, a value that is not above zero.
+
+    Notes
+    -----
+    Wear after Fouvry, Liskiewicz, Kapsa, Hannel and Sauger (2003, DOI
+    10.1016/S0043-1648(03)00117-0); fretting maps after Vingsbo and Soderberg (1988, DOI
+    10.1016/0043-1648(88)90050-1); variance between runs as in ISO 5725-2.
+    """
+
+    measurements: Sequence[Measurement]
+    runs: Sequence[str] | None = None
+    worn_volumes: Sequence[float | None] | None = None
+    area: float | None = None
+
+    def __post_init__(self) -> None:
+        count = len(self.measurements)
+        if count == 0:
+            raise InputError(Argument("measurements"), " must be at least one, got none")
+        for name in ("runs", "worn_volumes"):
+            given = getattr(self, name)
+            if given is not None and len(given) != count:
+                raise InputError(
+                    Argument(name), f" must be one for each of {count} records, got {show(given)}"
+                )
+        for volume in self.worn_volumes or ():
+            if volume is not None:
+                positive("worn_volumes", volume, "m^3", 1e-12)
+        if self.area is not None:
+            positive("area", self.area, "m^2", 2e-4)
+
+    def energies(self) -> Floats:
+        """Energy [J] dissipated in all cycles of each record."""
+        return np.array([np.nansum(m.cycles["dissipated_energy"]) for m in self.measurements])
+
+    def cumulative(self) -> list[Floats]:
+        """Energy [J] dissipated up to each cycle of each record, on from the last of its run."""
+        before: dict[str, float] = {}
+        found = []
+        labels = self.runs or [""] * len(self.measurements)
+        for measured, run in zip(self.measurements, labels, strict=True):
+            energy = np.nan_to_num(measured.cycles["dissipated_energy"])
+            found.append(before.get(run, 0.0) + np.cumsum(energy))
+            before[run] = float(found[-1][-1])
+        return found
+
+    def fretting_map(self) -> list[Point]:
+        """Amplitude, load and regime of each record that has a normal load."""
+        points = []
+        for measured in self.measurements:
+            load = measured.mean.get("normal_load")
+            if load is None:
+                continue
+            likely = sorted(measured.probability.values())
+            count = len(measured)
+            own = sorted(measured.regimes.count(name) / count for name in measured.probability)
+            mixed = len(likely) > 1 and max(likely[-2], own[-2]) >= MIXED
+            amplitude = measured.mean["amplitude"].value
+            regime = "mixed" if mixed else measured.regime
+            points.append(Point(measured.name, amplitude, load.value, regime))
+        return points
+
+    def wear(self, confidence: float = 0.95) -> Wear | None:
+        """Energy wear coefficient of the records that have a worn volume; None without any."""
+        given = self.worn_volumes or [None] * len(self.measurements)
+        chosen = [i for i, volume in enumerate(given) if volume is not None]
+        if not chosen:
+            return None
+        energy = self.energies()[chosen]
+        volume = np.array([given[i] for i in chosen], dtype=float)
+        if not np.all(energy > 0.0):
+            raise InputError(
+                "an energy wear coefficient needs records that dissipate energy, got "
+                f"{float(energy.min()):.3g} J; is the sign of the force right?"
+            )
+        square = float(energy @ energy)
+        slope = float(energy @ volume) / square
+        names = tuple(self.measurements[i].name for i in chosen)
+        if energy.size < 2:
+            nothing = math.nan
+            return Wear(Estimate(slope, nothing, nothing, nothing, 1), names, energy, volume)
+        left = volume - slope * energy
+        error = math.sqrt(float(left @ left) / (energy.size - 1) / square)
+        half = quantile(confidence, energy.size - 1) * error
+        found = Estimate(slope, slope - half, slope + half, error, int(energy.size))
+        return Wear(found, names, energy, volume)
+
+    def comparison(self, confidence: float = 0.95) -> list[Between]:
+        """Runs compared, at each condition that at least two of them have; none without runs."""
+        if self.runs is None or len(set(self.runs)) < 2:
+            return []
+        found = []
+        for condition, members in self._conditions():
+            for column in COMPARED:
+                by_run: dict[str, list[float]] = {}
+                for i in members:
+                    mean = self.measurements[i].mean.get(column)
+                    if mean is not None and math.isfinite(mean.value):
+                        by_run.setdefault(self.runs[i], []).append(mean.value)
+                if len(by_run) > 1:
+                    found.append(between(column, condition, by_run, confidence))
+        return found
+
+    def _conditions(self) -> list[tuple[str, list[int]]]:
+        """Records of one load and amplitude, and what these are in words."""
+        from microslip._core.units import engineering
+
+        groups: list[list[int]] = []
+        places = []
+        for measured in self.measurements:
+            pressed = measured.mean.get("normal_load")
+            amplitude = measured.mean["amplitude"].value
+            places.append((amplitude, math.nan if pressed is None else pressed.value))
+        for i, place in enumerate(places):
+            for group in groups:
+                first = places[group[0]]
+                if all(
+                    (math.isnan(a) and math.isnan(b)) or abs(a - b) <= SAME * abs(b)
+                    for a, b in zip(place, first, strict=True)
+                ):
+                    group.append(i)
+                    break
+            else:
+                groups.append([i])
+        words = []
+        for group in groups:
+            amplitude, load = places[group[0]]
+            text = engineering(amplitude, "m")
+            words.append(text if math.isnan(load) else f"{text}, {engineering(load, 'N')}")
+        return list(zip(words, groups, strict=True))
+
+
+def between(
+    column: str, condition: str, by_run: dict[str, list[float]], confidence: float
+) -> Between:
+    """One-way analysis of variance with random runs, which may have unlike numbers of records."""
+    sizes = np.array([len(values) for values in by_run.values()], dtype=float)
+    means = np.array([float(np.mean(values)) for values in by_run.values()])
+    runs, total = sizes.size, float(sizes.sum())
+    middle = float(means.mean())
+    error = float(means.std(ddof=1)) / math.sqrt(runs)
+    half = quantile(confidence, runs - 1) * error
+    within, variance = math.nan, float(means.var(ddof=1))
+    if total > runs:
+        square = sum(float(np.sum((np.array(v) - np.mean(v)) ** 2)) for v in by_run.values())
+        within = math.sqrt(square / (total - runs))
+        grand = float(sizes @ means) / total
+        among = float(sizes @ (means - grand) ** 2) / (runs - 1)
+        usual = (total - float(sizes @ sizes) / total) / (runs - 1)
+        variance = max(among - within**2, 0.0) / usual
+    mean = Estimate(middle, middle - half, middle + half, error, runs)
+    return Between(column, condition, tuple(by_run), mean, within, math.sqrt(variance))

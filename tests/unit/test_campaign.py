@@ -1,0 +1,213 @@
+"""Several records together: rows, a fretting map, wear, runs; and files that are none."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import run
+
+import microslip as ms
+from microslip.tribometer import Campaign
+from microslip.tribometer.campaign import between
+
+LAW = ms.Jenkins(5e7, 100.0)
+
+
+def loops(amplitude: float, seed: int, noise: float = 0.3, limit: float = 100.0) -> ms.Record:
+    """Twelve cycles of one cell behind nothing, with noise."""
+    rig = ms.VirtualTribometer(
+        ms.Jenkins(5e7, limit), noise={"force": noise, "displacement": 1e-9}, seed=seed
+    )
+    made = rig.record(amplitude=amplitude, frequency=5.0, cycles=12)
+    return ms.Record(made.displacement, made.force, normal_load=200.0, sample_rate=2560.0)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two runs of two records, and a file that is none."""
+    top = tmp_path_factory.mktemp("rigs")
+    for run_number, limit in enumerate((100.0, 110.0)):
+        inside = top / f"run{run_number}"
+        inside.mkdir()
+        for i, amplitude in enumerate((1.5e-6, 2e-5)):
+            record = loops(amplitude, 10 * run_number + i, limit=limit)
+            record.to_csv(inside / f"loops{i}.csv")
+    (top / "run1" / "notes.txt").write_text("nothing but words\n")
+    return top
+
+
+def test_a_folder_has_a_row_a_record(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    volumes = ("--worn-volume", "none", "--worn-volume", "0.001 mm^3") * 2
+    words = ("measure", str(folder), "-o", str(out), "--area", "2 cm^2", *volumes)
+    outcome = run(*words, "--worn-volume", "none")
+    assert outcome.exit_code == 0, outcome.output
+    assert "1 file could not be measured" in outcome.stdout
+    campaign = json.loads((out / "summary.json").read_text("utf-8"))["campaign"]
+    rows = campaign["table"]
+    assert [row["run"] for row in rows] == ["run0", "run0", "run1", "run1"]
+    assert rows[1]["energy_per_area"] == pytest.approx(rows[1]["dissipated_energy"] / 2e-4)
+    assert rows[1]["stiffness_left"] == pytest.approx(5e7, rel=0.03)
+    assert campaign["skipped"][0]["file"].endswith("notes.txt")
+    assert {point["regime"] for point in campaign["fretting_map"]} == {"stick", "gross slip"}
+    energy = sum(row["cumulative_energy"] ** 2 for row in rows[1::2])
+    total = sum(row["cumulative_energy"] for row in rows[1::2])
+    assert campaign["wear"]["value"] == pytest.approx(1e-12 * total / energy)
+    friction = [c for c in campaign["comparison"] if c["column"] == "friction_peak"]
+    assert max(c["between"] or 0.0 for c in friction) > 0.02
+    for name in ("records.csv", "evolution.svg", "fretting-map.svg", "wear.svg", "report.html"):
+        assert (out / name).stat().st_size > 100
+    assert len((out / "records.csv").read_text("utf-8").splitlines()) == 5
+
+
+def test_variance_between_runs() -> None:
+    """Of known variances: 0.03 between runs and 0.01 within, over many of both."""
+    rng = np.random.default_rng(5)
+    by_run = {
+        str(i): list(0.5 + 0.03 * rng.normal() + 0.01 * rng.normal(size=1 + i % 4))
+        for i in range(400)
+    }
+    found = between("friction_peak", "", by_run, 0.95)
+    assert found.within == pytest.approx(0.01, rel=0.1)
+    assert found.between == pytest.approx(0.03, rel=0.1)
+    assert found.mean.low < 0.5 < found.mean.high
+    alike = {str(i): list(0.5 + 0.01 * rng.normal(size=3)) for i in range(400)}
+    assert between("friction_peak", "", alike, 0.95).between < 0.004
+
+
+def test_sticking_cycles_are_called_so_in_noise() -> None:
+    """Noise of 1 % once called a third of them gross slip."""
+    for seed in range(5):
+        measured = ms.measure(loops(1.0e-6, seed, noise=0.5))
+        assert set(measured.regimes) == {"stick"}
+        assert measured.probability["stick"] > 0.99
+
+
+def test_noise_stiffens_no_contact() -> None:
+    """Behind a rig as compliant as this one noise once made contacts 10 to 60 % stiffer."""
+    pair = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
+    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), 1e-3, 1e8, 2e-4)
+    joint = ms.Interface(surface, 0.55, normal_load=2000.0)
+    for rig, within in ((None, 0.02), (1e9, 0.05)):
+        found = []
+        for seed in range(3):
+            tribometer = ms.VirtualTribometer(
+                joint, rig_stiffness=rig, noise={"force": 11.0, "displacement": 1e-9}, seed=seed
+            )
+            record = tribometer.record(amplitude=2.6e-6, frequency=1.0, cycles=20)
+            measured = ms.measure(record, rig_stiffness=rig)
+            found.append(measured.mean["reversal_stiffness"].value)
+        assert np.mean(found) == pytest.approx(joint.tangential_stiffness, rel=within)
+
+
+def test_wrong_campaigns() -> None:
+    measured = ms.measure(loops(2e-5, 1))
+    for given, words in (
+        ({"measurements": ()}, "at least one"),
+        ({"runs": ["a", "b"]}, "one for each of 1 records"),
+        ({"worn_volumes": [-1.0]}, "above zero"),
+        ({"area": 0.0}, "area"),
+    ):
+        with pytest.raises(ms.InputError, match=words):
+            Campaign(**{"measurements": (measured,), **given})  # type: ignore[arg-type]
+
+
+# -- files as rigs leave them ----------------------------------------------------------------------
+
+
+def test_a_cut_last_line_and_lone_gaps_cost_no_file(tmp_path: Path) -> None:
+    rows = [f"{1e-6 * math.sin(0.1 * i)!r},{math.cos(0.1 * i)!r}" for i in range(400)]
+    rows[100] = "nan,0.5"
+    path = tmp_path / "cut.csv"
+    path.write_text("displacement [m],force [N]\n" + "\n".join(rows) + "\n1e-7")
+    record = ms.Record.read(path, sample_rate=100.0)
+    assert len(record) == 400
+    assert record.displacement[100] == pytest.approx(1e-6 * math.sin(10.0), abs=1e-8)
+    assert any("straight lines stand in the place of 1 row" in note for note in record.notes)
+    path.write_text("displacement [m],force [N]\n1e-6,2\n1e-7\n2e-6,3\n")
+    with pytest.raises(ms.InputError, match="line 3: wanted 2 cells"):
+        ms.Record.read(path, sample_rate=100.0)
+
+
+@pytest.mark.parametrize(
+    ("unit", "force"), [("g", 9.80665e-3), ("kg", 9.80665), ("kgf", 9.80665), ("oz", 0.27801385)]
+)
+def test_forces_as_weights_and_lengths_in_mil(tmp_path: Path, unit: str, force: float) -> None:
+    path = tmp_path / "odd.csv"
+    path.write_text(f"displacement [mil],force [{unit}]\n1,2\n3,5\n-1,1\n")
+    record = ms.Record.read(path, sample_rate=10.0)
+    assert record.displacement[1] == pytest.approx(3 * 25.4e-6)
+    assert record.force[1] == pytest.approx(5 * force, rel=1e-6)
+
+
+def test_json_parquet_and_uff(tmp_path: Path) -> None:
+    x, force = 1e-6 * np.sin(0.1 * np.arange(200)), np.cos(0.1 * np.arange(200))
+    path = tmp_path / "run.json"
+    columns = {"displacement [um]": list(1e6 * x), "force [N]": list(force), "fs": 100.0}
+    path.write_text(json.dumps(columns))
+    record = ms.Record.read(path)
+    assert record.sample_rate == 100.0
+    assert np.allclose(record.displacement, x, rtol=1e-12)
+    pairs = zip(x, force, strict=True)
+    path.write_text(json.dumps([{"displacement [m]": a, "force [N]": b} for a, b in pairs]))
+    assert np.allclose(ms.Record.read(path, sample_rate=1.0).force, force)
+    path.write_text("{ not json")
+    with pytest.raises(ms.InputError, match="not a usable JSON file"):
+        ms.Record.read(path)
+    pyarrow = pytest.importorskip("pyarrow", reason="the extra parquet is not installed")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = pyarrow.table({"displacement [m]": x, "force [N]": force})
+    parquet.write_table(table, tmp_path / "run.parquet")
+    assert np.array_equal(ms.Record.read(tmp_path / "run.parquet", sample_rate=1.0).force, force)
+
+
+def data_set(name: str, unit: str, values: np.ndarray) -> str:
+    """A data set 58 of a hundred values a second, as text."""
+    nothing = "NONE                 NONE"
+    rows = [
+        *("    -1", "    58", name, *("NONE",) * 4),
+        f"    1         0    0         0 {'NONE':<10}{1:>11}{1:>4} {'NONE':<10}{1:>11}{1:>4}",
+        f"         4{values.size:>10}         1  0.00000e+00  1.00000e-02  0.00000e+00",
+        "        17    0    0    0 NONE                 s",
+        f"         8    0    0    0 {name:<20} {unit:<20}",
+        *(f"         0    0    0    0 {nothing}",) * 2,
+    ]
+    rows += [
+        "".join(f"{value:20.11e}" for value in values[i : i + 4]) for i in range(0, values.size, 4)
+    ]
+    return "\n".join([*rows, "    -1", ""])
+
+
+def test_uff(tmp_path: Path) -> None:
+    pytest.importorskip("pyuff", reason="the extra uff is not installed")
+    x, force = 1e-6 * np.sin(0.1 * np.arange(200)), np.cos(0.1 * np.arange(200))
+    path = tmp_path / "run.uff"
+    path.write_text(data_set("displacement", "m", x) + data_set("force", "N", force))
+    record = ms.Record.read(path)
+    assert record.sample_rate == pytest.approx(100.0)
+    assert np.allclose(record.force, force, rtol=1e-9, atol=1e-11)
+
+
+def test_options_of_rows_cycles_and_conditioning(tmp_path: Path) -> None:
+    loops(2e-5, 3).to_csv(tmp_path / "run.csv")
+    path = str(tmp_path / "run.csv")
+    outcome = run("measure", path, "--cycles", "3..6", "--rows", "1..5000", "--cutoff", "500 Hz")
+    assert outcome.exit_code == 0, outcome.output
+    assert "(4 cycles" in outcome.stdout or "cycles" in outcome.stdout
+    for words, said in (
+        (("--cycles", "6..3"), "--cycles wants FIRST..LAST"),
+        (("--rows", "0..9"), "--rows wants FIRST..LAST"),
+        (("--cycles", "90..99"), "--cycles"),
+        (("--worn-volume", "3 mm"), "--worn-volume"),
+    ):
+        outcome = run("measure", path, *words)
+        assert outcome.exit_code == 2
+        assert said in outcome.stderr
+    turned = run("measure", path, "--calibration", "force=-1 N/N", "--json")
+    assert turned.exit_code == 0, turned.output
+    energy = json.loads(turned.stdout)["records"][0]["mean"]["dissipated_energy"]["value"]
+    assert energy < 0.0

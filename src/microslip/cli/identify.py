@@ -56,6 +56,7 @@ class FittedLaw(OneOf):
         return super().convert(value, param, ctx)
 
 
+NUISANCES = ("parallel", "viscous", "inertia", "tilt")
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 
 
@@ -136,6 +137,16 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     help="Number of all summits under the apparent area, whose heights are random: what chance "
     "does then widens the intervals.",
 )
+@click.option(
+    "--nuisance",
+    "nuisances",
+    cls=NamedOption,
+    answers_for=("nuisances",),
+    multiple=True,
+    type=OneOf(NUISANCES),
+    metavar="NAME",
+    help=f"Force beside the law, of free size in each record: {', '.join(NUISANCES)}.",
+)
 @cycles_option
 @click.option(
     "--loss",
@@ -180,6 +191,7 @@ def identify(
     contact_area: str | None,
     known_values: tuple[str, ...],
     summits: float | None,
+    nuisances: tuple[str, ...],
     cycles: str | None,
     loss: str,
     free_delay: bool,
@@ -226,6 +238,7 @@ def identify(
             "known": _known(known_values, laws),
             "summits": summits,
             "cycles": slice_of("--cycles", cycles),
+            "nuisances": nuisances or None,
             "loss": loss,
             "delay": "free" if free_delay else 0.0,
             "held_back": held_back,

@@ -27,8 +27,10 @@ INK, BLUE, RED = COLORS[0], COLORS[1], COLORS[2]
 _CAPTIONS = {
     "loops": (
         "The mean cycle of each record (circles) and the identified law with the rig in series "
-        "(line), one pair of panels for each normal load; below, what is left, towards larger "
-        "(circles) and smaller displacements (triangles). Within the grey band it is noise.",
+        "(line), one pair of panels for each normal load, a colour for each amplitude; the line "
+        "holds what errors of displacement and load and other nuisances were found to do. Below, "
+        "what is left over the noise of each record, towards larger (circles) and smaller "
+        "displacements (triangles). Within the grey band it is noise.",
         "Measured and modelled loops over each other, and the residual",
     ),
     "intervals": (
@@ -105,24 +107,28 @@ def loops(result: Any) -> Plot:
     rows = math.ceil(len(drawn) / columns)
     x_unit, x_letter = length_prefix(max(float(np.abs(c.x - c.x.mean()).max()) for c in cycles))
     f_unit, f_letter = prefix(max(float(np.abs(c.force).max()) for c in cycles))
-    largest = max(float(np.abs(c.residual).max()) for c in cycles)
-    r_unit, r_letter = prefix(max(largest, *(3.0 * c.error for c in cycles)))
+    most = max(float(np.abs(c.residual).max()) / (c.error or 1.0) for c in cycles)
+    ticks = [(-2.0, "−2"), (0.0, "0"), (2.0, "2")] if most < 8.0 else None
     panels = []
     for index, (name, group) in enumerate(drawn):
         row, column = 2 * (index // columns), index % columns
         named = len(drawn) > 1 or group[0].load is not None
         above = Panel(
             Axis(bare=True, unit=x_unit),
-            Axis(f"Force [{f_letter}N]" if column == 0 else "", margin=0.06, unit=f_unit),
+            Axis(
+                f"Force [{f_letter}N]" if column == 0 else "",
+                high=_room(group, f_unit),
+                unit=f_unit,
+            ),
             note=name if named else "",
             cell=(row, row, column, column),
         )
         below = Panel(
             Axis(f"Displacement [{x_letter}m]", unit=x_unit),
-            Axis(f"Residual [{r_letter}N]" if column == 0 else "", unit=r_unit),
+            Axis("Over noise [–]" if column == 0 else "", ticks=ticks),
             cell=(row + 1, row + 1, column, column),
         )
-        _draw_pair(above, below, group, x_unit, f_unit, r_unit)
+        _draw_pair(above, below, group, x_unit, f_unit)
         panels += [above, below]
     rig = ", rig in series" if any(n.startswith("rig_stiffness") for n in result.parameters) else ""
     left_out = len(groups) - len(drawn)
@@ -132,34 +138,47 @@ def loops(result: Any) -> Plot:
         heights=(2.2, 1.0) * rows,
         widths=(1.0,) * columns,
         legend=(
-            Entry("measured, mean cycle", BLUE, marker="o", line=False),
+            Entry("measured; residual, displacement rising", BLUE, marker="o", line=False),
             Entry(f"identified: {result.law}{rig}", INK),
-            Entry("residual, displacement rising", BLUE, marker="o", line=False),
-            Entry("residual, displacement falling", RED, marker="^", line=False),
+            Entry("residual, displacement falling", BLUE, marker="^", line=False),
             Entry("grey: noise, ±2 σ", "#cccccc"),
         ),
         legend_title=f"{left_out} more loads are in the tables" if left_out else "",
     )
 
 
+def _room(group: Sequence[Cycle], unit: float) -> float:
+    """Upper end of the forces of a panel, with room for the names of its amplitudes."""
+    low, high = (
+        float(end(np.concatenate([cycle.force for cycle in group]))) for end in (np.min, np.max)
+    )
+    lines = math.ceil(len(group) / 3) if 1 < len(group) < len(COLORS) else 0
+    return (high + (0.06 + 0.11 * lines) * (high - low)) / unit
+
+
 def _draw_pair(
-    above: Panel, below: Panel, group: Sequence[Cycle], x_unit: float, f_unit: float, r_unit: float
+    above: Panel, below: Panel, group: Sequence[Cycle], x_unit: float, f_unit: float
 ) -> None:
-    """The loops of one load, and what is left of them."""
-    band = 2.0 * max(cycle.error for cycle in group) / r_unit
-    below.add(Band(-band, band, "y"))
+    """The loops of one load, and what is left of them; a colour for each amplitude."""
+    below.add(Band(-2.0, 2.0, "y"))
     most = max(MOST_DOTS // len(group), 40)
-    for cycle in group:
+    hues = COLORS[1:]
+    for number, cycle in enumerate(sorted(group, key=lambda c: float(np.ptp(c.x)))):
+        hue = hues[number % len(hues)]
+        if 1 < len(group) <= len(hues):
+            size = engineering(0.5 * float(np.ptp(cycle.x)), "m", 4)
+            place = (number % 3) / 3.0 + 0.02, 0.985 - 0.085 * (number // 3)
+            above.add(Words(*place, size, color=hue))
         x = (cycle.x - 0.5 * (cycle.x.max() + cycle.x.min())) / x_unit
         marks = _along(x, cycle.force, MOST_MARKS)
-        above.marks(x[marks], cycle.force[marks] / f_unit, BLUE, size=3.0)
+        above.marks(x[marks], cycle.force[marks] / f_unit, hue, size=3.0)
         closed = np.append(np.arange(x.size), 0)
         above.line(x[closed], cycle.model[closed] / f_unit, INK, width=1.1)
         dots = np.array(evenly(x.size, most))
-        residual = cycle.residual[dots] / r_unit
+        residual = cycle.residual[dots] / (cycle.error or 1.0)
         falling = np.gradient(cycle.x)[dots] < 0.0
-        below.marks(x[dots][~falling], residual[~falling], BLUE, size=2.4)
-        below.marks(x[dots][falling], residual[falling], RED, marker="^", size=2.4)
+        below.marks(x[dots][~falling], residual[~falling], hue, size=2.4)
+        below.marks(x[dots][falling], residual[falling], hue, marker="^", size=2.4)
     above.cross()
     below.add(Rule(0.0, "y", "#888888", 0.6, ()))
 

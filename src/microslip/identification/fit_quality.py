@@ -18,6 +18,7 @@ from microslip.identification.fit import Fit, settle
 from microslip.identification.folding import Folded
 from microslip.identification.models import BackboneModel
 from microslip.identification.problem import Problem
+from microslip.identification.side_effects import columns_of
 
 _CERTAIN = 1e-4
 _LARGE = 0.1
@@ -142,6 +143,8 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
         free_delay=problem.free_delay,
         lags=problem.lags,
         summits=problem.summits,
+        effects=problem.effects,
+        beside=[columns_of(part, problem.effects) for part in parts],
     )
     held_problem.data = problem.data
     held_problem.take_weights(problem)
@@ -237,6 +240,8 @@ def _apart(problem: Problem, best: Fit) -> tuple[float, dict[int, float]] | None
         free_delay=problem.free_delay,
         lags=problem.lags,
         summits=problem.summits,
+        effects=problem.effects,
+        beside=problem.beside,
     )
     separate.take_weights(problem)
     fit = Fit(np.array(q), math.inf, True, "")

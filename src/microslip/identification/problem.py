@@ -63,12 +63,18 @@ class Problem:
         free_delay: bool = False,
         lags: Sequence[float] | None = None,
         summits: float | None = None,
+        effects: tuple[str, ...] = (),
+        beside: Sequence[Floats] | None = None,
     ) -> None:
         self.model, self.coordinates = model, tuple(coordinates)
         self.folded, self.rigs, self.columns = tuple(folded), tuple(rigs), tuple(columns)
         self.free = np.array([i for i, c in enumerate(coordinates) if not c.fixed], dtype=np.int64)
         self.free_delay = free_delay
         self.lags = [0.0] * len(folded) if lags is None else list(lags)
+        self.effects = effects
+        """Names of forces beside the law, whose sizes are free in each record;"""
+        self.beside = beside
+        """their courses in the records (bins, effects)."""
         self.summits = summits
         """Number of summits, whose heights are random; None for a continuum."""
         self.shared: Metric | None = None
@@ -284,8 +290,8 @@ class Problem:
 
     def forget(self) -> None:
         """Weigh the residuals by the force's noise alone, as before any :meth:`update`."""
-        flat = [self.weight[span, None] for span in self.bins]
-        self.metrics = [metric_of(column, np.zeros((column.size, 0))) for column in flat]
+        flat = [self._flat(at) for at in range(len(self.bins))]
+        self.metrics = [metric_of(column, np.zeros((column.shape[0], 0))) for column in flat]
         self.nuisance_effects: list[Floats] = []
         self.shared = None
         self._last = None
@@ -316,7 +322,7 @@ class Problem:
     def metric_of(self, at: int, *, loads: bool = True) -> Metric:
         """The metric of a record by what was last felt; as if its load were certain, if wanted."""
         span = self.bins[at]
-        flat = self.weight[span, None]
+        flat = self._flat(at)
         if self.free_delay:
             late = (
                 self._turned(at)
@@ -325,6 +331,13 @@ class Problem:
             )
             flat = np.hstack((flat, late[:, None]))
         return metric_of(flat, self.nuisances_of(at, loads=loads))
+
+    def _flat(self, at: int) -> Floats:
+        """What has no limits in a record, weighted: its offset, and forces beside the law."""
+        weight = self.weight[self.bins[at], None]
+        if self.beside is None:
+            return weight
+        return np.hstack((weight, weight * self.beside[self.order[at]]))
 
     def has_load_error(self, record: int) -> bool:
         """Whether the load of a record counts and is not certain."""
@@ -463,7 +476,7 @@ class Problem:
     @property
     def flat(self) -> int:
         """Nuisances without limits: offsets, and delays that are free."""
-        return len(self.folded) * (2 if self.free_delay else 1)
+        return len(self.folded) * (1 + self.free_delay + len(self.effects))
 
     # -- what users see -------------------------------------------------------------------------
 

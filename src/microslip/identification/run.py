@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
 from microslip.errors import UNSAID, Argument, InputError, Phrase
-from microslip.identification import fit_quality, parameter_choice
+from microslip.identification import fit_quality, parameter_choice, side_effects
 from microslip.identification.conclusions import result_of
 from microslip.identification.delays import late_note
 from microslip.identification.fit import LOSSES, Fit, solve
@@ -31,6 +31,7 @@ from microslip.identification.quantities import (
 from microslip.identification.result import Identification
 from microslip.identification.rig_stiffness import is_rigid
 from microslip.identification.rules import MUCH
+from microslip.identification.side_effects import checked, columns_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.threads import single_threaded
@@ -65,6 +66,7 @@ def identify(
     contact_area: tuple[float, float, float] | None = None,
     known: Mapping[str, tuple[float, float]] | None = None,
     summits: float | None = None,
+    nuisances: Sequence[str] | None = None,
     cycles: slice | None = None,
     held_back: float = 0.25,
     confidence: float = 0.95,
@@ -115,6 +117,11 @@ def identify(
         Number of all summits under the apparent area [-]: as their heights are random, the tail
         that is in contact is not that of the distribution, and loops tell the heights, and with
         them the rig, less well. Without it heights are a continuum, which a note then says.
+    nuisances : sequence of str, optional
+        Forces beside the law whose sizes are free in each record: "parallel" (a spring beside the
+        joint), "viscous", "inertia" (a mass behind the force sensor; of a sine it is the same as
+        "parallel"), "tilt" (friction changes along the way; to first order). A note says where one
+        that was not asked for would explain most of what the law leaves.
     cycles : slice, optional
         Cycles to take of each record, the first being 0; without it all settled ones but the first.
     held_back : float, optional
@@ -200,6 +207,7 @@ def identify(
         coordinates.append(apart)
     free_delay, lags = _delay(delay, folded)
 
+    effects = checked(nuisances)
     count_of_summits = _summits(summits, model, notes)
     problem = Problem(
         folded,
@@ -210,6 +218,8 @@ def identify(
         free_delay=free_delay,
         lags=lags,
         summits=count_of_summits,
+        effects=effects,
+        beside=[columns_of(record, effects) for record in folded] if effects else None,
     )
     starts = parameter_choice.starts_for(model, coordinates, columns, places, folded, loops, given)
     quantities = quantities_of(problem, pair, area)
@@ -240,8 +250,12 @@ def identify(
     report(0.5)
     answer = profiled(problem, best, level, freedom, lambda s: report(0.5 + 0.4 * s), intervals)
     notes += notes_of(problem, answer.best, freedom, loss)
+    beside = side_effects.notes_of(problem, answer.best, freedom)
+    notes += beside
+    # A force that is cut off, or that another one stands beside, is no late one.
+    is_other = bool(beside) or any("clipped" in record.doubt for record in folded)
     for text in (
-        late_note(problem, answer.best, freedom),
+        None if is_other else late_note(problem, answer.best, freedom),
         parameter_choice.softer(coordinates, places, loops)
         if answer.best.cost > MUCH * freedom
         else None,

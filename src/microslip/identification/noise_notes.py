@@ -51,10 +51,10 @@ def widened_by_loads(problem: Problem, q: Floats) -> Mapping[str, float]:
         problem.metric_of(at, loads=False) if is_uncertain else metric
         for at, (is_uncertain, metric) in enumerate(zip(uncertain, kept, strict=True))
     ]
-    problem.forget_answer()
+    problem._last = None
     by_rest = problem.residuals(q)[1]
     problem.metrics = kept
-    problem.forget_answer()
+    problem._last = None
     whole, without = (np.diag(covariance_of(by.T @ by)) for by in (by_all, by_rest))
     names = [problem.coordinates[int(j)].name for j in problem.free]
     return dict(zip(names, np.sqrt(whole / without).tolist(), strict=True))

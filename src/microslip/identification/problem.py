@@ -317,19 +317,13 @@ class Problem:
             self.metrics[at] = self.metric_of(at)
         if self.summits is not None:
             self.shared = metric_of(np.zeros((self.weight.size, 0)), self._by_summits(q).T)
-        self.forget_answer()
+        self._last = None
 
     def metric_of(self, at: int, *, loads: bool = True) -> Metric:
         """The metric of a record by what was last felt; as if its load were certain, if wanted."""
-        span = self.bins[at]
         flat = self._flat(at)
         if self.free_delay:
-            late = (
-                self._turned(at)
-                @ self.nuisance_effects[at][: self._turned(at).size]
-                * self.weight[span]
-            )
-            flat = np.hstack((flat, late[:, None]))
+            flat = np.hstack((flat, self.late(at)[:, None]))
         return metric_of(flat, self.nuisances_of(at, loads=loads))
 
     def _flat(self, at: int) -> Floats:
@@ -416,10 +410,6 @@ class Problem:
             kernels.active.accumulate(self.parent, row, np.zeros(1))
         return np.asarray(self.to_bins(rows))
 
-    def forget_answer(self) -> None:
-        """After a change of weights the residuals are no longer those that were last asked for."""
-        self._last = None
-
     @property
     def log_determinant(self) -> float:
         """Of the covariance that the weights stand for, over that of the forces' noise.
@@ -438,9 +428,8 @@ class Problem:
     def late(self, at: int) -> Floats:
         """What a phase by which the displacement is earlier does to the weighted residuals."""
         turned = self._turned(at)
-        return np.asarray(
-            turned @ self.nuisance_effects[at][: turned.size] * self.weight[self.bins[at]]
-        )
+        effects = self.nuisance_effects[at][: turned.size]
+        return np.asarray(turned @ effects * self.weight[self.bins[at]])
 
     def lags_at(self, q: Floats) -> list[float]:
         """Phases [rad] by which the force of each record lags, as this answer would have them."""

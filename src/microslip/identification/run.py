@@ -15,11 +15,13 @@ from microslip.errors import UNSAID, Argument, InputError, Phrase
 from microslip.identification import fit_quality, parameter_choice, side_effects
 from microslip.identification.conclusions import result_of
 from microslip.identification.delays import late_note
+from microslip.identification.extrapolation import spread_over_laws
 from microslip.identification.fit import LOSSES, Fit, solve
 from microslip.identification.folding import MOST_BINS, Folded, fold
 from microslip.identification.intervals import Progress, profiled
 from microslip.identification.models import model_of
 from microslip.identification.models.base import CycleModel, Model
+from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.noise_notes import notes_of
 from microslip.identification.problem import Problem
 from microslip.identification.quantities import (
@@ -172,7 +174,8 @@ def identify(
         raise InputError(Argument("intervals"), f" must be one of {wanted}, got {show(intervals)}")
     held = number("held_back", held_back, "", 0.25)
     held = 0.0 if held == 0.0 else _share("held_back", held)
-    folded = _folded(records, cycles, lambda share: report(0.3 * share))
+    listed = parameter_choice.listed(records)
+    folded = _folded(listed, cycles, lambda share: report(0.3 * share))
     options = {"heights": heights, "surface": surface}
     model = model_of(law, **{key: value for key, value in options.items() if value is not None})
     parameter_choice.checked_loads(model, folded)
@@ -265,9 +268,32 @@ def identify(
     if held and answer.best.finite:
         predicted = fit_quality.held_back_error(problem, answer.best, held)
     report(1.0)
-    return result_of(
+    result = result_of(
         problem, answer, quantities, level, freedom, count, predicted, pair, area, notes, known
     )
+    if intervals == "curvature" or not isinstance(model, InterfaceModel):
+        return result
+    own = set(model.names)
+
+    def refit(other: str, **more: Any) -> Identification:
+        kept = {name: value for name, value in (fixed or {}).items() if name not in own}
+        return identify(
+            listed,
+            other,
+            fixed=kept,
+            rig_stiffness=rig_stiffness,
+            rigs=rigs,
+            delay=delay,
+            loss=loss,
+            nuisances=nuisances,
+            cycles=cycles,
+            held_back=0,
+            confidence=confidence,
+            intervals="curvature",
+            **more,
+        )
+
+    return spread_over_laws(result, refit)
 
 
 # -- what was given -------------------------------------------------------------------------------

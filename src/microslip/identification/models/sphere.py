@@ -17,6 +17,7 @@ from microslip.friction.interface import Interface
 from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
 from microslip.materials import MaterialPair
 from microslip.normal import SphereOnFlat
+from microslip.normal.base import aluminium
 
 
 def _friction() -> Parameter:
@@ -169,8 +170,9 @@ class SphereModel(BackboneModel):
     @classmethod
     def examples(cls) -> tuple[tuple[Model, Mapping[str, float]], ...]:
         """A ball at one load."""
-        values = {"friction_coefficient": 0.6, "slip_limit": 2e-6}
-        return ((cls(500.0), values),)
+        law = Interface(SphereOnFlat(aluminium(), radius=5e-3), 0.6, normal_load=500.0)
+        model = cls.of(law)
+        return ((model, model.start or {}),)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 
 import numpy as np
 import pytest
@@ -396,3 +397,37 @@ def test_a_large_structure_keeps_what_the_joints_feel(monkeypatch: pytest.Monkey
     reduced = curve()
     assert np.allclose(reduced.frequency, whole.frequency, rtol=1e-6)
     assert np.allclose(reduced.damping_ratio, whole.damping_ratio, rtol=1e-4)
+
+
+def test_steps_by_the_joints_that_slip_are_those_of_the_whole() -> None:
+    """The elimination of sticking joints against the one of all unknowns: the same step."""
+    import copy
+
+    from microslip.structures.amplitude import AmplitudeMeasure
+    from microslip.structures.balance import Balance
+    from microslip.structures.harmonic_basis import harmonic_basis
+    from microslip.structures.nonlinear_mode import ModeEquations, ModePoint
+
+    springs = 1e7 * (2.0 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1))
+    structure = ms.Structure(np.diag([1.0, 2.0, 1.0, 3.0, 1.0, 2.0]), springs)
+    structure = structure.attach(ms.SegalmanIwan(30.0, 5e6, -0.4, 1.0), directions=np.eye(6)[:, :2])
+    model = structure.attach(ms.Jenkins(4e6, 1e9), directions=np.eye(6)[:, 4]).preload().model
+    balance = Balance(model, model.joints(np.eye(6)[0]), harmonic_basis([0, 1, 2, 3], 64))
+    q = 1e-8 * np.random.default_rng(3).standard_normal((6, 7))
+    q[0, 1] = 1e-5
+    # At the mode's own frequency, where the compliance of the sticking structure is infinite.
+    point = ModePoint(q, math.sqrt(float(model.squares[0])), 0.0)
+    equations = ModeEquations(balance, 0, AmplitudeMeasure(None))
+    current = equations._residual(point, 1e-5)
+    quick = equations._newton_step(point, 1e-5, current)
+    whole = copy.copy(model)
+    object.__setattr__(whole, "damping", np.zeros((6, 6)))  # none, which is not looked for
+    slow = ModeEquations(
+        Balance(whole, balance.joints, balance.basis), 0, equations.measure
+    )._newton_step(point, 1e-5, current)
+    assert quick is not None
+    assert slow is not None
+    scale = np.abs(slow.coefficients).max()
+    np.testing.assert_allclose(quick.coefficients, slow.coefficients, rtol=0, atol=1e-11 * scale)
+    assert quick.omega == pytest.approx(slow.omega, rel=1e-10)
+    assert quick.damping == pytest.approx(slow.damping, rel=1e-10)

@@ -170,9 +170,20 @@ def test_identify_takes_a_table_of_a_structure(folder: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
     found = json.loads(outcome.stdout)
     assert set(found["values"]) == {"friction_coefficient", "tension"}
-    outcome = CliRunner().invoke(main, ["identify", table, table, "--study", study])
+    ring = folder / "hammer.csv"
+    time = np.arange(0.0, 0.1, 1e-4 / 3.0)
+    decay = np.exp(-5.0 * time) * np.cos(2.0 * np.pi * 900.0 * time)
+    rows = "".join(f"{t:.9g},{x:.9g}\n" for t, x in zip(time, decay, strict=True))
+    ring.write_text("time [s],displacement [um]\n" + rows, encoding="utf-8")
+    words = [table, str(ring), "--study", study, "--band", "700..1100 Hz", "--json"]
+    outcome = CliRunner().invoke(main, ["identify", *words])
     assert outcome.exit_code == 2
-    assert "from one table of amplitude, frequency and damping ratio, got 2" in outcome.stderr
+    assert "test.csv: band is for a ring-down, this is a curve" in outcome.stderr
+    outcome = CliRunner().invoke(main, ["measure", *words[1:2], *words[4:]])
+    assert outcome.exit_code == 0, outcome.output
+    (test,) = json.loads(outcome.stdout)["tests"]
+    np.testing.assert_allclose(test["modal_frequency"], 900.0, rtol=1e-3)
+    np.testing.assert_allclose(test["modal_damping_ratio"], 5.0 / (2.0 * np.pi * 900.0), rtol=0.02)
 
 
 def test_files_are_written(result: ms.Result, tmp_path: Path) -> None:

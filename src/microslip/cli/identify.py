@@ -23,7 +23,7 @@ from microslip.cli.records import (
     writes,
 )
 from microslip.cli.shell import complete_study
-from microslip.cli.structures import has_structure, identify_structure
+from microslip.cli.structures import BAND, has_structure, identify_structure
 from microslip.cli.work import progress, stoppable
 
 if TYPE_CHECKING:
@@ -175,6 +175,7 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 @click.option(
     "--accept-unconverged", is_flag=True, help="Show and write a fit that has not converged, too."
 )
+@BAND
 @reads(many_loads=True)
 def identify(
     records: tuple[str, ...],
@@ -198,6 +199,7 @@ def identify(
     held_back: float,
     confidence: float,
     accept_unconverged: bool,
+    band: str | None,
     reading: Reading,
 ) -> None:
     """Identify the joint that made each RECORD, several loads and amplitudes at once.
@@ -207,14 +209,17 @@ def identify(
     comparison of laws. With -o a page, figures, tables and, given the materials by --study,
     joint.toml, which microslip predict takes as it is.
 
-    With --study of a bolted structure the RECORD is a table of amplitude, frequency and damping
-    ratio of one of its modes, and friction and bolt tension are fitted to it.
+    With --study of a bolted structure each RECORD is a test of one of its modes (a ring-down, a
+    stepped sine, or a table of amplitude, frequency and damping ratio), and friction, bolt tension
+    and a factor on the form are fitted to them.
     """
     from microslip.errors import InputError, said
 
     if study is not None and has_structure(study):
-        identify_structure(study, records, folder, overwrite, as_json)
+        identify_structure(study, records, folder, overwrite, as_json, band)
         return
+    if band is not None:
+        raise click.UsageError("--band is for a mode's ring-down, with a structure in --study")
     laws = tuple(dict.fromkeys(laws)) or LAWS[:1]
     records = tuple(records_in(records)[0])
     with stoppable():

@@ -20,6 +20,7 @@ from microslip.cli.records import (
     writes,
 )
 from microslip.cli.shell import complete_study
+from microslip.cli.structures import BAND, are_modal, measure_modes
 from microslip.cli.work import progress, stoppable
 from microslip.tribometer.options import AREA, CONFIDENCE, RIG_STIFFNESS
 
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
 )
 @cycles_option
 @offers(AREA)
+@BAND
 def measure(
     records: tuple[str, ...],
     folder: Path | None,
@@ -72,6 +74,7 @@ def measure(
     worn_volumes: tuple[str, ...],
     cycles: str | None,
     area: float | None,
+    band: str | None,
 ) -> None:
     """Measure every cycle in each RECORD: CSV, TXT, TSV, MAT, TDMS or HDF5, or folders of them.
 
@@ -79,7 +82,15 @@ def measure(
     Several records have a row each, their evolution over cycles and energy, and a fretting map; a
     file that cannot be measured is listed and left out. Columns and units that are not given are
     found, and shown. The files are only read.
+
+    A RECORD of a structure's mode is measured, too: a ring-down (time and what a sensor showed), a
+    stepped sine (frequency, amplitude, phase) or a curve give frequency and damping over amplitude.
     """
+    if are_modal(records):
+        measure_modes(records, folder, overwrite, png, as_json, band)
+        return
+    if band is not None:
+        raise click.UsageError("--band is for the ring-down of a mode, no record is one")
     with stoppable():
         from contextlib import ExitStack
 

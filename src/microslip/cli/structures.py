@@ -1,4 +1,4 @@
-"""Floor 12: the joint of a bolted structure, from a test of one of its modes."""
+"""Floor 12: tests of the modes of a bolted structure, and the joint that made them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,19 @@ import sys
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 
 from microslip.cli.frame import echo_json
 from microslip.cli.studies import predict_into
 from microslip.cli.work import progress, stoppable
+
+BAND = click.option(
+    "--band",
+    metavar="LOW..HIGH",
+    help='Frequencies between which the mode of a ring-down lies, such as "150..220 Hz".',
+)
 
 
 def has_structure(study: Path) -> bool:
@@ -23,23 +30,109 @@ def has_structure(study: Path) -> bool:
         return False
 
 
-def identify_structure(
-    study: Path, records: Sequence[str], folder: Path | None, overwrite: bool, as_json: bool
+def are_modal(records: Sequence[str]) -> bool:
+    """Whether files hold curves, ring-downs or stepped sines; they are not mixed with others."""
+    if not all(Path(record).is_file() for record in records):
+        return False
+    from microslip.structures.modal_test_files import modal_kind
+
+    kinds = [modal_kind(record) for record in records]
+    if any(kinds) and not all(kinds):
+        first, other = (records[kinds.index(k)] for k in (next(filter(None, kinds)), None))
+        raise click.UsageError(
+            f"tests of modes and records of loops are measured apart: {first} is a "
+            f"{next(filter(None, kinds))}, {other} is none"
+        )
+    return any(kinds)
+
+
+def band_of(text: str | None) -> tuple[float, float] | None:
+    """Two frequencies [Hz] of one text; the unit may be written once."""
+    if text is None:
+        return None
+    from microslip._core.units import FREQUENCY, QuantityError, to_si
+
+    low, dots, high = (part.strip() for part in text.partition(".."))
+    if not dots or not low or not high:
+        raise click.UsageError(f'--band wants LOW..HIGH, such as "150..220 Hz", got "{text}"')
+    if low[-1] in "0123456789.":
+        low = f"{low} {high.lstrip('+-0123456789.eE ') or 'Hz'}"
+    if high[-1] in "0123456789.":
+        high = f"{high} Hz"
+    try:
+        ends = to_si(low, FREQUENCY, "150 Hz"), to_si(high, FREQUENCY, "220 Hz")
+    except QuantityError as error:
+        raise click.UsageError(f"--band: {error}") from None
+    if not ends[0] < ends[1]:
+        raise click.UsageError(f'--band wants LOW below HIGH, got "{text}"')
+    return ends
+
+
+def measure_modes(
+    records: Sequence[str],
+    folder: Path | None,
+    overwrite: bool,
+    png: bool,
+    as_json: bool,
+    band: str | None,
 ) -> None:
-    """Predict the structure with a fit to its test."""
+    """Frequency and damping against amplitude of tests of modes."""
+    with stoppable():
+        from contextlib import ExitStack
+
+        from microslip.report.folder import staged
+        from microslip.report.terminal import show
+        from microslip.results.modal_test import KIND, document, file_names, write
+        from microslip.structures import ModalTest
+
+        within = band_of(band)
+        with ExitStack() as stack:
+            stage = None
+            if folder is not None:  # first, so that nothing is read in vain
+                stage = stack.enter_context(staged(folder, overwrite, KIND, "measurement"))
+            report = stack.enter_context(progress("Measuring"))
+            tests = []
+            for index, record in enumerate(records):
+                tests.append(ModalTest.read(record, band=within))
+                report((index + 1) / len(records))
+            found = document(tests, file_names(png) if stage is not None else ())
+            if stage is not None:
+                write(found, tests, stage)
+    if as_json:
+        echo_json(found.data)
+        return
+    show(found, sys.stdout)
+    if folder is not None:
+        click.echo(f"{len(found.data['files'])} files in {folder}")
+
+
+def identify_structure(
+    study: Path,
+    records: Sequence[str],
+    folder: Path | None,
+    overwrite: bool,
+    as_json: bool,
+    band: str | None,
+) -> None:
+    """Predict the structure with a fit to its tests."""
     from microslip.results import Study
 
-    if len(records) != 1:
-        raise click.UsageError(
-            "a structure is identified from one table of amplitude, frequency and damping ratio, "
-            f"got {len(records)}"
-        )
     given = tomllib.loads(study.read_text(encoding="utf-8"))["structure"]
-    file = json.dumps(str(Path(records[0]).resolve()))
-    overrides = [f"structure.measured.file={file}"]
-    if "fit" not in given.get("measured", {}):
+    before = given.get("measured", {}) if isinstance(given, dict) else {}
+    listed: list[Any] = before if isinstance(before, list) else [before]
+    fit = next((part["fit"] for part in listed if isinstance(part, dict) and "fit" in part), None)
+    if fit is None:
         fit = ["friction_coefficient", "tension", *(["form"] if "form" in given else [])]
-        overrides.append(f"structure.measured.fit={json.dumps(fit)}")
+    within = band_of(band)
+    tests = []
+    for index, record in enumerate(records):
+        own = listed[index] if len(listed) == len(records) else {}
+        own = dict(own) if isinstance(own, dict) else {}
+        test = {**own, "file": str(Path(record).resolve()), "fit": fit}
+        if within is not None:
+            test["band"] = [f"{end!r} Hz" for end in within]
+        tests.append(test)
+    overrides = [f"structure.measured={_toml(tests)}"]
 
     def read() -> Study:
         return Study.load(study, overrides)
@@ -58,3 +151,12 @@ def identify_structure(
             echo_json(result.summary["structure"]["identified"])
         else:
             show(document(result), sys.stdout)
+
+
+def _toml(value: Any) -> str:
+    """A value as TOML writes it on one line."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml(v)}" for key, v in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return json.dumps(value, ensure_ascii=False)

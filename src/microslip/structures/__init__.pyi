@@ -5,13 +5,13 @@ from .free_decay import read_decay as read_decay
 from .lap_joint import LapJoint as LapJoint
 from .mesh_files import MeshedJoint as MeshedJoint
 from .modal_curve import ModalCurve as ModalCurve
+from .modal_test import ModalTest as ModalTest
 from .motion import Motion as Motion
 from .oscillator import Decay as Decay
 from .oscillator import Oscillator as Oscillator
 from .preload import Preload as Preload
 from .reduction_convergence import Convergence as Convergence
 from .reduction_identification import ModalIdentification as ModalIdentification
-from .reduction_identification import ModalTest as ModalTest
 from .reduction_identification import identify_modal as identify_modal
 from .reduction_model import ReducedJoint as ReducedJoint
 from .ring_down import RingDown as RingDown

@@ -14,6 +14,7 @@ from microslip.errors import InputError
 from microslip.structures.matrices import direction_matrix
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
+_NODE = 1e-9  # of the largest motion of a mode there
 _UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 
@@ -71,9 +72,15 @@ def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> Amp
     if sensor.shape[1] != 1:
         raise InputError(f"at must be one direction, got {sensor.shape[1]}")
     seen = shapes.T @ sensor[:, 0]
-    if abs(seen[index]) < 1e-9 * np.abs(seen).max():
+    if index not in moving_modes(sensor[:, 0], shapes):
         raise InputError(f"at must be where mode {index} moves; it has a node there")
     return AmplitudeMeasure(seen, list(_UNITS).index(quantity))
+
+
+def moving_modes(sensor: Floats, shapes: Floats) -> list[int]:
+    """The modes that a sensor sees: those without a node there."""
+    seen = np.abs(shapes.T @ sensor)
+    return [int(i) for i in np.flatnonzero(seen >= _NODE * seen.max())]
 
 
 def checked_amplitudes(value: ArrayLike) -> Floats:

@@ -71,8 +71,13 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
     t, x = record("time", time), record("signal", signal)
     if t.size != x.size:
         raise InputError(f"signal must have one value for each of the {t.size} times, got {x.size}")
+    if t.size < 48:
+        raise InputError(
+            "signal must have at least six cycles of eight samples or more, got "
+            f"{t.size} sample{'s' * (t.size > 1)}"
+        )
     steps = np.diff(t)
-    if t.size < 3 or steps.min() <= 0.0 or np.ptp(steps) > 1e-6 * steps.mean():
+    if steps.min() <= 0.0 or np.ptp(steps) > 1e-6 * steps.mean():
         raise InputError("time must rise in even steps")
     rising = _crossings(t, x)
     if rising.size < 7 or (rising[-1] - rising[0]) / (rising.size - 1) < 8.0 * steps.mean():

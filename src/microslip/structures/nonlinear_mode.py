@@ -12,6 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.structures.amplitude import AmplitudeMeasure
 from microslip.structures.balance import Balance
+from microslip.structures.contact_elimination import Bordered, solve
 from microslip.structures.gmres import gmres
 from microslip.structures.joint_groups import HarmonicForces
 
@@ -116,7 +117,10 @@ class ModeEquations:
             current,
             np.stack([by_omega, -2.0 * omega * velocity], axis=-1),
         )
-        direct = modes * size <= LARGEST_DIRECT
+        unknowns = modes
+        if self.balance.model.damping is None:
+            unknowns = min(modes, self.balance.joints.flat.shape[1])
+        direct = unknowns * size <= LARGEST_DIRECT
         found = system.eliminate() if direct else system.iterate()
         if found is None and not direct:
             found = system.eliminate()
@@ -170,8 +174,10 @@ class _Bordered:
         return np.maximum(self.balance.model.squares, self.point.omega**2)[:, None]
 
     def eliminate(self) -> Floats | None:
-        """By Gauss's elimination."""
+        """By Gauss's elimination, of the joints that do not stick alone where that will do."""
         modes, size = self.balance.shape
+        if self.balance.model.damping is None:
+            return self._by_joints()
         count = modes * size
         matrix = np.zeros((count + 2, count + 2))
         inner = self.balance.linear_matrix(self.point.omega, self._damping)
@@ -198,6 +204,20 @@ class _Bordered:
         found[:count] *= unit
         found[-2] *= omega
         return found
+
+    def _by_joints(self) -> Floats | None:
+        phase = np.zeros(self.balance.shape)
+        phase[self.index, 2] = 1.0
+        system = Bordered(
+            self.columns,
+            np.stack([self.current.by_q, phase]),
+            np.array([[self.current.by_omega, 0.0], [0.0, 0.0]]),
+            self.current.forces,
+            self.current.border,
+        )
+        answers = self.current.answers
+        found = solve(self.balance, answers, self.point.omega, self._damping, system)
+        return None if found is None else np.append(found[0].reshape(-1), found[1])
 
     def iterate(self) -> Floats | None:
         """By GMRES, preconditioned with the structure whose joints stick."""

@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, number, positive, record, show, whole
+from microslip._core.checks import Floats, number, positive, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.verdicts import Rule, Verdict
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.structures.modal_curve import ModalCurve
+from microslip.structures.modal_test import ModalTest
 from microslip.structures.preload import Preload
 from microslip.structures.reduction_model import ReducedJoint
 
@@ -71,106 +72,6 @@ INSIDE = Rule(
     "Number of parameters at the end of their range.",
     "The model cannot reach the test with what is given.",
 )
-
-
-@dataclass(frozen=True, eq=False)
-class ModalTest(Locked):
-    """Frequency and damping of one mode against amplitude, from a ring-down or a stepped sine.
-
-    Parameters
-    ----------
-    amplitude : array_like
-        Displacement amplitudes at the sensor [m], above zero, one-dimensional.
-    frequency : array_like
-        Frequencies [Hz], of the same shape.
-    damping_ratio : array_like
-        Damping ratios [-], of the same shape.
-    mode : int
-        Which mode of the structure, from 0.
-    sensor : str
-        Name of the sensor in the reduced joint.
-    frequency_error, damping_error : float
-        Standard uncertainties relative to the values [-]: those of the test and of the model.
-
-    Raises
-    ------
-    InputError
-        Arrays that differ in length, values that are not above zero.
-
-    Notes
-    -----
-    A finite-element model is seldom better than 0.3 % in frequency, damping in tests scatters by
-    5 % and more from assembly to assembly. Porter and Brake (2023, DOI 10.1016/j.ymssp.2023.110210)
-    hold a model of a bolted beam to such tests.
-    """
-
-    amplitude: Any
-    frequency: Any
-    damping_ratio: Any
-    mode: int = 0
-    sensor: str = "sensor"
-    frequency_error: float = 0.003
-    damping_error: float = 0.05
-
-    def __post_init__(self) -> None:
-        for name, unit in (("amplitude", "m"), ("frequency", "Hz"), ("damping_ratio", "")):
-            values = np.atleast_1d(record(name, getattr(self, name))).copy()
-            for value in values:
-                positive(name, float(value), unit)
-            object.__setattr__(self, name, lock(values))
-        sizes = {len(self.amplitude), len(self.frequency), len(self.damping_ratio)}
-        if len(sizes) != 1:
-            raise InputError(
-                "amplitude, frequency and damping_ratio must be of one length, got "
-                f"{len(self.amplitude)}, {len(self.frequency)} and {len(self.damping_ratio)}"
-            )
-        for name in ("frequency_error", "damping_error"):
-            object.__setattr__(self, name, positive(name, getattr(self, name), "", 0.05))
-        whole("mode", self.mode, 0, 1000)
-
-    @classmethod
-    def from_ring_down(
-        cls, time: ArrayLike, displacement: ArrayLike, *, points: int = 12, **given: Any
-    ) -> ModalTest:
-        """Read a test from the ring-down after a hammer's blow or a release.
-
-        Parameters
-        ----------
-        time : array_like
-            Times [s] in even steps, one-dimensional.
-        displacement : array_like
-            What the sensor showed [m], one mode alone, of the same shape.
-        points : int
-            Amplitudes to keep, about evenly on a log axis; each is a mean over its neighbours.
-        **given : object
-            ``mode``, ``sensor``, ``frequency_error`` and ``damping_error``.
-
-        Returns
-        -------
-        ModalTest
-            Frequency and damping against amplitude.
-
-        Raises
-        ------
-        InputError
-            As for :func:`microslip.read_decay`.
-        """
-        from microslip.structures.free_decay import read_decay
-
-        decay = read_decay(time, displacement)
-        good = np.flatnonzero((decay.damping_ratio > 0.0) & (decay.amplitude > 0.0))
-        if good.size == 0:
-            raise InputError("displacement must decay, got one that nowhere does")
-        levels = np.log(decay.amplitude[good])
-        count = min(whole("points", points, 1, 1000), good.size)
-        edges = np.linspace(levels.min(), levels.max(), count + 1)
-        place = np.clip(np.searchsorted(edges, levels, side="right") - 1, 0, count - 1)
-        held = np.unique(place)
-        amplitude, frequency, damping = (
-            np.array([np.exp(np.log(values[good][place == k]).mean()) for k in held])
-            for values in (decay.amplitude, decay.frequency, decay.damping_ratio)
-        )
-        return cls(amplitude, frequency, damping, **given)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
@@ -22,7 +23,7 @@ from microslip.study.fields import (
     quantity,
     whole,
 )
-from microslip.study.part import KeyedError, Part
+from microslip.study.part import Check, KeyedError, Part, Reading
 from microslip.study.uncertain import Uncertain
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ MOST_MODES, MOST_POINTS, MOST_SAMPLES = 10, 100, 4096
 Size = Annotated[float, quantity(LENGTH, "25 mm")]
 Place = Annotated[float, quantity(LENGTH, "30 mm", "any")]
 Places = Annotated[tuple[Place, ...], array('["-30 mm", "0 mm", "30 mm"]', 200, single=True)]
+Hertz = Annotated[float, quantity(FREQUENCY, "150 Hz")]
 Tension = Annotated[float, quantity(FORCE, "12 kN"), Uncertain('"12 kN"')]
 Torque = Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')]
 _FACTOR = number("a finite number such as 1.0", lambda value: True, {})
@@ -86,7 +88,7 @@ class BoltsPart(Part):
         examples=["0.2"],
     )
     pitch: Size | None = Field(
-        default=None, description="Pitch of the thread, with two frictions.", examples=['"1.25 mm"']
+        default=None, description="Hertz of the thread, with two frictions.", examples=['"1.25 mm"']
     )
     thread_friction: Friction | None = Field(
         default=None, description="Friction in the thread.", examples=["0.12"]
@@ -168,10 +170,12 @@ class FormPart(Part):
 
 
 class MeasuredPart(Part):
-    """A test of one mode as a CSV file, drawn over the prediction."""
+    """A test of one mode, drawn over the prediction: a curve, a ring-down or a stepped sine."""
 
     file: FileName = Field(
-        description="CSV file with a line of column names; relative to the folder of the study.",
+        description="CSV file with a line of column names; relative to the folder of the study. "
+        "Amplitude, frequency and damping ratio are a curve; time and displacement, velocity or "
+        "acceleration a ring-down; frequency, amplitude and phase a stepped sine.",
         examples=['"test.csv"'],
     )
     amplitude: Line = Field(
@@ -189,8 +193,17 @@ class MeasuredPart(Part):
         description="Column of the damping ratios, in percent where its header says so.",
         examples=['"damping_ratio"'],
     )
-    mode: Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)] = Field(
-        default=1, description="The mode that was tested, counted from 1."
+    band: Annotated[tuple[Hertz, ...], array('["150 Hz", "220 Hz"]', 2)] | None = Field(
+        default=None,
+        description="Frequencies between which the mode of a ring-down lies, where others ring "
+        "with it.",
+        examples=['["150 Hz", "220 Hz"]'],
+    )
+    mode: Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)] | None = Field(
+        default=None,
+        description="The mode that was tested, counted from 1; of `structure.modes` the one whose "
+        "frequency is nearest unless given.",
+        examples=["1"],
     )
     fit: (
         Annotated[
@@ -215,7 +228,18 @@ class MeasuredPart(Part):
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
         from microslip._core.units import RATIO
+        from microslip.structures import ModalTest
+        from microslip.structures.modal_test_files import modal_kind
 
+        if self.band is not None and len(self.band) != 2:
+            raise ValueError(f"band: wanted two frequencies, got {len(self.band)}")
+        reading = info.context if isinstance(info.context, Reading) else Reading()
+        path = (reading.folder or Path()) / self.file
+        if self.band is not None or modal_kind(path) in ("ring-down", "stepped sine"):
+            test = ModalTest.read(path, band=self.band)
+            self._table = np.stack([test.amplitude, test.frequency, test.damping_ratio], axis=1)
+            reading.notes.extend(f"structure.measured: {note}" for note in test.notes)
+            return self
         read = [
             Column(file=self.file, column=name, unit=unit).read(
                 kind, "positive", info, f"structure.measured.{key}"
@@ -233,6 +257,16 @@ class MeasuredPart(Part):
     def table(self) -> Floats:
         """Columns amplitude [m], frequency [Hz] and damping ratio [-]."""
         return self._table
+
+
+def _listed(given: object) -> object:
+    return [given] if isinstance(given, (dict, MeasuredPart)) else given
+
+
+Tests = Annotated[
+    tuple[MeasuredPart, ...],
+    Check(_listed, lambda inner: {"anyOf": [inner["items"], {**inner, "maxItems": 20}]}),
+]
 
 
 class StructurePart(Part):
@@ -281,21 +315,27 @@ class StructurePart(Part):
     samples: Annotated[
         int, whole(f"a whole number from 8 to {MOST_SAMPLES}, such as 64", 8, MOST_SAMPLES)
     ] = Field(default=64, description="Samples for the bands, where something is given as a range.")
-    measured: MeasuredPart | None = Field(
-        default=None, description="A test, drawn over the prediction."
+    measured: Tests = Field(
+        default=(),
+        description="A test, or several of them as [[structure.measured]], drawn over the "
+        "prediction.",
     )
 
     @model_validator(mode="after")
     def _drawn(self) -> Self:
         if len(self.patches) != 2:
             raise KeyedError("structure.patches", f"wanted two numbers, got {len(self.patches)}")
-        if self.measured is not None and self.measured.mode not in self.modes:
+        for test in self.measured:
+            if test.mode is not None and test.mode not in self.modes:
+                raise KeyedError(
+                    "structure.measured.mode",
+                    f"wanted one of structure.modes, got {test.mode}",
+                )
+        if len({test.fit for test in self.measured if test.fit}) > 1:
             raise KeyedError(
-                "structure.measured.mode",
-                f"wanted one of structure.modes, got {self.measured.mode}",
+                "structure.measured.fit", "wanted the same in all tests, or in one of them"
             )
-        fitted = () if self.measured is None else self.measured.fit or ()
-        if "form" in fitted and self.form is None:
+        if "form" in self.fitted and self.form is None:
             raise KeyedError(
                 "structure.measured.fit", 'wanted "form" only with a table structure.form, got none'
             )
@@ -304,6 +344,11 @@ class StructurePart(Part):
         except InputError as error:
             raise KeyedError("structure", str(error)) from None
         return self
+
+    @property
+    def fitted(self) -> tuple[str, ...]:
+        """What is fitted to the tests."""
+        return next((test.fit for test in self.measured if test.fit), ())
 
     @property
     def amplitudes(self) -> Floats:

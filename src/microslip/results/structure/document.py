@@ -86,7 +86,7 @@ def sections(found: StructurePrediction) -> tuple[Section, ...]:
 
 def pictures(found: StructurePrediction) -> tuple[Picture, ...]:
     """The figures."""
-    told = " Markers are the test." if found.part.measured is not None else ""
+    told = " Markers are the tests." if found.tests else ""
     bands = " Shaded: 5 to 95 % of what is not known." if found.inputs else ""
     return (
         Picture(

@@ -37,14 +37,13 @@ def curve_plot(found: StructurePrediction) -> Plot:
                 y = getattr(curve, name)
                 panel.line(x, 100.0 * (y / rest - 1.0) if change else y, color, dash=dash)
         legend.append(Entry(f"mode {mode.number}, {rest:.5g} Hz at rest", color))
-    if found.part.measured is not None:
-        test = found.part.measured
-        number = [mode.number for mode in found.modes].index(test.mode)
+    for test in found.tests:
+        number = [mode.number for mode in found.modes].index(test.mode + 1)
         rest, color = found.modes[number].curve.linear_frequency, COLORS[number % len(COLORS)]
-        x, frequency, damping = test.table.T
-        upper.marks(x / letter_scale, 100.0 * (frequency / rest - 1.0), color)
-        lower.marks(x / letter_scale, damping, color)
-        legend.append(Entry(f"test of mode {test.mode}", color, marker="o", line=False))
+        x = test.amplitude / letter_scale
+        upper.marks(x, 100.0 * (test.frequency / rest - 1.0), color)
+        lower.marks(x, test.damping_ratio, color)
+        legend.append(Entry(f"test of mode {test.mode + 1}", color, marker="o", line=False))
     legend.append(Entry("quasi-static", COLORS[0], DASHED))
     upper.cell, lower.cell = (0, 0, 0, 0), (1, 1, 0, 0)
     upper.x.bare = True

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.structures import ModalCurve, ModalIdentification, Preload, ReducedJoint
+from microslip.structures import ModalCurve, ModalIdentification, ModalTest, Preload, ReducedJoint
 from microslip.study.structure import StructurePart
 
 SHARES = (0.05, 0.5, 0.95)
@@ -82,7 +82,9 @@ class StructurePrediction:
     inputs : tuple of (str, str)
         What is not known exactly, and how far it is known.
     identified : ModalIdentification or None
-        What the test says of the joint, where the study asks for a fit.
+        What the tests say of the joint, where the study asks for a fit.
+    tests : tuple of ModalTest
+        The tests of the study.
     """
 
     part: StructurePart
@@ -91,3 +93,4 @@ class StructurePrediction:
     modes: tuple[Mode, ...]
     inputs: tuple[tuple[str, str], ...]
     identified: ModalIdentification | None = None
+    tests: tuple[ModalTest, ...] = ()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from microslip.structures import (
     ReducedJoint,
     identify_modal,
 )
+from microslip.structures.amplitude import moving_modes
 from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
 from microslip.study.structure import MeasuredPart
@@ -68,6 +70,9 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     centre = {name: float(spread) for name, spread in spreads.items()}
     with blame(study, "structure"):
         state = _state(study, joint, surface, centre)
+    with blame(study, "structure.sensor"):
+        _check_sensor(part.modes, moving_modes(joint.sensor("sensor"), state.model.shapes))
+    with blame(study, "structure"):
         pairs = [_pair(study, joint, state, number) for number in part.modes]
     tell(0.5)
     samples = _samples(study, joint, surface, spreads, lambda s: tell(0.5 + 0.5 * s))
@@ -77,32 +82,63 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     )
     inputs = tuple((name, spread.written) for name, spread in spreads.items())
     identified = None
-    if part.measured is not None and part.measured.fit:
+    tests = _tests(part.measured, modes)
+    if part.fitted:
         with blame(study, "structure.measured.fit"):
-            identified = _identified(study, joint, surface, part.measured)
+            identified = _identified(study, joint, surface, tests)
     formed = _formed(study, joint, centre)
-    return StructurePrediction(part, formed, state, modes, inputs, identified)
+    return StructurePrediction(part, formed, state, modes, inputs, identified, tests)
+
+
+def _check_sensor(wanted: tuple[int, ...], moving: list[int]) -> None:
+    """The sensor must not lie in a node of a mode whose amplitudes it is to tell."""
+    for number in wanted:
+        if number - 1 not in moving:
+            others = ", ".join(str(i + 1) for i in moving[:6])
+            raise InputError(
+                f"mode {number} does not move there in that direction (modes {others} do); leave "
+                "it out of structure.modes, or put the sensor elsewhere"
+            )
+
+
+def _tests(measured: tuple[MeasuredPart, ...], modes: tuple[Mode, ...]) -> tuple[ModalTest, ...]:
+    """The tests of a study; of the mode that it says, or whose frequency is nearest."""
+    found = []
+    for test in measured:
+        amplitude, frequency, damping = test.table.T
+        number = test.mode
+        if number is None:
+            middle = float(np.exp(np.log(frequency).mean()))
+            near = min(modes, key=lambda m: abs(math.log(m.curve.linear_frequency / middle)))
+            number = near.number
+        found.append(
+            ModalTest(
+                amplitude,
+                frequency,
+                damping,
+                mode=number - 1,
+                frequency_error=test.frequency_error,
+                damping_error=test.damping_error,
+                name=Path(test.file).name,
+            )
+        )
+    return tuple(found)
 
 
 def _identified(
-    study: StudyDescription, joint: ReducedJoint, surface: NormalLaw, test: MeasuredPart
+    study: StudyDescription,
+    joint: ReducedJoint,
+    surface: NormalLaw,
+    tests: tuple[ModalTest, ...],
 ) -> ModalIdentification:
-    """What a test says of the joint, from the values of the study on."""
+    """What tests say of the joint, from the values of the study on."""
     part = study.structure
     assert part is not None  # who calls has looked
-    amplitude, frequency, damping = test.table.T
     return identify_modal(
         joint,
         surface,
-        ModalTest(
-            amplitude,
-            frequency,
-            damping,
-            mode=test.mode - 1,
-            frequency_error=test.frequency_error,
-            damping_error=test.damping_error,
-        ),
-        test.fit or (),
+        tests,
+        part.fitted,
         friction_coefficient=float(study.joint.friction_coefficient),
         form=1.0 if part.form is None else float(part.form.factor),
         base_damping_ratio=part.base_damping_ratio,

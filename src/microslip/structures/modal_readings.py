@@ -1,0 +1,216 @@
+"""From signals of a test to frequency and damping against amplitude."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, number, record, show, whole
+from microslip.errors import Argument, InputError
+
+POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
+"""How often the sensor's quantity is a derivative of the displacement."""
+
+_SHARE = 0.1  # of the energy outside of half an octave, from which another mode rings along
+_ABOVE_NOISE = 8.0
+_SETTLING = 2.0  # times one over its width, for which a filter hears the beginning
+_NEAR = 0.3  # least sine of the phase behind the force, which is one at resonance
+_FEWEST = 5
+_KNOTS = 8
+
+Values = tuple[Floats, Floats, Floats]
+"""Amplitudes [m], frequencies [Hz], damping ratios [-]."""
+
+
+def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, band: Any) -> Values:
+    """See :meth:`microslip.ModalTest.from_ring_down`."""
+    from microslip.structures.free_decay import read_decay
+
+    points, power = whole("points", points, 1, 1000), _power(quantity)
+    t, x = np.atleast_1d(record("time", time)), np.atleast_1d(record("signal", signal))
+    if t.size == x.size and t.size > 16:
+        x = x - x.mean()
+        step = float(t[-1] - t[0]) / (t.size - 1)
+        if not step > 0.0:
+            raise InputError("time must rise in even steps")
+        if band is None:
+            part = _sounding(_alone(x, step), 0, _noise(x, step, 0.5 / step))
+        else:
+            raw, x = x, _filtered(x, step, band)
+            width = float(band[1] - band[0])
+            part = _sounding(x, int(_SETTLING / (width * step)), _noise(raw, step, width))
+        t, x = t[part], x[part]
+    decay = read_decay(t, x)
+    amplitude = decay.amplitude / (2.0 * math.pi * decay.frequency) ** power
+    values = _falling(decay.time, amplitude, decay.frequency, decay.damping_ratio, points)
+    if values[0].size == 0:
+        raise InputError("signal must decay, got one that nowhere does")
+    return values
+
+
+def stepped_sine(
+    frequency: ArrayLike,
+    amplitude: ArrayLike,
+    phase: ArrayLike,
+    force: ArrayLike,
+    points: Any,
+    quantity: Any,
+) -> Values:
+    """See :meth:`microslip.ModalTest.from_stepped_sine`."""
+    points, power = whole("points", points, 1, 1000), _power(quantity)
+    f, a = record("frequency", frequency), record("amplitude", amplitude)
+    psi, push = record("phase", phase), record("force", force)
+    if not f.shape == a.shape == psi.shape or push.size not in (1, f.size):
+        raise InputError(
+            "frequency, amplitude, phase and force must be of one length, got "
+            f"{f.size}, {a.size}, {psi.size} and {push.size}"
+        )
+    for name, values in (("frequency", f), ("amplitude", a), ("force", push)):
+        if values.min() <= 0.0:
+            raise InputError(Argument(name), f" must be above zero, got {values.min():g}")
+    omega = 2.0 * math.pi * f
+    a = a / omega**power
+    behind = 0.5 * math.pi * power - psi  # the displacement's phase behind the force
+    near = np.flatnonzero(np.sin(behind) > _NEAR)
+    if near.size < _FEWEST:
+        raise InputError(
+            f"phase must pass a resonance, where the displacement lags by 90 degrees, with at "
+            f"least {_FEWEST} values within 70 degrees of it, got {near.size}; look at its sign "
+            "and unit"
+        )
+    omega, a, behind = omega[near], a[near], behind[near]
+    push = np.broadcast_to(push, f.shape)[near]
+    cosine, sine = push * np.cos(behind) / a, push * np.sin(behind) / a
+    if cosine.min() * cosine.max() >= 0.0:
+        raise InputError("phase must pass 90 degrees behind the force, got one side of it alone")
+    p = _modal_constant(omega, np.log(a), cosine)
+    square = omega**2 + p * cosine
+    if not p > 0.0 or square.min() <= 0.0:
+        raise InputError(
+            "frequency and phase do not fit one mode: the two sides of the resonance contradict "
+            "each other; take a narrower range of frequencies"
+        )
+    own = np.sqrt(square)
+    return _levels(a, own / (2.0 * math.pi), p * sine / (2.0 * omega * own), points)
+
+
+def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
+    """The p with which omega^2 + p cosine is one smooth function of the level."""
+    low, high = float(level.min()), float(level.max())
+    count = max(2, min(_KNOTS, omega.size // 5))
+    knots = np.linspace(low, high if high > low else low + 1.0, count)
+    hats = np.stack([np.interp(level, knots, row) for row in np.eye(count)], axis=1)
+    middle = float(np.mean(omega**2))
+    scale = float(np.abs(cosine).max())
+    matrix = np.column_stack([-cosine / scale, hats])
+    found = np.linalg.lstsq(matrix, omega**2 / middle, rcond=None)[0]
+    return float(found[0]) * middle / scale
+
+
+def _falling(
+    time: Floats, amplitude: Floats, frequency: Floats, damping: Floats, points: int
+) -> Values:
+    """Means over stretches of time in which the amplitude falls by one factor each.
+
+    The damping of a stretch is the slope of the logarithm of the amplitude in it, which many cycles
+    tell better than two neighbours.
+    """
+    level = np.log(amplitude)
+    lowest = np.minimum.accumulate(level)
+    edges = np.linspace(lowest[-1], lowest[0], points + 1)
+    place = np.clip(np.searchsorted(edges, lowest, side="right") - 1, 0, points - 1)
+    rows = []
+    for k in np.unique(place):
+        held = place == k
+        f = float(frequency[held].mean())
+        zeta = float(damping[held].mean())
+        if held.sum() > 2:
+            rate = -float(np.polyfit(time[held], level[held], 1)[0]) / (2.0 * math.pi * f)
+            zeta = rate / math.sqrt(1.0 + rate * rate)
+        if zeta > 0.0:
+            rows.append((math.exp(float(level[held].mean())), f, zeta))
+    made = np.array(rows).reshape(-1, 3).T
+    return made[0], made[1], made[2]
+
+
+def _levels(amplitude: Floats, frequency: Floats, damping: Floats, points: int) -> Values:
+    """Geometric means over about even steps of the logarithm of the amplitude."""
+    level = np.log(amplitude)
+    count = min(points, level.size)
+    edges = np.linspace(level.min(), level.max(), count + 1)
+    place = np.clip(np.searchsorted(edges, level, side="right") - 1, 0, count - 1)
+    held = np.unique(place)
+    made = [
+        np.array([np.exp(np.log(values[place == k]).mean()) for k in held])
+        for values in (amplitude, frequency, damping)
+    ]
+    return made[0], made[1], made[2]
+
+
+def _power(quantity: Any) -> int:
+    if not isinstance(quantity, str) or quantity not in POWERS:
+        wanted = ", ".join(f'"{name}"' for name in POWERS)
+        raise InputError(Argument("quantity"), f" must be one of {wanted}, got {show(quantity)}")
+    return POWERS[quantity]
+
+
+def _filtered(x: Floats, step: float, band: Any) -> Floats:
+    """What lies in a band, without a shift in time."""
+    from scipy.signal import butter, sosfiltfilt
+
+    try:
+        low, high = (number("band", end, "Hz", 100.0) for end in band)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            Argument("band"), f" must be two frequencies [Hz], (150.0, 220.0), got {show(band)}"
+        ) from None
+    if not 0.0 < low < high < 0.5 / step:
+        raise InputError(
+            Argument("band"),
+            f" must rise from above 0 to below half the sample rate, {0.5 / step:g} Hz, got "
+            f"{low:g} to {high:g} Hz",
+        )
+    parts = butter(4, [low, high], "bandpass", fs=1.0 / step, output="sos")
+    room = min(x.size - 1, int(3.0 / ((high - low) * step)))
+    return np.asarray(sosfiltfilt(parts, x, padlen=room))
+
+
+def _alone(x: Floats, step: float) -> Floats:
+    """The signal as it is, where one mode rings; else an error that lists them."""
+    fade = 0.5 + 0.5 * np.cos(np.linspace(0.0, math.pi, x.size))  # a ring-down begins with its most
+    power = np.abs(np.fft.rfft(x * fade)) ** 2
+    places = np.fft.rfftfreq(x.size, step)
+    peak = int(np.argmax(power))
+    inside = (places > places[peak] / 1.4) & (places < places[peak] * 1.4)
+    share = 1.0 - float(power[inside].sum()) / float(power.sum())
+    if share > _SHARE:
+        others = np.where(inside, 0.0, power)
+        second = float(places[int(np.argmax(others))])
+        raise InputError(
+            f"signal must be of one mode, got {share:.0%} of its energy elsewhere: it rings at "
+            f"{places[peak]:.5g} Hz and at {second:.5g} Hz; give ",
+            Argument("band", (round(0.85 * places[peak], 1), round(1.15 * places[peak], 1))),
+            " around the mode that is meant [Hz]",
+        )
+    return x
+
+
+def _noise(x: Floats, step: float, width: float) -> float:
+    """Standard deviation of broad noise within a width [Hz], by the last third of a signal."""
+    tail = x[2 * x.size // 3 :]
+    window = np.hanning(tail.size)
+    power = 2.0 * step * np.abs(np.fft.rfft(tail * window)) ** 2 / float(np.sum(window**2))
+    # The median, which modes do not lift; of powers of noise it is ln 2 of their mean.
+    return math.sqrt(float(np.median(power)) / math.log(2.0) * width)
+
+
+def _sounding(x: Floats, skipped: int, noise: float) -> slice:
+    """From behind the largest swing to where what is left drowns in noise."""
+    begin = min(int(np.argmax(np.abs(x))) + skipped, x.size - 1)
+    loud = np.flatnonzero(np.abs(x[begin:]) > _ABOVE_NOISE * noise)
+    return slice(begin, begin + (int(loud[-1]) + 1 if loud.size else x.size))

@@ -186,6 +186,21 @@ def test_identify_takes_a_table_of_a_structure(folder: Path) -> None:
     np.testing.assert_allclose(test["modal_damping_ratio"], 5.0 / (2.0 * np.pi * 900.0), rtol=0.02)
 
 
+def test_the_curves_are_in_the_labelled_arrays(result: ms.Result) -> None:
+    from microslip.results.predicted.arrays import contents
+
+    held, found = contents(result), result.structure
+    assert held.dims["mode"] == 1
+    assert held.dims["patch"] == 6
+    for name in ("modal_frequency", "modal_damping_ratio", "quasi_static_frequency"):
+        assert held.variables[name].dims == ("mode", "structure_amplitude")
+    curve = found.modes[0].curve
+    assert np.array_equal(held.variables["modal_frequency"].values[0], curve.frequency)
+    assert np.array_equal(held.coords["structure_amplitude"].values, curve.amplitude)
+    assert held.variables["modal_damping_ratio_high"].values.shape == (1, 3)
+    assert held.variables["patch_loss_share"].values.sum() == pytest.approx(1.0)
+
+
 def test_files_are_written(result: ms.Result, tmp_path: Path) -> None:
     result.save(tmp_path / "out")
     summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))

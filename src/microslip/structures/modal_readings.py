@@ -34,8 +34,10 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
     if t.size == x.size and t.size > 16:
         x = x - x.mean()
         step = float(t[-1] - t[0]) / (t.size - 1)
-        if not step > 0.0:
+        even = np.linspace(t[0], t[-1], t.size)
+        if not step > 0.0 or float(np.abs(t - even).max()) > 0.5 * step:
             raise InputError("time must rise in even steps")
+        t = even  # what differs by less than half a step is rounding of the file
         if band is None:
             part = _sounding(_alone(x, step), 0, _noise(x, step, 0.5 / step))
         else:

@@ -23,6 +23,7 @@ from microslip.results.predicted.numbers import (
     verdicts,
 )
 from microslip.results.predicted.prediction import Prediction
+from microslip.results.structure.arrays import labelled
 
 WORDS = ("ok", "watch", "outside", "not judged")
 """Words of the verdicts; a variable holds their index, which is that of older files."""
@@ -71,6 +72,11 @@ def contents(result: Prediction) -> Contents:
             {"units": "1", "long_name": "share of the samples below"},
         )
         found |= {f"{name}_bands": band for name, band in result.scatter.bands.items()}
+    if result.structure is not None:
+        sizes, labels, curves_of_modes = labelled(result.structure)
+        dims |= sizes
+        coords |= labels
+        found |= curves_of_modes
     return Contents(dims, coords, found, _attributes(result))
 
 

@@ -16,7 +16,7 @@ POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 _SHARE = 0.1  # of the energy outside of half an octave, from which another mode rings along
 _ABOVE_NOISE = 8.0
-_SETTLING = 2.0  # times one over its width, for which a filter hears the beginning
+_SETTLING = 3.0  # times one over its width, for which a filter hears the ends
 _NEAR = 0.3  # least sine of the phase behind the force, which is one at resonance
 _FEWEST = 5
 _KNOTS = 8
@@ -43,7 +43,8 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
         else:
             raw, x = x, _filtered(x, step, band)
             width = float(band[1] - band[0])
-            part = _sounding(x, int(_SETTLING / (width * step)), _noise(raw, step, width))
+            room = int(_SETTLING / (width * step))
+            part = _sounding(x[: max(x.size - room, 1)], room, _noise(raw, step, width))
         t, x = t[part], x[part]
     decay = read_decay(t, x)
     amplitude = decay.amplitude / (2.0 * math.pi * decay.frequency) ** power

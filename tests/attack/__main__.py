@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import resource
+import signal
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -41,6 +42,7 @@ def main() -> int:
     weight = sum(ATTACKS[name].weight for name in names)
     tallies = {name: Tally() for name in names}
     seconds = dict.fromkeys(names, 0.0)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # which shells ignore in background
     parts = max(4 * given.jobs, given.inputs // SHARE)
     with ProcessPoolExecutor(given.jobs) as pool:
         shares = [

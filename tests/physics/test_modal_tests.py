@@ -96,7 +96,7 @@ def test_an_accelerometer_is_read_as_displacement() -> None:
     # Each is a mean over a step of the amplitude in which the frequency falls by 2 %.
     assert frequency < 3e-3  # measured 1e-3
     assert sensed.amplitude.min() > 2.0 * direct.amplitude.min()  # where the noise begins
-    assert sensed.amplitude.max() == pytest.approx(direct.amplitude.max(), rel=0.05)
+    assert sensed.amplitude.max() == pytest.approx(direct.amplitude.max(), rel=0.15)
 
 
 def test_files_tell_what_they_hold(tmp_path: Path) -> None:

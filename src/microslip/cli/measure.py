@@ -87,7 +87,7 @@ def measure(
     stepped sine (frequency, amplitude, phase) or a curve give frequency and damping over amplitude.
     """
     if are_modal(records):
-        measure_modes(records, folder, overwrite, png, as_json, band)
+        measure_modes(records, folder, overwrite, kinds, as_json, band)
         return
     if band is not None:
         raise click.UsageError("--band is for the ring-down of a mode, no record is one")

@@ -72,7 +72,7 @@ def measure_modes(
     records: Sequence[str],
     folder: Path | None,
     overwrite: bool,
-    png: bool,
+    kinds: tuple[str, ...],
     as_json: bool,
     band: str | None,
 ) -> None:
@@ -95,7 +95,7 @@ def measure_modes(
             for index, record in enumerate(records):
                 tests.append(ModalTest.read(record, band=within))
                 report((index + 1) / len(records))
-            found = document(tests, file_names(png) if stage is not None else ())
+            found = document(tests, file_names(kinds) if stage is not None else ())
             if stage is not None:
                 write(found, tests, stage)
     if as_json:

@@ -18,10 +18,10 @@ KIND = "microslip-modal-test"
 """What summary.json says of a folder of tests of modes."""
 
 
-def file_names(png: bool = False) -> tuple[str, ...]:
-    """Names of the files of a folder, with the figure as pixels or without."""
-    pixels = ("modal_curves.png",) * png
-    return ("report.html", "modal_curves.csv", "modal_curves.svg", *pixels, "summary.json")
+def file_names(kinds: Sequence[str] = ("svg",)) -> tuple[str, ...]:
+    """Names of the files of a folder, the figure in each of some formats."""
+    figures = (f"modal_curves.{kind}" for kind in kinds)
+    return ("report.html", "modal_curves.csv", *figures, "summary.json")
 
 
 def document(tests: Sequence[ModalTest], files: Sequence[str] = ()) -> Document:

@@ -16,7 +16,7 @@ POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 _SHARE = 0.1  # of the energy outside of half an octave, from which another mode rings along
 _ABOVE_NOISE = 8.0
-_SETTLING = 3.0  # times one over its width, for which a filter hears the ends
+_SETTLING = 4.0  # times one over its width, for which a filter hears the ends
 _NEAR = 0.3  # least sine of the phase behind the force, which is one at resonance
 _FEWEST = 5
 _KNOTS = 8

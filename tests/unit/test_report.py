@@ -410,7 +410,7 @@ def models(annotation: Any) -> Iterator[type[BaseModel]]:
 def test_every_key_of_a_study_has_its_words(model: type[BaseModel]) -> None:
     own = {item.name for item in parameters_of(getattr(model, "describes", type(None)))}
     for key in model.model_fields.keys() - own:
-        apart = ("curve", "history", "quantity", "load_variation")
+        apart = ("curve", "history", "quantity", "load_variation", "first", "second")
         varies = tuple(schema.LoadVariation.model_fields)  # one row of its own
         assert key in study_facts._KEYS or key in (*study_facts._ELSEWHERE, *apart, *varies)
 

@@ -80,6 +80,11 @@ class Pressure(Locked):
         Distance of each from the axis [m], where there is one.
     kind : str, optional
         What it is called.
+
+    Raises
+    ------
+    InputError
+        From what makes it: radii, plates or pressures that hold no pressure.
     """
 
     areas: Floats
@@ -132,13 +137,31 @@ class Pressure(Locked):
     ) -> Pressure:
         """The same along a parabola with its top at the inner radius.
 
-        As 1 - ((r - r_i)/(r_o - r_i))^2. Parameters and errors as of :meth:`cone`.
+        As 1 - ((r - r_i)/(r_o - r_i))^2, between radii [m] as of :meth:`cone`.
+
+        Raises
+        ------
+        InputError
+            Radii that do not hold a ring, no whole number.
         """
         return cls._ring("parabola", lambda t: 1.0 - t * t, outer, inner, count, rings)
 
     @classmethod
     def annulus(cls, outer: float, inner: float = 0.0, *, count: int = 1) -> Pressure:
-        """An even pressure on a ring, or on a disc. Parameters and errors as of :meth:`cone`."""
+        """An even pressure on a ring, or on a disc.
+
+        Parameters
+        ----------
+        outer, inner : float
+            Radii [m] between which the faces are pressed.
+        count : int, optional
+            How many such, equal and far enough apart.
+
+        Raises
+        ------
+        InputError
+            Radii that do not hold a ring, no whole number.
+        """
         outer, inner = _radii(outer, inner)
         area = _whole("count", count) * math.pi * (outer - inner) * (outer + inner)
         return cls(np.array([area]), np.ones(1), np.array([0.5 * (outer + inner)]), "annulus")
@@ -408,7 +431,13 @@ class PressedJoint(Parallel):
         object.__setattr__(self, "laws", laws)
 
     def at(self, *, normal_load: float) -> PressedJoint:
-        """The same joint under another load [N], spread in the same way."""
+        """The same joint under another load [N], spread in the same way.
+
+        Raises
+        ------
+        InputError
+            A load that is not above zero, or that the surface cannot carry where pressed most.
+        """
         return PressedJoint(self.surface, self.friction_coefficient, self.pressure, normal_load)
 
     # -- places -----------------------------------------------------------------------------------
@@ -470,7 +499,18 @@ class PressedJoint(Parallel):
         return None if any(value is None for value in values) else math.fsum(values)
 
     def stick_area(self, displacement: ArrayLike) -> Any:
-        """Contact area that still sticks on first loading [m^2], at displacements [m]."""
+        """Contact area that still sticks on first loading [m^2].
+
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements [m] of any shape, which the result has too.
+
+        Raises
+        ------
+        InputError
+            A displacement that is not finite.
+        """
         x = floats("displacement", displacement)
         return plain(np.asarray(sum(np.asarray(law.stick_area(x)) for law in self._joints)))
 

@@ -101,8 +101,8 @@ class EllipticSummits(GreenwoodWilliamson):
     The contacts are Hertz's ellipses with the long axis along the lay. Cattaneo's superposition
     holds for them as for circles, only the ratio of compliances is another: lambda = 1 +
     nu/(1 - nu) <cos^2 theta> for equal bodies, the mean over directions weighted by the radius of
-    the ellipse, theta from the direction of motion. So all that is tangential follows with it in
-    place of E*/4G*.
+    the ellipse, theta from the direction of motion (Johnson 1985, section 7.4, DOI
+    10.1017/CBO9781139171731). So all that is tangential follows with it in place of E*/4G*.
     """
 
     key = "elliptic-summits"

@@ -161,7 +161,7 @@ class Printer:
             while shown > 1 and not fold and self._excess(table) > 0:
                 shown -= 1
                 table = self._build(head, rows, [*range(keys), *left[:shown]], text)
-            if fold or (shown == 1 and left[0] in text):
+            if fold or (shown == 1 and left[0] in text and self._excess(table) > 0):
                 table.columns[-1].no_wrap = False
                 self._narrow.print(table)
             else:

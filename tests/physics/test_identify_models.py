@@ -104,7 +104,8 @@ def corners_of(model: Model, values: Mapping[str, float]) -> Floats:
 SMOOTH = example_params(
     BackboneModel,
     lambda m: (
-        m.name != "segalman"
+        # A sphere's slope ends as a root: tests/physics/test_sphere_fit.py looks away from there.
+        m.name not in ("segalman", "sphere")
         and not (isinstance(getattr(m, "template", None), Template) and m.template.law._spheres)
     ),
 )

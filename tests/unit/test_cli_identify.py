@@ -354,5 +354,5 @@ def test_real_record(folder: Path) -> None:
     assert "To settle it:" in page
     assert "the best fit of this law, not its proof" in page
     for text in (page, outcome.stdout.replace("\n", " ")):
-        assert "Stiffness of the rig: it hangs on the law: it takes up what the law lacks" in text
+        assert "found as a mean over cycles that move, so of no state of the joint" in text
         assert "The stiffness of the rig over the laws: " in text

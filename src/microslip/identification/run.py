@@ -257,6 +257,7 @@ def identify(
     notes += beside
     # A force that is cut off, or that another one stands beside, is no late one.
     is_other = bool(beside) or any("clipped" in record.doubt for record in folded)
+    is_other = is_other and not any(lags)
     for text in (
         None if is_other else late_note(problem, answer.best, freedom),
         parameter_choice.softer(coordinates, places, loops)

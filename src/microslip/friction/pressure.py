@@ -267,7 +267,7 @@ class Pressure(Locked):
         Parameters
         ----------
         distance : array_like
-            Distances [m], rising, the first not negative: two at least.
+            Distances [m], one-dimensional, rising, the first not negative: two at least.
         pressure : array_like
             Pressures there, of any scale: only how they compare counts; not negative, some above
             zero.
@@ -307,7 +307,7 @@ class Pressure(Locked):
         Parameters
         ----------
         area : array_like
-            Areas [m^2], above zero; or one for all.
+            Areas [m^2] of any shape, above zero; or one for all.
         pressure : array_like
             Pressures, of any scale, not negative, some above zero.
 

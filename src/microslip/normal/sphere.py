@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, plain
+from microslip._core.checks import Floats, number, plain
 from microslip._core.parameters import parameter
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium
@@ -61,8 +61,13 @@ class SphereOnFlat(NormalLaw):
         """Largest pressure p0 = (2 E*/pi) sqrt(s/rho) [Pa] at a separation -s [m] (19.2), (19.3).
 
         Zero where nothing touches.
+
+        Raises
+        ------
+        InputError
+            A separation that is no finite number.
         """
-        depth = max(-separation, 0.0)
+        depth = max(-number("separation", separation, "m", -1e-6), 0.0)
         return 2.0 / math.pi * self.pair.composite_modulus * math.sqrt(depth / self.radius)
 
     @cached_property

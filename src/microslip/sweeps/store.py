@@ -37,7 +37,8 @@ def evaluate_to_zarr(
     path : str or pathlib.Path
         The store to make, or one that an earlier call of the same arguments left unfinished.
     axes : mapping of str to array_like
-        Arguments of :func:`evaluate` that are dimensions, one-dimensional, in their order.
+        Arguments of :func:`evaluate` that are dimensions, one-dimensional, in their order, such as
+        normal loads [N].
     quantities : sequence of str
         What is wanted, by the names of :func:`evaluate`.
     region : int, optional

@@ -167,8 +167,8 @@ def test_parameters_of_classes(item: type) -> None:
     assert "Raises\n" in text
     section = text.partition("Parameters\n")[2].partition("Raises\n")[0]
     for name, parameter in inspect.signature(item).parameters.items():
-        assert re.search(rf"(^|, ){name}(, \w+)* : ", section, re.MULTILINE), name
-        if re.search(r"float|ArrayLike|NDArray", str(parameter.annotation)):
+        assert re.search(rf"(^|, )\**{name}(, \w+)* : ", section, re.MULTILINE), name
+        if name != "progress" and re.search(r"float|ArrayLike|NDArray", str(parameter.annotation)):
             assert re.search(rf"(?s){name}(, \w+)* : .*?\[[^\]]+\]", section), f"unit of {name}"
 
 

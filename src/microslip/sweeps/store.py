@@ -45,7 +45,7 @@ def evaluate_to_zarr(
         Points at a time.
     progress : callable, optional
         Called now and then with the share that is done, 0 … 1.
-    **given
+    **given : object
         The other arguments of :func:`evaluate`, numbers.
 
     Returns

@@ -189,7 +189,8 @@ def two_arrays() -> object:
 def suspect() -> object:
     np.save("suspect.npy", np.where(np.eye(96, dtype=bool), -1e-3, HEIGHTS))
     scan = ms.Scan.read("suspect.npy", unit="m", pixel=1e-6)
-    raise ms.InputError(*scan.notes[-1].parts)  # type: ignore[attr-defined]
+    (note,) = (note for note in scan.notes if note.startswith("suspect:"))
+    raise ms.InputError(*note.parts)  # type: ignore[attr-defined]
 
 
 def no_array() -> object:

@@ -162,13 +162,14 @@ def test_check_ends_with_a_verdict() -> None:
         assert outcome.exit_code == 0
         return outcome.stdout.splitlines()[-2].partition(" To compute")[0]
 
-    assert last("2 kN") == "Fine, but see the verdicts."
+    assert last("1 kN") == "Fine, but see the verdicts."
     assert last("50 kN") == "Outside of what the model assumes; it runs all the same."
     Path("joint.toml").write_text(STUDY.replace(', hardness = "1.2 GPa"', ""), encoding="utf-8")
-    assert last("2 kN") == "Fine as far as it was judged: see the verdicts."
+    assert last("1 kN") == "Fine as far as it was judged: see the verdicts."
     text = STUDY.replace('hardness = "1.2 GPa"', 'hardness = "12 GPa"')
     Path("joint.toml").write_text(text, encoding="utf-8")
-    assert last("2 kN") == "Fine."
+    assert last("1 kN") == "Fine."
+    assert last("2 kN") == "Fine, but see the verdicts."  # the real area alone
 
 
 def test_every_quantity_has_its_unit() -> None:
@@ -217,8 +218,10 @@ def test_a_new_study_runs_as_it_is(law: str) -> None:
     assert study.title == "mine"
     assert study.surface.law == law
     result = study.run()
-    words = {verdict.word for joint in result.joints for verdict in joint.validity}
-    assert words <= {"ok", "not judged"}
+    verdicts = [verdict for joint in result.joints for verdict in joint.validity]
+    # Real summits of mild steel yield, and so does a small sphere of it: the study says so.
+    judged = {v.name for v in verdicts if v.word not in ("ok", "not judged")}
+    assert judged <= {"plasticity index", "Hertz pressure over that of first yield"}
     ratios = result.rows[-1].force_ratio
     assert ratios[0] < 0.75
     assert ratios[-1] > 0.99, "from micro to gross slip"

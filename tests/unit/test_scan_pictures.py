@@ -115,7 +115,7 @@ def test_a_scan_without_a_choice_of_cutoffs_has_no_figure_of_it(tmp_path: Path) 
     findings = found(tmp_path, 1e-8 * np.random.default_rng(3).standard_normal((10, 11)))
     names = [picture.name for picture in document(findings).pictures]
     assert names == ["heights", "density", "spectrum"]
-    assert document(findings, tmp_path, png=True).data["files"] == [
+    assert document(findings, tmp_path, kinds=("svg", "png")).data["files"] == [
         *("report.html", "cutoffs.csv", "spectrum.csv"),
         *(f"{name}.{kind}" for name in names for kind in ("svg", "png")),
         "summary.json",

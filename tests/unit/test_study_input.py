@@ -131,7 +131,8 @@ def test_a_metal_of_the_table_needs_no_entry_and_says_its_sources() -> None:
     source = "EN 1993-1-1:2005, 3.2.6"
     assert steel == (
         "material.steel is taken from the table of metals: "
-        f"young_modulus 210 GPa ({source}); poisson_ratio 0.3 ({source})."
+        f"young_modulus 210 GPa ({source}); poisson_ratio 0.3 ({source}); "
+        f"hardness 1.03 GPa ({metals()['steel'].sources['hardness']})."
     )
     assert all(source in al for source in metals()["al2017"].sources.values())
 
@@ -148,6 +149,7 @@ def test_own_numbers_win_over_the_table() -> None:
 def test_what_is_described_in_full_takes_nothing_from_the_table() -> None:
     assert ms.Study.from_toml(STUDY).notes == ()
     own = '[material.steel]\nyoung_modulus = "205 GPa"\npoisson_ratio = 0.29\n'
+    own += 'hardness = "2 GPa"\n'
     study = ms.Study.from_toml(edited((MATERIAL, own), ('["al", "al"]', '["steel", "steel"]')))
     assert study.notes == ()
     rigid = "[material.steel]\nrigid = true\n"

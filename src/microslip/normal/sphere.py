@@ -47,11 +47,11 @@ class SphereOnFlat(NormalLaw):
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         """The yield check of Jackson and Green (2005), DOI 10.1115/1.1866166: p0 over C S_y."""
-        if separation is None:
-            return {}
         hardness = self.pair.hardness
         if hardness is None:
             return {YIELD: None}
+        if separation is None:
+            return {YIELD: 0.0}
         summit = JacksonGreen(self.pair, hardness / HARDNESS_RATIO)
         # Pressures go with the root of the indentation.
         depth = max(-separation, 0.0) / (self.radius * summit.yield_indentation)

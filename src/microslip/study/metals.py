@@ -28,7 +28,8 @@ def with_metals(given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
             material.setdefault(name, {})
     notes: list[str] = []
     for name, entry in material.items():
-        metal = metal_called(name)
+        # Keys of a study in Python may be anything yet; pydantic says that they are texts.
+        metal = metal_called(name) if isinstance(name, str) else None
         if metal and isinstance(entry, dict) and entry.get("rigid", False) is False:
             material[name] = _completed(entry, metal, notes, name)
     if isinstance(info.context, Reading):

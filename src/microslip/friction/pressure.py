@@ -6,17 +6,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, floats, plain, positive, record, show
+from microslip._core.checks import Floats, exact, floats, plain, positive, record, show, whole
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
+from microslip.friction.bolt_sizes import BOLTS
 from microslip.friction.interface import Interface
 from microslip.friction.parallel import Parallel
 from microslip.friction.validity import RULES, Verdict
@@ -26,41 +26,8 @@ from microslip.numerics.quadrature import gauss_legendre
 RINGS = 32
 """Rings of a smooth distribution: Gauss nodes over the area."""
 _MOST_PIECES = 200
+_MOST = 10_000  # rings, or places that are alike
 _PANEL = 4  # nodes between two points of a table
-
-
-@dataclass(frozen=True)
-class BoltSize:
-    """A metric bolt: pitch, bearing face of the head and medium clearance hole [m]."""
-
-    diameter: float
-    pitch: float
-    head: float
-    hole: float
-
-
-def _size(*millimetres: float) -> BoltSize:
-    return BoltSize(*(1e-3 * value for value in millimetres))
-
-
-BOLTS = MappingProxyType(
-    {
-        "M3": _size(3, 0.5, 4.57, 3.4),
-        "M4": _size(4, 0.7, 5.88, 4.5),
-        "M5": _size(5, 0.8, 6.88, 5.5),
-        "M6": _size(6, 1.0, 8.88, 6.6),
-        "M8": _size(8, 1.25, 11.63, 9.0),
-        "M10": _size(10, 1.5, 14.63, 11.0),
-        "M12": _size(12, 1.75, 16.63, 13.5),
-        "M14": _size(14, 2.0, 19.64, 15.5),
-        "M16": _size(16, 2.0, 22.49, 17.5),
-        "M20": _size(20, 2.5, 28.19, 22.0),
-        "M24": _size(24, 3.0, 33.61, 26.0),
-        "M30": _size(30, 3.5, 42.75, 33.0),
-        "M36": _size(36, 4.0, 51.11, 39.0),
-    }
-)
-"""Hexagon bolts by their size (ISO 4014: least bearing face; ISO 273: medium series of holes)."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -163,7 +130,7 @@ class Pressure(Locked):
             Radii that do not hold a ring, no whole number.
         """
         outer, inner = _radii(outer, inner)
-        area = _whole("count", count) * math.pi * (outer - inner) * (outer + inner)
+        area = whole("count", count, 1, _MOST) * math.pi * (outer - inner) * (outer + inner)
         return cls(np.array([area]), np.ones(1), np.array([0.5 * (outer + inner)]), "annulus")
 
     @classmethod
@@ -249,12 +216,12 @@ class Pressure(Locked):
         cls, kind: str, shape: Any, outer: float, inner: float, count: int, rings: int
     ) -> Pressure:
         outer, inner = _radii(outer, inner)
-        share, weight = gauss_legendre(_whole("rings", rings))
+        share, weight = gauss_legendre(whole("rings", rings, 1, _MOST))
         # Denser towards the rim, where the pressure ends.
         t = share * (2.0 - share)
         weight = weight * 2.0 * (1.0 - share)
         r = inner + (outer - inner) * t
-        areas = _whole("count", count) * 2.0 * math.pi * (outer - inner) * weight * r
+        areas = whole("count", count, 1, _MOST) * 2.0 * math.pi * (outer - inner) * weight * r
         loads = areas * shape(t)
         return cls(areas, loads / loads.sum(), r, kind)
 
@@ -298,7 +265,7 @@ class Pressure(Locked):
         areas = (math.pi * np.diff(squares)[:, None] * weight).reshape(-1)
         places = np.sqrt(nodes).reshape(-1)
         loads = areas * np.interp(places, r, p)
-        return cls._pressed(_whole("count", count) * areas, loads, places, "table")
+        return cls._pressed(whole("count", count, 1, _MOST) * areas, loads, places, "table")
 
     @classmethod
     def patches(cls, area: ArrayLike, pressure: ArrayLike) -> Pressure:
@@ -350,14 +317,6 @@ def _radii(outer: float, inner: float) -> tuple[float, float]:
             f" must be zero or more and below outer, {exact(outer)} m, got {exact(inner)}",
         )
     return outer, inner
-
-
-def _whole(name: str, value: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 10_000:
-        raise InputError(
-            Argument(name), f" must be a whole number from 1 to 10000, got {show(value)}"
-        )
-    return value
 
 
 def _pressures(pressure: ArrayLike) -> Floats:

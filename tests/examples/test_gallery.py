@@ -29,7 +29,7 @@ gross slip at 1.100 kN
 ±0.4 µm: 525.3 µJ a cycle, loss factor 0.4125, damping ratio 0.2062
 ±1 µm: 2945 µJ a cycle, loss factor 0.8525, damping ratio 0.4262
 density * radius * std: 0.05 (ok)
-real over apparent area: 0.0279 (ok)
+real over apparent area: 0.0279 (watch)
 contact radius over summit spacing: 0.177 (ok)
 contacts: 5.7e+03 (ok)
 plasticity index: 0.841 (watch)

@@ -49,14 +49,18 @@ def test_gaussian_against_high_precision(order):
 @pytest.mark.usefixtures("kernel")
 def test_gaussian_does_not_break_far_out():
     heights = ms.Gaussian(std=1.0)
-    far = np.array([38.5, 39.0, 50.0, 1e3, 1e4, 1e150, 1e300])
-    deep = -np.array([1e3, 1e6, 1e20, 1e100])
+    far = np.array([38.5, 39.0, 50.0, 1e3, 1e4, 1e20, 1e40])
+    deep = -np.array([1e3, 1e6, 1e20, 1e40])
     for order in ORDERS:
         high = heights.partial_moment(order, far)
         assert np.all((high >= 0) & (high < 1e-300))
         # F_n(h) -> |h|^n (1 + n (n - 1)/2h^2)
         deepened = (-deep) ** order * (1 + 0.5 * order * (order - 1) / deep**2)
         np.testing.assert_allclose(heights.partial_moment(order, deep), deepened, rtol=1e-12)
+        # Beyond, energies would not stay finite: it is refused.
+        for beyond in (1.001e40, -1e100, 1e300):
+            with pytest.raises(ms.InputError, match=r"threshold must be at most 1e\+40 m"):
+                heights.partial_moment(order, beyond)
 
 
 @pytest.mark.parametrize("order", ORDERS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -513,9 +514,11 @@ def rescaled(joint: ms.Interface, length: float, force: float) -> ms.Interface:
                 surface.yield_stress * force / length**2,
             )
             return joint_on(made, joint, length)
-        made = ms.GreenwoodWilliamson(
-            pair,
-            heights,
+        # Whatever else it has, such as a lay, is without a unit.
+        made = replace(
+            surface,
+            pair=pair,
+            heights=heights,
             radius=surface.radius * length,
             density=surface.density / length**2,
             area=surface.area * length**2,

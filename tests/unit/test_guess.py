@@ -43,6 +43,8 @@ def known(law: Any) -> dict[str, Any]:
     """What a guess of this law must be told besides loops."""
     if isinstance(law, ms.Asperity):
         return {"pair": law.pair, "normal_load": law.normal_load}
+    if isinstance(law, ms.PressedJoint):
+        return {"pressure": law.pressure, **known(law.laws[0]), "normal_load": law.normal_load}
     if not isinstance(law, ms.Interface):
         return {}
     told: dict[str, Any] = {"pair": law.surface.pair, "normal_load": law.normal_load}
@@ -53,7 +55,7 @@ def known(law: Any) -> dict[str, Any]:
 
 def near(guessed: Any, law: Any, *, friction: float = 0.1) -> None:
     assert type(guessed) is type(law)
-    if isinstance(law, ms.Interface):
+    if isinstance(law, ms.Interface | ms.PressedJoint):
         assert guessed.friction_coefficient == pytest.approx(law.friction_coefficient, rel=friction)
     assert 0.5 < guessed.force_limit / law.force_limit < 2.0
     if math.isfinite(law.tangential_stiffness):
@@ -191,7 +193,11 @@ PAIR = ms.Interface.examples()[0].surface.pair
     ids=["number", "none", "rest", "constant", "lengths", "nan", "one way", "sign"],
 )
 def test_bad_data(law: Any, data: Any, message: str) -> None:
-    more = {"pair": PAIR, "normal_load": 500.0} if issubclass(law, ms.Interface) else {}
+    more: dict[str, Any] = {}
+    if issubclass(law, ms.Interface | ms.PressedJoint):
+        more = {"pair": PAIR, "normal_load": 500.0}
+    if issubclass(law, ms.PressedJoint):
+        more["pressure"] = ms.Pressure.cone(outer=0.01)
     with pytest.raises(ms.InputError, match=message):
         law.guess(data, **more)
 
@@ -229,6 +235,11 @@ def test_bad_options() -> None:
         ms.Interface.guess(LOOP, pair=PAIR, normal_load=500.0, area=0.0)
     with pytest.raises(ms.InputError, match="cells must be an integer from 1 to 1000, got 0"):
         ms.Iwan.guess(LOOP, cells=0)
+
+
+def test_an_uneven_pressure_must_be_told() -> None:
+    with pytest.raises(ms.InputError, match="pressure must be a Pressure, got None"):
+        ms.PressedJoint.guess(LOOP, pair=PAIR, normal_load=500.0)
 
 
 @pytest.mark.parametrize("law", [ms.Interface, ms.Asperity])

@@ -20,6 +20,7 @@ from microslip.friction.bolt_sizes import BOLTS
 from microslip.friction.interface import Interface
 from microslip.friction.parallel import Parallel
 from microslip.friction.validity import RULES, Verdict
+from microslip.materials import MaterialPair
 from microslip.normal import NormalLaw
 from microslip.numerics.quadrature import gauss_legendre
 
@@ -326,6 +327,16 @@ def _pressures(pressure: ArrayLike) -> Floats:
     return p
 
 
+def _given(pressure: Any) -> Pressure:
+    """A distribution of pressure, and nothing else."""
+    if isinstance(pressure, Pressure):
+        return pressure
+    raise InputError(
+        Argument("pressure"),
+        f" must be a Pressure, got {show(pressure)}; write ms.Pressure.cone(outer=0.01)",
+    )
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class PressedJoint(Parallel):
     """A joint under a pressure that varies from place to place, while the body moves as one.
@@ -364,12 +375,7 @@ class PressedJoint(Parallel):
     normal_load: float
 
     def __post_init__(self) -> None:
-        if not isinstance(self.pressure, Pressure):
-            raise InputError(
-                Argument("pressure"),
-                f" must be a Pressure, got {show(self.pressure)}; write "
-                "ms.Pressure.cone(outer=0.01)",
-            )
+        _given(self.pressure)
         load = positive("normal_load", self.normal_load, "N", 2000.0)
         object.__setattr__(self, "normal_load", load)
         mu = positive("friction_coefficient", self.friction_coefficient)
@@ -488,6 +494,48 @@ class PressedJoint(Parallel):
             f"friction_coefficient={exact(self.friction_coefficient)}, "
             f"normal_load={exact(self.normal_load)})"
         )
+
+    @classmethod
+    def guess(
+        cls,
+        data: Any,
+        *,
+        pressure: Pressure | None = None,
+        pair: MaterialPair | None = None,
+        normal_load: ArrayLike | None = None,
+        heights: Any = None,
+        radius: float | None = None,
+        area: float | None = None,
+    ) -> PressedJoint:
+        """A joint to start a fit from: that of :meth:`Interface.guess`, pressed as it is told.
+
+        Parameters
+        ----------
+        data : Loop, Record or sequence of such
+            What was measured: displacement [m] and force [N], at least one closed cycle each.
+        pressure : Pressure
+            How the load is spread, which must be given.
+        pair, normal_load, heights, radius : optional
+            As those of :meth:`Interface.guess`: lengths in [m], loads in [N].
+        area : float, optional
+            Apparent area of the surface [m^2]; without it that of the pressure.
+
+        Returns
+        -------
+        PressedJoint
+            At the geometric mean of the loads.
+
+        Raises
+        ------
+        InputError
+            No pressure, or one beyond the area; whatever :meth:`Interface.guess` refuses.
+        """
+        spread = _given(pressure)
+        area = spread.area if area is None else area
+        joint = Interface.guess(
+            data, pair=pair, normal_load=normal_load, heights=heights, radius=radius, area=area
+        )
+        return cls(joint.surface, joint.friction_coefficient, spread, joint.normal_load)
 
     @classmethod
     def examples(cls) -> tuple[PressedJoint, ...]:

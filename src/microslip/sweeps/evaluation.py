@@ -198,7 +198,7 @@ class Joints:
         self.disc: Floats = np.ones(())
         if "surface" in given:
             self.surface = given["surface"]
-            ratio = np.asarray(self.surface.pair.stiffness_ratio)
+            ratio = np.asarray(self.surface.stiffness_ratio)
         else:
             composite, shear = _composite(given)
             ratio = composite / (4.0 * shear)

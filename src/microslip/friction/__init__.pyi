@@ -20,7 +20,7 @@ from .iwan import IwanFit as IwanFit
 from .jenkins import Jenkins as Jenkins
 from .laws import LAWS as LAWS
 from .parallel import Parallel as Parallel
-from .pressure import PressedJoint as PressedJoint
+from .pressed_joint import PressedJoint as PressedJoint
 from .pressure import Pressure as Pressure
 from .segalman import SegalmanIwan as SegalmanIwan
 from .sliders import Sliders as Sliders

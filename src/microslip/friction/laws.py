@@ -7,7 +7,7 @@ from microslip.friction.interface import Interface
 from microslip.friction.iwan import Iwan
 from microslip.friction.jenkins import Jenkins
 from microslip.friction.parallel import Parallel
-from microslip.friction.pressure import PressedJoint
+from microslip.friction.pressed_joint import PressedJoint
 from microslip.friction.segalman import SegalmanIwan
 
 LAWS: tuple[type[BackboneLaw], ...] = (

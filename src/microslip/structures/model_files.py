@@ -71,7 +71,8 @@ def _missing(name: str, held: Mapping[str, Any]) -> str:
 
 def _npz(file: Path) -> dict[str, Any]:
     """Arrays, and sparse matrices as their coordinates."""
-    with np.load(file, allow_pickle=False) as content:
+    # Opened here: NumPy leaves a file that is no archive open.
+    with file.open("rb") as stream, np.load(stream, allow_pickle=False) as content:
         arrays = {name: content[name] for name in content.files}
     result = {name: array for name, array in arrays.items() if "." not in name}
     for name in {name.partition(".")[0] for name in arrays if "." in name}:

@@ -1,0 +1,241 @@
+"""The law of a joint that is pressed unevenly: a sum of joints, one for each place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from microslip._core.checks import Floats, exact, floats, plain, positive, show
+from microslip._core.frozen import lock
+from microslip.errors import Argument, InputError
+from microslip.friction.base import BackboneLaw
+from microslip.friction.interface import Interface
+from microslip.friction.parallel import Parallel
+from microslip.friction.pressure import Pressure
+from microslip.friction.validity import RULES, Verdict
+from microslip.materials import MaterialPair
+from microslip.normal import NormalLaw
+
+
+def _given(pressure: Any) -> Pressure:
+    """A distribution of pressure, and nothing else."""
+    if isinstance(pressure, Pressure):
+        return pressure
+    raise InputError(
+        Argument("pressure"),
+        f" must be a Pressure, got {show(pressure)}; write ms.Pressure.cone(outer=0.01)",
+    )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PressedJoint(Parallel):
+    """A joint under a pressure that varies from place to place, while the body moves as one.
+
+    Every place is at the separation that its pressure asks for, so the law is a sum of joints, one
+    for each area that is pressed alike: a :class:`Parallel` law.
+
+    Parameters
+    ----------
+    surface : NormalLaw
+        A surface with an apparent area, which must hold what is pressed.
+    friction_coefficient : float
+        Coulomb's coefficient mu [-], above zero.
+    pressure : Pressure
+        How the load is spread.
+    normal_load : float
+        All of it [N].
+
+    Raises
+    ------
+    InputError
+        A surface without an area, or too small a one; a value out of its range; a load that the
+        surface cannot carry where it is pressed most.
+
+    Notes
+    -----
+    The sum of Ciavarella and Jaeger's superposition over the places, T0 = sum mu [N_p(d_p) -
+    N_p(d_p + delta/kappa)] (DOI 10.1115/1.2833765). A tightened surface was tightened under the
+    same distribution. The bodies beneath are rigid: what they give way is not in it.
+    """
+
+    laws: Sequence[BackboneLaw] = field(init=False, default=())
+    surface: NormalLaw
+    friction_coefficient: float
+    pressure: Pressure
+    normal_load: float
+
+    def __post_init__(self) -> None:
+        _given(self.pressure)
+        load = positive("normal_load", self.normal_load, "N", 2000.0)
+        object.__setattr__(self, "normal_load", load)
+        mu = positive("friction_coefficient", self.friction_coefficient)
+        object.__setattr__(self, "friction_coefficient", mu)
+        apparent = getattr(self.surface, "area", None)
+        if apparent is not None and self.pressure.area > apparent * (1.0 + 1e-9):
+            raise InputError(
+                Argument("pressure"),
+                f" must lie within the area of the surface, {exact(apparent)} m^2, got one on "
+                f"{self.pressure.area:.6g} m^2",
+            )
+        laws = tuple(
+            Interface(self.surface._patch(area, share), mu, normal_load=share * load)
+            for area, share in zip(
+                self.pressure.areas.tolist(), self.pressure.shares.tolist(), strict=True
+            )
+        )
+        object.__setattr__(self, "laws", laws)
+
+    def at(self, *, normal_load: float) -> PressedJoint:
+        """The same joint under another load [N], spread in the same way.
+
+        Raises
+        ------
+        InputError
+            A load that is not above zero, or that the surface cannot carry where pressed most.
+        """
+        return PressedJoint(self.surface, self.friction_coefficient, self.pressure, normal_load)
+
+    # -- places -----------------------------------------------------------------------------------
+
+    @cached_property
+    def pressures(self) -> Floats:
+        """Pressure [Pa] on each area of the distribution."""
+        return lock(self.normal_load * self.pressure.shares / self.pressure.areas)
+
+    @cached_property
+    def separations(self) -> Floats:
+        """Separation [m] of each."""
+        return lock(np.array([law.separation for law in self._joints]))
+
+    @property
+    def _joints(self) -> tuple[Interface, ...]:
+        return self.laws  # type: ignore[return-value]
+
+    def slip_shares(self, displacement: float) -> Floats:
+        """How near each place is to sliding at a displacement [m]: T/(mu N) there, 0 to 1.
+
+        Raises
+        ------
+        InputError
+            Not a finite number.
+        """
+        u = float(floats("displacement", displacement))
+        return np.array([float(law.backbone(u)) / law.force_limit for law in self._joints])
+
+    # -- all of it --------------------------------------------------------------------------------
+
+    @cached_property
+    def separation(self) -> float:
+        """Separation [m] where the pressure is largest."""
+        return float(self.separations[np.argmax(self.pressures)])
+
+    @property
+    def slip_per_indentation(self) -> float:
+        """Kappa [-], the same everywhere."""
+        return self._joints[0].slip_per_indentation
+
+    @cached_property
+    def normal_stiffness(self) -> float:
+        """Normal stiffness [N/m] of the faces that move as one."""
+        return math.fsum(law.normal_stiffness for law in self._joints)
+
+    @cached_property
+    def contact_count(self) -> float | None:
+        """Summits in contact; None for a surface that does not know its contacts."""
+        return self._total("contact_count")
+
+    @cached_property
+    def contact_area(self) -> float | None:
+        """Real contact area [m^2]; None for a surface that does not know its contacts."""
+        return self._total("contact_area")
+
+    def _total(self, name: str) -> float | None:
+        values = [getattr(law, name) for law in self._joints]
+        return None if any(value is None for value in values) else math.fsum(values)
+
+    def stick_area(self, displacement: ArrayLike) -> Any:
+        """Contact area that still sticks on first loading [m^2].
+
+        Parameters
+        ----------
+        displacement : array_like
+            Displacements [m] of any shape, which the result has too.
+
+        Raises
+        ------
+        InputError
+            A displacement that is not finite.
+        """
+        x = floats("displacement", displacement)
+        return plain(np.asarray(sum(np.asarray(law.stick_area(x)) for law in self._joints)))
+
+    @property
+    def validity(self) -> tuple[Verdict, ...]:
+        """Verdicts where the pressure is largest; contacts are those of the whole joint."""
+        worst = self._joints[int(np.argmax(self.pressures))]
+        values = worst.surface._assumptions(worst.separation)
+        if "contacts" in values:
+            values["contacts"] = self.contact_count
+        return tuple(rule.judge(values[rule.name]) for rule in RULES if rule.name in values)
+
+    def __repr__(self) -> str:
+        return (
+            f"PressedJoint({type(self.surface).__name__}, {self.pressure!r}, "
+            f"friction_coefficient={exact(self.friction_coefficient)}, "
+            f"normal_load={exact(self.normal_load)})"
+        )
+
+    @classmethod
+    def guess(
+        cls,
+        data: Any,
+        *,
+        pressure: Pressure | None = None,
+        pair: MaterialPair | None = None,
+        normal_load: ArrayLike | None = None,
+        heights: Any = None,
+        radius: float | None = None,
+        area: float | None = None,
+    ) -> PressedJoint:
+        """A joint to start a fit from: that of :meth:`Interface.guess`, pressed as it is told.
+
+        Parameters
+        ----------
+        data : Loop, Record or sequence of such
+            What was measured: displacement [m] and force [N], at least one closed cycle each.
+        pressure : Pressure
+            How the load is spread, which must be given.
+        pair, normal_load, heights, radius : optional
+            As those of :meth:`Interface.guess`: lengths in [m], loads in [N].
+        area : float, optional
+            Apparent area of the surface [m^2]; without it that of the pressure.
+
+        Returns
+        -------
+        PressedJoint
+            At the geometric mean of the loads.
+
+        Raises
+        ------
+        InputError
+            No pressure, or one beyond the area; whatever :meth:`Interface.guess` refuses.
+        """
+        spread = _given(pressure)
+        area = spread.area if area is None else area
+        joint = Interface.guess(
+            data, pair=pair, normal_load=normal_load, heights=heights, radius=radius, area=area
+        )
+        return cls(joint.surface, joint.friction_coefficient, spread, joint.normal_load)
+
+    @classmethod
+    def examples(cls) -> tuple[PressedJoint, ...]:
+        """The project's worked example under a ring that is pressed on few places."""
+        joint = Interface.examples()[0]
+        spread = Pressure.patches([2e-5, 4e-5, 6e-5], [3.0, 2.0, 0.5])
+        return (cls(joint.surface, joint.friction_coefficient, spread, 2000.0),)

@@ -37,6 +37,12 @@ def locate(
     return depth, 0, way
 
 
+def _steps(last: float, x: Floats) -> NDArray[np.int8]:
+    """Which way each sample goes: compared, as differences of huge values overflow."""
+    before = np.concatenate(([last], x[:-1]))
+    return np.subtract(x > before, x < before, dtype=np.int8)
+
+
 def closings(
     x: Floats, closed: Floats, stack: Floats, depth: int, last: float, direction: int
 ) -> int:
@@ -45,11 +51,11 @@ def closings(
     ``stack`` holds the places of the open reversals with room for all samples, and is used up. Half
     a loop, where first loading goes on beyond its mirror, counts as a negative amplitude.
     """
-    path = np.concatenate(([last], x))
-    moved = np.flatnonzero(np.diff(path))
+    steps = _steps(last, x)
+    moved = np.flatnonzero(steps)
     if not moved.size:
         return 0
-    ways = np.sign(np.diff(path))[moved]
+    ways = steps[moved]
     ends = x[np.append(moved[np.flatnonzero(np.diff(ways))], moved[-1])]
     places, count = stack[:depth].tolist(), 0
     for end in ends.tolist():
@@ -97,8 +103,7 @@ def branches(
     (k = depth: the last displacement before the record). ``stack`` (capacity) and ``codes`` hold
     the open reversals and where they come from.
     """
-    path = np.concatenate(([last], x))
-    steps = np.sign(np.diff(path)).astype(np.int8)
+    steps = _steps(last, x)
     moved = np.flatnonzero(steps)
     if moved.size == 0:
         starts, ways = np.zeros(1, dtype=np.int64), np.array([direction])
@@ -120,7 +125,7 @@ def branches(
     for run, (code, origin, end, way, turned, several) in enumerate(
         zip(
             np.where(starts > 0, starts - 1, old_last).tolist(),
-            path[starts].tolist(),
+            np.concatenate(([last], x))[starts].tolist(),
             x[stops - 1].tolist(),
             ways.tolist(),
             ((before != 0) & (ways != before)).tolist(),

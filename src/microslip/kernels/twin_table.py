@@ -62,12 +62,14 @@ def evaluate(
         z = v * inverse_width
         outside = ~(z < panels)
         panel = np.where(outside, 0, z).astype(np.int64)
-        s = 2.0 * (z - panel) - 1.0
+        # Beyond the table the polynomials would overflow, and are not used.
+        s = np.where(outside, 0.0, 2.0 * (z - panel) - 1.0)
         c = [column.take(panel) for column in columns]
         shape = _shape(c, s)
-        value[part] = _value(v, shape, power)
+        inside = np.where(outside, 0.0, v)
+        value[part] = _value(inside, shape, power)
         if slope is not None:
-            slope[part] = _slope(v, shape, 2.0 * inverse_width * _shape_slope(c, s), power)
+            slope[part] = _slope(inside, shape, 2.0 * inverse_width * _shape_slope(c, s), power)
         if outside.any():
             value[part][outside] = limit + rate * (v[outside] - end) if rate else limit
             if slope is not None:

@@ -34,9 +34,10 @@ def test_wrong_physics_in_short() -> None:
 
 @pytest.mark.slow
 def test_ordinary_records_cover() -> None:
-    """300 sets: nine in ten of the 95 % intervals called identified hold the truth, each kind."""
+    """Of each quantity nine in ten of the 95 % intervals that are identified hold it (300 sets)."""
     tally = whole(coverage(range(300)))
     assert tally.sets == 300
+    assert tally.identified
     for name, number in tally.identified.items():
         assert tally.covered[name] >= 0.9 * number, (name, tally.missed)
 

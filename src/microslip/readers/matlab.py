@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from microslip._core.files import sparse_of_either_kind
 from microslip.readers.arrays import Arrays, Leaf, is_number
 from microslip.readers.files import first_line
 
@@ -40,7 +41,7 @@ def read_arrays(path: Path) -> Arrays:
 
 def _by_scipy(path: Path, action: Callable[[Any], Any]) -> Any:
     try:
-        with path.open("rb") as file:
+        with path.open("rb") as file, sparse_of_either_kind():
             return action(file)
     except MemoryError:
         raise

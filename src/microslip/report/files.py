@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -155,12 +156,14 @@ def write_all(files: Sequence[File], folder: Path, progress: Progress | None = N
         If one cannot be written.
     """
     report = progress or (lambda share: None)
-    total, done = sum(file.cost for file in files), 0.0
+    # One way of adding for the parts and the whole, or the last share is not 1 to the last digit.
+    reached = list(accumulate((file.cost for file in files), initial=0.0))
 
-    for file in files:
-        begin, done = done / total, done + file.cost
+    for file, begun, ended in zip(files, reached, reached[1:], strict=False):
 
-        def part(share: float, begin: float = begin, end: float = done / total) -> None:
+        def part(
+            share: float, begin: float = begun / reached[-1], end: float = ended / reached[-1]
+        ) -> None:
             report(min(begin + (end - begin) * share, end))
 
         file.write(folder / file.name, part)

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, positive, show
+from microslip._core.files import sparse_of_either_kind
 from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import Argument, InputError
 from microslip.heights import TabulatedHeights
@@ -194,7 +195,8 @@ def _mat(file: Path, names: list[str]) -> dict[str, Any]:
         held = {name: shape for name, shape, _ in io.whosmat(file)}
         _check(names, held)
         _small({name: 8 * int(np.prod(held[name], dtype=float)) for name in names})
-        content = io.loadmat(file, variable_names=names)
+        with sparse_of_either_kind():
+            content = io.loadmat(file, variable_names=names)
         return {name: content[name] for name in names}
     except NotImplementedError:
         raise ValueError("MATLAB's version 7.3 is not read; save it with -v7") from None

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import show
-from microslip._core.files import reason, whole_file
+from microslip._core.files import reason, sparse_of_either_kind, whole_file
 from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import InputError
 from microslip.structures.matrices import is_sparse
@@ -86,7 +86,9 @@ def _npz(file: Path) -> dict[str, Any]:
 def _mat(file: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
-    return {name: v for name, v in loadmat(file).items() if not name.startswith("__")}
+    with sparse_of_either_kind():
+        held = loadmat(file)
+    return {name: value for name, value in held.items() if not name.startswith("__")}
 
 
 def _folder(folder: Path) -> dict[str, Any]:
@@ -96,7 +98,8 @@ def _folder(folder: Path) -> dict[str, Any]:
     result = {}
     for file in sorted(folder.glob("*.mtx")):
         try:
-            result[file.stem] = mmread(file)
+            with sparse_of_either_kind():
+                result[file.stem] = mmread(file)
         except (OSError, ValueError) as error:
             text = shorten(str(error) or type(error).__name__, 120)
             raise InputError(f"{file.name}: cannot be read: {text}") from None

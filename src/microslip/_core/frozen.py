@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def made_once(function: _Function) -> _Function:
+    """A function that makes frozen objects, made at its first call: costly examples, for one."""
+    return cast("_Function", cache(function))
 
 
 def lock(array: NDArray[Any]) -> NDArray[Any]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import LARGEST, Floats, exact, floats, number, plain, positive, show
+from microslip._core.frozen import made_once
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
 from microslip.friction.coupled_law import CoupledLaw
@@ -382,6 +383,7 @@ class Interface(CoupledLaw):
         return Interface(surface, friction, normal_load=load)
 
     @classmethod
+    @made_once
     def examples(cls) -> tuple[Interface, ...]:
         """One on each kind of surface, at a light and a heavy load.
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, members
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked, lock, made_once
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.jenkins import Jenkins
@@ -157,6 +157,7 @@ class Parallel(Locked, BackboneLaw):
         return cls([Jenkins.guess(data)])
 
     @classmethod
+    @made_once
     def examples(cls) -> tuple[Parallel, ...]:
         """A joint pressed unevenly, and one beside a cell."""
         joint = Interface.examples()[0]

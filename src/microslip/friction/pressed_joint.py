@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, plain, positive, show
-from microslip._core.frozen import lock
+from microslip._core.frozen import lock, made_once
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
@@ -234,6 +234,7 @@ class PressedJoint(Parallel):
         return cls(joint.surface, joint.friction_coefficient, spread, joint.normal_load)
 
     @classmethod
+    @made_once
     def examples(cls) -> tuple[PressedJoint, ...]:
         """The project's worked example under a ring that is pressed on few places."""
         joint = Interface.examples()[0]

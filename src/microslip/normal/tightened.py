@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, plain, positive
+from microslip._core.frozen import made_once
 from microslip.errors import Argument, InputError
 from microslip.heights import Discrete, Gaussian, HeightDistribution
 from microslip.heights.density import DensityHeights
@@ -395,6 +396,7 @@ class TightenedSurface(NormalLaw):
         )
 
     @classmethod
+    @made_once
     def examples(cls) -> tuple[NormalLaw, ...]:
         """The worked example of this project, of Al 2017, tightened to 5 kN; and few summits."""
         heights = Gaussian(std=5e-7)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from laps import DENSITY, STEEL, small_lap
 from scipy import stats
 
 import microslip as ms
@@ -258,7 +259,7 @@ def test_spreads_are_the_distributions_that_they_are_called() -> None:
         ('file = "test.csv"', 'file = "test.csv", frequency = "f"', "structure.measured: test.csv: "),
         ('file = "test.csv"', 'file = "test.csv", mode = 3', "structure.measured.mode: wanted one of structure.modes, got 3"),
         ('file = "test.csv"', 'file = "test.csv", fit = ["frction_coefficient"]', "structure.measured.fit, item 1: wanted "),
-        ("patches = [3, 2]", "patches = [3]", "structure.patches: wanted two numbers, got 1"),
+        ("patches = [3, 2]", "patches = [3]", "structure.patches: wanted 2 items such as [15, 2], got 1"),
         ("samples = 16", "samples = 0", "structure.samples: wanted a whole number from 8"),
     ],
 )  # fmt: skip
@@ -268,6 +269,115 @@ def test_each_wrong_structure_gets_its_own_line(
     assert old in STUDY
     with pytest.raises(ms.StudyError) as error:
         ms.Study.from_toml(STUDY.replace(old, new), "strip.toml", folder=folder)
+    assert str(error.value).startswith(f"strip.toml: {message}"), str(error.value)
+    assert "\n" not in str(error.value)
+
+
+MESH = """sensor = { at = ["0.1 m", "0 m", "0 m"], direction = "z" }
+
+[structure.mesh]
+file = "strip.inp"
+unit = "mm"
+bodies = ["left", "right", "bolts"]
+contacts = [["low face", "high face"]]
+bolts = ["bolt 1"]
+along = [1, 0, 0]
+
+[structure.bolts]
+tension = { mean = "5 kN", cv = 0.15 }
+"""
+
+
+def meshed() -> str:
+    """The study with a mesh in place of its drawing, without form and test."""
+    head = STUDY.partition("[structure.bolts]")[0].split("\n")
+    drawn = ("length", "width", "thickness", "lap =", "element_size", "form", "measured")
+    text = "\n".join(line for line in head if not line.startswith(drawn))
+    return (
+        text.replace("{ low = 0.1, high = 0.6 }", "0.35").replace("samples = 16", "samples = 8")
+        + MESH
+    )
+
+
+@pytest.fixture(scope="module")
+def with_mesh(folder: Path) -> Path:
+    """The mesh of the drawing in a file of its own, in millimetres."""
+    meshio = pytest.importorskip("meshio")
+    mesh = small_lap().mesh(STEEL, DENSITY, element_size=0.012)
+    (contact,) = mesh.contacts
+    sets = {part.name: [part.cells] for part in (*mesh.bodies, *mesh.shanks)}
+    nodes = {"low face": np.unique(contact.lower), "high face": np.unique(contact.upper)}
+    meshio.Mesh(
+        1e3 * mesh.points, [("hexahedron", mesh.cells)], cell_sets=sets, point_sets=nodes
+    ).write(folder / "strip.inp")
+    meshio.Mesh(1e3 * mesh.points, [("hexahedron", mesh.cells)]).write(folder / "nameless.vtk")
+    return folder
+
+
+def test_a_mesh_of_ones_own_is_predicted_as_its_drawing_is(with_mesh: Path, tmp_path: Path) -> None:
+    study = ms.Study.from_toml(meshed(), "meshed.toml", folder=with_mesh)
+    assert any("hexahedron cells from strip.inp" in note for note in study.notes)
+    result = study.run()
+    assert result.structure is not None
+    (mode,), joint = result.structure.modes, result.structure.joint
+    drawn = small_lap().reduce(
+        ms.Material.named("steel"),
+        DENSITY,
+        (3, 2),
+        element_size=0.012,
+        sensors={"sensor": ((0.1, 0, 0), "z")},
+    )
+    # The file holds ten digits of each place.
+    np.testing.assert_allclose(joint.patch_areas, drawn.patch_areas, rtol=1e-6)
+    state = drawn.tightened(result.joints[0].surface, 0.35)
+    curve = state.modes(0, [1e-7, 1e-6, 1e-5], at=drawn.sensor("sensor"), damping_ratio=5e-4)
+    np.testing.assert_allclose(mode.curve.frequency, curve.frequency, rtol=1e-5)
+    np.testing.assert_allclose(mode.curve.damping_ratio, curve.damping_ratio, rtol=1e-4)
+    face = 0.03 * 0.02 - 0.25 * math.pi * 0.0066**2
+    np.testing.assert_allclose(result.joints[0].normal_load, 5e3 / face * 2e-4, rtol=1e-6)
+    assert mode.bands is not None
+    assert mode.bands.ranking == (("bolt tension", pytest.approx(1.0)),)
+    ((x, y, diameter, contact),) = result.structure.part.holes
+    np.testing.assert_allclose((x, y, diameter), (0.0, 0.0, 0.006), atol=1e-8)
+    assert contact == 0
+    result.save(tmp_path / "out")
+    page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
+    assert "low face on high face" in page
+    assert sum(isinstance(item, Area) for item in shape_plot(result.structure).panels[0].items) > 20
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("strip.inp", "none.inp", "structure.mesh: none.inp: there is no such file"),
+        ("strip.inp", "nameless.vtk", "structure.mesh: nameless.vtk: has no names; name its volumes and faces"),
+        ('"low face", "high', '"lo face", "high', 'structure.mesh: strip.inp: has no face "lo face"; did you mean "low face"?'),
+        ('["left", "right", "bolts"]', '["left", "right"]', "structure.mesh: strip.inp: 256 of 656 cells belong to none of the bodies"),
+        ('bolts = ["bolt 1"]', 'bolts = ["blt 1"]', 'structure.mesh: strip.inp: has no volume "blt 1"; did you mean "bolt 1"?'),
+        ('contacts = [["low face", "high face"]]', 'contacts = [["low face"]]', 'structure.mesh.contacts, item 1: wanted 2 items such as ["left face", "right face"], got 1'),
+        ('contacts = [["low face", "high face"]]', "contacts = []", "structure.mesh.contacts: wanted a list such as"),
+        ('unit = "mm"', 'unit = "s"', 'structure.mesh.unit: wanted a unit such as "mm", got "s"'),
+        ('unit = "mm"', "", "structure.mesh: strip.inp: reaches over 200 m; if it is in millimetres, write unit = "),
+        ('unit = "mm"', 'materials = ["steel"]', "structure.mesh.materials: wanted one a body, 3 of them, got 1"),
+        ('unit = "mm"', 'unit = "mm"\nmaterials = ["steel", "steel", "stel"]', "structure.mesh.materials, item 3: wanted a metal of the table"),
+        ('file = "strip.inp"', "", 'structure.mesh.file: missing; write for example file = "beam.msh"'),
+        ("[structure.mesh]", '[structure.mesh]\nnodes = ["a"]', 'structure.mesh.nodes: unknown key; did you mean "bodies"?'),
+        ('sensor = { at = ["0.1 m", "0 m", "0 m"], direction = "z" }', "", "structure.sensor: missing; write for example sensor = { at ="),
+        ('at = ["0.1 m", "0 m", "0 m"]', 'at = ["0.1 m", "0 m"]', "structure.sensor.at: wanted 3 items such as"),
+        ('density = "7800 kg/m^3"', "", 'structure.density: missing; write for example density = "7850 kg/m^3"'),
+        ('density = "7800 kg/m^3"', 'length = "1 m"', "structure.length: wanted none beside structure.mesh"),
+        ("[structure.bolts]", '[structure.bolts]\nshank = "6 mm"', "structure.bolts.shank: wanted none beside structure.mesh"),
+        ('tension = { mean = "5 kN", cv = 0.15 }', 'torque = "6 N m"', "structure: a torque needs the nominal diameter of the thread"),
+        ('tension = { mean = "5 kN", cv = 0.15 }', 'torque = "6 N m"\nthread = "6 mm"\npitch = "1 mm"\nthread_friction = 0.1\nbearing_friction = 0.1',
+         "structure: friction under the head needs the diameters of hole and washer"),
+    ],
+)  # fmt: skip
+def test_each_wrong_mesh_gets_its_own_line(
+    old: str, new: str, message: str, with_mesh: Path
+) -> None:
+    assert old in meshed()
+    with pytest.raises(ms.StudyError) as error:
+        ms.Study.from_toml(meshed().replace(old, new), "strip.toml", folder=with_mesh)
     assert str(error.value).startswith(f"strip.toml: {message}"), str(error.value)
     assert "\n" not in str(error.value)
 

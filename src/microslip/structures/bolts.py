@@ -105,48 +105,79 @@ class Bolts(Locked):
         put("head", positive("head", head, "m", 0.006))
         if self.material is not None and not isinstance(self.material, Material):
             raise InputError(f"material must be a Material, got {self.material!r:.60}")
-        if (self.tension is None) == (self.torque is None):
-            raise InputError(
-                "bolts need their tension or their tightening torque, "
-                f"{'not both' if self.torque is not None else 'for example tension=12e3'}"
-            )
-        if self.torque is not None:
-            torque = _each("torque", self.torque, len(self), "N m")
-            put("torque", lock(torque))
-            put("tension", lock(torque / self._lever()))
-        else:
-            put("tension", lock(_each("tension", self.tension, len(self), "N")))
+        put(
+            "torque",
+            None if self.torque is None else lock(_each("torque", self.torque, len(self), "N m")),
+        )
+        tension = tensions(
+            len(self),
+            **{name: getattr(self, name) for name in TIGHTENING},
+            bearing=0.5 * (self.hole + self.washer),
+        )
+        put("tension", lock(tension))
 
     def __len__(self) -> int:
         return len(self.positions)
 
-    def _lever(self) -> float:
-        """Torque over tension [m]."""
-        if self.thread is None:
-            raise InputError(
-                "a torque needs the nominal diameter of the thread, for example thread=0.008"
-            )
-        frictions = (self.pitch, self.thread_friction, self.bearing_friction)
-        given = sum(value is not None for value in frictions)
-        if self.nut_factor is not None and given == 0:
-            return self.nut_factor * self.thread
-        if self.nut_factor is not None or given != 3:
-            raise InputError(
-                "a torque needs one rule: nut_factor (such as 0.2), or pitch, thread_friction and "
-                "bearing_friction together"
-            )
-        pitch, in_thread, under_head = (float(value) for value in frictions if value is not None)
-        pitch_diameter = self.thread - 0.375 * math.sqrt(3.0) * pitch
-        if pitch_diameter <= 0.0:
-            raise InputError(
-                f"pitch must be small beside the thread {exact(self.thread)} m, got {exact(pitch)}"
-            )
-        bearing_diameter = 0.5 * (self.hole + self.washer)
-        return (
-            pitch / (2.0 * math.pi)
-            + pitch_diameter * in_thread / (2.0 * math.cos(math.pi / 6.0))
-            + 0.5 * bearing_diameter * under_head
+
+TIGHTENING = (
+    "tension", "torque", "thread", "nut_factor", "pitch", "thread_friction", "bearing_friction",
+)  # fmt: skip
+"""What says how tight bolts are."""
+
+
+def tensions(
+    count: int, *, tension: Any, torque: Any, bearing: float | None, **rule: float | None
+) -> Floats:
+    """Tension of each bolt [N], given or by its torque."""
+    if (tension is None) == (torque is None):
+        raise InputError(
+            "bolts need their tension or their tightening torque, "
+            f"{'not both' if torque is not None else 'for example tension=12e3'}"
         )
+    if torque is None:
+        return _each("tension", tension, count, "N")
+    return _each("torque", torque, count, "N m") / _lever(bearing, **rule)
+
+
+def _lever(
+    bearing: float | None,
+    thread: float | None,
+    nut_factor: float | None,
+    pitch: float | None,
+    thread_friction: float | None,
+    bearing_friction: float | None,
+) -> float:
+    """Torque over tension [m]."""
+    if thread is None:
+        raise InputError(
+            "a torque needs the nominal diameter of the thread, for example thread=0.008"
+        )
+    frictions = (pitch, thread_friction, bearing_friction)
+    if nut_factor is not None and frictions == (None, None, None):
+        return nut_factor * thread
+    if (
+        nut_factor is not None
+        or pitch is None
+        or thread_friction is None
+        or bearing_friction is None
+    ):
+        raise InputError(
+            "a torque needs one rule: nut_factor (such as 0.2), or pitch, thread_friction and "
+            "bearing_friction together"
+        )
+    pitch_diameter = thread - 0.375 * math.sqrt(3.0) * pitch
+    if pitch_diameter <= 0.0:
+        raise InputError(
+            f"pitch must be small beside the thread {exact(thread)} m, got {exact(pitch)}"
+        )
+    if bearing is None:
+        raise InputError("friction under the head needs the diameters of hole and washer")
+    return (
+        pitch / (2.0 * math.pi)
+        + pitch_diameter * thread_friction / (2.0 * math.cos(math.pi / 6.0))
+        + 0.5 * bearing * bearing_friction
+    )
 
 
 def _places(positions: ArrayLike) -> Floats:

@@ -108,6 +108,49 @@ class MeshedJoint(Locked):
         """
         return cls(*_read(Path(path), dict(bodies), list(contacts), dict(bolts), scale))
 
+    @property
+    def face_area(self) -> float:
+        """Area of the lower faces of its contacts [m^2]."""
+        from microslip.structures.reduction_patches import sample
+
+        points = self.mesh.points
+        return float(sum(sample(points[c.lower])[1].sum() for c in self.mesh.contacts))
+
+    def shank_sections(
+        self, along: ArrayLike | None = None
+    ) -> list[tuple[float, float, float, int]]:
+        """Where the shanks go through their contacts, for pictures.
+
+        Parameters
+        ----------
+        along : array_like, optional
+            As for :meth:`reduce`, of shape (3,) [-].
+
+        Returns
+        -------
+        list of tuple
+            Place along and across [m], diameter of a circle of the mean section [m], and number of
+            the contact, of each shank.
+
+        Raises
+        ------
+        InputError
+            A direction that is normal to the contact.
+        """
+        from microslip.structures.reduction_elements import Elements
+        from microslip.structures.reduction_patches import contact_frame
+
+        given = None if along is None else floats("along", along)
+        elements, found = Elements(self.mesh), []
+        for shank in self.mesh.shanks:
+            corners = self.mesh.points[self.mesh.cells[shank.cells]]
+            number = _nearest(self.mesh, corners.mean(axis=(0, 1)))
+            frame = contact_frame(self.mesh, self.mesh.contacts[number], given)
+            x, y, _ = frame.axes @ (corners.mean(axis=(0, 1)) - frame.origin)
+            section = elements.volume(shank.cells) / float(np.ptp(corners @ shank.axis))
+            found.append((float(x), float(y), float(np.sqrt(4.0 / np.pi * section)), number))
+        return found
+
     def reduce(
         self,
         patches: Any = (15, 2),
@@ -239,15 +282,19 @@ def _read(
     return JointMesh(bare.points, solids, kind, tuple(parts), tuple(faces), tuple(shanks)), tension
 
 
+def _nearest(mesh: JointMesh, place: Floats) -> int:
+    """Number of the contact nearest to a place."""
+    distances = [
+        np.linalg.norm(mesh.points[contact.lower].mean(axis=1) - place, axis=1).min()
+        for contact in mesh.contacts
+    ]
+    return int(np.argmin(distances))
+
+
 def _axis(mesh: JointMesh, held: Indices) -> Floats:
     from microslip.structures.reduction_patches import contact_frame
 
-    centre = mesh.points[mesh.cells[held]].mean(axis=(0, 1))
-    distances = [
-        np.linalg.norm(mesh.points[contact.lower].mean(axis=1) - centre, axis=1).min()
-        for contact in mesh.contacts
-    ]
-    nearest = mesh.contacts[int(np.argmin(distances))]
+    nearest = mesh.contacts[_nearest(mesh, mesh.points[mesh.cells[held]].mean(axis=(0, 1)))]
     axis: Floats = contact_frame(mesh, nearest, None).axes[2]
     return axis
 

@@ -60,7 +60,7 @@ def patches_of(mesh: JointMesh, elements: Elements, wanted: Any, along: Floats |
     parts, offset, left_out, whole = [], 0, 0.0, 0.0
     for number, contact in enumerate(mesh.contacts):
         frame = contact_frame(mesh, contact, along)
-        places, weights = _sample(mesh.points[contact.lower])
+        places, weights = sample(mesh.points[contact.lower])
         lower = elements.locate(places, owners_of(mesh, contact.lower))
         upper = _opposite(elements, places, owners_of(mesh, contact.upper), frame.axes[2])
         extent = float(np.ptp(places, axis=0).max())
@@ -177,7 +177,7 @@ def owners_of(mesh: JointMesh, facets: Indices) -> Indices:
     return np.asarray(found, dtype=np.int64)
 
 
-def _sample(corners: Floats) -> tuple[Floats, Floats]:
+def sample(corners: Floats) -> tuple[Floats, Floats]:
     """Points spread evenly over facets, with the areas that they stand for."""
     n = _SAMPLES
     step = (np.arange(n) + 0.5) / n

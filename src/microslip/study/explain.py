@@ -15,6 +15,7 @@ from microslip.study.distributions import names
 from microslip.study.faces import FACES
 from microslip.study.heights import HEIGHTS_TABLES, GivenHeights
 from microslip.study.joints import INTERFACE, LAW_TABLES, Joint
+from microslip.study.mesh import MeshPart
 from microslip.study.overrides import Override
 from microslip.study.part import KeyedError, Part
 from microslip.study.pressure import PRESSURES
@@ -45,6 +46,7 @@ _MODELS: dict[str, type[Part]] = {
     "uncertainty": UncertaintyPart,
     "structure": StructurePart,
     "bolts": BoltsPart,
+    "mesh": MeshPart,
     "sensor": SensorPart,
     "amplitude": AmplitudeRange,
     "form": FormPart,
@@ -70,6 +72,7 @@ _TABLES = {
     "normal_load": '{ column = "load", unit = "N" }',
     "oscillator": '[oscillator] with mass = "2 kg" and stiffness = "1e6 N/m"',
     "bolts": "[structure.bolts] with positions, shank, hole, washer and tension",
+    "mesh": "[structure.mesh] with file, bodies, contacts and bolts",
     "sensor": '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
     "form": '{ file = "form.csv", x = "x", y = "y", gap = "gap" }',
     "measured": '{ file = "test.csv" }',
@@ -234,6 +237,7 @@ def _homes() -> list[tuple[str, type[Part]]]:
         ("[uncertainty]", UncertaintyPart),
         ("[structure]", StructurePart),
         ("[structure.bolts]", BoltsPart),
+        ("[structure.mesh]", MeshPart),
         ("[output]", s.Output),
         *((f'[surface] with law = "{name}"', model) for name, model in SURFACE_TABLES.items()),
         *((f'heights with kind = "{name}"', model) for name, model in HEIGHTS_TABLES.items()),

@@ -77,8 +77,8 @@ def angle(example: str) -> Check:
     return Check(check, describe)
 
 
-def array(example: str, most: int = MAX_ITEMS, *, single: bool = False) -> Check:
-    """A list of 1 to `most` items; with `single`, one item may stand without brackets."""
+def array(example: str, most: int = MAX_ITEMS, *, single: bool = False, least: int = 1) -> Check:
+    """A list of `least` to `most` items; with `single`, one may stand without brackets."""
 
     def check(given: object) -> object:
         if single and isinstance(given, (str, int, float, dict)):
@@ -87,10 +87,12 @@ def array(example: str, most: int = MAX_ITEMS, *, single: bool = False) -> Check
             raise ValueError(f"wanted a list such as {example}, got {show(given)}")
         if len(given) > most:
             raise ValueError(f"wanted at most {most} items, got {len(given)}")
+        if len(given) < least:
+            raise ValueError(f"wanted {least} items such as {example}, got {len(given)}")
         return given
 
     def describe(inner: JsonSchema) -> JsonSchema:
-        schema = {"type": "array", "items": inner["items"], "minItems": 1, "maxItems": most}
+        schema = {"type": "array", "items": inner["items"], "minItems": least, "maxItems": most}
         return {"anyOf": [inner["items"], schema]} if single else schema
 
     return Check(check, describe)

@@ -20,10 +20,18 @@ def with_metals(given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
     own = given.get("material", {})
     if not isinstance(own, dict):
         return given  # pydantic says so
-    surface = given.get("surface")
-    named = surface.get("materials") if isinstance(surface, dict) else None
+    structure = given.get("structure")
     material = dict(own)
-    for name in named if isinstance(named, (list, tuple)) else ():
+    named = [
+        name
+        for table in (
+            given.get("surface"),
+            structure.get("mesh") if isinstance(structure, dict) else None,
+        )
+        if isinstance(table, dict) and isinstance(table.get("materials"), (list, tuple))
+        for name in table["materials"]
+    ]
+    for name in named:
         if isinstance(name, str) and metal_called(name) is not None:
             material.setdefault(name, {})
     notes: list[str] = []

@@ -33,8 +33,8 @@ def mean_load(study: StudyTables) -> float:
         raise KeyedError(
             "joint.normal_load", 'missing; write for example normal_load = ["500 N", "2 kN"]'
         )
-    lap = study.structure.build()
-    return float(lap.bolts.tension.sum() / lap.face_area * area)
+    part = study.structure
+    return float(part.tension.sum() / part.face_area * area)
 
 
 def check(study: StudyTables) -> None:
@@ -76,6 +76,8 @@ def _structure(study: StudyTables) -> None:
     first = study.material[study.surface.materials[0]]
     if isinstance(first, Rigid):
         raise KeyedError("surface.materials, item 1", "wanted a body that bends, got a rigid one")
+    if part.mesh is not None:
+        part.mesh.check_materials(study.material)
     if getattr(study.surface, "area", None) is None:
         raise KeyedError(
             "surface", "wanted a surface with an area, which a [structure] spreads over its patches"

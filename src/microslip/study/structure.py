@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 
 import numpy as np
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationInfo, model_validator
@@ -23,11 +24,13 @@ from microslip.study.fields import (
     quantity,
     whole,
 )
+from microslip.study.mesh import MeshPart
 from microslip.study.part import Check, KeyedError, Part, Reading
 from microslip.study.uncertain import Uncertain
 
 if TYPE_CHECKING:
-    from microslip.structures import LapJoint
+    from microslip.materials import Material
+    from microslip.structures import LapJoint, ReducedJoint
 
 FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
 """What can be fitted to a test."""
@@ -51,8 +54,9 @@ _SHARE = number(
 class BoltsPart(Part):
     """Equal bolts through the lap: places from its middle, diameters, tension or torque."""
 
-    positions: Places = Field(
-        description="Places along the lap, from its middle.",
+    positions: Places | None = Field(
+        default=None,
+        description="Places along the lap, from its middle; a mesh has them itself.",
         examples=['["-30 mm", "0 mm", "30 mm"]'],
     )
     across: Places | None = Field(
@@ -60,10 +64,18 @@ class BoltsPart(Part):
         description="Places across the lap, one a bolt; all in the middle unless given.",
         examples=['["0 mm", "0 mm", "0 mm"]'],
     )
-    shank: Size = Field(description="Diameter of the shanks.", examples=['"8 mm"'])
-    hole: Size = Field(description="Diameter of the holes.", examples=['"8.4 mm"'])
-    washer: Size = Field(
-        description="Outer diameter of the washers, or of the heads.", examples=['"17 mm"']
+    shank: Size | None = Field(
+        default=None,
+        description="Diameter of the shanks; a mesh has it itself.",
+        examples=['"8 mm"'],
+    )
+    hole: Size | None = Field(
+        default=None, description="Diameter of the holes.", examples=['"8.4 mm"']
+    )
+    washer: Size | None = Field(
+        default=None,
+        description="Outer diameter of the washers, or of the heads.",
+        examples=['"17 mm"'],
     )
     head: Size | None = Field(
         default=None,
@@ -88,7 +100,7 @@ class BoltsPart(Part):
         examples=["0.2"],
     )
     pitch: Size | None = Field(
-        default=None, description="Hertz of the thread, with two frictions.", examples=['"1.25 mm"']
+        default=None, description="Pitch of the thread, with two frictions.", examples=['"1.25 mm"']
     )
     thread_friction: Friction | None = Field(
         default=None, description="Friction in the thread.", examples=["0.12"]
@@ -99,20 +111,28 @@ class BoltsPart(Part):
 
     @model_validator(mode="after")
     def _places(self) -> Self:
-        if self.across is not None and len(self.across) != len(self.positions):
+        if self.across is not None and len(self.across) != len(self.positions or ()):
             raise KeyedError(
                 "structure.bolts.across",
-                f"wanted one place a bolt, {len(self.positions)} of them, got {len(self.across)}",
+                f"wanted one place a bolt, {len(self.positions or ())} of them, got "
+                f"{len(self.across)}",
             )
         return self
+
+    @property
+    def bearing(self) -> float | None:
+        """Mean diameter of what presses on the plates [m]."""
+        return None if self.hole is None or self.washer is None else 0.5 * (self.hole + self.washer)
 
 
 class SensorPart(Part):
     """Where amplitudes are meant, as a test's sensor shows them."""
 
-    at: Annotated[tuple[Place, Place, Place], array('["0.36 m", "0 m", "0 m"]', 3)] = Field(
-        description="Its place from the middle of the lap: along, across, upwards.",
-        examples=['["0.36 m", "0 m", "0 m"]'],
+    at: Annotated[tuple[Place, Place, Place], array('["0.36 m", "0 m", "0 m"]', 3, least=3)] = (
+        Field(
+            description="Its place from the middle of the lap: along, across, upwards.",
+            examples=['["0.36 m", "0 m", "0 m"]'],
+        )
     )
     direction: Annotated[Literal["x", "y", "z"], one_of("x", "y", "z")] = Field(
         default="z", description="Along (x), across (y) or upwards (z)."
@@ -193,7 +213,7 @@ class MeasuredPart(Part):
         description="Column of the damping ratios, in percent where its header says so.",
         examples=['"damping_ratio"'],
     )
-    band: Annotated[tuple[Hertz, ...], array('["150 Hz", "220 Hz"]', 2)] | None = Field(
+    band: Annotated[tuple[Hertz, Hertz], array('["150 Hz", "220 Hz"]', 2, least=2)] | None = Field(
         default=None,
         description="Frequencies between which the mode of a ring-down lies, where others ring "
         "with it.",
@@ -231,8 +251,6 @@ class MeasuredPart(Part):
         from microslip.structures import ModalTest
         from microslip.structures.modal_test_files import modal_kind
 
-        if self.band is not None and len(self.band) != 2:
-            raise ValueError(f"band: wanted two frequencies, got {len(self.band)}")
         reading = info.context if isinstance(info.context, Reading) else Reading()
         path = (reading.folder or Path()) / self.file
         if self.band is not None or modal_kind(path) in ("ring-down", "stepped sine"):
@@ -272,21 +290,29 @@ Tests = Annotated[
 class StructurePart(Part):
     """Two beams or plates, bolted where they overlap; the first body of the surface below."""
 
-    length: Size = Field(description="From end to end.", examples=['"720 mm"'])
-    width: Size = Field(description="Across.", examples=['"25.4 mm"'])
-    thickness: Size = Field(description="Of each part, outside the lap.", examples=['"25.4 mm"'])
-    lap: Size = Field(description="Length of the overlap.", examples=['"120 mm"'])
+    length: Size | None = Field(default=None, description="From end to end.", examples=['"720 mm"'])
+    width: Size | None = Field(default=None, description="Across.", examples=['"25.4 mm"'])
+    thickness: Size | None = Field(
+        default=None, description="Of each part, outside the lap.", examples=['"25.4 mm"']
+    )
+    lap: Size | None = Field(
+        default=None, description="Length of the overlap.", examples=['"120 mm"']
+    )
     style: Annotated[Literal["half-lap", "single-lap"], one_of("half-lap", "single-lap")] = Field(
         default="half-lap",
         description="Parts half as thick in the overlap, or whole plates on each other.",
     )
-    density: Annotated[float, quantity(MASS_DENSITY, "7850 kg/m^3")] = Field(
-        description="Mass density of the parts.", examples=['"7850 kg/m^3"']
+    mesh: MeshPart | None = Field(
+        default=None,
+        description="A mesh of one's own in place of length, width, thickness and lap.",
+    )
+    density: Annotated[float, quantity(MASS_DENSITY, "7850 kg/m^3")] | None = Field(
+        default=None, description="Mass density of the parts.", examples=['"7850 kg/m^3"']
     )
     bolts: BoltsPart = Field(description="The bolts.", examples=[""])
     patches: Annotated[
         tuple[Annotated[int, whole("a whole number from 1 to 100", 1, 100)], ...],
-        array("[15, 2]", 2),
+        array("[15, 2]", 2, least=2),
     ] = Field(default=(15, 2), description="Contact patches along and across the lap.")
     element_size: Size | None = Field(
         default=None,
@@ -305,7 +331,10 @@ class StructurePart(Part):
         description="Amplitudes at the sensor; from 1e-7 to 5e-5 of the length unless given.",
     )
     sensor: SensorPart | None = Field(
-        default=None, description="Where amplitudes are meant; the right end unless given."
+        default=None,
+        description="Where amplitudes are meant; the right end unless given, and required with a "
+        "mesh.",
+        examples=['{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }'],
     )
     base_damping_ratio: ViscousRatio = Field(
         default=0.0,
@@ -323,8 +352,16 @@ class StructurePart(Part):
 
     @model_validator(mode="after")
     def _drawn(self) -> Self:
-        if len(self.patches) != 2:
-            raise KeyedError("structure.patches", f"wanted two numbers, got {len(self.patches)}")
+        bolts = ("positions", "shank")
+        if self.mesh is None:
+            _need(self, "structure", (*_DRAWN, "density"))
+            _need(self.bolts, "structure.bolts", (*bolts, "hole", "washer"))
+        else:
+            _none(self, "structure", (*_DRAWN, "element_size"))
+            _none(self.bolts, "structure.bolts", (*bolts, "across", "head"))
+            _need(self, "structure", ("sensor", *(() if self.mesh.densities else ("density",))))
+            if self.style != "half-lap":
+                raise KeyedError("structure.style", _BESIDE)
         for test in self.measured:
             if test.mode is not None and test.mode not in self.modes:
                 raise KeyedError(
@@ -340,7 +377,7 @@ class StructurePart(Part):
                 "structure.measured.fit", 'wanted "form" only with a table structure.form, got none'
             )
         try:
-            self.build()
+            _ = self.tension if self.mesh is not None else self.build()
         except InputError as error:
             raise KeyedError("structure", str(error)) from None
         return self
@@ -355,19 +392,66 @@ class StructurePart(Part):
         """Amplitudes at the sensor [m]."""
         span = self.amplitude
         if span is None:
-            return np.geomspace(1e-7 * self.length, 5e-5 * self.length, 10)
+            return np.geomspace(1e-7 * self.extent, 5e-5 * self.extent, 10)
         return np.geomspace(span.start, span.to, span.points)
+
+    @property
+    def extent(self) -> float:
+        """Its largest size [m]."""
+        if self.mesh is not None:
+            return float(np.ptp(self.mesh.joint.mesh.points, axis=0).max())
+        return cast(float, self.length)
+
+    @property
+    def tension(self) -> Floats:
+        """Tension of each bolt [N]."""
+        from microslip.structures.bolts import TIGHTENING, tensions
+
+        count = len(self.bolts.positions or () if self.mesh is None else self.mesh.bolts)
+        given = {name: getattr(self.bolts, name) for name in TIGHTENING}
+        return tensions(count, **given, bearing=self.bolts.bearing)
+
+    @property
+    def face_area(self) -> float:
+        """Area of the contact faces [m^2]."""
+        return self.build().face_area if self.mesh is None else self.mesh.joint.face_area
 
     @property
     def sensing(self) -> tuple[tuple[float, float, float], str]:
         """Place [m] and direction of the sensor."""
-        if self.sensor is None:
-            upwards = 0.0 if self.style == "half-lap" else 0.5 * self.thickness
-            return (0.5 * self.length, 0.0, upwards), "z"
-        return self.sensor.at, self.sensor.direction
+        if self.sensor is not None:
+            return self.sensor.at, self.sensor.direction
+        lap = self.build()
+        return (
+            0.5 * lap.length,
+            0.0,
+            0.0 if self.style == "half-lap" else 0.5 * lap.thickness,
+        ), "z"
+
+    @property
+    def holes(self) -> list[tuple[float, float, float, int]]:
+        """Place along and across [m], diameter [m] and contact of each bolt's hole."""
+        if self.mesh is not None:
+            return self.mesh.joint.shank_sections(self.mesh.along)
+        bolts = self.build().bolts
+        return [(float(x), float(y), bolts.hole, 0) for x, y in bolts.positions]
+
+    def reduce(self, materials: Mapping[str, Material], usual: str) -> ReducedJoint:
+        """The structure as a small linear model; ``usual`` names the material of its parts."""
+        sensors = {"sensor": self.sensing}
+        if self.mesh is not None:
+            joint = self.mesh.build(materials, usual, self.density, self.tension)
+            return joint.reduce(self.patches, sensors=sensors, along=self.mesh.along)
+        return self.build().reduce(
+            materials[usual],
+            cast(float, self.density),
+            self.patches,
+            element_size=self.element_size,
+            sensors=sensors,
+        )
 
     def build(self) -> LapJoint:
-        """The lap joint."""
+        """The lap joint of the drawing, where there is no mesh."""
         from microslip.structures import Bolts, LapJoint
 
         given: dict[str, Any] = {
@@ -379,4 +463,22 @@ class StructurePart(Part):
         if self.bolts.across is not None:
             places = np.stack([places, self.bolts.across], axis=1)
         bolts = Bolts(places, **{k: v for k, v in given.items() if v is not None})
-        return LapJoint(self.length, self.width, self.thickness, self.lap, bolts, self.style)
+        given = {name: getattr(self, name) for name in _DRAWN}
+        return LapJoint(**given, bolts=bolts, style=self.style)
+
+
+_DRAWN = ("length", "width", "thickness", "lap")
+_BESIDE = "wanted none beside structure.mesh, which shows it"
+
+
+def _need(part: Part, path: str, names: Iterable[str]) -> None:
+    for name in names:
+        if getattr(part, name) is None:
+            example = (type(part).model_fields[name].examples or ["{ ... }"])[0]
+            raise KeyedError(f"{path}.{name}", f"missing; write for example {name} = {example}")
+
+
+def _none(part: Part, path: str, names: Iterable[str]) -> None:
+    for name in names:
+        if getattr(part, name) is not None:
+            raise KeyedError(f"{path}.{name}", _BESIDE)

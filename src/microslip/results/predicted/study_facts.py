@@ -162,6 +162,11 @@ def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
             rows.append(("Own history", f"{what} of {value.file}"))
         elif name == "load_variation":
             rows.append(("Normal load varies by", in_words(value)))
+        elif name == "mesh":
+            rows.append(("Mesh", value.file))
+            rows.append(("Its bodies", ", ".join(value.bodies)))
+            rows.append(("Its contacts", ", ".join(f"{a} on {b}" for a, b in value.contacts)))
+            rows.append(("Its bolts", ", ".join(value.bolts)))
         elif name in ("first", "second"):
             rows += [(f"{name.capitalize()} face: {key}", said) for key, said in _rows(value)]
         elif name == "pressure" and isinstance(value, BaseModel):

@@ -213,9 +213,10 @@ def _model(found: StructurePrediction) -> Facts:
     joint, state, part = found.joint, found.state, found.part
     tensions = joint.tensions(state.displacement, state.static_force)
     pressed = int((state.normal_loads > 0.0).sum())
+    bolts = f"{len(tensions)} bolt{'s' if len(tensions) > 1 else ''}"
     rows = [
         ("Finite elements", f"{joint.full_size} degrees of freedom"),
-        ("Reduced to", f"{joint.patches} patches, {len(tensions)} bolts, {joint.size} in all"),
+        ("Reduced to", f"{joint.patches} patches, {bolts}, {joint.size} in all"),
         ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
         ("Patches in contact", f"{pressed} of {joint.patches}"),
         ("Largest pressure", engineering(float(state.pressures.max()), "Pa", 3)),

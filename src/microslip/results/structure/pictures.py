@@ -89,27 +89,32 @@ def _maps(found: StructurePrediction, maps: list[tuple[str, Floats]], label: str
     """Patches in plan, coloured by values, with the bolts and one scale of colours."""
     joint = found.joint
     most = max(float(values.max()) for _, values in maps) or 1.0
-    lap = found.part.build()
+    contacts = np.unique(joint.patch_contacts)
     boxes = 1e3 * joint.patch_boxes
+    turn = np.linspace(0.0, 2.0 * np.pi, 49)
+    rows = [(title, values, contact) for title, values in maps for contact in contacts]
     panels = []
-    for row, (title, values) in enumerate(maps):
-        last = row == len(maps) - 1
+    for row, (title, values, contact) in enumerate(rows):
+        last = row == len(rows) - 1
+        here = joint.patch_contacts == contact
+        if len(contacts) > 1:
+            title = f"{title}, contact {contact + 1}".removeprefix(", ")
         panel = Panel(
-            Axis("Along the lap [mm]", boxes[:, 0].min(), boxes[:, 1].max(), bare=not last),
-            Axis("Across [mm]", boxes[:, 2].min(), boxes[:, 3].max()),
+            Axis("Along the lap [mm]", boxes[here, 0].min(), boxes[here, 1].max(), bare=not last),
+            Axis("Across [mm]", boxes[here, 2].min(), boxes[here, 3].max()),
             note=title,
             grid=False,
             equal=True,
             cell=(row, row, 0, 0),
         )
-        for (x0, x1, y0, y1), value in zip(boxes, values, strict=True):
+        for (x0, x1, y0, y1), value in zip(boxes[here], values[here], strict=True):
             panel.add(
                 Area(np.array([x0, x1, x1, x0]), np.array([y0, y0, y1, y1]), _color(value / most))
             )
-        turn = np.linspace(0.0, 2.0 * np.pi, 49)
-        for x, y in lap.bolts.positions:
-            hole = 500.0 * lap.bolts.hole
-            panel.add(Area(1e3 * x + hole * np.cos(turn), 1e3 * y + hole * np.sin(turn), "#ffffff"))
+        for x, y, diameter, number in found.part.holes:
+            if number == contact:
+                circle = 500.0 * diameter * np.array([np.cos(turn), np.sin(turn)])
+                panel.add(Area(1e3 * x + circle[0], 1e3 * y + circle[1], "#ffffff"))
         panels.append(panel)
     wide = np.ptp(boxes[:, 2:]) / np.ptp(boxes[:, :2])
     high = min(max(6.0 * float(wide), 1.2), 3.5)
@@ -117,11 +122,11 @@ def _maps(found: StructurePrediction, maps: list[tuple[str, Floats]], label: str
         Axis(label, 0.0, most),
         Axis(low=0.0, high=1.0, ticks=()),
         grid=False,
-        cell=(len(maps), len(maps), 0, 0),
+        cell=(len(rows), len(rows), 0, 0),
         items=[Pixels(_ramp(), 0.0, most, 0.0, 1.0)],
     )
-    heights = (*([1.0] * len(maps)), 0.14 / high)
-    return Plot([*panels, bar], high * len(maps) + 1.4, heights=heights)
+    heights = (*([1.0] * len(rows)), 0.14 / high)
+    return Plot([*panels, bar], high * len(rows) + 1.4, heights=heights)
 
 
 def _ramp() -> NDArray[np.uint8]:
@@ -151,20 +156,27 @@ def _shape(found: StructurePrediction, mode: Mode, row: int, last: bool) -> Pane
     turned = (shape * np.exp(-1j * np.angle(shape[np.argmax(abs(shape))]))).real
     motion = outside.motion.astype(float) @ turned
     points = outside.points.astype(float)
-    up = 2 if np.ptp(motion[:, 2]) >= np.ptp(motion[:, 1]) else 1  # seen from the side, or above
-    hidden = 3 - up
-    near = points[:, hidden].min() if hidden == 1 else points[:, hidden].max()
-    size = np.ptp(points[:, 0])
-    seen = outside.facets[(abs(points[outside.facets][:, :, hidden] - near) < 1e-6).all(axis=1)]
-    if up == 1:  # heads hide the plates: take the plane where most facets lie
-        heights = np.round(points[outside.facets][:, :, 2].mean(axis=1), 6)
-        flat = np.ptp(points[outside.facets][:, :, 2], axis=1) < 1e-6
+    # Drawings lie along x; a mesh may lie anyhow. Seen from the side, or from above.
+    along = int(np.argmax(np.ptp(points, axis=0))) if found.part.mesh is not None else 0
+    first, second = (axis for axis in range(3) if axis != along)
+    up = second if np.ptp(motion[:, second]) >= np.ptp(motion[:, first]) else first
+    hidden = 3 - along - up
+    near = points[:, hidden].min() if hidden < up else points[:, hidden].max()
+    size = np.ptp(points[:, along])
+    facets = outside.facets
+    depth = points[facets][:, :, hidden]
+    seen = facets[(abs(depth - near) < 1e-6).all(axis=1)]
+    flat = np.ptp(depth, axis=1) < 1e-6
+    if hidden > up and flat.any():  # heads hide the plates: take the plane where most facets lie
+        heights = np.round(depth.mean(axis=1), 6)
         levels, counts = np.unique(heights[flat], return_counts=True)
-        seen = outside.facets[flat & (heights == levels[np.argmax(counts)])]
+        seen = facets[flat & (heights == levels[np.argmax(counts)])]
+    if not len(seen):  # nothing is flat that way
+        seen = facets
     grown = points + 0.08 * size / abs(motion).max() * motion
     panel = Panel(
         Axis("Along [mm]", bare=not last),
-        Axis("Up [mm]" if up == 2 else "Across [mm]"),
+        Axis("Up [mm]" if up == second else "Across [mm]"),
         note=f"Mode {mode.number}, {mode.curve.frequency[solved]:.5g} Hz",
         cell=(row, row, 0, 0),
         equal=True,
@@ -172,5 +184,5 @@ def _shape(found: StructurePrediction, mode: Mode, row: int, last: bool) -> Pane
     )
     for places, color in ((points, "#e4e4e4"), (grown, "#4c8fc0")):
         for facet in seen:
-            panel.add(Area(1e3 * places[facet, 0], 1e3 * places[facet, up], color))
+            panel.add(Area(1e3 * places[facet, along], 1e3 * places[facet, up], color))
     return panel

@@ -56,15 +56,9 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     part = study.structure
     assert part is not None  # who calls has looked
     surface = build_surface(study)
-    material = study.material[study.surface.materials[0]].build()
     with blame(study, "structure"):
-        joint = part.build().reduce(
-            material,
-            part.density,
-            part.patches,
-            element_size=part.element_size,
-            sensors={"sensor": part.sensing},
-        )
+        materials = {name: material.build() for name, material in study.material.items()}
+        joint = part.reduce(materials, study.surface.materials[0])
     tell(0.2)
     spreads = uncertain(study)
     centre = {name: float(spread) for name, spread in spreads.items()}

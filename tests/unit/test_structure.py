@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import pickle
+import struct
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -207,11 +210,73 @@ def test_other_programs_files_are_read(tmp_path) -> None:
         ms.Structure.load(folder)
 
 
+def output2(path: Path, **matrices: np.ndarray) -> None:
+    """Matrices as Nastran's OUTPUT2 writes them: records between their lengths, keys between."""
+
+    def record(data: bytes) -> bytes:
+        return struct.pack("=i", len(data)) + data + struct.pack("=i", len(data))
+
+    def keys(*values: int) -> bytes:
+        return b"".join(record(struct.pack("=i", value)) for value in values)
+
+    held = keys(3) + record(struct.pack("=3i", 11, 22, 26)) + keys(7)
+    held += record(b"NASTRAN FORT TAPE ID CODE - ") + keys(2) + record(b"XXXXXXXX") + keys(-1, 0)
+    for name, matrix in matrices.items():
+        title, size = record(name.ljust(8).encode()), len(matrix)
+        trailer = struct.pack("=7i", 101, size, size, 6, 2, size, 0)
+        held += keys(2) + title + keys(-1, 7) + record(trailer) + keys(-2, 1, 0, 2) + title
+        held += keys(-3, 1, 1)
+        for number, column in enumerate(matrix.T, start=1):
+            held += keys(1 + 2 * size) + record(struct.pack(f"=i{size}d", 1, *column))
+            held += keys(-3 - number, 1, int(number < size))
+        held += keys(0)
+    path.write_bytes(held + keys(0))
+
+
+def punched(name: str, matrix: np.ndarray) -> str:
+    """A matrix as DMIG cards of a punch file: grids 10, 20, ... along x, the upper half."""
+    cards = f"DMIG    {name:8}{0:8}{6:8}{2:8}{0:8}{'':8}{'':8}{len(matrix):8}\n"
+    for j in range(len(matrix)):
+        cards += f"DMIG*   {name:16}{'':16}"[:24] + f"{10 * (j + 1):16}{1:16}\n"
+        for i in range(j + 1):
+            number = f"{matrix[i, j]:16.9E}".replace("E", "D")
+            cards += f"*       {10 * (i + 1):16}{1:16}{number}\n" if matrix[i, j] else ""
+    return cards
+
+
+def test_nastrans_files_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "model.pch"
+    file.write_text(punched("KAAX", STIFFNESS) + punched("MAAX", MASS))
+    monkeypatch.setitem(sys.modules, "pyyeti.nastran", None)
+    with pytest.raises(ms.InputError, match=r'model.pch: .* pip install "microslip\[nastran\]"'):
+        ms.Structure.load(file)
+    monkeypatch.undo()
+    nastran = pytest.importorskip("pyyeti.nastran", reason="the extra nastran is not installed")
+    output2(tmp_path / "model.op2", KAAX=STIFFNESS, MAAX=MASS, BAAX=1e-5 * STIFFNESS)
+    held = {"kgg": STIFFNESS, "mgg": MASS}
+    nastran.op4.write(str(tmp_path / "model.op4"), list(held), list(held.values()))
+    for suffix in (".pch", ".op2", ".op4"):
+        found = ms.Structure.load(tmp_path / f"model{suffix}")
+        # A punch file has ten digits.
+        np.testing.assert_allclose(found.mass, MASS, rtol=1e-9)
+        np.testing.assert_allclose(found.stiffness, STIFFNESS, rtol=1e-9)
+        assert (found.damping is None) == (suffix != ".op2")
+    file.write_text(punched("KAAX", STIFFNESS) + punched("MAAX", MASS[:2, :2]))
+    with pytest.raises(ms.InputError, match="degree of freedom 2 has the mass 0"):
+        ms.Structure.load(file)
+    file.write_text("no cards")
+    with pytest.raises(ms.InputError, match=r"model.pch: cannot be read"):
+        ms.Structure.load(file)
+    (tmp_path / "broken.op2").write_bytes(b"nothing of the kind")
+    with pytest.raises(ms.InputError, match=r"broken.op2: cannot be read"):
+        ms.Structure.load(tmp_path / "broken.op2")
+
+
 def test_files_that_hold_no_structure_are_refused(tmp_path) -> None:
     with pytest.raises(ms.InputError, match="there is no such file"):
         ms.Structure.load(tmp_path / "none.npz")
     (tmp_path / "model.txt").write_text("1 2")
-    with pytest.raises(ms.InputError, match=r"wanted an \.npz or a \.mat file"):
+    with pytest.raises(ms.InputError, match=r"wanted an \.npz, \.mat, \.pch, \.op2 or \.op4 file"):
         ms.Structure.load(tmp_path / "model.txt")
     for name in ("broken.npz", "broken.mat"):
         (tmp_path / name).write_bytes(b"PK nothing of the kind")

@@ -15,7 +15,13 @@ from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import InputError
 from microslip.structures.matrices import is_sparse
 
-_NAMES = {"mass": ("mass", "M"), "stiffness": ("stiffness", "K"), "damping": ("damping", "C")}
+# A superelement's, the free ones, the generalised and all degrees of freedom in Nastran.
+_SETS = ("AAX", "AA", "XX", "GG")
+_NAMES = {
+    "mass": ("mass", "M", *(f"M{name}" for name in _SETS)),
+    "stiffness": ("stiffness", "K", *(f"K{name}" for name in _SETS)),
+    "damping": ("damping", "C", *(f"B{name}" for name in _SETS)),
+}
 
 
 def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tuple[Any, Any, Any]:
@@ -31,14 +37,17 @@ def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tup
     if file.is_dir():
         held = _folder(file)
     else:
-        read = {".npz": _npz, ".mat": _mat}.get(file.suffix.lower())
+        kinds = {".npz": _npz, ".mat": _mat, **dict.fromkeys((".pch", ".op2", ".op4"), _nastran)}
+        read = kinds.get(file.suffix.lower())
         if read is None:
             raise InputError(
-                f"{file.name}: wanted an .npz or a .mat file, or a folder of mass.mtx, "
-                f"stiffness.mtx and damping.mtx, got {show(file.suffix)}"
+                f"{file.name}: wanted an .npz, .mat, .pch, .op2 or .op4 file, or a folder of "
+                f"mass.mtx, stiffness.mtx and damping.mtx, got {show(file.suffix)}"
             )
         try:
             held = read(file)
+        except InputError:
+            raise
         except OSError as error:
             raise InputError(f"{file.name}: cannot be read: {reason(error)}") from None
         except MemoryError:
@@ -47,6 +56,8 @@ def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tup
             text = shorten(str(error) or type(error).__name__, 120)
             raise InputError(f"{file.name}: cannot be read: {text}") from None
     found = {kind: _pick(file, held, kind, names.get(kind)) for kind in _NAMES}
+    if any(hasattr(matrix, "index") for matrix in found.values()):
+        found = _aligned(file, found)
     return found["mass"], found["stiffness"], found["damping"]
 
 
@@ -89,6 +100,43 @@ def _mat(file: Path) -> dict[str, Any]:
     with sparse_of_either_kind():
         held = loadmat(file)
     return {name: value for name, value in held.items() if not name.startswith("__")}
+
+
+def _nastran(file: Path) -> dict[str, Any]:
+    """DMIG cards of a punch file as pandas' data frames, matrices of OUTPUT2 and OUTPUT4 files."""
+    try:
+        from pyyeti.nastran import bulk, op2, op4
+    except ModuleNotFoundError:
+        raise InputError(
+            f"{file.name}: Nastran's files are read by pyYeti, which is not installed; "
+            'pip install "microslip[nastran]"'
+        ) from None
+    kind, path = file.suffix.lower(), str(file)
+    held: dict[str, Any] = {}
+    if kind == ".op4":
+        held = dict(op4.read(path))
+    elif kind == ".op2":
+        with op2.OP2(path) as output:
+            held = output.rdop2mats()
+    if kind == ".pch" or (kind == ".op2" and not held):
+        more = {} if kind == ".op2" else {"follow_includes": False}
+        held = dict(bulk.rddmig(path, **more))
+    return {str(name).upper(): matrix for name, matrix in held.items()}
+
+
+def _aligned(file: Path, found: dict[str, Any]) -> dict[str, Any]:
+    """Matrices over all degrees of freedom that one of them has: by grid, then by component."""
+    frames = {kind: matrix for kind, matrix in found.items() if matrix is not None}
+    for kind, frame in frames.items():
+        if frame.index.nlevels != 2 or not frame.index.equals(frame.columns):
+            raise InputError(f"{file.name}: the {kind} matrix must be square, form 1 or 6 of DMIG")
+    index = sorted({place for frame in frames.values() for place in frame.index})
+    return {
+        kind: None
+        if matrix is None
+        else matrix.reindex(index, columns=index, fill_value=0.0).values
+        for kind, matrix in found.items()
+    }
 
 
 def _folder(folder: Path) -> dict[str, Any]:

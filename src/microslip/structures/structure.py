@@ -93,10 +93,11 @@ class Structure:
         ----------
         path : str or path
             An ``.npz`` or ``.mat`` file that holds the matrices, or a folder of Matrix Market
-            files (``mass.mtx``, ``stiffness.mtx`` and, if it is there, ``damping.mtx``).
+            files (``mass.mtx``, ``stiffness.mtx`` and, if it is there, ``damping.mtx``). With the
+            extra ``nastran``, a ``.pch`` of DMIG cards, an ``.op2`` or ``.op4`` of matrices.
         **names : str, optional
             Their names in the file, such as ``mass="M"``; without them ``mass``, ``stiffness`` and
-            ``damping``, or M, K and C.
+            ``damping``, or M, K and C, or Nastran's MAAX, MAA, MXX or MGG and the like with K, B.
 
         Returns
         -------
@@ -106,8 +107,8 @@ class Structure:
         Raises
         ------
         InputError
-            A file that is absent, damaged or of another kind, names that are not in it, matrices
-            that do not fit.
+            A file that is absent, damaged or of another kind, an extra not installed, names that
+            are not in it, matrices that do not fit.
         """
         return cls(*load_matrices(path, names))
 

@@ -6,6 +6,7 @@ import copy
 import json
 import math
 import pickle
+import tracemalloc
 from functools import cache
 from types import MappingProxyType
 from typing import Any
@@ -768,3 +769,25 @@ def test_a_cell_that_is_none_is_not_listed_as_open() -> None:
     (left,) = open_of(found)
     assert left.name == "force limit μN"
     assert left.reason == "up to force limit μN"
+
+
+def test_long_records_fold_in_little_memory() -> None:
+    """Eleven numbers a sample beside the record, pieces of it included; not fifty."""
+    count = 400_000
+    turn = np.arange(count) / 150.37
+    one = np.linspace(0.0, 1.0, 2001)
+    cycle = CELL.force(np.tile(4e-6 * np.sin(2.0 * np.pi * one), 2))[2001:]
+    rng = np.random.default_rng(5)
+    long = ms.Record(
+        4e-6 * np.sin(2.0 * np.pi * turn) + 1e-9 * rng.normal(size=count),
+        np.interp(turn % 1.0, one, cycle) + rng.normal(size=count),
+        normal_load=200.0,
+        sample_rate=1500.0,
+    )
+    tracemalloc.start()
+    folded = fold(long)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert folded.cycles > 2600
+    assert folded.force_noise == pytest.approx(1.0, rel=0.01)
+    assert peak < 8 * 11 * count + 40e6

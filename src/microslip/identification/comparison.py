@@ -16,9 +16,8 @@ from microslip.errors import Argument, InputError
 from microslip.identification.coordinates import RIG
 from microslip.identification.intervals import Progress
 from microslip.identification.models import MODELS, CycleModel, model_of
-from microslip.identification.parameter_choice import listed
 from microslip.identification.result import Identification
-from microslip.identification.run import identify
+from microslip.identification.run import folded_once, identify
 from microslip.identification.verdicts import FIXED, Fitted, digits_of, shown, shown_interval
 from microslip.tribometer.record import Record
 
@@ -143,7 +142,7 @@ def compare(
             Argument("laws"), f" must be a list such as ['interface', 'jenkins'], got {show(laws)}"
         )
     models = [model_of(law) for law in laws]  # a wrong name is no law that does not suit
-    records = listed(records)
+    folded: Any = folded_once(records, options.pop("cycles", None), lambda share: None)
     fits: dict[str, Identification] = {}
     failed: dict[str, str] = {}
     for at, (law, model) in enumerate(zip(laws, models, strict=True)):
@@ -157,7 +156,7 @@ def compare(
         if isinstance(model, CycleModel):
             law_options["rig_stiffness"] = None  # its elastic part stands for the rig
         try:
-            fits[name] = identify(records, law, intervals=intervals, progress=report, **law_options)
+            fits[name] = identify(folded, law, intervals=intervals, progress=report, **law_options)
         except InputError as error:
             failed[name] = str(error)
     if not fits:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.identification.mean_cycle import MeanCycle
+from microslip.identification.mean_cycle import MeanCycle, pieces
 
 _CERTAIN, _SIGNIFICANT = 5.0, 1e-3
 
@@ -28,22 +28,23 @@ class Drift(NamedTuple):
         return abs(self.slope) > _CERTAIN * self.error
 
 
-def drift_of(values: Floats, cycle: Floats, curve: MeanCycle) -> Drift:
+def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Drift:
     """The drift of a channel beside its mean cycle, by least squares.
 
-    ``cycle`` is the number of the cycle of each sample. Noise that is slow counts by the scatter of
-    the cycles about the line.
+    ``cycle`` is the number of the cycle of each sample, from 0 on. Noise that is slow counts by the
+    scatter of the cycles about the line.
     """
     progress = curve.of(cycle).rest
-    residual = curve.of(values).rest
     square = float(progress @ progress)
     if square == 0.0:
         return Drift(0.0, 0.0)
-    slope = float(progress @ residual) / square
-    scatter = residual - slope * progress
+    scatter = curve.of(values).rest
+    slope = float(progress @ scatter) / square
+    progress *= slope
+    scatter -= progress
+    del progress
     noise = curve.noise(scatter, 1)
-    _, number = np.unique(cycle, return_inverse=True)
-    return Drift(slope, noise * math.sqrt(slowness(scatter, number, noise, 2) / square))
+    return Drift(slope, noise * math.sqrt(slowness(scatter, cycle, noise, 2) / square))
 
 
 def slowness(residual: Floats, number: NDArray[np.int64], noise: float, taken: int) -> float:
@@ -76,6 +77,7 @@ def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -
     place = np.arange(means.size, dtype=float)
     if means.size > 2:
         line = np.polynomial.Polynomial.fit(place, means, 1, w=np.sqrt(count))
-        residual = residual - line(place)[number]
+        for piece in pieces(residual.size):
+            residual[piece] -= line(place)[number[piece]]
     noise = curve.noise(residual, 1)
     return noise * math.sqrt(slowness(residual, number, noise, 2) / values.size)

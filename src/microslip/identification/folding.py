@@ -14,7 +14,7 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering, significant
 from microslip.errors import Argument, InputError
 from microslip.identification.drift import Drift, drift_of
-from microslip.identification.mean_cycle import MeanCycle, Turns, all_turns, places_of
+from microslip.identification.mean_cycle import MeanCycle, Turns, all_turns, pieces, places_of
 from microslip.identification.outliers import jumps, mean_load, spared
 from microslip.loops import Loop
 from microslip.tribometer.blocks import Blocks, blocks_of
@@ -195,41 +195,61 @@ def _fold(
         time = record.time
     elif record.sample_rate is not None:
         time = time / record.sample_rate
-    phases = all_turns(time, x, blocks)
-    turns, place, whole = phases.turns, phases.place, phases.whole
     _span(force)  # of a dead sensor no cycle can be judged
     like = _like_cycles(record, blocks) if cycles is None else None
+    phases = all_turns(time, x, blocks)
+    del time
+    whole, rate, samples_a_cycle = phases.whole, phases.rate, phases.samples_a_cycle
     chosen = _settled(phases, force, cycles, running_in, record.name, like)
-    chosen, spoilt = spared(chosen, spikes, place, FEWEST_CYCLES)
+    chosen, spoilt = spared(chosen, spikes, phases.place, FEWEST_CYCLES)
     rows = np.flatnonzero(chosen)
-    cycle = np.full(whole + 2, -1)
-    cycle[rows] = np.arange(rows.size)
-    inside = place >= 0
-    inside[inside] = chosen[place[inside]]
-    phase = 2.0 * math.pi * (turns[inside] - place[inside])
-    x, force, turns, place = x[inside], force[inside], turns[inside], cycle[place[inside]]
-    places = places_of(phase, phases.samples_a_cycle)
+    inside = np.append(chosen, False)[phases.place]
+    which = phases.place[inside]
+    phase = phases.turns[inside]
+    del phases
+    phase -= which
+    phase *= 2.0 * math.pi
+    place = (np.cumsum(chosen) - 1)[which]
+    x, force = x[inside], force[inside]
+    places = places_of(phase, samples_a_cycle)
     size = int(min(bins, max(16, places.number)))
 
     # Where a cycle has a whole number of samples they lie in the middle of the bins.
     width = 2.0 * math.pi / size
     edge = float(phase[0]) % width - 0.5 * width
-    phase = edge + np.mod(phase - edge, 2.0 * math.pi)
-    column = np.clip(((phase - edge) / width).astype(np.int64), 0, size - 1)
+    column = np.empty(phase.size, dtype=np.int64)
+    for piece in pieces(phase.size):
+        wrapped = edge + np.mod(phase[piece] - edge, 2.0 * math.pi)
+        which[piece] += np.rint((phase[piece] - wrapped) / (2.0 * math.pi)).astype(np.int64)
+        column[piece] = np.clip(((wrapped - edge) / width).astype(np.int64), 0, size - 1)
+        phase[piece] = wrapped
+    which -= which.min()
     number = np.cumsum(np.bincount(column, minlength=size) > 0) - 1
-    column, size = number[column], int(number[-1]) + 1
+    size = int(number[-1]) + 1
+    if size < number.size:
+        column = number[column]
     curve = MeanCycle(phase, column, size, places.alike and places.number <= size)
     total, spread = curve.total, curve.spread
     spread[spread < 1e-3 * width] = 0.0
-    which = np.rint(turns - phase / (2.0 * math.pi))
     drift, moved = drift_of(force, which, curve), drift_of(x, which, curve)
-    gone = turns - float(turns.mean())
-    harmonics, coefficients, covariance, noise_x = _series(
-        np.mod(phase, 2.0 * math.pi), x - moved.slope * gone, places.number
+    gone = phase / (2.0 * math.pi)
+    gone += which
+    gone -= float(gone.mean())
+    del which
+    drifting = (
+        *_drifting("force", "N", drift, gone, force),
+        *_drifting("displacement", "m", moved, gone, x),
     )
+    x -= moved.slope * gone
+    harmonics, coefficients, covariance, noise_x = _series(
+        np.mod(phase, 2.0 * math.pi), x, places.number
+    )
+    del x
     saw = np.zeros(coefficients.size)
     saw[2::2] = moved.error / (math.pi * harmonics)  # a straight line, cut at each cycle
     level = curve.of(force - drift.slope * gone)
+    drifted = drift.error * np.bincount(column, gone) / total
+    del gone
     noise_f = curve.noise(level.rest, 1)
     load = mean_load(record, inside, place, curve)
     said = (
@@ -238,21 +258,23 @@ def _fold(
         *clipped(record),
         *spoilt,
         *load.notes,
-        *_drifting("force", "N", drift, turns, force),
-        *_drifting("displacement", "m", moved, turns, x),
+        *drifting,
     )
-    cell = place * size + column
+    more = jumps(level.rest, column, inside, force)
+    del force
+    place *= size
+    place += column
     shape = rows.size, size
-    sums = np.bincount(cell, level.level, minlength=rows.size * size).reshape(shape)
-    counts = np.bincount(cell, minlength=rows.size * size).reshape(shape).astype(float)
-    grown = _growth(np.asarray(sums, dtype=np.float64), counts, level.mean)
+    counts = np.bincount(place, minlength=rows.size * size).reshape(shape).astype(float)
+    sums: Floats = counts * level.base
+    sums += np.bincount(place, level.rest, minlength=rows.size * size).reshape(shape)
+    grown = _growth(sums, counts, level.mean)
     growth = grown.value if abs(grown.value) > _LIKELY * grown.standard_error else 0.0
     certain = growth if abs(growth) > CERTAIN * grown.standard_error else 0.0
     if abs(certain) > _ALIKE:
         said = (*said, _growing(certain))
     doubt = _doubt(record, like, certain)
     timed = record.time is not None or record.sample_rate is not None
-    more = jumps(level.level, level.rest, column, np.flatnonzero(inside), force)
     folded = Folded(
         name=record.name,
         phase=lock(curve.middle),
@@ -267,7 +289,7 @@ def _fold(
         force_noise=max(noise_f, _QUIET * 0.5 * float(np.ptp(level.mean))),
         displacement_noise=noise_x,
         normal_load=load.mean,
-        frequency=phases.rate if timed else None,
+        frequency=rate if timed else None,
         cycles=int(rows.size),
         left_out=int(whole - rows.size),
         notes=(*record.notes, *said),
@@ -275,7 +297,7 @@ def _fold(
         load_error=load.error,
         drift=drift.slope,
         growth=growth,
-        drifted=lock(drift.error * np.bincount(column, gone) / total),
+        drifted=lock(drifted),
         doubt=doubt,
         freedom=max(curve.freedom - 1.0, 1.0),
     )
@@ -414,7 +436,10 @@ def _series(
 ) -> tuple[NDArray[np.int64], Floats, Floats, float]:
     """Fourier series of the displacement: harmonics, coefficients, covariance, noise [m]."""
     size = _FINE
-    column = np.minimum((phase * (size / (2.0 * math.pi)) + 1e-9).astype(np.int64), size - 1)
+    column = np.empty(phase.size, dtype=np.int64)
+    for piece in pieces(phase.size):
+        bins = (phase[piece] * (size / (2.0 * math.pi)) + 1e-9).astype(np.int64)
+        column[piece] = np.minimum(bins, size - 1)
     weight = np.bincount(column, minlength=size).astype(float)
     full = weight > 0.0
     weight = weight[full]
@@ -466,4 +491,8 @@ def _rest(
     slopes = chosen * (-np.sin(angle) * coefficients[1::2] + np.cos(angle) * coefficients[2::2])
     value, slope, middle = np.zeros((3, full.size))
     value[full], slope[full], middle[full] = fitted, slopes.sum(axis=1), place
-    return np.asarray(x - value[column] - slope[column] * (phase - middle[column]))
+    rest = x.copy()
+    for piece in pieces(x.size):
+        of = column[piece]
+        rest[piece] -= value[of] + slope[of] * (phase[piece] - middle[of])
+    return rest

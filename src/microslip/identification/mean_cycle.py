@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from microslip.tribometer.cycles import Cycles
 _IN_STEP, _MOST_CYCLES, _LOOKED_AT = 0.95, 32, 1 << 14
 _FEWEST, _EACH = 3, 4  # samples of a place, and of a bin where no places are the same
 _HARMONICS, _STEPS, _PIECE = 5, 4, 1 << 16
+_LEAST = 0.1  # of the noise of a sample that the curve must leave for it to count
 _OWN_RATE = 5  # cycles of a block from which its own rate is known well
 _TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution within three
 
@@ -30,14 +32,11 @@ def turns_of(time: Floats, x: Floats, cycles: Cycles) -> tuple[Floats, float]:
     rate = (cuts.size - 1) / float(last - first)
     if cuts.size < 3:
         return (time - first) * rate, rate
-    begin = (cuts[:-1]).astype(np.int64)
     inner = slice(int(cuts[0]), int(cuts[-1]))
-    away = x[inner] - float(np.mean(x[inner]))
+    mean = float(np.mean(x[inner]))
     offset = 0.0
     for _ in range(3):
-        turn = (time[inner] - first) * rate
-        wave = away * np.exp(-2j * math.pi * turn)
-        angles = np.angle(np.add.reduceat(wave, begin - begin[0])) / (2.0 * math.pi)
+        angles = np.angle(_fundamentals(time, x, mean, first, rate, cuts)) / (2.0 * math.pi)
         angles = np.unwrap(angles, period=1.0)
         centres = np.arange(angles.size) + 0.5
         # Ends are cut to whole samples, so that the slope is that of a straight line through all.
@@ -45,14 +44,37 @@ def turns_of(time: Floats, x: Floats, cycles: Cycles) -> tuple[Floats, float]:
         rate *= 1.0 + float(slope)
         if abs(slope) * angles.size < 1e-9:
             break
-    rate, offset = _by_least_squares(time[inner] - first, away, rate, float(offset), cuts.size - 1)
-    return _counted((time - first) * rate + offset, cycles), rate
+    rate, offset = _by_least_squares(
+        time[inner], x[inner], (first, mean), rate, float(offset), cuts.size - 1
+    )
+    turn = time - first
+    turn *= rate
+    turn += offset
+    return _counted(turn, cycles), rate
+
+
+def _fundamentals(
+    time: Floats, x: Floats, mean: float, first: float, rate: float, cuts: NDArray[np.int64]
+) -> NDArray[np.complex128]:
+    """First harmonic of each cycle, unscaled, some cycles at once."""
+    found = np.empty(cuts.size - 1, dtype=complex)
+    at = 0
+    while at < found.size:
+        last = int(np.searchsorted(cuts, cuts[at] + _PIECE, side="right")) - 1
+        stop = min(max(last, at + 1), found.size)
+        piece = slice(int(cuts[at]), int(cuts[stop]))
+        wave = (x[piece] - mean) * np.exp(-2j * math.pi * rate * (time[piece] - first))
+        found[at:stop] = np.add.reduceat(wave, cuts[at:stop] - cuts[at])
+        at = stop
+    return found
 
 
 def _counted(turn: Floats, cycles: Cycles) -> Floats:
     """Cycles since the first cut: a peak begins one, or a trough where cycles are cut there."""
-    turn = turn - (0.5 if cycles.flipped else 0.0)
-    return turn - math.ceil(float(turn[cycles.cuts[0]]) - 0.02)
+    if cycles.flipped:
+        turn -= 0.5
+    turn -= math.ceil(float(turn[cycles.cuts[0]]) - 0.02)
+    return turn
 
 
 class Turns(NamedTuple):
@@ -98,9 +120,11 @@ def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
         whole = math.floor(turn[-1] + (turn[-1] - turn[-2]) + 1e-6)
         if whole < 1:
             continue
-        own = np.floor(turn + 1e-9).astype(np.int64)
-        turns[block.samples] = turn + before
-        place[block.samples] = np.where((own >= 0) & (own < whole), own + before, -1)
+        for piece in pieces(turn.size):
+            own = np.floor(turn[piece] + 1e-9).astype(np.int64)
+            here = slice(block.first + piece.start, block.first + piece.stop)
+            turns[here] = turn[piece] + before
+            place[here] = np.where((own >= 0) & (own < whole), own + before, -1)
         ends.append((block.samples, before, whole))
         before += whole
     return Turns(turns, place, tuple(ends), rate)
@@ -118,20 +142,26 @@ def _at_rate(time: Floats, x: Floats, cycles: Cycles, rate: float) -> Floats:
 
 
 def _by_least_squares(
-    time: Floats, x: Floats, rate: float, offset: float, cycles: int
+    time: Floats,
+    x: Floats,
+    origin: tuple[float, float],
+    rate: float,
+    offset: float,
+    cycles: int,
 ) -> tuple[float, float]:
     """Rate and phase of the fundamental, some harmonics beside it.
 
     Sums over single cycles are as good only where these hold samples even in time.
     """
     most = max(1, min(_HARMONICS, int(0.25 * x.size / cycles)))
-    size = float(np.ptp(x))
+    size, (first, mean) = float(np.ptp(x)), origin
+    whole_mean = float(time.mean()) - first
     series: Floats = np.zeros(2 * most + 1)
     for step in range(_STEPS):
-        middle = float(time.mean()) * rate
+        middle = whole_mean * rate
         normal, right = np.zeros((2 * most + 2, 2 * most + 2)), np.zeros(2 * most + 2)
         for at in range(0, x.size, _PIECE):
-            turn = time[at : at + _PIECE] * rate
+            turn = (time[at : at + _PIECE] - first) * rate
             wave = np.exp(2j * math.pi * turn)
             powers = np.cumprod(np.broadcast_to(wave, (most, wave.size)), axis=0)
             rows = np.ones((2 * most + 2, wave.size))
@@ -140,7 +170,7 @@ def _by_least_squares(
             rise = (n * series[most + 1 :]) @ powers.real - (n * series[1 : most + 1]) @ powers.imag
             rows[-1] = 2.0 * math.pi * (turn - middle) * rise
             normal += rows @ rows.T
-            right += rows @ (x[at : at + _PIECE] / size)
+            right += rows @ ((x[at : at + _PIECE] - mean) / size)
         if step == 0:  # no derivative without a series
             series = _solved(normal[:-1, :-1], right[:-1])
             continue
@@ -189,8 +219,8 @@ class Level(NamedTuple):
 
     mean: Floats
     """Of each bin."""
-    level: Floats
-    """Each sample as it would be in the middle of its bin."""
+    base: Floats
+    """What to add to the rest of a sample for its value in the middle of its bin."""
     rest: Floats
     """Each sample less the mean cycle at its phase."""
 
@@ -199,52 +229,90 @@ class MeanCycle:
     """The mean cycle of samples in bins, as a curve through them.
 
     Where the samples of a bin have one phase, its mean; about it they follow the secant to its
-    neighbours. Else a cubic through each bin and its neighbours.
+    neighbours. Else a cubic through each bin and its neighbours. Samples go by in pieces: of long
+    records few arrays are held at once.
     """
 
     def __init__(self, phase: Floats, column: NDArray[np.int64], size: int, alike: bool) -> None:
         self.column, self.size = column, size
         self.total = np.bincount(column, minlength=size).astype(float)
         self.middle = np.bincount(column, phase) / self.total
-        self._about = phase - self.middle[column]
-        self.spread = np.sqrt(np.bincount(column, self._about**2) / self.total)
         self._alike = alike or size < 8
+        self._unit = 1.0 if self._alike else 2.0 * math.pi / size
+        self._phase = phase
+        squares = self._moments(np.ones(phase.size), 2)
+        self.spread = self._unit * np.sqrt(squares[2] / self.total)
         self.freedom = float(phase.size - size)
         """Samples less what the curve takes of them."""
         if not self._alike:
-            self._prepare(phase)
+            self._prepare()
+            self.freedom = sum(float(self._left(at).sum()) for at in pieces(phase.size))
 
-    def _prepare(self, phase: Floats) -> None:
-        turn, size = 2.0 * math.pi, self.size
-        self._targets = [(self.column + way) % size for way in (-1, 0, 1)]
-        self._places = []
-        normal = np.zeros((size, 4, 4))
-        for target in self._targets:
-            away = (phase - self.middle[target] + 0.5 * turn) % turn - 0.5 * turn
-            powers = (away * (size / turn)) ** np.arange(7)[:, None]
-            self._places.append(powers[:4])
-            sums = np.array([np.bincount(target, row, minlength=size) for row in powers])
-            for i in range(4):
-                normal[:, i] += sums[i : i + 4].T
+    def _about(self, piece: slice) -> Floats:
+        """Phases of samples from the middle of their bins, in widths of a bin for cubics."""
+        away: Floats = self._phase[piece] - self.middle[self.column[piece]]
+        return away / self._unit
+
+    def _moments(self, values: NDArray[np.float64] | NDArray[np.int64], most: int) -> Floats:
+        """Sums over each bin of the values times powers of the places in it."""
+        moments = np.zeros((most + 1, self.size))
+        for piece in pieces(values.size):
+            column, about, powers = self.column[piece], self._about(piece), values[piece]
+            for row in moments:
+                row += np.bincount(column, powers, minlength=self.size)
+                powers = powers * about
+        return moments
+
+    def _with_neighbours(self, moments: Floats) -> Floats:
+        """Moments of each bin and its neighbours about its own middle."""
+        turn, number = 2.0 * math.pi, moments.shape[0]
+        sums = moments.copy()
+        for way in (-1, 1):
+            step = self.middle - np.roll(self.middle, way)
+            shift = ((step + 0.5 * turn) % turn - 0.5 * turn) / -self._unit
+            other = np.roll(moments, way, axis=1)
+            for k in range(number):
+                for j in range(k + 1):
+                    sums[k] += math.comb(k, j) * shift ** (k - j) * other[j]
+        return sums
+
+    def _curve(self, factors: Floats, piece: slice) -> Floats:
+        """Polynomials of the bins, lowest power first, at the places of samples."""
+        column, about = self.column[piece], self._about(piece)
+        curve: Floats = factors[-1][column]
+        for row in factors[-2::-1]:
+            curve *= about
+            curve += row[column]
+        return curve
+
+    def _prepare(self) -> None:
+        sums = self._with_neighbours(self._moments(np.ones(self.column.size), 6))
+        normal = np.stack([sums[i : i + 4].T for i in range(4)], axis=1)
         normal += 1e-9 * normal[:, :1, :1] * np.eye(4)  # too few samples for a cubic
         self._inverse = np.linalg.inv(normal)
-        columns = self._places[1]
-        self._lever = np.einsum("in,nij,jn->n", columns, self._inverse[self.column], columns)
-        self.freedom = float(phase.size - self._lever.sum())
+        self._levers = np.zeros((7, self.size))
+        for i in range(4):
+            self._levers[i : i + 4] += self._inverse[:, i].T
 
-    def of(self, values: Floats) -> Level:
+    def _left(self, piece: slice) -> Floats:
+        """What the curve leaves of the noise of each sample, as a share of its variance."""
+        return 1.0 - self._curve(self._levers, piece)
+
+    def of(self, values: NDArray[np.float64] | NDArray[np.int64]) -> Level:
         """A channel [any unit] beside its mean cycle."""
-        column, mean = self.column, np.bincount(self.column, values) / self.total
+        moments = self._moments(values, 0 if self._alike else 3)
+        mean = moments[0] / self.total
         if self._alike:
-            level = values - _slopes(self.middle, mean)[column] * self._about
-            return Level(mean, level, level - mean[column])
-        right = np.zeros((4, self.size))
-        for target, powers in zip(self._targets, self._places, strict=True):
-            right += [np.bincount(target, row * values, minlength=self.size) for row in powers]
-        factors = np.einsum("nij,jn->in", self._inverse, right)
-        curve = (factors[:, column] * self._places[1]).sum(axis=0)
-        level = values - curve + (np.bincount(column, curve) / self.total)[column]
-        return Level(mean, level, values - curve)
+            factors = np.stack((mean, _slopes(self.middle, mean)))
+        else:
+            sums = self._with_neighbours(moments)
+            factors = np.einsum("nij,jn->in", self._inverse, sums)
+        rest = values.astype(float)
+        for piece in pieces(values.size):
+            rest[piece] -= self._curve(factors, piece)
+        if self._alike:
+            return Level(mean, mean, rest)
+        return Level(mean, mean - np.bincount(self.column, rest) / self.total, rest)
 
     def noise(self, residual: Floats, taken: int = 0) -> float:
         """Standard deviation of white noise that leaves this, ``taken`` more numbers fitted."""
@@ -253,13 +321,32 @@ class MeanCycle:
         if self._alike:
             return whole
         # A cubic does not follow a kink: what few samples there leave is no noise.
-        scaled = np.abs(residual) / np.sqrt(np.maximum(1.0 - self._lever, 1e-3))
-        far = _TAILS * 1.4826 * float(np.median(scaled[self._lever < 0.9]))
-        near = (scaled <= far) & (self._lever < 0.9)
-        left = float(np.sum(1.0 - self._lever[near])) - taken
+        far = _TAILS * 1.4826 * float(np.median(self._scaled(residual), overwrite_input=True))
+        left, square = -float(taken), 0.0
+        for piece in pieces(residual.size):
+            share, rest = self._left(piece), residual[piece]
+            near = (share > _LEAST) & (np.abs(rest) <= far * np.sqrt(np.maximum(share, _LEAST)))
+            left += float(share[near].sum())
+            square += float(np.sum(rest[near] ** 2))
         if left < 0.5 * freedom or far == 0.0:
             return whole
-        return min(whole, math.sqrt(float(np.sum(residual[near] ** 2)) / left / _WITHIN))
+        return min(whole, math.sqrt(square / left / _WITHIN))
+
+    def _scaled(self, residual: Floats) -> Floats:
+        """Residuals over what the curve leaves of them, where it leaves anything."""
+        scaled, end = np.empty(residual.size), 0
+        for piece in pieces(residual.size):
+            share, rest = self._left(piece), residual[piece]
+            known = share > _LEAST
+            new = np.abs(rest[known]) / np.sqrt(share[known])
+            scaled[end : end + new.size] = new
+            end += new.size
+        return scaled[:end]
+
+
+def pieces(size: int) -> Iterator[slice]:
+    """Stretches of a long record that are worked on at once."""
+    return (slice(at, min(at + _PIECE, size)) for at in range(0, size, _PIECE))
 
 
 def _slopes(middle: Floats, mean: Floats) -> Floats:

@@ -52,29 +52,31 @@ def spared(
 
 
 def jumps(
-    level: Floats,
     residual: Floats,
     column: NDArray[np.int64],
-    rows: NDArray[np.int64],
+    inside: NDArray[np.bool_],
     force: Floats,
 ) -> list[Spike]:
     """Single forces far from those of the other cycles at their phase.
 
-    ``level`` are the forces taken to the middle of their bins (``column``), ``rest`` the same less
-    the mean of the bin; ``rows`` says which samples of the record they are. Smaller than what
+    ``residual`` are the forces less the mean cycle, ``column`` their bins; ``inside`` says which
+    samples of the record they are, with these ``force``. Smaller than what
     :func:`microslip.tribometer.spikes.spikes_of` finds, which knows no cycles.
     """
-    noise = 1.4826 * float(np.median(np.abs(residual)))
+    noise = 1.4826 * float(np.median(np.abs(residual), overwrite_input=True))
     low, high = np.percentile(force, (5.0, 95.0))
     least = max(_FAR * noise, _PART * float(high - low))
     is_far = np.zeros(residual.size, dtype=bool)
     # A spike moves the mean of its bin, and with it what is left of all others there.
     for bin_ in np.unique(column[np.abs(residual) > 0.5 * least]):
         of_bin = np.flatnonzero(column == bin_)
-        is_far[of_bin] = np.abs(level[of_bin] - np.median(level[of_bin])) > least
+        is_far[of_bin] = np.abs(residual[of_bin] - np.median(residual[of_bin])) > least
     far = np.flatnonzero(is_far)
-    spikes = []
-    for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1) if far.size else ():
+    spikes: list[Spike] = []
+    if far.size == 0:
+        return spikes
+    rows = np.flatnonzero(inside)
+    for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1):
         if run.size <= LONGEST:
             at = int(run[np.argmax(np.abs(residual[run]))])
             first, last = int(rows[run[0]]), int(rows[run[-1]])

@@ -174,8 +174,7 @@ def identify(
         raise InputError(Argument("intervals"), f" must be one of {wanted}, got {show(intervals)}")
     held = number("held_back", held_back, "", 0.25)
     held = 0.0 if held == 0.0 else _share("held_back", held)
-    listed = parameter_choice.listed(records)
-    folded = _folded(listed, cycles, lambda share: report(0.3 * share))
+    folded = folded_once(records, cycles, lambda share: report(0.3 * share))
     options = {"heights": heights, "surface": surface}
     model = model_of(law, **{key: value for key, value in options.items() if value is not None})
     parameter_choice.checked_loads(model, folded)
@@ -279,7 +278,7 @@ def identify(
     def refit(other: str, **more: Any) -> Identification:
         kept = {name: value for name, value in (fixed or {}).items() if name not in own}
         return identify(
-            listed,
+            folded,  # type: ignore[arg-type]
             other,
             fixed=kept,
             rig_stiffness=rig_stiffness,
@@ -287,7 +286,6 @@ def identify(
             delay=delay,
             loss=loss,
             nuisances=nuisances,
-            cycles=cycles,
             held_back=0,
             confidence=confidence,
             intervals="curvature",
@@ -317,7 +315,10 @@ def _share(name: str, given: Any) -> float:
     return value
 
 
-def _folded(records: Any, cycles: slice | None, report: Progress) -> list[Folded]:
+def folded_once(records: Any, cycles: slice | None, report: Progress) -> list[Folded]:
+    """The records, each on one cycle; those that are there already, as they are."""
+    if isinstance(records, list) and records and isinstance(records[0], Folded):
+        return records
     records = parameter_choice.listed(records)
     bins = max(64, min(MOST_BINS, _MOST_FORCES // len(records)))
     folded = []

@@ -47,10 +47,10 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert outcome.stdout.startswith("ground.npy\nIts summits, by counting: ")
     assert "96 x 96 points, pixel 1.000 µm, 96.0 µm" in outcome.stdout
-    assert "short-wave cut-off" in outcome.stdout
-    assert "6 µm" in outcome.stdout
+    assert "Cut-off 6 µm: Sq " in outcome.stdout
     assert "6.00 µm *" in outcome.stdout  # in the table over cut-offs
-    assert outcome.stdout.endswith("16 files in out\n")
+    assert outcome.stdout.endswith("--all\n16 files in out\n")
+    assert len(outcome.stdout.splitlines()) <= 30  # one screen
     assert sorted(path.name for path in (folder / "out").iterdir()) == FILES
     summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
     assert sorted(summary["files"]) == FILES
@@ -147,6 +147,8 @@ def test_without_a_cutoff_the_first_things_said_are_that(folder: Path) -> None:
     assert sorted(folder.iterdir()) == before
     lines = outcome.stdout.splitlines()
     assert lines[2].startswith("  watch   No short-wave cut-off was given: the pixel decides.")
+    assert "Heights and moments" not in lines
+    lines = run("surface", "ground.npy", *AS_IS, "--all").stdout.splitlines()
     table = lines[lines.index("Heights and moments") + 3]
     assert table.split("  ")[0] == "short-wave cut-off"
     assert "not given: the pixel decides" in table

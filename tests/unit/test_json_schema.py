@@ -224,7 +224,7 @@ def test_laws_and_kinds_are_named() -> None:
     surfaces = SCHEMA["properties"]["surface"]["oneOf"]
     assert [surface["title"] for surface in surfaces] == [
         *("greenwood-williamson", "population", "sphere", "table", "elliptic-summits"),
-        *("scan", "drawing", "two-faces"),
+        *("persson", "scan", "drawing", "two-faces"),
     ]
     heights = surfaces[0]["properties"]["heights"]["oneOf"]
     assert [kind["title"] for kind in heights] == [

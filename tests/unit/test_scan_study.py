@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -72,6 +74,42 @@ def test_a_population_of_the_summits_themselves(home: Path) -> None:
     assert set(np.asarray(surface.heights)) == set(found.heights)
     # Of the whole scan, edges included, where no summit can be seen.
     assert surface.summit_count == pytest.approx(found.density * found.scan.area, rel=1e-14)
+
+
+def test_elliptic_summits_and_a_spectrum_are_those_of_the_library(home: Path) -> None:
+    """In the direction of motion; the spectrum also as the file that the command writes."""
+    wanted, area = summits(home), 'area = "1 mm^2"\n'
+
+    def surface(text: str) -> Any:
+        study = ms.Study.from_toml(text, folder=home)
+        VALIDATOR.validate(study._given)
+        return study.run().joints[0].surface
+
+    found = surface(scan_study(("cutoff", f'{area}direction = "60 deg"\ncutoff')))
+    made = ms.scans.elliptic_surface(wanted, found.pair, 1e-6, direction=math.radians(60.0))
+    # Degrees have no exact radians.
+    assert found.direction == pytest.approx(made.direction, rel=1e-14)
+    assert found.curvature_ratio == made.curvature_ratio
+    found = surface(scan_study(("cutoff", f'{area}estimate = "persson"\ncutoff')))
+    curve = ms.PerssonCurve.from_spectrum(wanted.scan.spectrum(), found.pair, 1e-6)
+    assert found.separation(0.2) == curve.to_surface().separation(0.2)
+    share = curve.contact_share(0.2)
+    assert found.contact_area(found.separation(0.2)) == pytest.approx(1e-6 * share, rel=1e-12)
+    rings = zip(curve.wavenumber.tolist(), curve.spectrum.tolist(), strict=True)
+    rows = [f"{q!r},{c!r}" for q, c in rings]
+    (home / "s.csv").write_text("\n".join(["q [rad/m],C [m^4]", *rows, "1e9,0"]) + "\n")
+    file = '{ file = "s.csv", column = '
+    law = f'law = "persson"\n{area}wavenumber = {file}"q" }}\nspectrum = {file}"C" }}\n'
+    assert surface(edited((SURFACE, law), LOADS)).separation(0.2) == pytest.approx(
+        curve.to_surface().separation(0.2), rel=1e-12
+    )
+    for old, new, key in (
+        ("spectrum", "rms = 3\n#", "surface.rms"),
+        (area, f'{area}rms = "1 um"\n', "surface.rms"),
+        ("wavenumber =", "#", "surface.wavenumber"),
+    ):
+        with pytest.raises(ms.StudyError, match=f"^study: {key}: "):
+            surface(edited((SURFACE, law.replace(old, new, 1)), LOADS))
 
 
 SAID = "surface.scan: ground.npy, cut-off 6 µm:"
@@ -161,6 +199,13 @@ def test_keys_are_those_of_the_reading_and_the_conditioning(home: Path) -> None:
         ('"ground.npy"', "3", 'surface.scan: wanted the name of a scan such as "ground.plu"'),
         ("cutoff", 'level = "cubic"\ncutoff', 'surface.level: wanted "plane", "quadratic",'),
         ("cutoff", 'estimate = "mcool"\ncutoff', 'surface.estimate: wanted "counted", "neighb'),
+        (
+            "cutoff",
+            'estimate = "persson"\nheights = "table"\ncutoff',
+            "surface.heights: wanted none",
+        ),
+        ("cutoff", 'estimate = "mccool"\ndirection = "1 rad"\ncutoff', "surface.direction: wanted"),
+        ("cutoff", 'direction = "9"\ncutoff', "surface.direction: wanted an angle such as"),
         ("cutoff", "outliers = 1\ncutoff", "surface.outliers: wanted a number of at least 2"),
         ("cutoff", "channel = true\ncutoff", "surface.channel: wanted a channel such as"),
         ("cutoff", 'prominence = "0 nm"\ncutoff', "surface.prominence: wanted a positive length"),

@@ -47,9 +47,11 @@ class _Once(click.Command):
 @click.command(cls=_Once, short_help="Measure the roughness and the summits in a scan.")
 @click.argument("scan", metavar="SCAN", type=click.Path(path_type=Path, readable=False))
 @offers(CUTOFF.but(default=None), *CONDITIONING[1:], *SUMMITS, SCAN_AREA, *JOINT, *READING)
+@click.option("--all", "whole", is_flag=True, help="Print every table, not what matters most.")
 @writes("report, tables and figures", "one")
 def surface(
     scan: Path,
+    whole: bool,
     folder: Path | None,
     overwrite: bool,
     kinds: tuple[str, ...],
@@ -58,8 +60,9 @@ def surface(
 ) -> None:
     """Measure heights, spectrum and summits in SCAN, an instrument's file or an array.
 
-    Every parameter hangs on the short-wave cut-off: it stands in each table and figure, and the
-    parameters over cut-offs are always shown. The scan is only read.
+    Every parameter hangs on the short-wave cut-off: it stands in each table and figure, and
+    parameters over cut-offs are always shown. What matters is printed, the rest with --all and in
+    the report. The scan is only read.
     """
     with stoppable():
         from contextlib import ExitStack
@@ -87,6 +90,8 @@ def surface(
     if as_json:
         echo_json(result.data)
         return
-    show(result, sys.stdout)
+    show(result, sys.stdout, whole=whole)
+    if not whole:
+        click.echo("All tables, what the verdicts assume and how it was read: --all")
     if folder is not None:
         click.echo(f"{len(result.data['files'])} files in {folder}")

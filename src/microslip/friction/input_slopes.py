@@ -14,6 +14,7 @@ from microslip.friction.interface import Interface
 from microslip.heights import Discrete, HeightDistribution
 from microslip.materials import Material, MaterialPair
 from microslip.normal import NormalLaw
+from microslip.normal.persson import PerssonSurface
 
 _STEP = 0.02
 """Half of the logarithm over which a slope is taken: its error is of the order of its square."""
@@ -73,6 +74,14 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
         "friction_coefficient": lambda f: Interface(surface, mu * f, normal_load=load),
         "normal_load": lambda f: joint.at(normal_load=load * f),
     }
+    if isinstance(surface, PerssonSurface):
+        curve = surface.curve
+        inputs["heights"] = lambda f: on(
+            replace(curve, spectrum=f * f * np.asarray(curve.spectrum)).to_surface()
+        )
+        inputs["young_modulus"] = lambda f: on(
+            replace(curve, pair=_stiffer(surface.pair, f)).to_surface()
+        )
     parameters: set[str] = set()
     if is_dataclass(surface):
         parameters = {field.name for field in fields(surface)}

@@ -8,6 +8,7 @@ from typing import Protocol
 
 from microslip._core.verdicts import WORDS, Rule, Verdict, Word
 from microslip.normal import NormalLaw
+from microslip.normal.persson import PRESSURE
 from microslip.normal.sphere import YIELD
 
 __all__ = ["RULES", "Verdict", "Word", "validity", "worst_validity"]
@@ -72,6 +73,16 @@ RULES: tuple[Rule, ...] = (
         reason="Greenwood and Williamson (1966): elastic below 0.6, plastic above 1",
         remedy="take the surface as tightening leaves it, its highest summits yielded: "
         "tightening_load in a study, surface.tightened in Python",
+        missing="give the hardness of the softer material [Pa]",
+    ),
+    Rule(
+        name=PRESSURE,
+        watch=0.4,
+        outside=1.0,
+        meaning="what touches deforms elastically at the shortest waves",
+        reason="yield begins where a contact's mean pressure is 1.1 times the yield stress, 0.39 "
+        "of the hardness, and no contact bears more than the hardness (Johnson 1985, section 6.3)",
+        remedy="a longer short-wave cut-off: shorter waves are pressed flat",
         missing="give the hardness of the softer material [Pa]",
     ),
     Rule(

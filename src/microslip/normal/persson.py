@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, floats, plain, positive, show
+from microslip._core.checks import Floats, exact, floats, plain, positive, record, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import Parametric, parameter
 from microslip.errors import Argument, InputError
 from microslip.materials import MaterialPair
-from microslip.normal.base import check_pair
+from microslip.normal.base import NormalLaw, check_pair
 from microslip.normal.table import TabulatedNormalLaw
 from microslip.numerics.quadrature import gauss_legendre
 
 _END = 6.6  # beyond, exp(-x^2) is no part of anything
 _PIECE = 10  # nodes between two points of the spectrum
 _MOST_PIECES = 400
+PRESSURE = "mean contact pressure over hardness"
+"""Name of what is judged of a law that knows contacts but no summits."""
 
 if TYPE_CHECKING:
 
@@ -147,9 +150,16 @@ class PerssonCurve(Locked, Parametric):
         Raises
         ------
         InputError
-            Fewer than two rings between the wavelengths; a profile.
+            Fewer than two rings between the wavelengths; a profile; a density below zero.
         """
-        q, c = np.asarray(spectrum.wavenumber), np.asarray(spectrum.density)
+        q, c = (record(name, getattr(spectrum, name)) for name in ("wavenumber", "density"))
+        if q.shape != c.shape:
+            raise InputError(
+                Argument("wavenumber"),
+                f" and density must be of one length, got {q.size} and {c.size}",
+            )
+        if c.min() < 0.0:
+            raise InputError(Argument("spectrum"), f" must not be negative, got {exact(c.min())}")
         if len(getattr(spectrum, "axes", (0, 0))) < 2:
             raise InputError("PerssonCurve needs the spectrum of a map, got that of a profile")
         low = 0.0 if longest is None else 2.0 * math.pi / positive("longest", longest, "m", 1e-3)
@@ -217,6 +227,12 @@ class PerssonCurve(Locked, Parametric):
         q = np.array(ends if ends[0] < ends[1] else ends[1:])
         c = level * np.minimum((q / ends[1]) ** slope, 1.0)
         return cls(pair, q, c, area)
+
+    class Rings(NamedTuple):
+        """A spectrum as two arrays, for :meth:`from_spectrum`."""
+
+        wavenumber: Floats
+        density: Floats
 
     # -- the spectrum -----------------------------------------------------------------------------
 
@@ -311,7 +327,7 @@ class PerssonCurve(Locked, Parametric):
         full = self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
         return plain(np.asarray(erf(floats("load", load) / self.area / full)))
 
-    def to_surface(self, points: int = 2000) -> TabulatedNormalLaw:
+    def to_surface(self, points: int = 2000) -> PerssonSurface:
         """The curve as a normal law, from next to nothing to half of full contact.
 
         Parameters
@@ -322,8 +338,8 @@ class PerssonCurve(Locked, Parametric):
 
         Returns
         -------
-        TabulatedNormalLaw
-            With an exponential tail, which is the law of light loads.
+        PerssonSurface
+            A table with an exponential tail, which is the law of light loads.
 
         Raises
         ------
@@ -336,12 +352,59 @@ class PerssonCurve(Locked, Parametric):
             )
         full = self.area * self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
         loads = np.geomspace(0.5 * full, 1e-9 * full, points)
-        return TabulatedNormalLaw(
-            self.pair, separation=self.separation(loads), load=loads, tail="exponential"
-        )
+        return PerssonSurface(self, self.separation(loads), loads)
 
     def __repr__(self) -> str:
         return (
             f"PerssonCurve({self.wavenumber.size} wavenumbers, rms_slope={self.rms_slope:.4g}, "
             f"area={self.area:g})"
         )
+
+
+class PerssonSurface(TabulatedNormalLaw):
+    """Persson's law of a spectrum as a table, which knows its area; of `PerssonCurve.to_surface`.
+
+    Parameters
+    ----------
+    curve : PerssonCurve
+        What it is computed from.
+    separation, load : array_like
+        Separations [m], rising, and the loads [N] there.
+    """
+
+    curve: PerssonCurve
+
+    def __init__(self, curve: PerssonCurve, separation: ArrayLike, load: ArrayLike) -> None:
+        super().__init__(curve.pair, separation, load, tail="exponential")
+        object.__setattr__(self, "curve", curve)
+
+    @property
+    def area(self) -> float:
+        """Apparent area [m^2]."""
+        return self.curve.area
+
+    def contact_area(self, separation: ArrayLike) -> Any:
+        """Real contact area [m^2] at the shortest waves, for separations [m] of any shape.
+
+        Raises
+        ------
+        InputError
+            Not finite, empty, or closer than the table.
+        """
+        share = self.curve.contact_share(self.load(separation))
+        return plain(self.area * np.asarray(share))
+
+    def _assumptions(self, separation: float | None) -> dict[str, float | None]:
+        hardness = self.pair.hardness
+        if separation is None or hardness is None:
+            return {PRESSURE: None if hardness is None else 0.0}
+        d = max(separation, float(np.asarray(self.separations)[0]))
+        return {PRESSURE: float(self.load(d)) / float(self.contact_area(d)) / hardness}
+
+    def _patch(self, area: float, share: float) -> NormalLaw:
+        curve = dataclasses.replace(self.curve, area=area)
+        loads = np.asarray(self.loads) * (area / self.area)
+        return PerssonSurface(curve, self.separations, loads)
+
+    def __repr__(self) -> str:
+        return f"PerssonSurface({self.curve!r})"

@@ -75,6 +75,8 @@ class Table:
         Whether a terminal shows it.
     noun : str, optional
         What a row is about, in the plural, where rows are left out.
+    few : tuple of int, optional
+        Places of the rows that a terminal shows, if not all.
     """
 
     title: str
@@ -85,6 +87,7 @@ class Table:
     caption: str = ""
     brief: bool = True
     noun: str = "rows"
+    few: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -135,6 +138,8 @@ class Verdicts:
         A paragraph below them on a page.
     none : str, optional
         What to say where there are no verdicts at all.
+    short : bool, optional
+        Whether a terminal counts those that are ok, and leaves out what the others assume.
     """
 
     verdicts: tuple[Verdict, ...]
@@ -143,14 +148,16 @@ class Verdicts:
     noun: str = "loads"
     caption: str = ""
     none: str = "No limits are known for this law."
+    short: bool = False
 
 
 @dataclass(frozen=True)
 class Note:
-    """A paragraph of text, such as a caveat or a remedy."""
+    """A paragraph of text, such as a caveat or a remedy; ``brief`` ones are for a terminal, too."""
 
     text: str
     small: bool = False
+    brief: bool = True
 
 
 @dataclass(frozen=True)

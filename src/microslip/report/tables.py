@@ -32,9 +32,10 @@ def as_text(table: Table, most: int | None = None, *, brief: bool = False) -> Te
     most : int, optional
         Rows, if fewer than the table wants.
     brief : bool
-        Whether only its brief columns are shown.
+        Whether only its brief columns are shown, and of its rows the few that are picked.
     """
-    shown = _shown(table, min(table.most, most or table.most))
+    picked = list(table.few) if brief else []
+    shown = picked or _shown(table, min(table.most, most or table.most))
     kept = [
         place
         for place, column in enumerate(table.columns)

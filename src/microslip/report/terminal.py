@@ -24,8 +24,8 @@ from microslip.report.tables import as_text, is_text
 MOST_ROWS = 40
 
 
-def show(document: Document, stream: TextIO | None) -> None:
-    """Print what is brief in a document."""
+def show(document: Document, stream: TextIO | None, *, whole: bool = False) -> None:
+    """Print what is brief in a document, or the whole of it."""
     out = Printer(stream)
     out.line(document.title, style="bold")
     if document.answer:
@@ -34,9 +34,9 @@ def show(document: Document, stream: TextIO | None) -> None:
         out.verdict("watch", remark)
     out.line()
     for section in document.sections:
-        if section.brief:
+        if section.brief or whole:
             for block in section.blocks:
-                _print(block, out, section.title)
+                _print(block, out, section.title, whole)
 
 
 def show_command(text: str, command: str, stream: TextIO | None) -> None:
@@ -70,15 +70,15 @@ def file_groups(names: Sequence[str]) -> dict[str, list[str]]:
 
 
 @singledispatch
-def _print(block: Block, out: Printer, title: str) -> None:
+def _print(block: Block, out: Printer, title: str, whole: bool) -> None:
     """Pictures, listings and markup are for the page."""
 
 
 @_print.register
-def _(block: Table, out: Printer, title: str) -> None:
-    if not block.brief or not block.rows:
+def _(block: Table, out: Printer, title: str, whole: bool) -> None:
+    if not (block.brief or whole) or not block.rows:
         return
-    table = as_text(block, MOST_ROWS, brief=True)
+    table = as_text(block, MOST_ROWS, brief=not whole)
     count = len(block.rows)
     shown = count - table.left_out
     more = f" ({shown} of {count} {block.noun}; all are in summary.json)" if table.left_out else ""
@@ -92,18 +92,19 @@ def _(block: Table, out: Printer, title: str) -> None:
 
 
 @_print.register
-def _(block: Facts, out: Printer, title: str) -> None:
+def _(block: Facts, out: Printer, title: str, whole: bool) -> None:
     out.table(block.title, ["", ""], block.rows, text=(0, 1))
 
 
 @_print.register
-def _(block: Note, out: Printer, title: str) -> None:
-    out.line(block.text)
-    out.line()
+def _(block: Note, out: Printer, title: str, whole: bool) -> None:
+    if block.brief or whole:
+        out.line(block.text)
+        out.line()
 
 
 @_print.register
-def _(block: Items, out: Printer, title: str) -> None:
+def _(block: Items, out: Printer, title: str, whole: bool) -> None:
     for text in block.texts:
         out.line(text)
     if block.texts:
@@ -111,9 +112,9 @@ def _(block: Items, out: Printer, title: str) -> None:
 
 
 @_print.register
-def _(block: Verdicts, out: Printer, title: str) -> None:
+def _(block: Verdicts, out: Printer, title: str, whole: bool) -> None:
     out.line(title, style="bold")
-    judged = judgements(block)
+    judged, short = judgements(block), block.short and not whole
     fine = [judgement.name for judgement in judged if judgement.word == "ok"]
     for judgement in judged:
         where = f" {judgement.where}" if judgement.where else ""
@@ -122,12 +123,10 @@ def _(block: Verdicts, out: Printer, title: str) -> None:
             out.verdict(judgement.word, f"{judgement.name}{where}{missing}")
         elif judgement.word != "ok":
             value = f"{judgement.value} (ok {judgement.bound})"
-            out.verdict(
-                judgement.word,
-                f"{judgement.name}{where}: {value} – assumed: {judgement.meaning}",
-            )
+            assumed = "" if short else f" – assumed: {judgement.meaning}"
+            out.verdict(judgement.word, f"{judgement.name}{where}: {value}{assumed}")
     if fine:
-        out.verdict("ok", ", ".join(fine))
+        out.verdict("ok", f"{len(fine)} others" if short else ", ".join(fine))
     if not judged:
         out.line(f"  {block.none}")
     out.line()

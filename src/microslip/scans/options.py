@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from microslip._core.options import REQUIRED, Option
-from microslip._core.units import AREA, FORCE, LENGTH
+from microslip._core.units import ANGLE, AREA, FORCE, LENGTH
 
 LEVELS = ("plane", "quadratic", "cylinder", "mean")
 METHODS = ("watershed", "neighbours")
 ESTIMATES = ("counted", "neighbours", "mccool", "nayak", "population")
+PERSSON = "persson"
 LAWS_OF_HEIGHTS = ("gaussian", "table", "discrete", "population")
 OF_PROFILES = ("mccool", "nayak")
 
@@ -63,9 +66,9 @@ ESTIMATE = Option(
     "estimate",
     "How the summits become a surface: one radius and Gaussian heights, counted (counted, "
     "neighbours) or from spectral moments (mccool, nayak), or all of them, one by one "
-    "(population).",
+    "(population); or no summits but the power spectrum, by Persson's theory (persson).",
     default="counted",
-    choices=ESTIMATES,
+    choices=(*ESTIMATES, PERSSON),
 )
 HEIGHTS = Option(
     "heights",
@@ -73,6 +76,17 @@ HEIGHTS = Option(
     "one by one (discrete), or each with its own radius, too (population).",
     default="gaussian",
     choices=LAWS_OF_HEIGHTS,
+)
+DIRECTION = Option(
+    "direction",
+    "Direction of motion, from the x of the scan towards its y: summits are then elliptic, as "
+    "their principal curvatures say; without it they are round.",
+    ANGLE,
+    example="90 deg",
+    low=-2.0 * math.pi,
+    high=2.0 * math.pi,
+    sign="any",
+    metavar="ANGLE",
 )
 SCAN_AREA = Option(
     "area",

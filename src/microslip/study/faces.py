@@ -23,6 +23,7 @@ from pydantic import (
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.errors import InputError
+from microslip.scans.options import PERSSON
 from microslip.study.fields import Area, Density, Radius, Roughness, TwoNames, array, number, one_of
 from microslip.study.part import KeyedError, Part, as_key
 from microslip.study.scanned_surface import ScanName, ScanSurface
@@ -168,8 +169,8 @@ class _ScannedFace(Part):
         if not isinstance(given, dict):
             self._scans = given._scans
             return self
-        if given.get("estimate") == "population":
-            raise KeyedError(".estimate", 'wanted one radius for all summits, got "population"')
+        if (estimate := given.get("estimate")) in ("population", PERSSON):
+            raise KeyedError(".estimate", f'wanted one radius for all summits, got "{estimate}"')
         # A profile has no area, and the joint has its own.
         keys = {**given, "law": "scan", "materials": ("", ""), "area": "1 mm^2"}
         found = []
@@ -215,7 +216,7 @@ def _statistics(scan: ScanSurface) -> SummitStatistics:
     return scan.summits.statistics(scan.estimate)  # type: ignore[arg-type]
 
 
-_NOT_OF_A_FACE = ("law", "materials", "scan", "area", "heights")
+_NOT_OF_A_FACE = ("law", "materials", "scan", "area", "heights", "direction")
 ScannedFace: type[_ScannedFace] = create_model(
     "ScannedFace",
     __base__=_ScannedFace,

@@ -257,6 +257,17 @@ TabulatedLoads = Annotated[
     FromFile(FORCE, "surface.load"),
 ]
 PER_LENGTH = Kind("number per length", "1/m", ("1/nm", "1/um", "1/mm", "1/m", "um^-1"))
+Wavenumbers = Annotated[
+    tuple[Annotated[float, quantity(PER_LENGTH, "10 1/mm")], ...],
+    array('["10 1/mm", "100 1/mm", "1000 1/mm"]', MAX_VALUES),
+    FromFile(PER_LENGTH, "surface.wavenumber", "positive"),
+]
+SPECTRAL_DENSITY = Kind("power spectral density", "m^4", ("m^4", "um^4", "nm^4"))
+SpectralDensities = Annotated[
+    tuple[Annotated[float, quantity(SPECTRAL_DENSITY, "10 um^4", "any")], ...],
+    array('["10 um^4", "2 um^4", "0.003 um^4"]', MAX_VALUES),
+    FromFile(SPECTRAL_DENSITY, "surface.spectrum"),
+]
 TabulatedDensity = Annotated[
     tuple[Annotated[float, quantity(PER_LENGTH, "0.5 1/um", "any")], ...],
     array('["0 1/um", "0.5 1/um", "0 1/um"]', MAX_VALUES),

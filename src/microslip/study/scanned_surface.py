@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -12,9 +13,11 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 from microslip._core.units import engineering
 from microslip._core.wording import quoted, shorten, show
 from microslip.errors import InputError, said
+from microslip.normal import PerssonCurve
 from microslip.scans.options import (
     CHANNEL,
     CUTOFF,
+    DIRECTION,
     ESTIMATE,
     ESTIMATES,
     FILL,
@@ -26,6 +29,7 @@ from microslip.scans.options import (
     METHOD,
     OF_PROFILES,
     OUTLIERS,
+    PERSSON,
     PIXEL,
     PROMINENCE,
     SCAN_AREA,
@@ -88,6 +92,7 @@ class ScanSurface(Part):
     prominence: float | None = key_of(PROMINENCE)
     estimate: str = key_of(ESTIMATE)
     heights: str = key_of(HEIGHTS)
+    direction: float | None = key_of(DIRECTION)
     area: float | None = key_of(SCAN_AREA)
     format: str | None = key_of(FORMAT)
     unit: tuple[str, ...] | None = key_of(UNIT)
@@ -143,6 +148,19 @@ class ScanSurface(Part):
                 "surface.heights",
                 f"wanted other heights with estimate = {show(self.estimate)}, got "
                 f'{show(self.heights)}; "population" goes with estimate = "counted"',
+            )
+        if self.estimate == PERSSON and self.heights != "gaussian":
+            raise KeyedError(
+                "surface.heights",
+                f'wanted none beside estimate = "{PERSSON}", which knows no summits, got '
+                f"{show(self.heights)}",
+            )
+        wanted = ("counted", "gaussian", "watershed")
+        if self.direction is not None and wanted != (self.estimate, self.heights, self.method):
+            raise KeyedError(
+                "surface.direction",
+                'wanted only beside estimate = "counted", heights = "gaussian" and method = '
+                '"watershed", whose summits are known by two curvatures',
             )
         return self
 
@@ -208,19 +226,32 @@ class ScanSurface(Part):
         scan: Scan = self._profile
         return scan
 
+    def _law(self, pair: MaterialPair, summits: Summits) -> NormalLaw:
+        """Normal law of summits, or of the spectrum of their scan."""
+        from microslip.scans import elliptic_surface
+        from microslip.scans.spectrum import spectrum
+
+        area = summits.scan.area if self.area is None else self.area
+        if self.estimate == PERSSON:
+            rings = spectrum(summits.scan.measurable())
+            return PerssonCurve.from_spectrum(rings, pair, area).to_surface()
+        if self.direction is not None:
+            return elliptic_surface(summits, pair, area, direction=self.direction)
+        law: NormalLaw = summits.to_surface(
+            pair,
+            area=self.area,
+            estimate=self.estimate,  # type: ignore[arg-type]
+            heights=self.heights,  # type: ignore[arg-type]
+        )
+        return law
+
     def build(self, pair: MaterialPair) -> NormalLaw:
         """Normal law of the summits."""
         if self.read_scan.is_profile:
             assert self.area is not None  # checked when read
             of_moments: NormalLaw = self._of_profile().to_surface(pair, self.area)
             return of_moments
-        surface: NormalLaw = self.summits.to_surface(
-            pair,
-            area=self.area,
-            estimate=self.estimate,  # type: ignore[arg-type]
-            heights=self.heights,  # type: ignore[arg-type]
-        )
-        return surface
+        return self._law(pair, self.summits)
 
     def beside(self, pair: MaterialPair, factor: float) -> NormalLaw | None:
         """The same at another short-wave cut-off, this times a factor; None where there is none."""
@@ -233,14 +264,14 @@ class ScanSurface(Part):
                 prominence=self.prominence,
                 level=None,
             )
-        law: NormalLaw = self._beside[factor].to_surface(
-            pair, area=self.area, estimate=self.estimate, heights=self.heights
-        )
-        return law
+        return self._law(pair, self._beside[factor])
 
     def cutoff_text(self) -> str:
         """The cut-off as text; there is always something to say."""
         return NO_CUTOFF if self.cutoff is None else engineering(self.cutoff, "m", 6, trim=True)
+
+    def _said(self) -> str:
+        return f"cut-off {self.cutoff_text()}" if self.cutoff else "no cut-off: the pixel decides"
 
     def verdicts(self) -> tuple[Verdict, ...]:
         """How far the summits bear a joint, apart from what its load decides."""
@@ -262,6 +293,7 @@ class ScanSurface(Part):
             "cutoff": self.cutoff,
             "long_cutoff": self.long_cutoff,
             "estimate": self.estimate,
+            "direction": self.direction,
             "heights": self.heights,
             "count": None if found is None else found.count,
             "area": None if found is None else scan.area,
@@ -296,13 +328,20 @@ class ScanSurface(Part):
         """Summits and cut-off in words; the cut-off comes first."""
         name = shorten(Path(self.scan).name, 100)
         part = self._estimates().get("counted" if self.estimate == "population" else self.estimate)
-        said = f"cut-off {self.cutoff_text()}" if self.cutoff else "no cut-off: the pixel decides"
+        if self.estimate == PERSSON:
+            what = "the power spectrum by Persson's theory, of contacts that feel each other"
+            return [f"surface.scan: {name}, {self._said()}: {what}. The cut-off decides it."]
         what = "" if part is None else f" {part}"
         apart = {
             "table": ", heights by the density of those counted",
             "discrete": ", heights as they were counted",
             "population": ", each summit by itself",
         }.get("population" if self.is_population else self.heights, "")
+        if self.direction is not None:
+            apart = (
+                f", elliptic, moved at {math.degrees(self.direction):.4g}° from the x of the scan"
+            )
         if self.read_scan.is_profile:
             apart = ", as if the profile were of an isotropic Gaussian surface"
-        return [f"surface.scan: {name}, {said}:{what}{apart}. The cut-off decides these numbers."]
+        told = f"{name}, {self._said()}:{what}{apart}"
+        return [f"surface.scan: {told}. The cut-off decides these numbers."]

@@ -12,22 +12,34 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from microslip._core.parameters import key_of, parameters_of
 from microslip._core.units import engineering
+from microslip.errors import InputError
 from microslip.materials import Material, MaterialPair
-from microslip.normal import NORMAL_LAWS, AsperityPopulation, NormalLaw, TabulatedNormalLaw
+from microslip.normal import (
+    NORMAL_LAWS,
+    AsperityPopulation,
+    NormalLaw,
+    PerssonCurve,
+    TabulatedNormalLaw,
+)
 from microslip.study.faces import DrawnSurface, FacedSurface, TwoFaces
 from microslip.study.fields import (
+    Area,
     Hardness,
     Modulus,
     PoissonRatio,
     Radii,
+    Roughness,
     Separations,
+    SpectralDensities,
     TabulatedLoads,
     TwoNames,
+    Wavenumbers,
+    number,
     one_of,
 )
 from microslip.study.heights import HEIGHTS_TABLES, AnyHeights, GivenHeights, ScipyHeights
 from microslip.study.parametric import Described, table_of
-from microslip.study.part import KeyedError, Part
+from microslip.study.part import KeyedError, Part, as_key
 from microslip.study.scanned_surface import ScanSurface
 
 __all__ = [
@@ -43,6 +55,7 @@ __all__ = [
     "Rigid",
     "ScanSurface",
     "ScipyHeights",
+    "SpectralSurface",
     "TableHeights",
     "TableSurface",
 ]
@@ -193,6 +206,93 @@ class TableSurface(Surface):
         )
 
 
+class SpectralSurface(Surface):
+    """A surface by its power spectrum, pressed on a half space, by Persson's theory."""
+
+    law: Literal["persson"] = Field(description="A power spectrum, by Persson's theory.")
+    wavenumber: Wavenumbers | None = Field(
+        default=None,
+        description="Wavenumbers 2 pi/wavelength, rising: a list or a column, as spectrum.csv of "
+        "`microslip surface` has it.",
+        examples=['["10 1/mm", "100 1/mm", "1000 1/mm"]'],
+    )
+    spectrum: SpectralDensities | None = Field(
+        default=None,
+        description="Power spectral densities C(q) of the heights there: a list or a column.",
+        examples=['["10 um^4", "2 um^4", "0.003 um^4"]'],
+    )
+    rms: Roughness | None = Field(
+        default=None,
+        description="Rms height of a self-affine surface, in place of a spectrum.",
+        examples=['"0.5 um"'],
+    )
+    hurst: (
+        Annotated[
+            float,
+            number(
+                "a number above 0 and at most 1 such as 0.8",
+                lambda v: 0.0 < v <= 1.0,
+                {"exclusiveMinimum": 0, "maximum": 1},
+            ),
+        ]
+        | None
+    ) = Field(default=None, description="Its Hurst exponent.", examples=["0.8"])
+    longest: Roughness | None = Field(
+        default=None, description="Its longest wave.", examples=['"2 mm"']
+    )
+    roll_off: Roughness | None = Field(
+        default=None,
+        description="Wavelength below which its spectrum falls; the longest if absent.",
+        examples=['"0.5 mm"'],
+    )
+    shortest: Roughness | None = Field(
+        default=None, description="Its shortest wave, which decides the slope.", examples=['"5 um"']
+    )
+    area: Area = Field(description="Apparent area.", examples=['"2 cm^2"'])
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        spectrum = ("wavenumber", "spectrum")
+        needed, other = (
+            (spectrum, _SELF_AFFINE)
+            if self.wavenumber is not None or self.spectrum is not None
+            else (("rms", "hurst", "longest", "shortest"), spectrum)
+        )
+        for name in needed:
+            if getattr(self, name) is None:
+                raise KeyedError(
+                    f"surface.{name}",
+                    "missing; a spectrum is wavenumber and spectrum, or rms, hurst, longest and "
+                    "shortest",
+                )
+        for name in other:
+            if getattr(self, name) is not None:
+                raise KeyedError(
+                    f"surface.{name}", "wanted none beside wavenumber and spectrum; remove it"
+                )
+        try:
+            self._curve(MaterialPair(Material(1e9, 0.3), Material.rigid()))
+        except InputError as error:
+            parts = error.parts[1:] if error.argument else error.parts
+            message = InputError(*parts).said(as_key).strip()
+            raise KeyedError(f"surface.{error.argument or needed[-1]}", message) from None
+        return self
+
+    def _curve(self, pair: MaterialPair) -> PerssonCurve:
+        if self.wavenumber is not None:
+            rings = PerssonCurve.Rings(np.array(self.wavenumber), np.array(self.spectrum))
+            return PerssonCurve.from_spectrum(rings, pair, self.area)
+        given = {name: getattr(self, name) for name in _SELF_AFFINE}
+        given["roll_off"] = given["roll_off"] or given["longest"]
+        return PerssonCurve.self_affine(pair, **given, area=self.area)
+
+    def build(self, pair: MaterialPair) -> NormalLaw:
+        """Persson's law of the spectrum."""
+        return self._curve(pair).to_surface()
+
+
+_SELF_AFFINE = ("rms", "hurst", "longest", "roll_off", "shortest")
+
 MEASURED = (ScanSurface, FacedSurface)
 """Tables whose summits come from something else, and say from what."""
 
@@ -216,6 +316,7 @@ SURFACE_TABLES: dict[str, type[Any]] = {
         for kind in NORMAL_LAWS
         if (name := key_of(kind)) in _OWN or parameters_of(kind)
     },
+    "persson": SpectralSurface,
     "scan": ScanSurface,
     "drawing": DrawnSurface,
     "two-faces": TwoFaces,

@@ -47,6 +47,7 @@ _LAWS = {
     "table": "with a tabulated normal law",
     "scan": "of a scanned surface",
     "elliptic-summits": "of a surface with a lay",
+    "persson": "of a surface by its power spectrum",
     "drawing": "of a surface by its drawing",
     "two-faces": "of two rough faces",
 }

@@ -186,7 +186,9 @@ def contact_state(result: Prediction) -> Plot:
     """Contacts and real area against the load, and the sticking share of the area."""
     surface = result.joints[0].surface
     loads, separations = _loads(result)
-    counts = np.asarray(surface.contact_count(separations))
+    counts = np.zeros(1)
+    if result.joints[0].contact_count is not None:  # a spectrum knows an area, but no contacts
+        counts = np.asarray(surface.contact_count(separations))
     areas = np.asarray(surface.contact_area(separations))
     unit, letter = common_prefix([joint.normal_load for joint in result.joints])
     scale, label = _area_scale(result, float(areas.max()))

@@ -25,6 +25,7 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import Progress, standard_files, text_file, write_all
+from microslip.report.scales import evenly
 from microslip.results.scanned import joint_section, texture
 from microslip.results.scanned.cutoff_picture import cutoff_plot
 from microslip.results.scanned.density_picture import density_plot
@@ -45,6 +46,8 @@ TOO_SMALL = (
     "No short-wave cut-off was given: the pixel decides. The scan is too small to choose one: four "
     "pixels are more than a third of it."
 )
+_FEW = 6
+"""Cut-offs that a terminal shows beside the one that was asked for."""
 _GAPS = (
     " Missing points count as points on the mean, and steps at the edges of gaps make waves of "
     "every length: of such is what seems to have passed a cut-off, and not of the surface."
@@ -63,22 +66,26 @@ def document(
     notes = found.scan.notes if found.summits is None else found.summits.notes
     data = summarise(found, remarks, names)
     sections = [
-        Section("Heights and moments", (_parameters(found, data), Note(_errors(data), small=True))),
+        Section(
+            "Heights and moments",
+            (_parameters(found, data), Note(_errors(data), small=True)),
+            brief=False,
+        ),
         Section("Summits", _summits(data)),
         Section(
             "Every parameter against the cut-off",
-            (_over_cutoffs(found, data), Note(_explained(found, data))),
+            (_over_cutoffs(found, data), Note(_explained(found, data), brief=False)),
         ),
         texture.section(found, data["texture"]),
-        Section("Height distribution", (Note(found.fit.verdict),)),
+        Section("Height distribution", (Note(found.fit.verdict),), brief=False),
         *joint_section.sections(found),
         Section("Figures", pictures, brief=False),
-        Section("Validity", (Verdicts(found.verdicts),)),
+        Section("Validity", (Verdicts(found.verdicts, short=True),)),
     ]
     if found.makes_surface:
         text = block(found, folder or Path())
         sections.append(Section("Surface of a study", (Listing(text),), brief=False))
-    sections.append(Section("How it was read", (Items(tuple(map(say, notes))),)))
+    sections.append(Section("How it was read", (Items(tuple(map(say, notes))),), brief=False))
     return Document(
         KIND,
         found.raw.name,
@@ -94,7 +101,9 @@ def document(
 def _answer(found: Findings, data: dict[str, Any]) -> str:
     """Its summits in a sentence, at which cut-off, and what was measured."""
     by = next((name for name in ("counted", "mccool") if data["summits"].get(name)), None)
-    measured = f"{_described(found)}. {_capital(found.cutoff_text())}."
+    rms = _number(data)
+    height = f"Sq {rms.value} {rms.band.partition(' (')[0]}".rstrip()
+    measured = f"{_described(found)}. {_capital(found.cutoff_text())}: {height}."
     if by is None:
         return f"No summits. {measured}"
     part = data["summits"][by]
@@ -277,12 +286,14 @@ def _over_cutoffs(found: Findings, data: dict[str, Any]) -> Table:
         Column("rms", "Sq", "m", 3),
         Column("nayak", "α", "", 3),
     ]
+    counted = any(row[4] is not None for row in rows)
     for name, unit in kinds:
-        write = per_area if name == "density" else None
-        columns.append(Column(f"mccool_{name}", name, unit, 3, write))
-        columns.append(Column(f"counted_{name}", "counted", unit, 3, write))
+        write, head = (per_area, "density [1/mm²]") if name == "density" else (None, name)
+        columns.append(Column(f"mccool_{name}", name, unit, 3, write, head, not counted))
+        columns.append(Column(f"counted_{name}", "counted", unit, 3, write, head))
     columns.append(Column("radius_in_pixels", "radius/pixel", "", 3))
-    return Table("", tuple(columns), tuple(rows), noun="cut-offs")
+    few = {*evenly(len(rows), _FEW), *(i for i, row in enumerate(rows) if row[0].endswith("*"))}
+    return Table("", tuple(columns), tuple(rows), noun="cut-offs", few=tuple(sorted(few)))
 
 
 def _explained(found: Findings, data: dict[str, Any]) -> str:

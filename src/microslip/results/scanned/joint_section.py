@@ -31,7 +31,9 @@ def sections(found: Findings) -> list[Section]:
         return []
     return [
         Section(f"The joint at {engineering(found.laws.normal_load, 'N', 4)}", _by_law(found.laws)),
-        Section("The joint against both cut-offs", _against_cutoffs(found.joint_table)),
+        Section(
+            "The joint against both cut-offs", _against_cutoffs(found.joint_table), brief=False
+        ),
     ]
 
 

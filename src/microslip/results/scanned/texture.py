@@ -7,7 +7,9 @@ from contextlib import suppress
 from dataclasses import asdict
 from typing import Any
 
-from microslip._core.units import engineering, significant
+import numpy as np
+
+from microslip._core.units import SMALLEST, engineering, significant
 from microslip.errors import InputError
 from microslip.report.document import Column, Note, Section, Table
 from microslip.results.scanned.findings import Findings
@@ -81,7 +83,7 @@ def section(found: Findings, texture: dict[str, Any]) -> Section:
         notes.append(f"The rms slope between points is {ends[0]} and {ends[1]}.")
     columns = (Column("quantity", "ISO 25178-2:2021"), Column("value", "value"))
     blocks = [Table("", columns, tuple(rows))] if rows else []
-    return Section("Texture", (*blocks, *(Note(" ".join(notes)) for _ in notes[:1])))
+    return Section("Texture", (*blocks, *(Note(" ".join(notes)) for _ in notes[:1])), brief=False)
 
 
 def spectrum_csv(found: Findings) -> str:
@@ -91,7 +93,9 @@ def spectrum_csv(found: Findings) -> str:
     head = f"wavelength [m],wavenumber [rad/m],density [{unit}],relative_error [-]"
     lines = [f"{head},density_cut_off [{unit}]"]
     same = kept.density if kept.density.shape == whole.density.shape else whole.density
-    columns = (whole.wavelength, whole.wavenumber, whole.density, whole.relative_error, same)
+    # What filters leave far below all that was measured is nothing, and too small to be read.
+    densities = [np.where(c > SMALLEST, c, 0.0) for c in (whole.density, same)]
+    columns = (whole.wavelength, whole.wavenumber, densities[0], whole.relative_error, densities[1])
     lines += [",".join(map(repr, row)) for row in zip(*(c.tolist() for c in columns), strict=True)]
     return "\n".join(lines) + "\n"
 

@@ -299,6 +299,22 @@ def test_static_forces_must_have_something_to_push_against(chain: ms.Structure) 
     assert free.preload([1.0, -1.0]).equilibrium_error < 1e-12
 
 
+def test_a_structure_without_joints_is_linear_and_one_without_stiffness_has_no_mode() -> None:
+    damped = ms.Structure(MASS, STIFFNESS, 1e-6 * STIFFNESS)
+    squares = linalg.eigh(STIFFNESS, MASS, eigvals_only=True)
+    for method in ("harmonic-balance", "quasi-static"):
+        curve = damped.modes(1, [1e-6, 1e-3], method=method)
+        np.testing.assert_allclose(2.0 * np.pi * curve.frequency, np.sqrt(squares[1]), rtol=1e-10)
+        np.testing.assert_allclose(curve.damping_ratio, 5e-7 * np.sqrt(squares[1]), rtol=1e-9)
+    loose = ms.Structure(MASS, np.zeros((3, 3)))
+    for ask in (
+        lambda: loose.modes(0, [1e-6]),
+        lambda: loose.forced_response([1.0, 0.0, 0.0], [50.0, 60.0]),
+    ):
+        with pytest.raises(ms.InputError, match="nothing holds the structure in any motion"):
+            ask()
+
+
 def test_verdicts_tell_units_and_rigid_motion(chain: ms.Structure) -> None:
     def words(s: ms.Structure) -> dict[str, str]:
         return {v.name: v.word for v in s.verdicts}

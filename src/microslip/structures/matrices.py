@@ -207,4 +207,4 @@ def dense(matrix: Any) -> Floats:
 def rigid_count(squares: Floats, stiffness: Any, mass: Any) -> int:
     """How many of the lowest modes have no frequency but rounding."""
     rate = fastest_rate(stiffness, mass)
-    return int(np.count_nonzero(squares < 50.0 * mass.shape[0] * 2.3e-16 * rate))
+    return int(np.count_nonzero(squares <= 50.0 * mass.shape[0] * 2.3e-16 * rate))

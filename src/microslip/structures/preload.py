@@ -112,6 +112,16 @@ class Preload:
         """The structure in the modes it has while all joints stick."""
         return modal_model(self.mass, self.stiffness, self.damping, self.attachments, self._motions)
 
+    @property
+    def _elastic(self) -> ModalModel:
+        """The same, where there is a mode at all."""
+        if not self.model.size:
+            raise InputError(
+                "nothing holds the structure in any motion: it has no elastic mode; give it a "
+                "stiffness, or joints that hold it"
+            )
+        return self.model
+
     @single_threaded
     def linear_modes(self, count: int = 10, *, joints: str = "stuck") -> LinearModes:
         """Modes of small motion.
@@ -214,7 +224,7 @@ class Preload:
         base = number("damping_ratio", damping_ratio, example=0.001)
         if not 0.0 <= base < 1.0:
             raise InputError(f"damping_ratio must be from 0 to below 1, got {exact(base)}")
-        model = self.model
+        model = self._elastic
         if index >= model.size:
             raise InputError(f"index must be below {model.size}, the elastic modes, got {index}")
         measure = amplitude_measure(at, quantity, model.shapes, index)
@@ -267,7 +277,7 @@ class Preload:
         of the joints and of C. A curve of :meth:`modes` gives the response near one resonance in
         closed form.
         """
-        return forced_response(self.model, force, frequencies, harmonics, samples)
+        return forced_response(self._elastic, force, frequencies, harmonics, samples)
 
     # -- motion in time ---------------------------------------------------------------------------
 

@@ -77,10 +77,10 @@ def static_state(
     solver = _Solver(stiffness, mass, columns, rigid)
 
     def joints(x: Floats) -> tuple[Floats, Floats]:
+        if not attachments:
+            return np.zeros(0), np.zeros(0)
         motions = np.split(columns.T @ x, parts)
         pairs = [a.static_forces(u) for a, u in zip(attachments, motions, strict=True)]
-        if not pairs:
-            return np.zeros(0), np.zeros(0)
         return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
 
     held = max((a.held_load for a in attachments), default=0.0)
@@ -108,7 +108,8 @@ def static_state(
         if not moved:
             converged = error <= 1e-9
             break
-    return StaticState(x, np.split(force, parts), error, iterations, converged)
+    forces = np.split(force, parts) if attachments else []
+    return StaticState(x, forces, error, iterations, converged)
 
 
 class _Solver:

@@ -32,7 +32,7 @@ KERNEL := $(wildcard src/microslip/kernels/*.[ch])
 # An editable install sees edits of the Python sources by itself, a built one does not.
 SOURCES := $(if $(INSTALL),,$(shell find src/microslip -type f ! -name '*.so' ! -name '*.pyc'))
 
-.PHONY: help install demo test slow attack laboratory attack-sanitized hosts lint format format-check types check bench reference \
+.PHONY: help install demo test slow attack laboratory attack-sanitized hosts browser lint format format-check types check bench reference \
     validation notebooks coverage docs dist lock clean \
     distclean
 
@@ -110,6 +110,9 @@ attack-sanitized: $(READY)  ## the same on a kernel built with sanitizers
 HOSTS ?=
 hosts: $(READY)  ## run the joint in other people's programs (PyPI packages, ccx)
 	@tools/try_hosts.sh "$(PYTHON)" $(HOSTS)
+
+browser:  ## explorer, workbench and reports in a real browser (PyPI packages, chromium, node)
+	@tools/try_browser.sh "$(PYTHON)"
 
 lint: $(READY)  ## look for mistakes (ruff)
 	@"$(PY)" -m ruff check

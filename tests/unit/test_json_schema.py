@@ -18,7 +18,8 @@ from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, SURFACE, SURFACES, ed
 
 import microslip as ms
 from microslip.materials import metals
-from microslip.study.json_schema import json_schema
+from microslip.study.json_schema import json_schema, schema_tree
+from microslip.study.overrides import FILE_KEYS
 
 ROOT = Path(__file__).parents[2]
 LINE = f"amplitudes = {AMPLITUDES}"
@@ -201,7 +202,7 @@ def keys(schema: dict[str, Any], path: str = "") -> Iterator[tuple[str, dict[str
 
 
 def test_every_key_is_explained_to_an_editor() -> None:
-    found = dict(keys(SCHEMA))
+    found = dict(keys(schema_tree()))
     assert len(found) > 40
     for path, schema in found.items():
         assert schema["title"], path
@@ -215,13 +216,13 @@ def test_every_key_is_explained_to_an_editor() -> None:
 
 
 def test_metals_of_the_table_are_offered() -> None:
-    offered = SCHEMA["properties"]["material"]["properties"]
+    offered = schema_tree()["properties"]["material"]["properties"]
     assert list(offered) == list(metals())
     assert all(metals()[name].description in offered[name]["description"] for name in offered)
 
 
 def test_laws_and_kinds_are_named() -> None:
-    surfaces = SCHEMA["properties"]["surface"]["oneOf"]
+    surfaces = schema_tree()["properties"]["surface"]["oneOf"]
     assert [surface["title"] for surface in surfaces] == [
         *("greenwood-williamson", "population", "sphere", "table", "elliptic-summits"),
         *("persson", "scan", "drawing", "two-faces"),
@@ -232,5 +233,30 @@ def test_laws_and_kinds_are_named() -> None:
     ]
 
 
-def test_it_holds_no_references() -> None:
-    assert "$ref" not in json.dumps(SCHEMA)
+def test_what_is_said_twice_stands_there_once() -> None:
+    def resolved(node: Any) -> Any:
+        if isinstance(node, list):
+            return list(map(resolved, node))
+        if not isinstance(node, dict):
+            return node
+        if "$ref" in node:
+            assert len(node) == 1  # draft 7 ignores what stands beside a reference
+            return resolved(SCHEMA["definitions"][node["$ref"].removeprefix("#/definitions/")])
+        return {key: resolved(value) for key, value in node.items()}
+
+    added = ("$schema", "definitions")
+    assert resolved({k: v for k, v in SCHEMA.items() if k not in added}) == schema_tree()
+    assert len(json.dumps(SCHEMA)) < 0.4 * len(json.dumps(schema_tree()))
+
+
+def test_keys_that_name_files_are_known() -> None:
+    """A study is moved, and refused by the workbench, by these keys."""
+    found = {
+        path.rpartition(".")[2]
+        for path, schema in keys(schema_tree())
+        if re.search(
+            "[Nn]ame of (a|the) .*file|[Ff]older that", json.dumps(schema.get("description"))
+        )
+        or "relative to the folder" in schema["description"]
+    }
+    assert found == set(FILE_KEYS)

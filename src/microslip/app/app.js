@@ -72,7 +72,7 @@ const FIELDS = {
   ],
   study: [],
 };
-const LOOKING = ["unit", "pixel", "normal-load", "displacement", "force", "time", "turn"];
+const LOOKING = ["unit", "pixel", "level", "normal-load", "displacement", "force", "time", "turn"];
 
 function drawForm() {
   const form = $("new");
@@ -81,6 +81,7 @@ function drawForm() {
   if (!picked) return;
   const { uploads, what, preview, options } = picked;
   form.append(make("h2", {}, uploads.map((u) => u.name).join(", ")));
+  if (uploads.length > 1) form.append(make("p", { class: "small" }, `Shown: ${uploads[0].name}. All ${uploads.length} are run together.`));
   const kind = make("select", { "aria-label": "Kind of file", id: "what", onchange: () => look(uploads, kind.value, {}) });
   for (const [name, text] of [["scan", "Scan of a surface"], ["record", "Record of a tribometer"], ["study", "Study"]]) {
     kind.append(make("option", { value: name, selected: name === what }, text));
@@ -100,11 +101,12 @@ function drawForm() {
       options[name] = input.type === "checkbox" ? input.checked : input.value.trim();
       sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
       if (LOOKING.includes(name)) look(uploads, what, options);
+      if (name === "command") $("run").textContent = `Run ${input.value}`;
     });
     form.append(make("label", { class: "field" }, text, input));
   }
   form.append(make("p", { class: "row" },
-    make("button", { type: "submit", class: "main", id: "run" }, `Run ${what === "record" ? options.command || "measure" : WHAT[what]}`),
+    make("button", { type: "submit", class: "main", id: "run", disabled: what === "study" && !preview }, `Run ${what === "record" ? options.command || "measure" : WHAT[what]}`),
     make("button", { type: "button", onclick: () => { picked = null; sessionStorage.removeItem("picked"); drawForm(); } }, "Put away")));
 }
 
@@ -143,28 +145,52 @@ $("new").addEventListener("submit", (event) => {
 
 // -- what is chosen with the mouse ---------------------------------------------------------------
 
-// A chart of lines whose values a drag or a click chooses; log axes where they are asked for.
-function chart(lines, { log = false, height = 150, onclick, ondrag, marks = [], label, band }) {
-  const canvas = make("canvas", { width: 880, height: 2 * height, role: "img", "aria-label": label });
-  const to = log ? Math.log10 : (v) => v, pen = canvas.getContext("2d"), W = 880, H = 2 * height;
-  const xs = lines.flatMap(([x]) => x).filter((v) => !log || v > 0), ys = lines.flatMap(([, y]) => y).filter((v) => !log || v > 0);
-  const reach = (v) => v.reduce(([a, b], n) => [Math.min(a, n), Math.max(b, n)], [Infinity, -Infinity]);
-  const [x0, x1] = reach(xs).map(to), [y0, y1] = reach(ys).map(to);
-  const px = (v) => 10 + (W - 20) * (to(v) - x0) / (x1 - x0 || 1), py = (v) => H - 10 - (H - 20) * (to(v) - y0) / (y1 - y0 || 1);
+// A chart of lines [x, y] in SI units whose values a drag or a click chooses; log axes where they
+// are asked for. Its words: [what, unit] along and up, the unit with the prefix that fits.
+function chart(lines, { log = false, height = 150, onclick, ondrag, marks = [], label, along, up }) {
+  const W = 880, H = 2 * height, left = 120, right = W - 14, top = 10, bottom = H - 62;
+  const canvas = make("canvas", { width: W, height: H, role: "img", "aria-label": label });
+  const to = log ? Math.log10 : (v) => v, pen = canvas.getContext("2d");
+  const reach = (k) => lines.flatMap((line) => line[k]).filter((v) => !log || v > 0)
+    .reduce(([a, b], n) => [Math.min(a, n), Math.max(b, n)], [Infinity, -Infinity]);
+  const [x0, x1] = reach(0), [y0, y1] = reach(1);
+  const px = (v) => left + (right - left) * (to(v) - to(x0)) / (to(x1) - to(x0) || 1);
+  const py = (v) => bottom - (bottom - top) * (to(v) - to(y0)) / (to(y1) - to(y0) || 1);
   const value = (event) => {
-    const box = canvas.getBoundingClientRect(), share = ((event.clientX - box.left) / box.width * W - 10) / (W - 20);
-    const v = x0 + Math.min(Math.max(share, 0), 1) * (x1 - x0);
+    const box = canvas.getBoundingClientRect(), share = ((event.clientX - box.left) / box.width * W - left) / (right - left);
+    const v = to(x0) + Math.min(Math.max(share, 0), 1) * (to(x1) - to(x0));
     return log ? 10 ** v : v;
+  };
+  const axis = ([name, unit], low, high, vertical) => {
+    const [letter, factor] = unit === "" || log && vertical ? ["", 1] : prefix(Math.max(Math.abs(low), Math.abs(high)));
+    pen.fillStyle = "#444";
+    for (const [v, text] of low < high ? ticks(low / factor, high / factor, log, vertical ? 4 : 7) : []) {
+      pen.textAlign = vertical ? "right" : "center";
+      pen.fillText(text, vertical ? left - 8 : px(v * factor), vertical ? py(v * factor) + 7 : bottom + 24);
+      pen.strokeStyle = "#e6e6e6";
+      pen.beginPath();
+      if (vertical) { pen.moveTo(left, py(v * factor)); pen.lineTo(right, py(v * factor)); } else { pen.moveTo(px(v * factor), top); pen.lineTo(px(v * factor), bottom); }
+      pen.stroke();
+    }
+    const words = unit === "" ? name : `${name} [${letter.replace("u", "µ")}${unit}]`;
+    pen.textAlign = "center";
+    pen.save();
+    if (vertical) { pen.translate(22, (top + bottom) / 2); pen.rotate(-Math.PI / 2); pen.fillText(words, 0, 0); } else pen.fillText(words, (left + right) / 2, H - 10);
+    pen.restore();
   };
   const paint = (chosen) => {
     pen.clearRect(0, 0, W, H);
+    pen.font = "21px system-ui, 'DejaVu Sans', sans-serif";
     if (chosen) {
       pen.fillStyle = "#cfe3f1";
       const [a, b] = chosen.map(px).sort((m, n) => m - n);
-      pen.fillRect(a, 0, Math.max(b - a, 3), H);
+      pen.fillRect(a, top, Math.max(b - a, 3), bottom - top);
     }
-    pen.strokeStyle = "#c8c8c8";
-    for (const mark of marks) { pen.beginPath(); pen.moveTo(px(mark), 0); pen.lineTo(px(mark), H); pen.stroke(); }
+    axis(along, x0, x1, false);
+    axis(up, y0, y1, true);
+    pen.strokeStyle = "#999";
+    pen.strokeRect(left, top, right - left, bottom - top);
+    for (const mark of marks) { pen.beginPath(); pen.moveTo(px(mark), top); pen.lineTo(px(mark), bottom); pen.stroke(); }
     lines.forEach(([x, y], k) => {
       pen.strokeStyle = ["#0072B2", "#D55E00", "#009E73"][k % 3];
       pen.lineWidth = 2;
@@ -174,12 +200,12 @@ function chart(lines, { log = false, height = 150, onclick, ondrag, marks = [], 
       pen.lineWidth = 1;
     });
   };
-  paint(band);
+  paint(null);
   let begin = null;
   canvas.addEventListener("pointerdown", (event) => { begin = value(event); canvas.setPointerCapture(event.pointerId); });
   canvas.addEventListener("pointermove", (event) => { if (begin !== null && ondrag) paint([begin, value(event)]); });
   canvas.addEventListener("pointerup", (event) => {
-    const end = value(event), wide = Math.abs(to(end) - to(begin)) > 0.02 * (x1 - x0);
+    const end = value(event), wide = Math.abs(to(end) - to(begin)) > 0.02 * (to(x1) - to(x0));
     if (ondrag && wide) ondrag([Math.min(begin, end), Math.max(begin, end)]);
     else if (onclick) { onclick(end); paint([end, end]); }
     else { paint(null); ondrag?.(null); }
@@ -188,9 +214,10 @@ function chart(lines, { log = false, height = 150, onclick, ondrag, marks = [], 
   return canvas;
 }
 
-const PREFIXES = [["", 1], ["m", 1e-3], ["u", 1e-6], ["n", 1e-9], ["p", 1e-12]];
+const PREFIXES = [["G", 1e9], ["M", 1e6], ["k", 1e3], ["", 1], ["m", 1e-3], ["u", 1e-6], ["n", 1e-9], ["p", 1e-12]];
+const prefix = (v) => PREFIXES.find(([, f]) => Math.abs(v) >= f) || PREFIXES.at(-1);
 function length(v) {
-  const [letter, factor] = PREFIXES.find(([, f]) => Math.abs(v) >= f) || PREFIXES.at(-1);
+  const [letter, factor] = prefix(v);
   return `${Number((v / factor).toPrecision(3))} ${letter}m`;
 }
 
@@ -198,7 +225,7 @@ function drawScan(form, preview) {
   const [rows, columns] = [preview.shape[0], preview.shape[1] || 1];
   form.append(make("p", { class: "small" }, `${preview.shape.toReversed().join(" × ")} points, pixel ${preview.pixel.map(length).join(" × ")}` +
     (preview.rms ? `, rms height ${length(preview.rms)} after levelling` : "") + (preview.missing ? `, ${(100 * preview.missing).toPrecision(2)} % missing` : "")));
-  const said = make("figcaption", {}, "Levelled by a plane. Draw a frame to use a part of it.");
+  const said = make("figcaption", {}, `Levelled (${picked.options.level || "plane"}). Draw a frame to use a part of it.`);
   if (preview.picture) {
     const canvas = make("canvas", { width: 880, height: Math.round(Math.min(Math.max(880 * rows / columns, 120), 1200)), role: "img", "aria-label": "Map of the heights" });
     const pen = canvas.getContext("2d"), image = new Image();
@@ -227,21 +254,21 @@ function drawScan(form, preview) {
     form.append(make("figure", {}, canvas, said));
   }
   const cut = (v) => { picked.options.cutoff = length(v); form.querySelector('[name="cutoff"]').value = length(v); };
-  form.append(make("figure", {}, chart([preview.spectrum], { log: true, onclick: cut, label: "Power spectrum over wavelength" }),
+  form.append(make("figure", {}, chart([preview.spectrum], { log: true, onclick: cut, label: "Power spectrum over wavelength", along: ["Wavelength", "m"], up: ["Density", preview.picture ? "m⁴" : "m³"] }),
     make("figcaption", {}, "Power spectrum over wavelength: click where short waves shall end.")));
 }
 
 function drawRecord(form, preview) {
-  const unit = preview.has_time ? "s" : "samples";
+  const unit = preview.has_time ? "s" : "samples", along = preview.has_time ? ["Time", "s"] : ["Samples", ""];
   form.append(make("p", { class: "small" }, `${preview.samples} samples, ${preview.cycles.length} cycles found`));
   const said = make("figcaption", {}, `Displacement against time [${unit}], grey: where cycles begin. Draw over a span to use only that.`);
   const ondrag = (part) => {
     picked.part = part;
     said.textContent = part ? `Used: ${part.map((v) => Number(v.toPrecision(4))).join(" to ")} ${unit}.` : "The whole record is used.";
   };
-  form.append(make("figure", {}, chart([preview.displacement], { ondrag, marks: preview.cycles, height: 80, label: "Displacement against time" }),
-    chart([preview.force], { ondrag, marks: preview.cycles, height: 80, label: "Force against time" }), said,
-    chart([preview.path], { height: 150, label: "Force over displacement" }), make("figcaption", {}, "Force over displacement")));
+  form.append(make("figure", {}, chart([preview.displacement], { ondrag, marks: preview.cycles, height: 100, along, up: ["x", "m"], label: "Displacement against time" }),
+    chart([preview.force], { ondrag, marks: preview.cycles, height: 100, along, up: ["T", "N"], label: "Force against time" }), said,
+    chart([preview.path], { height: 150, along: ["Displacement", "m"], up: ["Force", "N"], label: "Force over displacement" }), make("figcaption", {}, "Force over displacement")));
   if (preview.notes.length) form.append(make("details", {}, make("summary", { class: "small" }, "How it was read"), ...preview.notes.map((n) => make("p", { class: "small" }, n))));
 }
 
@@ -274,6 +301,7 @@ function drawRuns(runs) {
         busy ? make("button", { type: "button", onclick: () => safely(async () => { await ask(`/api/runs/${run.id}`, "POST"); follow(); }) }, "Cancel")
           : make("button", { type: "button", onclick: () => safely(async () => { await ask(`/api/runs/${run.id}`, "DELETE"); show(run.id, false); follow(); }) }, "Remove"),
         run.state === "done" ? make("a", { href: `/runs/${run.id}/download.zip` }, "Download") : null,
+        run.study ? make("button", { type: "button", onclick: () => safely(async () => look([await ask(`/api/runs/${run.id}/study`, "POST")], "study", {})) }, "Study of it") : null,
         make("code", {}, run.command)),
       run.state === "running" ? make("progress", { max: 1, ...(run.progress > 0 ? { value: run.progress } : {}) }) : null,
       run.state === "failed" ? make("p", { class: "small" }, run.message) : null);

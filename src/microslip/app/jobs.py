@@ -16,6 +16,7 @@ from secrets import token_hex
 from typing import Any
 
 from microslip.errors import InputError
+from microslip.study.overrides import FILE_KEYS
 
 COMMANDS: dict[str, dict[str, type]] = {
     "measure": {
@@ -39,7 +40,6 @@ COMMANDS: dict[str, dict[str, type]] = {
 
 _LONGEST = 200
 _MOST = 20
-_NAMING = ("file", "scan")  # keys of a study that name files
 _WORKERS = max(1, (os.cpu_count() or 2) - 1)
 RESULT = "result"
 
@@ -83,10 +83,30 @@ class Run:
             return {}
         return {path.name: path for path in sorted(folder.iterdir()) if path.is_file()}
 
+    def study(self) -> str | None:
+        """A study of the joint that was found: the identified one, or the summits of a scan."""
+        from microslip.study.new import template
+
+        files = self.files()
+        if "joint.toml" in files:
+            return files["joint.toml"].read_text(encoding="utf-8")
+        if "surface.toml" not in files:
+            return None
+        found = files["surface.toml"].read_text(encoding="utf-8")
+        counted = found.partition("# In numbers, counted:")[2].partition("\n\n")[0]
+        text = template("greenwood-williamson", f"{self.kind}.toml")
+        for key, line in re.findall(r"(?m)^# ((?:heights|radius|density|area) = )(.*)$", counted):
+            text = re.sub(rf"(?m)^{key}.*$", lambda _, new=key + line: new, text)  # type: ignore[misc]
+        return text if counted else None
+
     def told(self) -> dict[str, Any]:
         """What the page knows of it."""
         own = {name: getattr(self, name) for name in ("id", "kind", "state", "progress", "message")}
-        return {**own, "command": self.command, "printed": self.printed, "files": [*self.files()]}
+        files = [*self.files()]
+        return {
+            **own, "command": self.command, "printed": self.printed, "files": files,
+            "study": bool({"joint.toml", "surface.toml"} & {*files}),
+        }  # fmt: skip
 
 
 def safe_name(name: str) -> str:
@@ -257,7 +277,7 @@ def check_study(path: Path) -> None:
     while tables:
         table = tables.pop()
         for key, value in table.items() if isinstance(table, dict) else enumerate(table):
-            if key in _NAMING:
+            if key in FILE_KEYS:
                 raise InputError(
                     f"{path.name}: {key} names a file, which only the command reads: "
                     f"microslip predict {path.name}"

@@ -49,7 +49,7 @@ def _scan(path: Path, options: dict[str, Any], part: Any, save: str | None) -> d
     scan = Scan.read(path, **reading)
     if part is not None and save is not None:
         return _kept_scan(scan, part, Path(save))
-    level = scan.condition(level="plane")
+    level = scan.condition(level=options.get("level", "plane"))
     found: dict[str, Any] = {
         "what": "scan",
         "name": path.name,

@@ -22,7 +22,9 @@ from microslip.app.jobs import Run, Workspace, check_study, preview
 from microslip.errors import InputError
 
 _FOLDER = Path(__file__).parent
-_OWN = {"/": "app.html", "/app.js": "app.js", "/app.css": "app.css"}
+_OWN = {
+    "/": "app.html", "/app.js": "app.js", "/app.css": "app.css", "/ticks.js": "../report/ticks.js",
+}  # fmt: skip
 # A report has its own script and needs no more of this origin.
 _REPORT = "sandbox allow-scripts; frame-ancestors 'self'"
 _PICTURE = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
@@ -108,6 +110,13 @@ def build(workspace: Workspace, token: str, port: int) -> App:
             await workspace.cancel(run)
         return JSONResponse(run.told())
 
+    async def studied(request: Request) -> Response:
+        run = run_of(request)
+        text = None if run is None else run.study()
+        if text is None:
+            return no(KeyError("no study comes of this"), 404)
+        return put_study(text)
+
     async def result(request: Request) -> Response:
         run = run_of(request)
         files = {} if run is None else run.files()
@@ -126,12 +135,15 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         headers = {"content-disposition": f'attachment; filename="{name}"'}
         return Response(data, media_type="application/zip", headers=headers)
 
+    def put_study(text: str) -> Response:
+        place = workspace.place("study.toml")
+        place.path.write_text(text, encoding="utf-8")
+        return JSONResponse(place.told())
+
     async def example(request: Request) -> Response:
         from microslip.study.new import demo_text
 
-        place = workspace.place("study.toml")
-        place.path.write_text(demo_text(), encoding="utf-8")
-        return JSONResponse(place.told())
+        return put_study(demo_text())
 
     @asynccontextmanager
     async def lifespan(app: Any) -> AsyncIterator[None]:
@@ -145,6 +157,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         Route("/api/example", example, methods=["POST"]),
         Route("/api/runs", runs, methods=["GET", "POST"]),
         Route("/api/runs/{id}", one, methods=["GET", "POST", "DELETE"]),
+        Route("/api/runs/{id}/study", studied, methods=["POST"]),
         Route("/runs/{id}/files/{name}", result),
         Route("/runs/{id}/download.zip", download),
     ]

@@ -6,7 +6,10 @@ it is shipped as ``study.schema.json``.
 
 from __future__ import annotations
 
+import json
 import tomllib
+from collections import Counter
+from collections.abc import Callable
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -30,13 +33,57 @@ _PLAIN: dict[Any, JsonSchema] = {
 
 
 def json_schema() -> JsonSchema:
-    """JSON Schema (draft 7) of a study file."""
+    """JSON Schema (draft 7) of a study file; what it says more than once stands there once."""
+    return {"$schema": DRAFT, **_folded(schema_tree())}
+
+
+def schema_tree() -> JsonSchema:
+    """The same without references: every key with its whole schema."""
     schema = _table(StudyTables)
     material = schema["properties"]["material"]
     # A metal of the table may leave its values to the table.
     material["properties"] = {name: _metal(metal) for name, metal in metals().items()}
-    title = "A study of microslip"
-    return {"$schema": DRAFT, **schema, "title": title}
+    return {**schema, "title": "A study of microslip"}
+
+
+def _folded(schema: JsonSchema) -> JsonSchema:
+    """The same schema, with what it says more than once under its definitions."""
+    uses: Counter[str] = Counter()
+    definitions: dict[str, JsonSchema] = {}
+    names: dict[str, str] = {}
+
+    def count(part: JsonSchema) -> JsonSchema:
+        text = json.dumps(part)
+        uses[text] += 1
+        return part if uses[text] > 1 else _parts(part, count)
+
+    def fold(part: JsonSchema) -> JsonSchema:
+        text = json.dumps(part)
+        if uses[text] < 2 or len(text) < 100:
+            return _parts(part, fold)
+        if text not in names:
+            stem = str(part.get("title", "value")).lower().replace(" ", "-")
+            alike = sum(name.rpartition("-")[0] == stem for name in names.values())
+            names[text] = f"{stem}-{alike + 1}"
+            definitions[names[text]] = _parts(part, fold)
+        return {"$ref": f"#/definitions/{names[text]}"}
+
+    _parts(schema, count)
+    return {**_parts(schema, fold), "definitions": definitions}
+
+
+def _parts(schema: JsonSchema, change: Callable[[JsonSchema], JsonSchema]) -> JsonSchema:
+    """A schema whose parts, schemas themselves, are changed."""
+    found = dict(schema)
+    for key in ("items", "additionalProperties"):
+        if isinstance(found.get(key), dict):
+            found[key] = change(found[key])
+    for key in ("anyOf", "oneOf"):
+        if key in found:
+            found[key] = [change(part) for part in found[key]]
+    if "properties" in found:
+        found["properties"] = {name: change(part) for name, part in found["properties"].items()}
+    return found
 
 
 def _table(model: type[Part]) -> JsonSchema:
@@ -115,8 +162,6 @@ def _metal(metal: Metal) -> JsonSchema:
 
 def main() -> None:
     """Print the schema."""
-    import json
-
     print(json.dumps(json_schema(), indent=1))
 
 

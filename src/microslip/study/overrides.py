@@ -62,8 +62,8 @@ def apply(
     return _with_comments(text, data, changes), data, changes
 
 
-# Keys whose text is the name of a file.
-_FILES = ("file", "scan")
+FILE_KEYS = ("file", "scan", "identification")
+"""Keys whose text names a file or a folder."""
 
 
 def moved(text: str, folder: Path, other: Path) -> str:
@@ -76,7 +76,7 @@ def moved(text: str, folder: Path, other: Path) -> str:
     changes = [
         Override("", path, seen(names) if isinstance(names, str) else list(map(seen, names)))
         for path, names in _texts(data)
-        if path[-1] in _FILES
+        if path[-1] in FILE_KEYS
     ]
     for change in changes:
         _put(data, change)

@@ -38,6 +38,7 @@ _UNITS = {
     **dict.fromkeys(("cutoff", "long_cutoff", "prominence", "pixel", "valid"), "m"),
     **dict.fromkeys(("load", "normal_load", "tightening_load", "force_amplitudes"), "N"),
     "density": "1/m^2",
+    "densities": "kg/m^3",
     "area": "m^2",
     "amplitude": "N",
     "phase": "rad",

@@ -1,11 +1,13 @@
 """Batches and big sweeps: nothing lost, nothing doubled, and how much faster more workers are.
 
     python benchmarks/batches.py [--predictions 10000] [--records 1000] [--points 1e8]
-                                 [--workers 2] [--dask]
+                                 [--workers 2] [--dask] [--page]
 
 Runs the command `microslip batch` on so many changes to a study and so many records, kills it in
 the middle and starts it again; with --dask the same on a local Dask cluster of which a worker is
-killed. Then a sweep of so many points into a Zarr store, with the most memory it took.
+killed. Then a sweep of so many points into a Zarr store, with the most memory it took. --page
+writes the table into docs/batches.md. Wall times are those of a machine that may be busy; CPU times
+hold on any.
 """
 
 from __future__ import annotations
@@ -25,6 +27,9 @@ from pathlib import Path
 import numpy as np
 
 import microslip as ms
+
+PAGE = Path(__file__).parents[1] / "docs" / "batches.md"
+BEGIN, END = "<!-- batches: written by benchmarks/batches.py --page -->", "<!-- batches: end -->"
 
 STUDY = """
 schema = 1
@@ -57,17 +62,15 @@ def table(folder: Path, count: int) -> Path:
 
 
 def records(folder: Path, count: int) -> Path:
-    """So many records of a rig that is not there, one of them spoilt."""
+    """So many records of a rig that is not there, each with its own noise, and a spoilt one."""
     target = folder / "records"
     target.mkdir()
-    surface = ms.GreenwoodWilliamson.examples()[0]
-    rig = ms.VirtualTribometer(
-        ms.Interface(surface, 0.55, 2000.0), noise={"force": 0.5, "displacement": 1e-9}
-    )
-    rig.record(amplitude=1e-6, frequency=10.0, cycles=4).to_csv(target / "r0.csv")
-    text = (target / "r0.csv").read_text(encoding="utf-8")
-    for i in range(1, count):
-        (target / f"r{i}.csv").write_text(text, encoding="utf-8")
+    joint = ms.Interface(ms.GreenwoodWilliamson.examples()[0], 0.55, 2000.0)
+    noise = {"force": 0.5, "displacement": 1e-9}
+    for i in range(count):
+        rig = ms.VirtualTribometer(joint, noise=noise, seed=i)
+        record = rig.record(amplitude=1e-6, frequency=10.0, cycles=4)
+        record.to_csv(target / f"r{i}.csv")
     (target / "spoilt.csv").write_text("nothing\n", encoding="utf-8")
     return target
 
@@ -84,7 +87,7 @@ def checked(folder: Path, count: int, failed: int) -> str:
         names = [row[0] for row in csv.reader(file)][1:]
     different = len(set(names))
     right = kept == count + failed and different == count
-    return f"{kept} outcomes, {different} items in the table, {failed} failed: " + (
+    return f"{kept:,} outcomes, {different:,} items in the table, {failed} failed: " + (
         "none lost, none doubled" if right else "WRONG"
     )
 
@@ -94,9 +97,8 @@ def kept_in(items: Path) -> int:
     return sum(1 for _ in items.glob("*.json"))
 
 
-def interrupted(words: list[str], folder: Path, share: float, count: int) -> float:
-    """Run, kill in the middle, run again; seconds in all."""
-    begin = time.perf_counter()
+def interrupted(words: list[str], folder: Path, share: float, count: int) -> None:
+    """Run, kill in the middle, run again."""
     process = subprocess.Popen(command(*words), stdout=subprocess.DEVNULL, start_new_session=True)
     items = folder / "items"
     while process.poll() is None:
@@ -107,10 +109,9 @@ def interrupted(words: list[str], folder: Path, share: float, count: int) -> flo
             break
         time.sleep(0.05)
     subprocess.run(command(*words), check=True, stdout=subprocess.DEVNULL)
-    return time.perf_counter() - begin
 
 
-def on_dask(words: list[str], folder: Path, count: int) -> float:
+def on_dask(words: list[str], folder: Path, count: int) -> None:
     """A scheduler and two workers, of which one is killed in the middle."""
     from distributed import LocalCluster
 
@@ -126,30 +127,60 @@ def on_dask(words: list[str], folder: Path, count: int) -> float:
 
         thread = threading.Thread(target=kill, daemon=True)
         thread.start()
-        begin = time.perf_counter()
         address = cluster.scheduler_address
         subprocess.run(command(*words, "--dask", address), check=True, stdout=subprocess.DEVNULL)
-        return time.perf_counter() - begin
 
 
-def swept(folder: Path, points: int) -> None:
+def swept(folder: Path, points: int) -> tuple[float, float]:
     """A sweep into a store, and the most memory of the process that made it."""
     side = round(points**0.5)
     code = (
-        "import resource, time, numpy as np, microslip as ms\n"
+        "import resource, numpy as np, microslip as ms\n"
         "from microslip.sweeps import evaluate_to_zarr\n"
-        "begin = time.process_time()\n"
         f"evaluate_to_zarr({str(folder / 'sweep.zarr')!r}, "
         f"{{'normal_load': np.geomspace(100.0, 5e3, {side}), "
         f"'amplitude': np.geomspace(1e-9, 1e-5, {side})}}, ['loss_factor'], young_modulus=69e9, "
         "poisson_ratio=0.33, std=5e-7, radius=1e-3, density=1e8, area=2e-4, "
         "friction_coefficient=0.55)\n"
-        f"print({side * side}, time.process_time() - begin, "
+        f"print({side * side}, "
         "resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    count, seconds, megabytes = map(float, done.stdout.split())
-    print(f"sweep of {count:.3g} points to Zarr: {seconds:.1f} s CPU, {megabytes:.0f} MB at most")
+    count, megabytes = map(float, done.stdout.split())
+    return count, megabytes
+
+
+class Report:
+    """Rows of the table, each told at once, with wall and CPU times of all processes."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[str, str, str, str]] = []
+        self.begin()
+
+    def begin(self) -> None:
+        """Start the clocks."""
+        self.wall, self.cpu = time.perf_counter(), self._children()
+
+    @staticmethod
+    def _children() -> float:
+        spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return spent.ru_utime + spent.ru_stime
+
+    def add(self, what: str, outcome: str, *, has_cpu: bool = True) -> float:
+        """Close a row; its wall time."""
+        wall, cpu = time.perf_counter() - self.wall, self._children() - self.cpu
+        row = (what, f"{wall:.3g} s", f"{cpu:.3g} s" if has_cpu else "", outcome)
+        self.rows.append(row)
+        print(" | ".join(row), flush=True)
+        return wall
+
+    def page(self) -> None:
+        """Write the table between its markers."""
+        text = PAGE.read_text(encoding="utf-8")
+        head = "| what | wall | CPU | outcome |\n| --- | ---: | ---: | --- |\n"
+        lines = "".join(f"| {' | '.join(row)} |\n" for row in self.rows)
+        before, after = text.split(BEGIN)[0], text.split(END)[1]
+        PAGE.write_text(f"{before}{BEGIN}\n{head}{lines}{END}{after}", encoding="utf-8")
 
 
 def main() -> None:
@@ -160,45 +191,49 @@ def main() -> None:
     parser.add_argument("--points", type=float, default=1e8)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--dask", action="store_true")
+    parser.add_argument("--page", action="store_true", help="write the table into docs/batches.md")
     given = parser.parse_args()
+    report = Report()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "study.toml").write_text(STUDY, encoding="utf-8")
         study = ["--study", str(folder / "study.toml")]
         changes, rig = table(folder, given.predictions), records(folder, given.records)
+        predictions, measured = f"{given.predictions:,} predictions", f"{given.records:,} records"
         times = {}
         for workers in (1, given.workers):
             out = folder / f"once-{workers}"
             words = [str(changes), *study, "-o", str(out), "--workers", str(workers)]
-            begin = time.perf_counter()
+            report.begin()
             subprocess.run(command(*words), check=True, stdout=subprocess.DEVNULL)
-            times[workers] = time.perf_counter() - begin
-            rate = 1e3 * times[workers] / given.predictions
-            print(f"{given.predictions} predictions on {workers}: {times[workers]:.1f} s "
-                  f"({rate:.2f} ms each, start-up included); "
-                  f"{checked(out, given.predictions, 0)}")  # fmt: skip
-        print(f"speed-up of {given.workers} workers: {times[1] / times[given.workers]:.2f}")
+            faster = (
+                f", {times[1] / (time.perf_counter() - report.wall):.2f} times as fast"
+                if times
+                else ""
+            )
+            outcome = checked(out, given.predictions, 0) + faster
+            process = "process" if workers == 1 else "processes"
+            times[workers] = report.add(f"{predictions}, {workers} {process}", outcome)
         many = ["--workers", str(given.workers)]
-        out = folder / "killed"
-        words = [str(changes), *study, "-o", str(out), *many]
-        seconds = interrupted(words, out, 0.4, given.predictions)
-        print(f"killed and started again: {seconds:.1f} s; {checked(out, given.predictions, 0)}")
-        out = folder / "measured"
-        words = [str(rig), "-o", str(out), *many]
-        seconds = interrupted(words, out, 0.4, given.records)
-        print(f"{given.records} records, killed and started again: {seconds:.1f} s; "
-              f"{checked(out, given.records, 1)}")  # fmt: skip
-        if given.dask:
-            for source, more, count, failed in (
-                (changes, study, given.predictions, 0),
-                (rig, [], given.records, 1),
-            ):
-                out = folder / f"dask-{count}"
-                seconds = on_dask([str(source), *more, "-o", str(out)], out, count)
-                print(f"{count} items on Dask, a worker killed: {seconds:.1f} s; "
-                      f"{checked(out, count, failed)}")  # fmt: skip
-        swept(folder, int(given.points))
-    print(f"this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
+        kinds = ((changes, study, predictions, given.predictions, 0),
+                 (rig, [], measured, given.records, 1))  # fmt: skip
+        for source, more, what, count, failed in kinds:
+            out = folder / f"killed-{count}"
+            report.begin()
+            interrupted([str(source), *more, "-o", str(out), *many], out, 0.4, count)
+            report.add(f"{what}, the command killed at 40 % and started again",
+                       checked(out, count, failed))  # fmt: skip
+        for source, more, what, count, failed in kinds if given.dask else ():
+            out = folder / f"dask-{count}"
+            report.begin()
+            on_dask([str(source), *more, "-o", str(out)], out, count)
+            report.add(f"{what}, on a local Dask cluster of two whose worker was killed at 30 %",
+                       checked(out, count, failed), has_cpu=False)  # fmt: skip
+        report.begin()
+        count, megabytes = swept(folder, int(given.points))
+        report.add(f"sweep of {count:.3g} points to Zarr", f"{megabytes:.0f} MB of memory at most")
+    if given.page:
+        report.page()
 
 
 if __name__ == "__main__":

@@ -15,8 +15,9 @@ from scipy.special import ndtr, ndtri
 import microslip as ms
 from microslip._core.netcdf import Variable
 from microslip.cli import main
-from microslip.results.predicted.scatter import Design, scatter
+from microslip.results.predicted.scatter import scatter
 from microslip.study.description import StudyDescription
+from microslip.study.draws import Design
 
 SPHERE = """
 schema = 1
@@ -312,6 +313,80 @@ def test_check_shows_what_is_uncertain(tmp_path: Path) -> None:
     assert "bands.csv" in told["files"]
 
 
+ANY = """
+schema = 1
+[surface]
+law = "greenwood-williamson"
+materials = ["al", "al"]
+heights = { kind = "gaussian", std = "0.5 um" }
+radius = "1 mm"
+density = "100 1/mm^2"
+area = { mean = "2 cm^2", cv = 0.05 }
+[material.al]
+young_modulus = "69 GPa"
+poisson_ratio = 0.33
+hardness = { low = "0.8 GPa", high = "1.2 GPa" }
+[joint]
+friction_coefficient = 0.55
+tightening_load = { of = "joint.normal_load", factor = 2.0 }
+normal_load = { mean = "2 kN", cv = 0.15 }
+[excitation]
+amplitudes = [{ mean = "0.1 um", cv = 0.1 }, "1 um"]
+curve = { from = "10 nm", to = "1 um", points = 3 }
+load_variation = { share = { low = 0.1, high = 0.2 }, phase = { low = "0 deg", high = "90 deg" } }
+[oscillator]
+mass = "2 kg"
+stiffness = "1e6 N/m"
+viscous_damping_ratio = { low = 0.01, high = 0.02 }
+[uncertainty]
+samples = 64
+"""
+
+
+def test_any_number_may_scatter_and_one_may_follow_another() -> None:
+    """Hardness, amplitudes, tightening, variation and damping; a tightening load of twice each."""
+    study = ms.Study.from_toml(ANY)
+    design = Design(study)
+    assert [one.key for one in design.inputs] == [
+        "material.al.hardness", "surface.area", "joint.normal_load",
+        "excitation.amplitudes, item 1", "excitation.load_variation.share",
+        "excitation.load_variation.phase", "oscillator.viscous_damping_ratio",
+    ]  # fmt: skip
+    for row in design.scores(design.points()[0]):
+        drawn = design.at(row)
+        assert drawn.joint.tightening_load == 2.0 * drawn.joint.normal_load[0]
+        assert 1e7 <= drawn.material["al"].hardness <= 1.2e9  # type: ignore[union-attr]
+
+
+def test_an_amplitude_scatters() -> None:
+    """Far below the slip scale the energy goes as nearly the cube of the amplitude."""
+    text = SPHERE.replace('["0.1 um"]', '[{ mean = "1 nm", cv = 0.1 }, "2 nm"]')
+    result = ms.Study.from_toml(text.replace("samples = 128", "samples = 64")).run()
+    found = result.scatter
+    assert found is not None
+    assert [one.key for one in found.inputs][-1] == "excitation.amplitudes, item 1"
+    decision = found.decision("dissipated_energy", 0, 0)
+    ratio = decision.high[-1] / decision.low[-1]
+    assert ratio == pytest.approx(math.exp(3.0 * 2.0 * 1.6449 * math.sqrt(width(0.1))), rel=5e-3)
+
+
+def test_bolts_that_scatter_press_the_joint() -> None:
+    text = (
+        ROUGH.split("[uncertainty]")[0]
+        .replace("2 cm^2", "9 cm^2")
+        .replace('normal_load = { mean = "2 kN", cv = 0.15 }\n', "")
+    )
+    bolt = (
+        'pressure = { kind = "bolt", size = "M8", plates = ["10 mm", "10 mm"], '
+        'torque = { mean = "20 N m", cv = 0.2 } }\n[excitation]'
+    )
+    design = Design(ms.Study.from_toml(text.replace("[excitation]", bolt)))
+    place = [one.key for one in design.inputs].index("joint.pressure.torque")
+    far = [design.at(sign * np.eye(len(design.inputs))[place]).joint for sign in (-1, 1)]
+    ratio = far[1].normal_load[0] / far[0].normal_load[0]
+    assert ratio == pytest.approx(math.exp(2.0 * math.sqrt(width(0.2))), rel=1e-12)
+
+
 PAIR = "[{ between = %s, value = %s }]"
 KEYS = '["joint.friction_coefficient", "joint.normal_load"]'
 TWICE = KEYS.replace("normal_load", "friction_coefficient")
@@ -342,6 +417,15 @@ WRONG = {
         {"MORE": f", correlations = {PAIR % (OTHER, 0.5)}"},
         'wanted uncertain keys (joint.friction_coefficient, joint.normal_load), got "surface',
     ),
+    "circle": (
+        {"MU": '{ of = "joint.normal_load" }', "LOAD": '{ of = "joint.friction_coefficient" }'},
+        "joint.friction_coefficient: wanted the key of a number, got keys in a circle, "
+        "joint.friction_coefficient -> joint.normal_load -> joint.friction_coefficient",
+    ),
+    "itself followed": ({"LOAD": '{ of = "joint.normal_load" }'}, "got keys in a circle"),
+    "no such key": ({"LOAD": '{ of = "joint.load" }'}, 'of this study", got "joint.load"'),
+    "factor": ({"LOAD": '{ of = "surface.radius", factor = -1.0 }'}, "wanted a factor above zero"),
+    "other unit": ({"LOAD": '{ of = "surface.radius" }'}, "joint.normal_load: "),
     "nothing": ({"MU": "0.5", "LOAD": '"2 N"'}, "wanted an uncertain number in the study"),
 }  # fmt: skip
 

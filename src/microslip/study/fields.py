@@ -184,8 +184,8 @@ TwoNames = Annotated[
 ]
 
 Modulus = Annotated[float, quantity(PRESSURE, "69 GPa"), Uncertain('"69 GPa"')]
-Hardness = Annotated[float, quantity(HARDNESS, "1.2 GPa")]
-YieldStress = Annotated[float, quantity(PRESSURE, "355 MPa")]
+Hardness = Annotated[float, quantity(HARDNESS, "1.2 GPa"), Uncertain('"1.2 GPa"')]
+YieldStress = Annotated[float, quantity(PRESSURE, "355 MPa"), Uncertain('"355 MPa"')]
 PoissonRatio = Annotated[
     float,
     number(
@@ -211,6 +211,7 @@ ViscousRatio = Annotated[
         lambda value: 0.0 <= value < 1.0,
         {"minimum": 0, "exclusiveMaximum": 1},
     ),
+    Uncertain("0.01"),
 ]
 LoadShare = Annotated[
     float,
@@ -219,6 +220,7 @@ LoadShare = Annotated[
         lambda value: 0.0 < value <= 1.0,
         {"exclusiveMinimum": 0, "maximum": 1},
     ),
+    Uncertain("0.2"),
 ]
 ShapeParameter = Annotated[float, number("a finite number", lambda value: True, {})]
 
@@ -232,7 +234,7 @@ UncertainLoad = Annotated[Load, Uncertain('"2 kN"')]
 AnyLoad = Annotated[float, quantity(FORCE, "2 kN", "any")]
 Amplitude = Annotated[float, quantity(LENGTH, "1 um")]
 ForceAmplitude = Annotated[float, quantity(FORCE, "100 N")]
-Phase = Annotated[float, angle("90 deg")]
+Phase = Annotated[float, angle("90 deg"), Uncertain('"90 deg"')]
 Mass = Annotated[float, quantity(MASS, "2 kg"), Uncertain('"2 kg"')]
 Stiffness = Annotated[float, quantity(STIFFNESS, "1e6 N/m"), Uncertain('"1e6 N/m"')]
 
@@ -282,8 +284,12 @@ Loads = Annotated[
     tuple[UncertainLoad, ...], array('["500 N", "2 kN"]', single=True), AfterValidator(different)
 ]
 Amplitudes = Annotated[
-    tuple[Amplitude, ...], array('["0.1 um", "1 um"]'), AfterValidator(different)
+    tuple[Annotated[Amplitude, Uncertain('"1 um"')], ...],
+    array('["0.1 um", "1 um"]'),
+    AfterValidator(different),
 ]
 ForceAmplitudes = Annotated[
-    tuple[ForceAmplitude, ...], array('["50 N", "200 N"]'), AfterValidator(different)
+    tuple[Annotated[ForceAmplitude, Uncertain('"100 N"')], ...],
+    array('["50 N", "200 N"]'),
+    AfterValidator(different),
 ]

@@ -13,7 +13,7 @@ from microslip.errors import Argument, InputError
 from microslip.friction import LAWS, BackboneLaw, Interface, PressedJoint
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson, NormalLaw
 from microslip.normal.elastic_plastic import MODELS
-from microslip.study.fields import Load, Loads, UncertainFriction, YieldStress, one_of
+from microslip.study.fields import Loads, UncertainFriction, UncertainLoad, YieldStress, one_of
 from microslip.study.parametric import DescribedAlone, can_be_described, table_of
 from microslip.study.part import KeyedError, Part
 from microslip.study.pressure import AnyPressure
@@ -37,7 +37,7 @@ class Joint(Part):
         examples=['["500 N", "2 kN"]'],
     )
 
-    tightening_load: Load | None = Field(
+    tightening_load: UncertainLoad | None = Field(
         default=None,
         description="Largest normal load that the joint has carried: summits yielded under it and "
         "are elastic since; the normal loads are at most that.",
@@ -72,8 +72,14 @@ class Joint(Part):
                     "joint.normal_load",
                     "wanted none beside bolts with a tension or a torque, which say it; remove one",
                 )
-            self.__dict__["normal_load"] = (load,)
+            self.settle()
         return self
+
+    def settle(self) -> None:
+        """Take the load that the bolts say."""
+        load = None if self.pressure is None else self.pressure.load
+        if load is not None:
+            self.__dict__["normal_load"] = (load,)
 
     @model_validator(mode="after")
     def _tightening(self) -> Self:

@@ -16,7 +16,7 @@ from microslip.friction.pressure import RINGS, Pressure
 from microslip.study.columns import FromFile
 from microslip.study.fields import (
     MAX_VALUES,
-    Friction,
+    UncertainFriction,
     angle,
     array,
     number,
@@ -25,9 +25,10 @@ from microslip.study.fields import (
     whole,
 )
 from microslip.study.part import KeyedError, Part, as_key
+from microslip.study.uncertain import Uncertain
 
-Length = Annotated[float, quantity(LENGTH, "12 mm")]
-_Angle = Annotated[float, angle("30 deg")]
+Length = Annotated[float, quantity(LENGTH, "12 mm"), Uncertain('"12 mm"')]
+_Angle = Annotated[float, angle("30 deg"), Uncertain('"30 deg"')]
 _Count = Annotated[int, whole("a whole number of one or more such as 4", 1, 10_000)]
 _COUNT = Field(default=1, description="How many such, equal and apart.", examples=["4"])
 _DISTANCES = Annotated[
@@ -160,10 +161,10 @@ class BoltPressure(PressurePart):
         description="Thickness of both plates.", examples=['["10 mm", "10 mm"]']
     )
     count: _Count = Field(default=1, description="How many bolts.", examples=["4"])
-    preload: Annotated[float, quantity(FORCE, "15 kN")] | None = Field(
+    preload: Annotated[float, quantity(FORCE, "15 kN"), Uncertain('"15 kN"')] | None = Field(
         default=None, description="Tension of each bolt.", examples=['"15 kN"']
     )
-    torque: Annotated[float, quantity(TORQUE, "20 N m")] | None = Field(
+    torque: Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')] | None = Field(
         default=None, description="Tightening torque in its place.", examples=['"20 N m"']
     )
     nut_factor: (
@@ -174,6 +175,7 @@ class BoltPressure(PressurePart):
                 lambda value: 0.0 < value <= 1.0,
                 {"exclusiveMinimum": 0, "maximum": 1},
             ),
+            Uncertain("0.2"),
         ]
         | None
     ) = Field(
@@ -181,10 +183,10 @@ class BoltPressure(PressurePart):
         description="K of torque = K d tension; 0.2 if absent, without frictions.",
         examples=["0.2"],
     )
-    thread_friction: Friction | None = Field(
+    thread_friction: UncertainFriction | None = Field(
         default=None, description="Friction in the thread, for VDI 2230.", examples=["0.12"]
     )
-    bearing_friction: Friction | None = Field(
+    bearing_friction: UncertainFriction | None = Field(
         default=None, description="Friction under the head, for VDI 2230.", examples=["0.12"]
     )
     hole: Length | None = Field(

@@ -26,11 +26,11 @@ from microslip.study.fields import (
     Amplitudes,
     ForceAmplitudes,
     Line,
-    Load,
     LoadShare,
     Mass,
     Phase,
     Stiffness,
+    UncertainLoad,
     ViscousRatio,
     YesOrNo,
     array,
@@ -43,6 +43,7 @@ from microslip.study.metals import with_metals
 from microslip.study.part import KeyedError, Part
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import AnyMaterial, AnySurface
+from microslip.study.uncertain import with_followers
 from microslip.study.uncertainty import UncertaintyPart
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ class LoadVariation(Part):
         json_schema_extra={"oneOf": [{"required": ["amplitude"]}, {"required": ["share"]}]}
     )
 
-    amplitude: Load | None = Field(
+    amplitude: UncertainLoad | None = Field(
         default=None, description="Amplitude of the load, at every load.", examples=['"400 N"']
     )
     share: LoadShare | None = Field(
@@ -296,4 +297,4 @@ class StudyTables(Part):
     @model_validator(mode="before")
     @classmethod
     def _metals(cls, given: Any, info: ValidationInfo) -> Any:
-        return with_metals(given, info) if isinstance(given, dict) else given
+        return with_followers(with_metals(given, info)) if isinstance(given, dict) else given

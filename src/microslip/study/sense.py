@@ -55,7 +55,7 @@ def check(study: StudyTables) -> None:
 
 
 def _structure(study: StudyTables) -> None:
-    """Ranges make bands of a structure; it needs bodies that bend, and a surface of known area."""
+    """It needs bodies that bend, and a surface of known area."""
     part = study.structure
     if part is None:
         return
@@ -64,14 +64,6 @@ def _structure(study: StudyTables) -> None:
             raise KeyedError(
                 f"joint.{key}",
                 "wanted none beside a [structure], whose patches bear unlike pressures",
-            )
-    bands = ("joint.friction_coefficient", "structure.")
-    for key, _ in spreads_of(study):
-        if not key.startswith(bands):
-            raise KeyedError(
-                key,
-                "wanted a number, got a range; with a [structure] the friction coefficient, the "
-                "tension or torque of its bolts and the factor on its form may be ranges",
             )
     first = study.material[study.surface.materials[0]]
     if isinstance(first, Rigid):
@@ -125,9 +117,6 @@ def _uncertain(study: StudyTables) -> None:
             if key.startswith(told):
                 raise KeyedError(key, "wanted a number: uncertainty.identification says how far "
                                       "it is known")  # fmt: skip
-    if study.structure is not None and (part.scan_patches or part.identification):
-        raise KeyedError("uncertainty", "wanted no scan_patches and no identification beside a "
-                                        "[structure]")  # fmt: skip
     if not names and part.scan_patches is None and part.identification is None:
         raise KeyedError(
             "uncertainty",

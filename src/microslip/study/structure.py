@@ -14,8 +14,8 @@ from microslip._core.units import FORCE, FREQUENCY, LENGTH, MASS_DENSITY, TORQUE
 from microslip.errors import InputError
 from microslip.study.columns import Column, FileName
 from microslip.study.fields import (
-    Friction,
     Line,
+    UncertainFriction,
     ViscousRatio,
     array,
     different,
@@ -37,12 +37,16 @@ FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
 
 MOST_MODES, MOST_POINTS, MOST_SAMPLES = 10, 100, 4096
 
-Size = Annotated[float, quantity(LENGTH, "25 mm")]
-Place = Annotated[float, quantity(LENGTH, "30 mm", "any")]
+PlainSize = Annotated[float, quantity(LENGTH, "25 mm")]
+Size = Annotated[PlainSize, Uncertain('"25 mm"')]
+Place = Annotated[float, quantity(LENGTH, "30 mm", "any"), Uncertain('"30 mm"')]
 Places = Annotated[tuple[Place, ...], array('["-30 mm", "0 mm", "30 mm"]', 200, single=True)]
 Hertz = Annotated[float, quantity(FREQUENCY, "150 Hz")]
 Tension = Annotated[float, quantity(FORCE, "12 kN"), Uncertain('"12 kN"')]
 Torque = Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')]
+UncertainDensity = Annotated[
+    float, quantity(MASS_DENSITY, "7850 kg/m^3"), Uncertain('"7850 kg/m^3"')
+]
 _FACTOR = number("a finite number such as 1.0", lambda value: True, {})
 _SHARE = number(
     "a number above 0 and at most 1 such as 0.2",
@@ -94,7 +98,7 @@ class BoltsPart(Part):
         description="Nominal diameter of the thread, for a torque.",
         examples=['"8 mm"'],
     )
-    nut_factor: Annotated[float, _SHARE] | None = Field(
+    nut_factor: Annotated[float, _SHARE, Uncertain("0.2")] | None = Field(
         default=None,
         description="K of torque = K d tension, such as 0.2 for dry steel.",
         examples=["0.2"],
@@ -102,10 +106,10 @@ class BoltsPart(Part):
     pitch: Size | None = Field(
         default=None, description="Pitch of the thread, with two frictions.", examples=['"1.25 mm"']
     )
-    thread_friction: Friction | None = Field(
+    thread_friction: UncertainFriction | None = Field(
         default=None, description="Friction in the thread.", examples=["0.12"]
     )
-    bearing_friction: Friction | None = Field(
+    bearing_friction: UncertainFriction | None = Field(
         default=None, description="Friction under the turned head or nut.", examples=["0.12"]
     )
 
@@ -142,8 +146,8 @@ class SensorPart(Part):
 class AmplitudeRange(Part):
     """Displacement amplitudes at the sensor [m], evenly spaced on a log axis."""
 
-    start: Size = Field(alias="from", description="Smallest amplitude.", examples=['"0.1 um"'])
-    to: Size = Field(description="Largest amplitude.", examples=['"30 um"'])
+    start: PlainSize = Field(alias="from", description="Smallest amplitude.", examples=['"0.1 um"'])
+    to: PlainSize = Field(description="Largest amplitude.", examples=['"30 um"'])
     points: Annotated[
         int, whole(f"a whole number from 2 to {MOST_POINTS}, such as 10", 2, MOST_POINTS)
     ] = Field(default=10, description="How many.")
@@ -306,7 +310,7 @@ class StructurePart(Part):
         default=None,
         description="A mesh of one's own in place of length, width, thickness and lap.",
     )
-    density: Annotated[float, quantity(MASS_DENSITY, "7850 kg/m^3")] | None = Field(
+    density: UncertainDensity | None = Field(
         default=None, description="Mass density of the parts.", examples=['"7850 kg/m^3"']
     )
     bolts: BoltsPart = Field(description="The bolts.", examples=[""])
@@ -314,7 +318,7 @@ class StructurePart(Part):
         tuple[Annotated[int, whole("a whole number from 1 to 100", 1, 100)], ...],
         array("[15, 2]", 2, least=2),
     ] = Field(default=(15, 2), description="Contact patches along and across the lap.")
-    element_size: Size | None = Field(
+    element_size: PlainSize | None = Field(
         default=None,
         description="Size of the finite elements in the lap; a 24th of the lap or a quarter of the "
         "width, what is less, unless given.",

@@ -12,10 +12,12 @@ from pydantic_core import CoreSchema, core_schema
 
 from microslip._core.checks import Floats
 from microslip._core.wording import did_you_mean, quoted, show
+from microslip.study.part import KeyedError
 
 _FORMS = (("low", "high"), ("mean", "cv"), ("mean", "cv", "distribution"), ("values",))
 _KINDS = ("lognormal", "normal")
 _MOST_VALUES = 100_000
+_MOST_LIST = 1000  # items; longer lists are data
 _LOST = 1e-3
 """Share of a normal distribution that may lie outside what is possible, and is cut off."""
 
@@ -33,6 +35,9 @@ class Spread(float):
     cv: float | None = None
     normal: bool = False
     values: tuple[float, ...] = ()
+    of: str | None = None
+    """Key of the number that it follows, and by which factor."""
+    factor: float = 1.0
 
     @classmethod
     def between(cls, low: float, high: float) -> Spread:
@@ -53,6 +58,12 @@ class Spread(float):
         """One of some values; the middle is their mean."""
         value = cls(sum(values) / len(values))
         value.values = tuple(sorted(values))
+        return value
+
+    def following(self, key: str, factor: float) -> Spread:
+        """A number that is always so many times this one, which stands at a key."""
+        value = type(self)(factor * float(self))
+        value.of, value.factor = key, factor
         return value
 
     def quantiles(self, shares: Floats) -> Floats:
@@ -95,17 +106,22 @@ class Uncertain(NamedTuple):
     def _read(self, given: object, inner: Callable[[object], Any]) -> Any:
         if isinstance(given, Spread):
             return given
+        if isinstance(given, Followed):
+            found = self._read(given.source, inner)
+            if isinstance(found, Spread):
+                return found.following(given.key, given.factor)
+            return given.factor * found
         if not isinstance(given, dict):
             return inner(given)
         for form in _FORMS:
             if set(given) == set(form):
                 return self._spread(given, inner)
-        known = ["low", "high", "mean", "cv", "values", "distribution"]
+        known = ["low", "high", "mean", "cv", "values", "distribution", "of", "factor"]
         odd = next((key for key in given if key not in known), None)
         hint = did_you_mean(str(odd), known) if odd is not None else ""
         raise ValueError(
             f"wanted a value such as {self.example}, {{ low = …, high = … }}, "
-            f"{{ mean = …, cv = … }} or {{ values = [ … ] }}, "
+            f'{{ mean = …, cv = … }}, {{ values = [ … ] }} or {{ of = "key", factor = … }}, '
             f"got a table with {quoted(map(str, given), 'and')}{hint}"
             if given
             else f"wanted a value such as {self.example}, got an empty table"
@@ -141,8 +157,11 @@ class Uncertain(NamedTuple):
                 f"{lost:.2g} of it would lie below zero; leave distribution out, and it is "
                 "lognormal"
             )
-        spread = Spread.about(inner(given["mean"]), float(cv), kind == "normal")  # type: ignore[arg-type]
-        return spread
+        mean = inner(given["mean"])
+        if mean == 0.0:
+            raise ValueError("wanted a mean other than zero, of which cv is a share; write low and "
+                             "high")  # fmt: skip
+        return Spread.about(mean, float(cv), kind == "normal")  # type: ignore[arg-type]
 
     def describe(self, inner: dict[str, Any]) -> dict[str, Any]:
         """The JSON Schema of what may stand here."""
@@ -180,28 +199,107 @@ class Uncertain(NamedTuple):
             }
             for form in (_FORMS[0], _FORMS[2], _FORMS[3])
         ]
-        return {"anyOf": [inner, *tables]}
+        return {"anyOf": [inner, *tables, _FOLLOWER]}
 
 
-def spreads_of(part: object, path: str = "") -> Iterator[tuple[str, Spread]]:
-    """What is uncertain in a table and in those that it holds, by the keys of the file."""
+_FOLLOWER = {
+    "type": "object",
+    "properties": {
+        "of": {
+            "type": "string",
+            "title": "Of",
+            "description": "Key of another quantity, which this one follows.",
+            "examples": ["joint.normal_load"],
+        },
+        "factor": {
+            "type": "number",
+            "title": "Factor",
+            "description": "How many times the other one it is.",
+            "exclusiveMinimum": 0,
+            "examples": [2.0],
+        },
+    },
+    "required": ["of"],
+    "additionalProperties": False,
+}
+
+
+class Followed(NamedTuple):
+    """What stands for a quantity that follows another: its key, what stands there, and a factor."""
+
+    key: str
+    source: object
+    factor: float
+
+
+def with_followers(given: dict[str, Any]) -> dict[str, Any]:
+    """The tables of a study; what stands at the other key in place of ``{ of, factor }``."""
+
+    def follower(table: object) -> bool:
+        return isinstance(table, dict) and "of" in table and table.keys() <= {"of", "factor"}
+
+    def followed(table: dict[str, Any], where: str, passed: tuple[str, ...]) -> Followed:
+        key, factor = table["of"], table.get("factor", 1.0)
+        plain = isinstance(factor, (int, float)) and not isinstance(factor, bool)
+        if not plain or not 0.0 < factor < math.inf:
+            raise KeyedError(where, f"wanted a factor above zero such as 2.0, got {show(factor)}")
+        if key in passed:
+            circle = " -> ".join((*passed[passed.index(key) :], key))
+            raise KeyedError(where, f"wanted the key of a number, got keys in a circle, {circle}")
+        source: Any = given
+        for name in key.split(".") if isinstance(key, str) else ():
+            source = source.get(name) if isinstance(source, dict) else None
+        if source is None or isinstance(source, list):
+            raise KeyedError(
+                where, f'wanted of = "the key of one number of this study", got {show(key)}'
+            )
+        if follower(source):
+            first = followed(source, where, (*passed, key))
+            return first._replace(factor=first.factor * factor)
+        return Followed(key, source, float(factor))
+
+    def walked(part: Any, path: str) -> Any:
+        if follower(part):
+            return followed(part, path, (path,))
+        if isinstance(part, dict):
+            return {k: walked(v, f"{path}.{k}" if path else str(k)) for k, v in part.items()}
+        if isinstance(part, list) and len(part) <= _MOST_LIST:
+            return [walked(value, path) for value in part]
+        return part
+
+    return walked(given, "")  # type: ignore[no-any-return]
+
+
+def spreads_of(part: object) -> Iterator[tuple[str, Spread]]:
+    """What is uncertain by itself in a table and in those that it holds, by the file's keys."""
+    return ((key, spread) for key, spread in _all_spreads(part, "") if spread.of is None)
+
+
+def followers_of(part: object) -> set[str]:
+    """Keys of what follows something uncertain."""
+    return {key for key, spread in _all_spreads(part, "") if spread.of is not None}
+
+
+def _all_spreads(part: object, path: str) -> Iterator[tuple[str, Spread]]:
     if isinstance(part, Spread):
         yield path, part
     elif isinstance(part, BaseModel):
         for name, field in type(part).model_fields.items():
             key = field.alias or name
-            yield from spreads_of(getattr(part, name), f"{path}.{key}" if path else key)
+            yield from _all_spreads(getattr(part, name), f"{path}.{key}" if path else key)
     elif isinstance(part, dict):
         for key, value in part.items():
-            yield from spreads_of(value, f"{path}.{key}")
+            yield from _all_spreads(value, f"{path}.{key}")
     elif isinstance(part, tuple) and any(isinstance(value, Spread) for value in part):
         for index, value in enumerate(part, start=1):
-            yield from spreads_of(value, path if len(part) == 1 else f"{path}, item {index}")
+            yield from _all_spreads(value, path if len(part) == 1 else f"{path}, item {index}")
 
 
 def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
     """The same table with plain numbers in place of what is uncertain, by the keys of the file."""
     if isinstance(part, Spread):
+        if part.of is not None:
+            return part.factor * values.get(part.of, float(part) / part.factor)
         return float(values.get(path, float(part)))
     if isinstance(part, BaseModel):
         changes = {}
@@ -211,7 +309,12 @@ def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
             new = with_values(old, values, f"{path}.{key}" if path else key)
             if new is not old:
                 changes[name] = new
-        return part.model_copy(update=changes) if changes else part
+        if not changes:
+            return part
+        drawn = part.model_copy(update=changes)
+        if hasattr(drawn, "settle"):  # what follows from other keys follows from what was drawn
+            drawn.settle()
+        return drawn
     if isinstance(part, dict):
         found = {key: with_values(value, values, f"{path}.{key}") for key, value in part.items()}
         return found if any(found[key] is not part[key] for key in part) else part

@@ -15,9 +15,9 @@ from microslip._core.checks import Floats
 from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, to_si
 from microslip.errors import Argument, InputError, StudyError
 from microslip.results.predicted.columns import Progress
-from microslip.results.predicted.scatter import Design, at_middle, is_uncertain
 from microslip.study.build import build_summits
 from microslip.study.description import StudyDescription
+from microslip.study.draws import Design, at_middle, is_uncertain
 from microslip.study.joints import Joint
 from microslip.study.surfaces import Elastic
 from microslip.sweeps import evaluate

@@ -24,7 +24,6 @@ from microslip.results.predicted.columns import (
 )
 from microslip.results.predicted.leading_inputs import leading_inputs
 from microslip.results.predicted.prediction import Prediction
-from microslip.results.predicted.scatter import is_uncertain
 from microslip.results.predicted.scatter_document import FIGURES as SCATTER_FIGURES
 from microslip.results.predicted.scatter_document import numbers as scatter_numbers
 from microslip.results.predicted.varying import extremes
@@ -33,6 +32,7 @@ from microslip.results.structure.document import numbers as structure_numbers
 from microslip.structures import Oscillator
 from microslip.study import surfaces as u
 from microslip.study.description import StudyDescription
+from microslip.study.draws import is_uncertain
 from microslip.study.schema import OscillatorPart
 
 KIND = "microslip-result"

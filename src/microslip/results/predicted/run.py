@@ -23,11 +23,12 @@ from microslip.results.predicted.columns import (
 )
 from microslip.results.predicted.numbers import Defaults, oscillator_of, slip_scale_of, summarise
 from microslip.results.predicted.result import Result
-from microslip.results.predicted.scatter import at_middle, fixed, is_uncertain, scatter
+from microslip.results.predicted.scatter import fixed, scatter
 from microslip.results.predicted.varying import VaryingCycles, VaryingLoop
 from microslip.results.structure.run import run as run_structure
 from microslip.study.build import blame, build_joints, check_loads
 from microslip.study.description import StudyDescription
+from microslip.study.draws import at_middle, is_uncertain
 from microslip.study.schema import LoadVariation
 
 DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)

@@ -10,7 +10,6 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
-from microslip.normal import NormalLaw
 from microslip.results.structure.prediction import SHARES, Bands, Mode, StructurePrediction
 from microslip.structures import (
     ModalCurve,
@@ -23,13 +22,21 @@ from microslip.structures import (
 from microslip.structures.amplitude import moving_modes
 from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
-from microslip.study.structure import MeasuredPart
-from microslip.study.uncertain import Spread
+from microslip.study.draws import Design, at_middle, is_uncertain
+from microslip.study.structure import MeasuredPart, StructurePart
 from microslip.sweeps.ranking import ranking
 
 Progress = Callable[[float], None]
 
-FRICTION, TENSION, FORM = "friction coefficient", "bolt tension", "factor on the form"
+_NAMES = {
+    "joint.friction_coefficient": "friction coefficient",
+    "structure.bolts.tension": "bolt tension",
+    "structure.bolts.torque": "bolt torque",
+    "structure.form.factor": "factor on the form",
+}
+_OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_friction",
+            "bolts.bearing_friction", "form.factor", "base_damping_ratio")  # fmt: skip
+"""Keys of a structure that leave its reduced model as it is."""
 
 
 def run(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
@@ -53,35 +60,44 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
         If the physics has no answer.
     """
     tell = progress or (lambda share: None)
-    part = study.structure
+    design = Design(study) if is_uncertain(study) else None
+    middle = at_middle(study)
+    part = middle.structure
     assert part is not None  # who calls has looked
-    surface = build_surface(study)
-    with blame(study, "structure"):
-        materials = {name: material.build() for name, material in study.material.items()}
-        joint = part.reduce(materials, study.surface.materials[0])
+    joint = _reduced(middle)
     tell(0.2)
-    spreads = uncertain(study)
-    centre = {name: float(spread) for name, spread in spreads.items()}
     with blame(study, "structure"):
-        state = _state(study, joint, surface, centre)
+        formed, state = _tightened(middle, joint)
     with blame(study, "structure.sensor"):
         _check_sensor(part.modes, moving_modes(joint.sensor("sensor"), state.model.shapes))
     with blame(study, "structure"):
-        pairs = [_pair(study, joint, state, number) for number in part.modes]
+        pairs = [_pair(part, joint, state, number) for number in part.modes]
     tell(0.5)
-    samples = _samples(study, joint, surface, spreads, lambda s: tell(0.5 + 0.5 * s))
+    samples: list[Sampled | None] = [None] * len(part.modes)
+    inputs: tuple[tuple[str, str], ...] = ()
+    if design is not None:
+        inputs = tuple((_NAMES.get(one.key, one.key), one.written) for one in design.inputs)
+        samples = _samples(design, joint, lambda s: tell(0.5 + 0.5 * s))
+    names = tuple(name for name, _ in inputs)
     modes = tuple(
-        Mode(number, curve, quick, _bands(curve, quick, samples[index], spreads))
+        Mode(number, curve, quick, _bands(curve, quick, samples[index], names))
         for index, (number, (curve, quick)) in enumerate(zip(part.modes, pairs, strict=True))
     )
-    inputs = tuple((name, spread.written) for name, spread in spreads.items())
     identified = None
     tests = _tests(part.measured, modes)
     if part.fitted:
         with blame(study, "structure.measured.fit"):
-            identified = _identified(study, joint, surface, tests)
-    formed = _formed(study, joint, centre)
+            identified = _identified(middle, joint, tests)
     return StructurePrediction(part, formed, state, modes, inputs, identified, tests)
+
+
+def _reduced(study: StudyDescription) -> ReducedJoint:
+    """The reduced model of a study without anything uncertain."""
+    part = study.structure
+    assert part is not None  # who calls has looked
+    with blame(study, "structure"):
+        materials = {name: material.build() for name, material in study.material.items()}
+        return part.reduce(materials, study.surface.materials[0])
 
 
 def _check_sensor(wanted: tuple[int, ...], moving: list[int]) -> None:
@@ -122,7 +138,6 @@ def _tests(measured: tuple[MeasuredPart, ...], modes: tuple[Mode, ...]) -> tuple
 def _identified(
     study: StudyDescription,
     joint: ReducedJoint,
-    surface: NormalLaw,
     tests: tuple[ModalTest, ...],
 ) -> ModalIdentification:
     """What tests say of the joint, from the values of the study on."""
@@ -130,7 +145,7 @@ def _identified(
     assert part is not None  # who calls has looked
     return identify_modal(
         joint,
-        surface,
+        build_surface(study),
         tests,
         part.fitted,
         friction_coefficient=float(study.joint.friction_coefficient),
@@ -140,44 +155,22 @@ def _identified(
     )
 
 
-def uncertain(study: StudyDescription) -> dict[str, Spread]:
-    """What a study gives as a range, by name."""
-    part = study.structure
-    assert part is not None  # who calls has looked
-    given = {
-        FRICTION: study.joint.friction_coefficient,
-        TENSION: part.bolts.tension if part.bolts.torque is None else part.bolts.torque,
-        FORM: None if part.form is None else part.form.factor,
-    }
-    return {name: value for name, value in given.items() if isinstance(value, Spread)}
-
-
-def _formed(study: StudyDescription, joint: ReducedJoint, values: dict[str, float]) -> ReducedJoint:
-    """The joint with its form and its tension at some values of what is uncertain."""
+def _tightened(study: StudyDescription, joint: ReducedJoint) -> tuple[ReducedJoint, Preload]:
+    """The joint with the form and the tension of a study, and its state under them."""
     part = study.structure
     assert part is not None  # who calls has looked
     if part.form is not None:
-        joint = joint.with_form(part.form.table, values.get(FORM, float(part.form.factor)))
-    if TENSION in values:
-        bolts = part.bolts
-        middle = float(bolts.tension if bolts.torque is None else bolts.torque)  # type: ignore[arg-type]
-        joint = joint.with_tension(joint.bolt_tension * (values[TENSION] / middle))
-    return joint
+        joint = joint.with_form(part.form.table, part.form.factor)
+    joint = joint.with_tension(part.tension)
+    return joint, joint.tightened(build_surface(study), study.joint.friction_coefficient)
 
 
-def _state(
-    study: StudyDescription, joint: ReducedJoint, surface: NormalLaw, values: dict[str, float]
-) -> Preload:
-    friction = values.get(FRICTION, float(study.joint.friction_coefficient))
-    return _formed(study, joint, values).tightened(surface, friction)
-
-
-def _quick(study: StudyDescription, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
-    part = study.structure
-    assert part is not None  # who calls has looked
+def _quick(
+    part: StructurePart, joint: ReducedJoint, state: Preload, number: int, amplitudes: Floats
+) -> ModalCurve:
     return state.modes(
         number - 1,
-        part.amplitudes,
+        amplitudes,
         at=joint.sensor("sensor"),
         damping_ratio=part.base_damping_ratio,
         method="quasi-static",
@@ -185,9 +178,9 @@ def _quick(study: StudyDescription, joint: ReducedJoint, state: Preload, number:
 
 
 def _pair(
-    study: StudyDescription, joint: ReducedJoint, state: Preload, number: int
+    part: StructurePart, joint: ReducedJoint, state: Preload, number: int
 ) -> tuple[ModalCurve, ModalCurve]:
-    quick = _quick(study, joint, state, number)
+    quick = _quick(part, joint, state, number, part.amplitudes)
     curve = quick.other_method
     if not curve.converged.any():
         raise InputError(f"mode {number} has no solution: {curve.message}")
@@ -198,40 +191,36 @@ Sampled = tuple[Floats, Floats, Floats]
 """Inputs as normal scores (samples, inputs); frequencies and damping (samples, amplitudes)."""
 
 
-def _samples(
-    study: StudyDescription,
-    joint: ReducedJoint,
-    surface: NormalLaw,
-    spreads: dict[str, Spread],
-    progress: Progress,
-) -> list[Sampled | None]:
-    """Quasi-static curves of each mode over Sobol' points; only the laws change."""
+def _samples(design: Design, joint: ReducedJoint, progress: Progress) -> list[Sampled | None]:
+    """Quasi-static curves of each mode over Sobol' points; the model where its drawing scatters."""
+    study = design.study
     part = study.structure
     assert part is not None  # who calls has looked
-    if not spreads:
-        return [None] * len(part.modes)
-    from scipy.special import ndtri
-    from scipy.stats import qmc
-
-    count = 2 ** math.ceil(math.log2(part.samples))
-    # Sobol' points fill the space more evenly than random ones, and powers of two most of all.
-    points = qmc.Sobol(len(spreads), scramble=True, rng=0).random(count)
-    columns = [s.quantiles(points[:, k]) for k, s in enumerate(spreads.values())]
-    found = np.full((len(part.modes), 2, count, len(part.amplitudes)), math.nan)
-    for row in range(count):
-        values = {name: float(c[row]) for name, c in zip(spreads, columns, strict=True)}
+    bodies = "material." if part.mesh else f"material.{study.surface.materials[0]}."
+    anew = any(
+        key.startswith((bodies, "structure."))
+        and not key.endswith(".hardness")
+        and key.removeprefix("structure.") not in _OF_LAWS
+        for key in design.moved
+    )
+    scores = design.scores(design.points(part.samples, 1)[0])
+    found = np.full((len(part.modes), 2, len(scores), len(part.amplitudes)), math.nan)
+    for row, place in enumerate(scores):
+        drawn = design.at(place)
+        own = drawn.structure
+        assert own is not None  # as in the study
         with blame(study, "structure"):
-            state = _state(study, joint, surface, values)
-            for index, number in enumerate(part.modes):
-                curve = _quick(study, joint, state, number)
+            model = _reduced(drawn) if anew else joint
+            _, state = _tightened(drawn, model)
+            for index, number in enumerate(own.modes):
+                curve = _quick(own, model, state, number, part.amplitudes)
                 found[index, :, row] = curve.frequency, curve.damping_ratio
-        progress((row + 1) / count)
-    scores = ndtri(points)
+        progress((row + 1) / len(scores))
     return [(scores, frequency, damping) for frequency, damping in found]
 
 
 def _bands(
-    curve: ModalCurve, quick: ModalCurve, sampled: Sampled | None, spreads: dict[str, Spread]
+    curve: ModalCurve, quick: ModalCurve, sampled: Sampled | None, names: tuple[str, ...]
 ) -> Bands | None:
     """Quantiles, moved to where the balance of harmonics has the middle, and the ranking."""
     if sampled is None:
@@ -241,7 +230,7 @@ def _bands(
     return Bands(
         np.nanquantile(frequency * (curve.frequency / quick.frequency), SHARES, axis=0),
         np.nanquantile(damping * (curve.damping_ratio / quick.damping_ratio), SHARES, axis=0),
-        _ranking(scores, damping[:, middle], tuple(spreads)),
+        _ranking(scores, damping[:, middle], names),
     )
 
 

@@ -1,0 +1,189 @@
+"""Floor 10: what is uncertain in a study, drawn: from points to studies of plain numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.errors import InputError, StudyError
+from microslip.normal import GreenwoodWilliamson
+from microslip.study.build import build_summits
+from microslip.study.description import StudyDescription
+from microslip.study.joints import Joint
+from microslip.study.surfaces import ScanSurface
+from microslip.study.uncertain import followers_of, spreads_of, with_values
+from microslip.study.uncertainty import GROUPS, UncertaintyPart
+
+_REPLICATES = 4096  # of a scan's patches
+
+
+@dataclass(frozen=True)
+class Input:
+    """One thing that is uncertain: its key, how it is written, and what it does at a score."""
+
+    key: str
+    written: str
+
+
+class Design:
+    """From normal scores, a column an input, to a study without anything uncertain."""
+
+    def __init__(self, study: StudyDescription) -> None:
+        self.study = study
+        self.part = study.uncertainty or UncertaintyPart()
+        self.spreads = dict(spreads_of(study))
+        self.inputs = [Input(key, spread.written) for key, spread in self.spreads.items()]
+        self.correlation = np.eye(len(self.inputs))
+        if self.part.correlations:
+            self.correlation = self.part.matrix(tuple(self.spreads))
+        self._patches = self._replicates()
+        if self._patches is not None:
+            count = " x ".join(map(str, self.part.scan_patches or ()))
+            self.inputs.append(Input("surface.scan", f"{count} patches, drawn anew together"))
+        names: tuple[str, ...] = ()
+        if self.part.identification is not None:
+            names, self._fitted, covariance = self.part.fit
+            self._root = np.linalg.cholesky(covariance + 1e-14 * np.diag(np.diag(covariance)))
+            self.inputs += [
+                Input(f"identified {name}", f"{value:.4g} ± {math.sqrt(square):.2g}")
+                for name, value, square in zip(
+                    names, self._fitted, np.diag(covariance), strict=True
+                )
+            ]
+        self._names = names
+        whole = np.eye(len(self.inputs))
+        whole[: len(self.spreads), : len(self.spreads)] = self.correlation
+        self.correlation = whole
+
+    @property
+    def moved(self) -> set[str]:
+        """Keys whose values the draws change, those that follow others included."""
+        return {*self.spreads, *followers_of(self.study)}
+
+    def _replicates(self) -> Floats | None:
+        """Spread, radius and density of means over patches drawn anew, over their means."""
+        counts = self.part.scan_patches
+        if counts is None:
+            return None
+        surface = self.study.surface
+        assert isinstance(surface, ScanSurface)  # looked at when read
+        from microslip.scans.patches import cut
+
+        estimate = "counted" if surface.estimate == "population" else surface.estimate
+        rows = []
+        for patch in cut(surface.conditioned, (counts[0], counts[-1])):
+            try:
+                found = patch.summits(
+                    surface.cutoff,
+                    method=surface.method,  # type: ignore[arg-type]
+                    prominence=surface.prominence,
+                    level=None,
+                ).statistics(estimate)  # type: ignore[arg-type]
+            except InputError:  # such as a patch without a summit
+                continue
+            rows.append((found.std, found.radius, found.density))
+        if len(rows) < 2:
+            raise StudyError(
+                f"{self.study.name}: uncertainty.scan_patches: wanted patches with summits, "
+                f"got {len(rows)}; write fewer, larger ones"
+            )
+        ratios = np.array(rows) / np.mean(rows, axis=0)
+        rng = np.random.default_rng([self.part.seed, 18])
+        drawn = ratios[rng.integers(0, len(rows), (_REPLICATES, len(rows)))].mean(axis=1)
+        # In the order of what varies most, so that one coordinate stands for all three.
+        logs = np.log(drawn)
+        axis = np.linalg.svd(logs - logs.mean(axis=0), full_matrices=False)[2][0]
+        return np.asarray(drawn[np.argsort(logs @ axis)])
+
+    def scores(self, points: Floats) -> Floats:
+        """Correlated normal scores of points in the unit cube."""
+        from scipy.special import ndtri
+
+        scores = ndtri(np.clip(points, 2.0**-33, 1.0 - 2.0**-33))
+        return np.asarray(scores @ np.linalg.cholesky(self.correlation).T)
+
+    def at(self, scores: Floats) -> StudyDescription:
+        """The study at a row of scores."""
+        from scipy.special import ndtr
+
+        shares = ndtr(scores)
+        values = {
+            key: float(spread.quantiles(shares[i : i + 1])[0])
+            for i, (key, spread) in enumerate(self.spreads.items())
+        }
+        found: StudyDescription = with_values(self.study, values)
+        place, std, radius, density = len(self.spreads), 1.0, 1.0, 1.0
+        if self._patches is not None:
+            row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)
+            std, radius, density = self._patches[row].tolist()
+            place += 1
+        if self._names:
+            std, density = self._identified(found, scores[place:])
+        if (std, radius, density) != (1.0, 1.0, 1.0):
+            law = build_summits(found)
+            if not isinstance(law, GreenwoodWilliamson):
+                raise StudyError(
+                    f"{self.study.name}: uncertainty: wanted a surface of statistics, whose "
+                    f"spread, radius and density can be drawn, got {type(law).__name__}"
+                )
+            found._law = replace(
+                law,
+                heights=law.heights._scaled(std),
+                radius=law.radius * radius,
+                density=law.density * density,
+            )
+        return found
+
+    def _identified(self, study: StudyDescription, scores: Floats) -> tuple[float, float]:
+        """Factors on spread and density; the friction goes into the study."""
+        moved = dict(zip(self._names, self._root @ scores, strict=True))
+        value = dict(zip(self._names, self._fitted, strict=True))
+        friction, slip = (
+            math.exp(moved.get(name, 0.0) / value[name]) if name in value else 1.0
+            for name in ("friction_coefficient", "slip_scale")
+        )
+        joint = study.joint
+        assert isinstance(joint, Joint)  # looked at when read
+        changed = joint.model_copy(
+            update={"friction_coefficient": float(joint.friction_coefficient) * friction}
+        )
+        study.__dict__["joint"] = changed
+        std, density = slip / friction, (slip / friction) ** -1.5
+        if "standardised_separation" in moved:
+            law: Any = build_summits(self.study)
+            h, spread = value["standardised_separation"], law.heights.spread
+            there = law.load((h + moved["standardised_separation"]) * spread)
+            density *= float(law.load(h * spread)) / float(there)
+        return std, density
+
+    def points(self, samples: int | None = None, count: int = GROUPS) -> Floats:
+        """Points in the unit cube: groups, points of each, inputs."""
+        size = 2 ** max(3, math.ceil(math.log2((samples or self.part.samples) / count)))
+        groups = []
+        for group in range(count):
+            rng = np.random.default_rng([self.part.seed, group])
+            if self.part.method == "random":
+                groups.append(rng.random((size, len(self.inputs))))
+            else:
+                from scipy.stats import qmc
+
+                sobol = qmc.Sobol(len(self.inputs), scramble=True, rng=rng)
+                groups.append(sobol.random(size))
+        return np.array(groups)
+
+
+def is_uncertain(study: StudyDescription) -> bool:
+    """Whether anything in a study scatters, but for what only its structure knows."""
+    part = study.uncertainty
+    drawn = part is not None and (part.scan_patches or part.identification)
+    return bool(drawn) or next(spreads_of(study), None) is not None
+
+
+def at_middle(study: StudyDescription) -> StudyDescription:
+    """The study with a plain number in place of each uncertain one."""
+    found: StudyDescription = with_values(study, {})
+    return found

@@ -299,7 +299,10 @@ def test_an_identification_gives_its_covariance(tmp_path: Path) -> None:
 
 def test_check_shows_what_is_uncertain(tmp_path: Path) -> None:
     path = tmp_path / "study.toml"
-    text = ROUGH.replace("{ mean = 0.55, cv = 0.15 }", "{ values = [0.5, 0.3, 0.6] }")
+    text = ROUGH.replace("{ mean = 0.55, cv = 0.15 }", "{ values = [0.5, 0.3, 0.6] }").replace(
+        "[joint]", '[joint]\ntightening_load = { of = "joint.normal_load", factor = 3 }'
+    )
+    text = text.replace("cv = 0.03 }", 'cv = 0.03 }\nhardness = "1 GPa"')
     pair = '[{ between = ["surface.radius", "surface.density"], value = -0.5 }]'
     path.write_text(f"{text}correlations = {pair}\n")
     found = CliRunner().invoke(main, ["check", str(path)])
@@ -309,6 +312,8 @@ def test_check_shows_what_is_uncertain(tmp_path: Path) -> None:
     assert rows["joint.friction_coefficient"]["value"] == [0.3, 0.6]
     assert rows["joint.friction_coefficient"]["written"] == "values = 3 values"
     assert rows["joint.normal_load"]["value"] == 2000.0
+    assert rows["joint.tightening_load"]["value"] == 6000.0
+    assert rows["joint.tightening_load"]["written"] == "of = joint.normal_load, factor = 3"
     assert rows["surface.heights.std"]["written"] == "mean = 0.5 um, cv = 0.15"
     assert "bands.csv" in told["files"]
 

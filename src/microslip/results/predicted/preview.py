@@ -21,6 +21,7 @@ from microslip.study.build import build_joints, check_loads
 from microslip.study.description import StudyDescription
 from microslip.study.parametric import Described
 from microslip.study.plausibility import questions
+from microslip.study.uncertain import Spread
 
 KIND = "microslip-check"
 MOST_ITEMS = 4
@@ -168,7 +169,7 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
             written = ", ".join(f"{name} = {_short(x)}" for name, x in written.items())
             spread = value[0] if isinstance(value, tuple) else value
             ends = (float(spread),)
-            if spread.values or spread.low is not None:
+            if isinstance(spread, Spread) and (spread.values or spread.low is not None):
                 ends = spread.quantiles(np.array([0.0, 1.0])).tolist()
             shown: dict[str, Any] = {"value": list(ends) if len(ends) > 1 else ends[0]}
         elif isinstance(written, dict):

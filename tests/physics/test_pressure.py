@@ -136,6 +136,11 @@ def test_a_tightened_joint_was_tightened_under_the_same_pressure() -> None:
     with pytest.raises(ms.InputError, match="at most the tightening load"):
         joint.at(normal_load=4100.0)
     assert joint.at(normal_load=4000.0).force_limit == pytest.approx(2200.0)
+    lighter = joint.at(normal_load=900.0)  # on the places as they are
+    fresh = ms.PressedJoint(law, 0.55, joint.pressure, 900.0)
+    assert lighter.laws[0].surface is joint.laws[0].surface
+    np.testing.assert_array_equal(lighter.backbone(PLACES), fresh.backbone(PLACES))
+    assert (lighter.normal_load, lighter.separation) == (900.0, fresh.separation)
 
 
 @pytest.mark.parametrize(

@@ -217,9 +217,8 @@ def test_a_new_study_runs_as_it_is(law: str) -> None:
     assert study.surface.law == law
     result = study.run()
     verdicts = [verdict for joint in result.joints for verdict in joint.validity]
-    # Real summits of mild steel yield, and so does a small sphere of it: the study says so.
-    judged = {v.name for v in verdicts if v.word not in ("ok", "not judged")}
-    assert judged <= {"plasticity index", "Hertz pressure over that of first yield"}
+    # Summits of mild steel yield, which tightening holds; the sphere is of hardened steel.
+    assert {verdict.word for verdict in verdicts} <= {"ok"}
     ratios = result.rows[-1].force_ratio
     assert ratios[0] < 0.75
     assert ratios[-1] > 0.99, "from micro to gross slip"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -83,11 +84,10 @@ class PressedJoint(Parallel):
                 f" must lie within the area of the surface, {exact(apparent)} m^2, got one on "
                 f"{self.pressure.area:.6g} m^2",
             )
+        places = zip(self.pressure.areas.tolist(), self.pressure.shares.tolist(), strict=True)
         laws = tuple(
             Interface(self.surface._patch(area, share), mu, normal_load=share * load)
-            for area, share in zip(
-                self.pressure.areas.tolist(), self.pressure.shares.tolist(), strict=True
-            )
+            for area, share in places
         )
         object.__setattr__(self, "laws", laws)
 
@@ -99,7 +99,23 @@ class PressedJoint(Parallel):
         InputError
             A load that is not above zero, or that the surface cannot carry where pressed most.
         """
-        return PressedJoint(self.surface, self.friction_coefficient, self.pressure, normal_load)
+        load = positive("normal_load", normal_load, "N", 2000.0)
+        # The places keep their surfaces: what tightening left of each is computed once.
+        joint = copy(self)
+        joint.__dict__.clear()
+        shares = self.pressure.shares.tolist()
+        known = {
+            "surface": self.surface,
+            "friction_coefficient": self.friction_coefficient,
+            "pressure": self.pressure,
+            "normal_load": load,
+            "laws": tuple(
+                law.at(normal_load=share * load)
+                for law, share in zip(self._joints, shares, strict=True)
+            ),
+        }
+        joint.__dict__.update(known)
+        return joint
 
     # -- places -----------------------------------------------------------------------------------
 

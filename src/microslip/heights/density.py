@@ -7,9 +7,11 @@ from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev as cheb
+from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip.heights.base import HeightDistribution
@@ -22,6 +24,8 @@ _DEEPEST = 48  # halvings of a first panel
 _NOISE = 1e-10  # of the largest value: what a density may scatter by
 _FINEST = 1e-7  # of the spread: closer breaks of a root of N'' matter to no integral
 _MOST = 600  # panels; a density as noisy as that is taken as it is
+
+_FEW = 200  # thresholds
 
 _ANGLES = math.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
 _POINTS = np.cos(_ANGLES)
@@ -105,6 +109,13 @@ def _resolve(function: Callable[[Floats], Floats], edges: Floats, most: int = _M
     )
 
 
+def _pairs(start: NDArray[np.intp], end: NDArray[np.intp]) -> tuple[Any, Any]:
+    """Of each panel the places from ``start`` to before ``end``: panels and places, as pairs."""
+    count = np.maximum(end - start, 0)
+    panel = np.repeat(np.arange(count.size), count)
+    return panel, np.arange(panel.size) + np.repeat(start - (np.cumsum(count) - count), count)
+
+
 class DensityHeights(HeightDistribution):
     """Heights given by a density that is smooth between some edges.
 
@@ -160,14 +171,17 @@ class DensityHeights(HeightDistribution):
         end = np.zeros(width.size, dtype=np.intp)
         for distance, nodes, weights in self._charges:
             start, end = end, np.searchsorted(flat, edges[:-1] - distance * width)
+            if flat.size < _FEW:  # all panels at once, in place of one after the other
+                panel, at = _pairs(start, end)
+                gap = (edges[panel] - flat[at])[:, None] + nodes[panel]
+                part = (weights[panel] / np.sqrt(gap)).sum(axis=1)
+                total += np.bincount(at, part, minlength=flat.size)
+                continue
             for j in np.flatnonzero(end > start):
                 gap = edges[j] - flat[start[j] : end[j], None]
                 total[start[j] : end[j]] += (1.0 / np.sqrt(gap + nodes[j])) @ weights[j]
         # Nearer than an eighth of its width a panel sees the singularity.
-        last = np.searchsorted(flat, edges[1:])
-        count = np.maximum(last - end, 0)
-        panel = np.repeat(np.arange(width.size), count)
-        at = np.arange(panel.size) + np.repeat(end - (np.cumsum(count) - count), count)
+        panel, at = _pairs(end, np.searchsorted(flat, edges[1:]))
         from_here = flat[at]
         low = np.sqrt(np.maximum(edges[panel] - from_here, 0.0))
         high = np.sqrt(edges[panel + 1] - from_here)

@@ -8,11 +8,13 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 
 from microslip._core.checks import Floats, show
+from microslip._core.frozen import lock
 from microslip.errors import Argument, InputError
 from microslip.materials import MaterialPair
 
@@ -167,12 +169,23 @@ def recovery_slope(r: Floats) -> Floats:
 def indentation_of(recovered: Floats) -> Floats:
     """Inverse of :func:`recovery`, by Newton in logarithms, where it is nearly straight."""
     wanted = np.log(np.maximum(recovered, 1.0))
-    u = wanted / 0.72
-    for _ in range(8):
+    starts, ends = _started()
+    u = np.where(wanted < ends[-1], np.interp(wanted, ends, starts), wanted / 0.72)
+    # From a table two steps are exact, from the slope of deep indentations six more.
+    for _ in range(2 if not wanted.size or wanted.max() < ends[-1] else 8):
         r = np.exp(u)
-        t = recovery(r)
-        u = np.maximum(u - (np.log(t) - wanted) * t / (r * recovery_slope(r)), 0.0)
+        root, low, least = r**0.72, r**0.31, r**0.03
+        t = np.maximum(root + low - least, 1.0)
+        slope = 0.72 * root + 0.31 * low - 0.03 * least
+        u = np.maximum(u - (np.log(t) - wanted) * t / slope, 0.0)
     return np.asarray(np.where(recovered > 1.0, np.exp(u), recovered))
+
+
+@lru_cache(maxsize=1)
+def _started() -> tuple[Floats, Floats]:
+    """Logarithms of indentations and of what is recovered from them, to begin with."""
+    starts = np.linspace(0.0, 30.0, 4001)
+    return lock(starts), lock(np.log(recovery(np.exp(starts))))
 
 
 def flattening(model: SummitModel, r: Floats) -> Floats:

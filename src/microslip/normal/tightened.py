@@ -266,7 +266,8 @@ class TightenedSurface(NormalLaw):
                 "real over apparent area, tightened": tightest,
                 "contact radius over summit spacing": math.sqrt(mean_square * density),
             }
-        return {**values, "contacts": count, "indentation over yield": self.mean_indentation}
+            values["contacts"] = count  # given summits, without an area, are all there are
+        return {**values, "indentation over yield": self.mean_indentation}
 
     def _patch(self, area: float, share: float) -> NormalLaw:
         """A part, which bore its share of the load that tightened the whole."""
@@ -276,6 +277,9 @@ class TightenedSurface(NormalLaw):
             )
         count, load = self.summit_count * (area / self.area), self.tightening_load * share
         return dataclasses.replace(self, area=area, summit_count=count, tightening_load=load)
+
+    def _standardised(self, separation: float) -> float | None:
+        return self.heights._standardised(separation)
 
     def _slip_measure(self) -> tuple[float, str] | None:
         name = self.heights._spread_name

@@ -47,7 +47,7 @@ heights = { kind = "gaussian", std = "0.5 um" }  # of the summits; or one of the
 # heights = { kind = "values", file = "heights.csv", column = "y [um]" }
 radius = "0.5 mm"  # of the summits
 density = "200 1/mm^2"  # summits per apparent area
-area = "2 cm^2"  # apparent area
+area = "4 cm^2"  # apparent area
 # Or all of it from a scan of the surface: `microslip surface` writes such a block.
 """,
     "population": """
@@ -69,7 +69,7 @@ values = [
     "sphere": """
 [surface]
 law = "sphere"  # one sphere on a flat
-materials = ["steel", "steel"]  # the two bodies
+materials = ["tool-steel", "tool-steel"]  # the two bodies; soft steel yields under these loads
 radius = "5 mm"  # of the sphere
 """,
     "table": """
@@ -85,9 +85,12 @@ tail = "exponential"  # how it goes on; leave it out where the last load is "0 N
 """,
 }
 
+# The largest load that a joint has carried: soft steel has yielded at its summits by then.
+_TIGHTENED = {"greenwood-williamson": "4 kN", "population": "500 N"}
+
 # Loads, force amplitudes, stiffness of the oscillator; amplitudes, range of the curve.
 _NUMBERS = {
-    "greenwood-williamson": ("500 N", "2 kN", "30 N", "100 MN/m", "0.05 um", "0.2 um", "1 um"),
+    "greenwood-williamson": ("500 N", "2 kN", "30 N", "100 MN/m", "5 nm", "50 nm", "0.5 um"),
     "population": ("50 N", "200 N", "5 N", "5 MN/m", "0.05 um", "0.2 um", "2 um"),
     "sphere": ("5 N", "20 N", "0.5 N", "1 MN/m", "20 nm", "0.1 um", "1 um"),
     "table": ("500 N", "2 kN", "30 N", "100 MN/m", "0.05 um", "0.2 um", "1 um"),
@@ -97,7 +100,7 @@ _TAIL = """
 [joint]
 friction_coefficient = 0.2
 normal_load = ["{light}", "{heavy}"]  # one joint for each; or a single one, "{heavy}"
-
+{tightened}
 [excitation]  # all of it may be left out: the joint has a scale of its own
 amplitudes = ["{small}", "{middle}", "{large}"]  # one loop each, at every load
 # force_amplitudes = ["{force}"]  # instead of amplitudes
@@ -146,6 +149,13 @@ def template(law: str = "greenwood-williamson", name: str = "joint.toml", hint: 
         raise StudyError(f"law: wanted {quoted(LAWS)}, got {show(law)}{near}")
     keys = ("light", "heavy", "force", "spring", "small", "middle", "large")
     numbers = dict(zip(keys, _NUMBERS[law], strict=True))
+    most = _TIGHTENED.get(law)
+    numbers["tightened"] = (
+        f'tightening_load = "{most}"  # largest load it has carried: summits have yielded, by the '
+        "hardness\n"
+        if most
+        else ""
+    )
     stem = Path(name).stem
     title = stem if 0 < len(stem) <= 200 and stem.isprintable() else "A joint"
     # A basic string of TOML is written as one of JSON.

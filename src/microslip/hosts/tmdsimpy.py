@@ -1,8 +1,8 @@
 """A force for TMDSimPy: a law on each local displacement, its harmonics exact.
 
 TMDSimPy is not on PyPI; it is fetched by its users. This module was written after its published
-sources and has not been run with it. Their hysteretic forces begin at the mean of a cycle, and so
-does this one unless ``rest`` says otherwise.
+sources; a stand-in that makes their calls runs it here, not TMDSimPy. Their hysteretic forces begin
+at the mean of a cycle, and so does this one unless ``rest`` says otherwise.
 """
 
 from __future__ import annotations
@@ -48,8 +48,15 @@ class JointForce(HystereticForce):  # type: ignore[misc]
                 f"got {to_local.shape} and {to_system.shape}"
             )
         super().__init__(to_local, to_system)
-        self.law, self.rest = law, rest
+        self.law, self.rest = law, [rest] * len(to_local)
         self.init_history()
+
+    def set_aft_initialize(self, X: ArrayLike) -> None:
+        """Let the joints begin at displacements X [m], shape (n,), in place of ``rest``.
+
+        A system calls it with what it was preloaded to.
+        """
+        self.rest = (self.Q @ np.asarray(X, dtype=float)).tolist()
 
     def init_history(self, unlth0: Any = None, h: Any = None) -> None:
         """Put every joint at rest, for :meth:`force`."""
@@ -81,8 +88,8 @@ class JointForce(HystereticForce):  # type: ignore[misc]
             Frequency [rad/s], on which nothing depends.
         h : array_like of int
             Harmonics, rising.
-        Nt, tol : optional
-            Of their interface; there is nothing to sample.
+        Nt, tol, calc_grad, ... : optional
+            Of their interface; there is nothing to sample, and gradients are always there.
 
         Returns
         -------
@@ -95,7 +102,7 @@ class JointForce(HystereticForce):  # type: ignore[misc]
         force = np.zeros_like(coefficients)
         jacobian = np.zeros((coefficients.size, coefficients.size))
         for i, motion in enumerate(local):
-            found = self.law.harmonics(motion, numbers, self.rest)
+            found = self.law.harmonics(motion, numbers, self.rest[i])
             force += np.kron(found.force, self.T[:, i])
             jacobian += np.kron(found.jacobian, np.outer(self.T[:, i], self.Q[i]))
         return force, jacobian, np.zeros_like(coefficients)

@@ -309,8 +309,8 @@ def test_a_nonlinear_mode_is_a_motion_in_time() -> None:
         seen.append([decay.frequency[3:].mean(), decay.damping_ratio[3:].mean()])
     coarse, fine = np.array(seen)
     limit = (4.0 * fine - coarse) / 3.0
-    assert limit[0] == pytest.approx(frequency, rel=2e-6)
-    assert abs(limit[1]) < 2e-4 * damping
+    assert limit[0] == pytest.approx(frequency, rel=1e-6)
+    assert abs(limit[1]) < 1e-4 * damping
 
 
 def pulled_bar_loss(std: float, nodes: int) -> float:

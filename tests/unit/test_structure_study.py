@@ -156,38 +156,53 @@ def test_a_fit_tells_what_the_test_knows(folder: Path) -> None:
     assert json.dumps(found, allow_nan=False)
 
 
-def test_identify_takes_a_table_of_a_structure(folder: Path) -> None:
+@pytest.fixture(scope="module")
+def ring(folder: Path) -> Path:
+    """A ring-down of one mode."""
+    time = np.arange(0.0, 0.1, 1e-4 / 3.0)
+    decay = np.exp(-5.0 * time) * np.cos(2.0 * np.pi * 900.0 * time)
+    rows = "".join(f"{t:.9g},{x:.9g}\n" for t, x in zip(time, decay, strict=True))
+    (folder / "hammer.csv").write_text("time [s],displacement [um]\n" + rows, encoding="utf-8")
+    return folder / "hammer.csv"
+
+
+def run(*words: str | Path) -> Any:
     from click.testing import CliRunner
 
     from microslip.cli import main
 
-    text = STUDY.replace("measured = {", "# measured = {").replace("form = {", "# form = {")
-    text = text.replace("{ low = 0.1, high = 0.6 }", "0.35")
-    (folder / "known.toml").write_text(
-        text.replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"'), encoding="utf-8"
-    )
-    table, study = str(folder / "test.csv"), str(folder / "known.toml")
-    outcome = CliRunner().invoke(main, ["identify", table, "--study", study, "--json"])
-    assert outcome.exit_code == 0, outcome.output
-    found = json.loads(outcome.stdout)
-    assert set(found["values"]) == {"friction_coefficient", "tension"}
-    ring = folder / "hammer.csv"
-    time = np.arange(0.0, 0.1, 1e-4 / 3.0)
-    decay = np.exp(-5.0 * time) * np.cos(2.0 * np.pi * 900.0 * time)
-    rows = "".join(f"{t:.9g},{x:.9g}\n" for t, x in zip(time, decay, strict=True))
-    ring.write_text("time [s],displacement [um]\n" + rows, encoding="utf-8")
-    words = [table, str(ring), "--study", study, "--band", "700..1100 Hz", "--json"]
-    outcome = CliRunner().invoke(main, ["identify", *words])
+    return CliRunner().invoke(main, [str(word) for word in words])
+
+
+def test_a_band_is_for_ring_downs(folder: Path, ring: Path) -> None:
+    from microslip.cli.structures import bands_of
+
+    table, band = folder / "test.csv", "700..1100 Hz"
+    assert bands_of([str(table), str(ring)], band) == [None, (700.0, 1100.0)]
+    outcome = run("measure", table, "--band", band)
     assert outcome.exit_code == 2
-    assert "test.csv: band is for a ring-down, this is a curve" in outcome.stderr
-    outcome = CliRunner().invoke(main, ["measure", *words[1:2], *words[4:]])
+    assert "band is for a ring-down, this is a curve" in outcome.stderr
+    outcome = run("measure", table, ring, "--band", band, "--json")
     assert outcome.exit_code == 0, outcome.output
-    (test,) = json.loads(outcome.stdout)["tests"]
+    _, test = json.loads(outcome.stdout)["tests"]
     np.testing.assert_allclose(test["modal_frequency"], 900.0, rtol=1e-3)
     # A filter hears the ends of the signal: 6 % there, 1e-3 between.
     wanted = 5.0 / (2.0 * np.pi * 900.0)
     np.testing.assert_allclose(test["modal_damping_ratio"], wanted, rtol=0.1)
     np.testing.assert_allclose(test["modal_damping_ratio"][2:-2], wanted, rtol=5e-3)
+
+
+@pytest.mark.slow
+def test_identify_takes_several_tests_of_a_structure(folder: Path, ring: Path) -> None:
+    text = STUDY.replace("measured = {", "# measured = {").replace("form = {", "# form = {")
+    text = text.replace("{ low = 0.1, high = 0.6 }", "0.35")
+    (folder / "known.toml").write_text(
+        text.replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"'), encoding="utf-8"
+    )
+    words = ["--study", folder / "known.toml", "--band", "700..1100 Hz", "--json"]
+    outcome = run("identify", folder / "test.csv", ring, *words)
+    assert outcome.exit_code == 0, outcome.output
+    assert set(json.loads(outcome.stdout)["values"]) == {"friction_coefficient", "tension"}
 
 
 def test_the_curves_are_in_the_labelled_arrays(result: ms.Result) -> None:
@@ -203,6 +218,14 @@ def test_the_curves_are_in_the_labelled_arrays(result: ms.Result) -> None:
     assert np.array_equal(held.coords["structure_amplitude"].values, curve.amplitude)
     assert held.variables["modal_damping_ratio_high"].values.shape == (1, 3)
     assert held.variables["patch_loss_share"].values.sum() == pytest.approx(1.0)
+
+
+def test_the_copy_of_a_study_finds_its_tests(folder: Path, tmp_path: Path) -> None:
+    text = STUDY.replace("measured = {", "measured = [{").replace('"test.csv" }', '"test.csv" }]')
+    study = ms.Study.from_toml(text, folder=folder)
+    again = ms.Study.from_toml(study.text_for(tmp_path), folder=tmp_path)
+    assert again.structure is not None
+    np.testing.assert_array_equal(again.structure.measured[0].table[:, 1], [900.0, 899.0])
 
 
 def test_files_are_written(result: ms.Result, tmp_path: Path) -> None:

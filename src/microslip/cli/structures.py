@@ -68,6 +68,15 @@ def band_of(text: str | None) -> tuple[float, float] | None:
     return ends
 
 
+def bands_of(records: Sequence[str], text: str | None) -> list[tuple[float, float] | None]:
+    """The band of each test: where there are ring-downs among others, it is theirs alone."""
+    from microslip.structures.modal_test_files import modal_kind
+
+    band = band_of(text)
+    rings = [modal_kind(record) == "ring-down" for record in records]
+    return [band if ring or not any(rings) else None for ring in rings]
+
+
 def measure_modes(
     records: Sequence[str],
     folder: Path | None,
@@ -85,14 +94,14 @@ def measure_modes(
         from microslip.results.modal_test import KIND, document, file_names, write
         from microslip.structures import ModalTest
 
-        within = band_of(band)
+        bands = bands_of(records, band)
         with ExitStack() as stack:
             stage = None
             if folder is not None:  # first, so that nothing is read in vain
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "measurement"))
             report = stack.enter_context(progress("Measuring"))
             tests = []
-            for index, record in enumerate(records):
+            for index, (record, within) in enumerate(zip(records, bands, strict=True)):
                 tests.append(ModalTest.read(record, band=within))
                 report((index + 1) / len(records))
             found = document(tests, file_names(kinds) if stage is not None else ())
@@ -123,9 +132,8 @@ def identify_structure(
     fit = next((part["fit"] for part in listed if isinstance(part, dict) and "fit" in part), None)
     if fit is None:
         fit = ["friction_coefficient", "tension", *(["form"] if "form" in given else [])]
-    within = band_of(band)
     tests = []
-    for index, record in enumerate(records):
+    for index, (record, within) in enumerate(zip(records, bands_of(records, band), strict=True)):
         own = listed[index] if len(listed) == len(records) else {}
         own = dict(own) if isinstance(own, dict) else {}
         test = {**own, "file": str(Path(record).resolve()), "fit": fit}

@@ -55,6 +55,7 @@ class TimeSteps:
         self._pull = (1.0 - c.force) * self._solve(self._directions)
         self._flexibility = self._directions.T @ self._pull
         self._states: list[JointState] = [group.start() for group in joints.groups]
+        self._sticking, self._identity = np.diag(joints.stuck), np.eye(joints.stuck.size)
         self.short = np.zeros(joints.stuck.size)
         """Joint forces beyond those of sticking joints [N]."""
         self.motion = np.zeros(joints.stuck.size)
@@ -84,8 +85,7 @@ class TimeSteps:
             value, slope = state.try_(u)
             force[part] += value.reshape(-1)
             put_blocks(tangent, part.start, slope)
-        tangent[np.diag_indices_from(tangent)] -= self._joints.stuck
-        return force, tangent
+        return force, tangent - self._sticking
 
     def commit(self, motion: Floats, short: Floats) -> None:
         """Make the last trial of the joints their state."""
@@ -123,12 +123,11 @@ class TimeSteps:
         aim = self._directions.T @ linear
         motion = aim - self._flexibility @ self.short
         size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
-        identity = np.eye(motion.size)
         moved = np.inf
         for _ in range(_ITERATIONS):
             short, tangent = self.try_joints(motion)
             miss = motion - aim + self._flexibility @ short
-            change = np.linalg.solve(identity + self._flexibility @ tangent, miss)
+            change = np.linalg.solve(self._identity + self._flexibility @ tangent, miss)
             last, moved = moved, float(np.abs(change).max(initial=0.0))
             if moved <= _STEP * size or (moved <= 1e-9 * size and moved >= last):
                 break

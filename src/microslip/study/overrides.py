@@ -6,7 +6,7 @@ import copy
 import json
 import re
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -73,26 +73,34 @@ def moved(text: str, folder: Path, other: Path) -> str:
     def seen(name: str) -> str:
         return name if Path(name).is_absolute() else seen_from(other, folder / name)
 
-    changes = [
-        Override("", path, seen(names) if isinstance(names, str) else list(map(seen, names)))
-        for path, names in _texts(data)
-        if path[-1] in FILE_KEYS
-    ]
+    changes = [Override("", path, names) for path, names in _files(data, seen)]
     for change in changes:
         _put(data, change)
     return _with_comments(text, data, changes) if changes else text
 
 
-def _texts(
-    node: dict[str, Any], above: tuple[str, ...] = ()
-) -> Iterator[tuple[tuple[str, ...], str | list[str]]]:
+def _files(
+    node: dict[str, Any], seen: Callable[[str], str], above: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Keys that name files, and what they hold seen from elsewhere; lists of tables as a whole."""
     for key, value in node.items():
         if isinstance(value, dict):
-            yield from _texts(value, (*above, key))
-        elif isinstance(value, str) or (
-            isinstance(value, list) and value and all(isinstance(item, str) for item in value)
+            yield from _files(value, seen, (*above, key))
+        elif isinstance(value, list) and any(isinstance(item, dict) for item in value):
+            items = [
+                item | {name[0]: told for name, told in _files(item, seen)}
+                if isinstance(item, dict)
+                else item
+                for item in value
+            ]
+            if items != value:
+                yield (*above, key), items
+        elif key in FILE_KEYS and isinstance(value, str):
+            yield (*above, key), seen(value)
+        elif (
+            key in FILE_KEYS and isinstance(value, list) and all(isinstance(v, str) for v in value)
         ):
-            yield (*above, key), value
+            yield (*above, key), [seen(name) for name in value]
 
 
 def dotted(path: Sequence[str]) -> str:

@@ -257,7 +257,9 @@ class MeasuredPart(Part):
 
         reading = info.context if isinstance(info.context, Reading) else Reading()
         path = (reading.folder or Path()) / self.file
-        if self.band is not None or modal_kind(path) in ("ring-down", "stepped sine"):
+        named = {"amplitude", "frequency", "damping_ratio"} & self.model_fields_set
+        kind = modal_kind(path)
+        if self.band is not None or kind in ("ring-down", "stepped sine") or (kind and not named):
             test = ModalTest.read(path, band=self.band)
             self._table = np.stack([test.amplitude, test.frequency, test.damping_ratio], axis=1)
             reading.notes.extend(f"structure.measured: {note}" for note in test.notes)

@@ -109,11 +109,27 @@ def length_of(case: Case) -> float:
 def law_params(*, which: Callable[[ms.BackboneLaw], bool] = lambda law: True) -> list[Any]:
     """Every example of every backbone law, for ``pytest.mark.parametrize``; or those asked for."""
     return [
-        pytest.param(law, id=f"{cls.__name__}-{i}")
+        pytest.param(law, id=f"{cls.__name__}-{i}", marks=_marks(cls, i))
         for cls in LAWS
         for i, law in enumerate(cls.examples())
         if which(law)
     ]
+
+
+def joint_params(*, which: Callable[[ms.Interface], bool] = lambda joint: True) -> list[Any]:
+    """Every example of an interface; or those asked for."""
+    return [
+        pytest.param(joint, id=f"Interface-{i}", marks=_marks(ms.Interface, i))
+        for i, joint in enumerate(ms.Interface.examples())
+        if which(joint)
+    ]
+
+
+def _marks(cls: type, index: int) -> tuple[pytest.MarkDecorator, ...]:
+    """Every surface stands at three loads, of which the default suite takes one in turn."""
+    surface, load = divmod(index - 1, 3)
+    quick = cls is not ms.Interface or index == 0 or load == surface % 3
+    return () if quick else (pytest.mark.slow,)
 
 
 def is_elastic(law: ms.BackboneLaw) -> bool:

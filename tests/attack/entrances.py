@@ -10,6 +10,9 @@ import numpy as np
 
 import microslip as ms
 
+from .structure_entrances import add_structures
+from .surface_entrances import add_scans, add_surfaces
+
 
 class Entrance(NamedTuple):
     """A callable, arguments that it takes, and those of them that are numbers."""
@@ -83,7 +86,9 @@ def entrances() -> dict[str, Entrance]:
         add(f"{name}.displacement", law.displacement, force=[0.1, -0.1])
         add(f"{name}.loss_factor of force", law.loss_factor, force_amplitude=0.1)
         add(f"{name}.to_iwan", law.to_iwan, cells=10)
-        add(f"{name}.to_segalman", law.to_segalman, smallest_amplitude=1e-8, largest_amplitude=1e-6)
+        if name != "Jenkins":  # it dissipates nowhere below its one slider
+            add(f"{name}.to_segalman", law.to_segalman, smallest_amplitude=1e-8,
+                largest_amplitude=1e-6)  # fmt: skip
     add("joint.stick_area", joint.stick_area, displacement=1e-7)
     add("joint.coupled_force", joint.coupled_force, displacement=[1e-7, 0.0],
         normal_load=[1e3, 2e3])  # fmt: skip
@@ -97,7 +102,9 @@ def entrances() -> dict[str, Entrance]:
     add("sweep", ms.sweep, joint=joint, normal_load=[100.0], amplitude=[1e-7])
     _add_motion(add, laws)
     _add_fields(add, surface, joint)
-    _add_structures(add, surface, joint)
+    add_structures(add, surface, joint)
+    add_surfaces(add, surface, joint)
+    add_scans(add, pair)
     _add_records(add, joint)
     return found
 
@@ -126,6 +133,7 @@ def _add_motion(add: Add, laws: dict[str, Any]) -> None:
     add("joint.try_ with a separation", joint.start().try_, displacement=1e-7, separation=3e-7)
     add("joint.advance with a load", joint.start().advance, displacement=[1e-7], normal_load=[1e3])
     add("joint.start", joint.start, arrays=joint.start().to_arrays())
+    _add_options(add, joint)
     add("Parallel", ms.Parallel, laws=[joint, laws["Jenkins"]])
     add("BoucWen", ms.BoucWen, stiffness=1e8, yield_force=1.0, alpha=0.1, A=1.0, beta=0.5,
         gamma=0.5, n=1.0)  # fmt: skip
@@ -138,6 +146,42 @@ def _add_motion(add: Add, laws: dict[str, Any]) -> None:
         add(f"{kind}.pdf", heights.pdf, height=1e-7)
         add(f"{kind}.cdf", heights.cdf, height=1e-7)
         add(f"{kind}.partial_moment", heights.partial_moment, order=1.5, threshold=1e-7)
+
+
+def _add_options(add: Add, joint: Any) -> None:
+    """Arguments of which a call takes one or the other, and what comes of cycles."""
+    two = {"displacement": [1e-7, 0.0]}
+    add("joint.coupled_force at d", joint.coupled_force, **two, separation=[3e-7, 2e-7])
+    add("joint.coupled_response of forces", joint.coupled_response, force=[1.0, 0.0],
+        normal_load=[1e3, 2e3])  # fmt: skip
+    add("joint.coupled_displacement at d", joint.coupled_displacement, force=[1.0, 0.0],
+        separation=[3e-7, 2e-7])  # fmt: skip
+    add("joint.first_loading at N", joint.first_loading, displacement=[1e-7], normal_load=[1e3])
+    add("joint.harmonics, load varies", joint.harmonics, coefficients=[0.0, 1e-7, 0.0],
+        normal_load=[2e3, 1e2, 0.0], samples=32)  # fmt: skip
+    add("joint.advance with a separation", joint.start().advance, displacement=[1e-7],
+        separation=[3e-7])  # fmt: skip
+    for method in ("dissipated_energy", "energy_ratio", "damping_ratio", "secant_stiffness",
+                   "dissipation_exponent"):  # fmt: skip
+        for law in (joint, ms.SegalmanIwan(100.0, 1e8, -0.5, 1.0)):
+            add(f"{type(law).__name__}.{method} of force", getattr(law, method),
+                force_amplitude=0.1)  # fmt: skip
+    add("joint.to_iwan over a range", joint.to_iwan, cells=10, smallest_amplitude=1e-8,
+        largest_amplitude=1e-6)  # fmt: skip
+    add("Sliders.density", joint.sliders().density, yield_displacement=1e-7)
+    add("Iwan.guess", ms.Iwan.guess, ("data",), data=joint.loop(1e-6), cells=4)
+    add("BoucWen.loop", ms.BoucWen(1e8, 1.0).loop, amplitude=1e-8, samples=16)
+    cycle = joint.periodic([1e-7, -1e-7, 0.0], separation=[3e-7, 2e-7, 3e-7])
+    add("CoupledCycle.derivative", cycle.derivative, displacement=[0.0, 1.0, 0.0],
+        separation=[1.0, 0.0, 0.0])  # fmt: skip
+    loads = joint.periodic([1e-7, -1e-7, 0.0], normal_load=[1e3, 2e3, 1e3])
+    add("CoupledCycle.derivative by loads", loads.derivative, displacement=[0.0, 1.0, 0.0],
+        normal_load=[1.0, 0.0, 0.0])  # fmt: skip
+    response = joint.coupled_response(np.tile([1e-7, -1e-7], 4), normal_load=2e3)
+    add("CoupledResponse.energy_per_cycle", response.energy_per_cycle, samples_per_cycle=2)
+    add("CoupledResponse.ratcheting", response.ratcheting, samples_per_cycle=2)
+    add("State.from_arrays", type(joint.start()).from_arrays, ("law",), law=joint,
+        arrays=joint.start().to_arrays())  # fmt: skip
 
 
 def _add_fields(add: Add, surface: Any, joint: Any) -> None:
@@ -175,50 +219,18 @@ def _add_fields(add: Add, surface: Any, joint: Any) -> None:
     add("turning.periodic", turning.periodic, displacement_cycle=path, tolerance=1e-6)
     add("turning.harmonics", turning.harmonics, coefficients=np.full((2, 3), 1e-8), samples=16,
         tolerance=1e-6)  # fmt: skip
+    add("turning.start", turning.start, nodes=2)
+    add("VectorCycle.derivative", turning.periodic(path).derivative, directions=path)
+    add("FieldCycle.derivative", field.periodic(cycle, gaps).derivative, displacements=cycle,
+        separations=gaps)  # fmt: skip
+    add("field.at loads", field.at, loads=np.full(3, 100.0))
+    add("field.periodic from rest", field.periodic, displacements=cycle, rest=0.0)
+    add("field.harmonics from rest", field.harmonics, coefficients=cycle, rest=0.0)
+    add("plane.harmonics", plane.harmonics, coefficients=np.stack([cycle, cycle], axis=1),
+        separations=gaps, samples=16, tolerance=1e-6)  # fmt: skip
+    add("plane.periodic, tolerance", plane.periodic, tolerance=1e-6,
+        displacements=np.stack([cycle, cycle], axis=-1))  # fmt: skip
     add("turning.circle_energy", turning.circle_energy, amplitude=1e-7)
-
-
-def _add_structures(add: Add, surface: Any, joint: Any) -> None:
-    """Structures, their solvers, drawings, tests and readings of signals."""
-    mass = np.diag([2.0, 3.0, 2.0])
-    stiff = 1e7 * np.array([[3.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
-    law, between = ms.Jenkins(5e6, 100.0), np.array([1.0, -1.0, 0.0])
-    add("Structure", ms.Structure, mass=mass, stiffness=stiff, damping=1e-5 * stiff)
-    bare = ms.Structure(mass, stiff)
-    add("Structure.attach", bare.attach, joint=law, directions=between)
-    field = ms.JointField(surface, 0.3, areas=[1e-5], gaps=[0.0])
-    add("Structure.attach a field", bare.attach, joint=field, directions=np.eye(3)[:, None, :])
-    chain = bare.attach(law, directions=between)
-    add("Structure.preload", chain.preload, static_force=[0.0, 1.0, 0.0])
-    add("Structure.linear_modes", chain.linear_modes, count=2)
-    add("Structure.modes", chain.modes, index=0, amplitudes=[1e-6, 1e-5], harmonics=[1, 3],
-        samples=32, at=[0.0, 0.0, 1.0], damping_ratio=1e-3)  # fmt: skip
-    add("Structure.modes, quasi-static", chain.modes, ("method",), index=0, amplitudes=[1e-6],
-        method="quasi-static")  # fmt: skip
-    add("Structure.forced_response", chain.forced_response, force=[0.0, 0.0, 1.0],
-        frequencies=[100.0, 120.0], harmonics=[1], samples=16)  # fmt: skip
-    time = np.arange(40) * 1e-4
-    add("Structure.integrate", chain.integrate, force=np.zeros(3), time=time,
-        displacement=[0.0, 0.0, 1e-6], spectral_radius=0.9)  # fmt: skip
-    curve = chain.modes(0, [1e-6, 1e-5, 1e-4], method="quasi-static")
-    add("ModalCurve.forced_response", curve.forced_response, force=[0.0, 0.0, 1e-6], samples=20)
-    signal = np.exp(-30.0 * time) * np.cos(2e4 * time)
-    add("read_decay", ms.read_decay, time=time * 0.1, signal=signal)
-    add("ModalTest", ms.ModalTest, amplitude=[1e-6, 2e-6], frequency=[100.0, 99.0],
-        damping_ratio=[1e-3, 2e-3], mode=0, frequency_error=0.01, damping_error=0.1)  # fmt: skip
-    add("ModalTest.from_ring_down", ms.ModalTest.from_ring_down, time=time * 0.1,
-        displacement=signal, points=4)  # fmt: skip
-    bolts = {"positions": [0.0], "shank": 6e-3, "hole": 6.6e-3, "washer": 12e-3}
-    add("Bolts", ms.Bolts, **bolts, tension=5e3)
-    add("Bolts of a torque", ms.Bolts, **bolts, torque=10.0, thread=6e-3, nut_factor=0.2)
-    add("LapJoint", ms.LapJoint, length=0.2, width=0.02, thickness=0.012, lap=0.03,
-        bolts=ms.Bolts(**bolts, tension=5e3))  # fmt: skip
-    oscillator = ms.Oscillator(mass=1.0, stiffness=1e6, joint=joint)
-    for method in ("frequency", "angular_frequency", "damping_ratio"):
-        add(f"Oscillator.{method}", getattr(oscillator, method), amplitude=1e-7)
-    add("Oscillator.decay", oscillator.decay, amplitude=1e-7, cycles=3)
-    add("Oscillator.ring_down", oscillator.ring_down, amplitude=1e-7, cycles=3,
-        samples_per_cycle=20)  # fmt: skip
 
 
 def _add_records(add: Add, joint: Any) -> None:
@@ -239,11 +251,28 @@ def _add_records(add: Add, joint: Any) -> None:
         fixed={"stiffness": 1e8}, bounds={"force_limit": (1.0, 1e3)},
         start={"force_limit": 50.0})  # fmt: skip
     add("compare", ms.compare, records=record, laws=["jenkins"])
-    heights = 1e-7 * np.random.default_rng(1).standard_normal((16, 12))
-    add("Scan", ms.Scan, heights=heights, pixel=1e-6)
-    scan = ms.Scan(heights, 1e-6)
-    add("Scan.condition", scan.condition, cutoff=4e-6, long_cutoff=1e-5, outliers=4.0)
-    add("Scan.summits", scan.summits, cutoff=4e-6, window=3)
-    add("Scan.over_cutoffs", scan.over_cutoffs, cutoffs=[3e-6, 4e-6])
+    add("measure, folded", ms.measure, record=record, confidence=0.9)
+    add("identify of an area", ms.identify, ("law",), records=record, law="jenkins", area=1e-4,
+        delay=0.0)  # fmt: skip
+    add("Record with a command", ms.Record, displacement=x, force=force, sample_rate=64.0,
+        commanded=x)  # fmt: skip
+    add("VirtualTribometer with noise", ms.VirtualTribometer, joint=joint, noise=0.01,
+        sample_rate=100.0, limits={"force": (-1.0, 1.0)})  # fmt: skip
+    found = ms.identify(record, "jenkins", held_back=0.0)
+    add("Identification.joint", found.joint, normal_load=10.0)
+    _add_evaluations(add, joint)
+    add("sweep of forces", ms.sweep, joint=joint, normal_load=[100.0], force_amplitude=[1.0])
     add("sweep of all", ms.sweep, joint=joint, normal_load=[100.0], amplitude=[1e-7],
         friction_coefficient=[0.3])  # fmt: skip
+
+
+def _add_evaluations(add: Add, joint: Any) -> None:
+    """Many joints at once."""
+    named = {"young_modulus": 69e9, "poisson_ratio": 0.33, "std": 5e-7, "radius": 1e-3,
+             "density": 1e8, "area": 2e-4, "friction_coefficient": 0.5}  # fmt: skip
+    add("evaluate", ms.evaluate, **named, mean=0.0, normal_load=[1e3, 2e3], amplitude=1e-7,
+        other_young_modulus=2e11, other_poisson_ratio=0.3)  # fmt: skip
+    add("evaluate at d", ms.evaluate, **named, separation=1e-7, force_amplitude=[1.0, 2.0])
+    add("evaluate loops", ms.evaluate, **named, normal_load=1e3, amplitude=1e-7, samples=16)
+    add("evaluate of a surface", ms.evaluate, ("surface",), surface=joint.surface,
+        friction_coefficient=0.5, normal_load=1e3, amplitude=1e-7)  # fmt: skip

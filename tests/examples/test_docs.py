@@ -53,6 +53,8 @@ PAGES = sorted(
     + [page for page in DOCS.rglob("*.md") if page.relative_to(DOCS).parts[0] not in MADE]
 )
 LANGUAGES = {"python", "sh", "toml", "csv", "text", "matlab", "{toctree}", "{eval-rst}"}
+# What takes seconds runs with the slow tests.
+LONG = {("docs/structures.md", "python"), ("docs/figures.md", "sh")}
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"
 
 
@@ -99,7 +101,11 @@ def write_files(page: Path) -> None:
 
 def pages_with(language: str) -> list[Any]:
     names = [(page, str(page.relative_to(ROOT))) for page in PAGES]
-    return [pytest.param(page, id=name) for page, name in names if blocks(page, language)]
+    return [
+        pytest.param(page, id=name, marks=pytest.mark.slow if (name, language) in LONG else ())
+        for page, name in names
+        if blocks(page, language)
+    ]
 
 
 # -- python ---------------------------------------------------------------------------------------

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import inspect
 import os
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from attack import ATTACKS
 from attack.campaign import LONGEST_MESSAGE, Tally, demand, run
+from attack.entrances import entrances
 from attack.files import seeds
 from attack.memory_by_rule import ExactContact
 
@@ -73,3 +77,59 @@ def test_the_rule_by_hand() -> None:
     half, full = 1.0 - 0.5**1.5, 1.0
     wanted = joint.force_limit * np.array([half, -half, half, full])
     np.testing.assert_allclose(forces, wanted, rtol=1e-13)
+
+
+# Made by the library and handed out, so that nobody else fills them in; readers of files, which are
+# attacked by files; and what takes seconds a call and hands its arguments on to others here.
+NOT_ENTERED = {
+    *("AsperityFields", "Comparison", "Convergence", "CoupledCycle", "CoupledHarmonics", "Decay"),
+    *("CoupledResponse", "FieldCycle", "FieldResponse", "FirstLoading", "ForcedResponse"),
+    *("FreeDecay", "HarmonicForce", "Identification", "IsotropicField", "IwanFit", "Measurement"),
+    *("MeshedJoint", "ModalCurve", "ModalIdentification", "Motion", "PeriodicResponse", "RingDown"),
+    *("PerssonCurve", "Preload", "Pressure", "ReducedJoint", "SegalmanFit", "Sliders", "Summits"),
+    *("Sweep", "TightenedSurface", "VectorCycle", "VectorResponse", "Verdict"),
+    *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "read_gap_table"),
+    *("LapJoint.converge", "PerssonCurve.from_spectrum", "Scan.changed", "evaluate_to_zarr"),
+    *("EllipticSummits.tightened", "PressedJoint.guess", "Asperity.guess"),  # they refuse
+    *(f"NormalLaw.{quantity}" for quantity in ("contact_area", "contact_count")),  # so do these
+    *("NormalLaw.contact_probability", "MeshedJoint.shank_sections"),
+}
+
+
+def test_every_callable_is_attacked() -> None:
+    """All that takes a number and is public, constructors and methods included."""
+    entered = {qualified(door.call) for door in entrances().values()} | NOT_ENTERED
+    missing = []
+    for name in ms.__all__:
+        item = getattr(ms, name)
+        if not callable(item) or (isinstance(item, type) and issubclass(item, Exception)):
+            continue
+        methods = [(name, item)]
+        if isinstance(item, type):
+            own = (key for key in dir(item) if not key.startswith(("_", "plot", "model_")))
+            methods += [(f"{name}.{key}", getattr(item, key)) for key in own]
+        for title, call in methods:
+            if item is not ms.Study and takes_numbers(call):
+                missing += [title] * (not {title, qualified(call)} & entered)
+    assert not missing, "callables without an entrance in tests/attack"
+
+
+def takes_numbers(call: Any) -> bool:
+    try:
+        parameters = inspect.signature(call).parameters if callable(call) else {}
+    except ValueError:
+        return False
+    return any(
+        re.search(r"\b(ArrayLike|float|int)\b", str(p.annotation)) for p in parameters.values()
+    )
+
+
+def qualified(call: Any) -> str:
+    """Where a callable was written, whatever class or object hands it out."""
+    return str(getattr(call, "__func__", call).__qualname__)
+
+
+@pytest.mark.slow
+def test_every_entrance_opens_to_its_own_arguments() -> None:
+    for door in entrances().values():
+        door.call(**door.arguments)

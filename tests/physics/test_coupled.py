@@ -11,7 +11,16 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 import pytest
-from cases import REFERENCE, closest, interface_of, own_case, reach_of, settled, shared_cases
+from cases import (
+    REFERENCE,
+    closest,
+    interface_of,
+    joint_params,
+    own_case,
+    reach_of,
+    settled,
+    shared_cases,
+)
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -23,9 +32,7 @@ from microslip.memory import Diagram
 from microslip.normal.spheres import Spheres
 from microslip.normal.varying_load_losses import means
 
-JOINTS = [
-    pytest.param(joint, id=f"Interface-{i}") for i, joint in enumerate(ms.Interface.examples())
-]
+JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)
 SPHERE = ms.Interface(
     ms.SphereOnFlat(ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33)), 5e-3),
@@ -593,11 +600,7 @@ def test_a_cycle_must_be_whole_and_within_the_record(bad) -> None:
 # The load curve as a profile
 
 
-PROFILED = [
-    pytest.param(joint, id=f"Interface-{i}")
-    for i, joint in enumerate(ms.Interface.examples())
-    if joint._coupling.profile(0.0, 0.0) is not None
-]
+PROFILED = joint_params(which=lambda joint: joint._coupling.profile(0.0, 0.0) is not None)
 
 
 def plainly(joint: ms.Interface) -> ms.Interface:

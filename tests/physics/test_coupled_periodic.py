@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cases import ends_below, reach_of
+from cases import ends_below, joint_params, reach_of
 from hypothesis import given
 from hypothesis import strategies as st
 
 import microslip as ms
 
-JOINTS = [
-    pytest.param(joint, id=f"Interface-{i}") for i, joint in enumerate(ms.Interface.examples())
-]
+JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)
 both_kernels = pytest.mark.usefixtures("kernel")
 WORKED = ms.Interface.examples()[0]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import ends_below, reach_of
+from cases import ends_below, joint_params, reach_of
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,9 +15,7 @@ import microslip as ms
 from microslip import kernels
 from microslip.kernels import twin
 
-JOINTS = [
-    pytest.param(joint, id=f"Interface-{i}") for i, joint in enumerate(ms.Interface.examples())
-]
+JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)
 EPS = np.finfo(float).eps
 WORKED = ms.Interface.examples()[0]

@@ -5,13 +5,11 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 import pytest
-from cases import ends_below, reach_of
+from cases import ends_below, joint_params, reach_of
 
 import microslip as ms
 
-JOINTS = [
-    pytest.param(joint, id=f"Interface-{i}") for i, joint in enumerate(ms.Interface.examples())
-]
+JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)
 WORKED = ms.Interface.examples()[0]
 

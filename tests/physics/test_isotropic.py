@@ -284,7 +284,7 @@ CALLS: list[tuple[Any, str]] = [
     (lambda: ms.IsotropicJoint(3.0), "joint must be a backbone law"),
     (lambda: ms.IsotropicJoint(JOINT, 0), "sliders must be an integer from 1 to"),
     (lambda: ms.IsotropicJoint(ms.Coulomb(1.0)), "rigid"),
-    (lambda: TWO.start(nodes=0), "nodes must be an integer of at least 1"),
+    (lambda: TWO.start(nodes=0), "nodes must be an integer from 1 to 1562500"),
     (lambda: TWO.start().try_([1.0, 2.0, 3.0]), r"shape \(1, 2\), or \(2,\), got \(3,\)"),
     (lambda: TWO.start().try_([1.0, np.nan]), "must be finite"),
     (lambda: TWO.start().try_([0.0, 0.0], 1.0), "separations have no meaning"),

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 from laboratory.campaign import KINDS, Tally, coverage, wrong
 from laboratory.wrong_physics import WRONG
+
+SLOW = partial(pytest.param, marks=pytest.mark.slow)
 
 
 def whole(tallies: dict[str, Tally]) -> Tally:
@@ -15,7 +19,10 @@ def whole(tallies: dict[str, Tally]) -> Tally:
     return together
 
 
-@pytest.mark.parametrize("kind", ["summits", "steps", "moving"])
+@pytest.mark.parametrize(
+    "kind",
+    ["steps", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("summits", "moving"))],
+)
 def test_ordinary_records_in_short(kind: str) -> None:
     """Three sets of kinds on which intervals once held nothing: at most one number is missed."""
     first = KINDS.index(kind)
@@ -25,6 +32,7 @@ def test_ordinary_records_in_short(kind: str) -> None:
     assert (tally.identified.total() == 0) == (kind == "moving")
 
 
+@pytest.mark.slow
 def test_wrong_physics_in_short() -> None:
     """Friction that wears in, and a parallel spring: nothing identified excludes the truth."""
     found = wrong(range(1), ("wear in", "parallel spring", "clipped force"))

@@ -255,6 +255,7 @@ def pressed(joint: ms.ReducedJoint, surface: Any) -> tuple[Any, Any, Any]:
 
 
 @NEEDS
+@pytest.mark.slow
 def test_the_beam_has_the_published_frequencies_flat_and_with_its_form() -> None:
     file = SHARED / "data/scans/brb_surface_data.mat"
     pair = ms.MaterialPair(BEAM_STEEL, BEAM_STEEL)

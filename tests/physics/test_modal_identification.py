@@ -66,6 +66,7 @@ def test_what_was_put_in_comes_out_without_noise() -> None:
         np.testing.assert_allclose(curve.damping_ratio, test.damping_ratio, rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_noise_widens_the_intervals_and_they_hold_the_truth() -> None:
     found = identified(0.05, tuple(TRUE))
     for name, value in TRUE.items():
@@ -98,6 +99,7 @@ def test_a_ring_down_gives_back_its_curve() -> None:
     assert found.sensor == "tip"
 
 
+@pytest.mark.slow
 def test_a_wrong_assumption_is_seen_in_the_misfit() -> None:
     found = identified(
         0.0, ("friction_coefficient",)

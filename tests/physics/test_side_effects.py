@@ -31,6 +31,7 @@ def test_what_is_needed_is_told_and_mends_the_fit(kind: str, name: str, words: s
     assert not any("would explain" in note for note in whole.notes)
 
 
+@pytest.mark.slow
 def test_clipping_is_no_delay() -> None:
     made = a_wrong_set("clipped force", 0)
     found = ms.identify(made.records, held_back=0)

@@ -6,7 +6,7 @@ import io
 
 import numpy as np
 import pytest
-from cases import ends_below, is_elastic, law_params, reach_of, records
+from cases import ends_below, is_elastic, joint_params, law_params, reach_of, records
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,9 +18,7 @@ from microslip.memory import Memory
 
 LAWS = law_params()
 all_laws = pytest.mark.parametrize("law", LAWS)
-JOINTS = [
-    pytest.param(joint, id=f"Interface-{i}") for i, joint in enumerate(ms.Interface.examples())
-]
+JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)
 both_kernels = pytest.mark.usefixtures("kernel")
 WORKED = ms.Interface.examples()[0]

@@ -69,6 +69,7 @@ def test_words(plate: Plate) -> None:
 # -- the pictures ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @all_plates
 def test_nothing_is_clipped(plate: Plate) -> None:
     figure = drawn(plate.number).figure
@@ -376,6 +377,7 @@ def test_files(tmp_path: Path) -> None:
     np.testing.assert_array_equal(back, list(columns("19.13").values()))
 
 
+@pytest.mark.slow
 def test_the_same_files_each_time(tmp_path: Path) -> None:
     folders = [tmp_path / name for name in ("first", "second")]
     # Alone, and after another one.

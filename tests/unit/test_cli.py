@@ -275,10 +275,18 @@ WRITING = [
     ["completion", "zsh"],
     ["--help"],
 ]
+# That no way of writing goes round the streams; the first is a result, the third is text.
+all_writing = pytest.mark.parametrize(
+    "arguments",
+    [
+        pytest.param(words, marks=() if i in (0, 2) else pytest.mark.slow, id=" ".join(words))
+        for i, words in enumerate(WRITING)
+    ],
+)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
-@pytest.mark.parametrize("arguments", WRITING, ids=" ".join)
+@all_writing
 def test_a_full_output_is_one_line(arguments: list[str]) -> None:
     with Path("/dev/full").open("wb") as full:
         done = process(*arguments, stdout=full)
@@ -295,7 +303,7 @@ def test_an_error_that_cannot_be_written_is_one_all_the_same() -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="pipes break otherwise there")
-@pytest.mark.parametrize("arguments", WRITING, ids=" ".join)
+@all_writing
 def test_a_pipe_that_nobody_reads_is_no_error(arguments: list[str]) -> None:
     reading, writing = os.pipe()
     os.close(reading)
@@ -308,7 +316,7 @@ def test_a_pipe_that_nobody_reads_is_no_error(arguments: list[str]) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no shell that closes streams")
-@pytest.mark.parametrize("arguments", WRITING, ids=" ".join)
+@all_writing
 def test_streams_may_be_closed(arguments: list[str]) -> None:
     command = shlex.join([sys.executable, "-m", "microslip.cli", *arguments])
     # One of them says which streams count, the others that no way of writing goes round them.
@@ -321,6 +329,7 @@ def test_streams_may_be_closed(arguments: list[str]) -> None:
         assert ("joint-result" in names()) == (arguments[0] == "predict")
 
 
+@pytest.mark.slow
 def test_a_strange_environment_does_not_matter() -> None:
     strange = {"COLUMNS": "many", "LINES": "-3", "MPLBACKEND": "none such", "LANG": "tlh_QO"}
     done = process("predict", "joint.toml", **strange, MPLCONFIGDIR=os.devnull)

@@ -120,7 +120,7 @@ def killed_at_every_line(scene: str, home: Path) -> list[list[Any]]:
 @pytest.mark.parametrize(
     "scene",
     [
-        "swap old",
+        pytest.param("swap old", marks=pytest.mark.slow),
         pytest.param("swap", marks=pytest.mark.slow),
         pytest.param("swap deep", marks=pytest.mark.slow),
         "renames old",
@@ -229,6 +229,7 @@ class Command:
         return killed
 
 
+@pytest.mark.slow
 def test_killed_at_random_moments(tmp_path: Path) -> None:
     command = Command(tmp_path, 'formats = ["csv", "netcdf"]\nreport = false\n')
     # How many runs are done before the kill is a matter of the machine; what is left is not.

@@ -96,6 +96,7 @@ def test_words_are_folded_into_their_column() -> None:
     assert "1 kN, 2 kN … 29 kN (29)" in run("check", "joint.toml", "--set", loads).stdout
 
 
+@pytest.mark.slow
 def test_progress_is_shown_on_a_terminal_after_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
     slow = "--set", 'output.formats=["png"]'
     _, shown = on_a_terminal("predict", "joint.toml", *slow)

@@ -67,8 +67,11 @@ def positive(name: str, value: Any, unit: str = "", example: float = 1.0) -> flo
     return result
 
 
-def floats(name: str, value: ArrayLike) -> Floats:
-    """Finite numbers of any shape as a contiguous float64 array; empty ones are refused."""
+def floats(name: str, value: ArrayLike, *, missing: bool = False) -> Floats:
+    """Finite numbers of any shape as a contiguous float64 array; empty ones are refused.
+
+    NaN may stand for what is missing, if that is said.
+    """
     try:
         if _is_text(value) or np.ma.is_masked(value):
             raise TypeError
@@ -87,7 +90,7 @@ def floats(name: str, value: ArrayLike) -> Floats:
     with np.errstate(all="ignore"):
         total = float(np.add.reduce(array, axis=None))
     if not math.isfinite(total):
-        bad = np.flatnonzero(~np.isfinite(array))
+        bad = np.flatnonzero(np.isinf(array) if missing else ~np.isfinite(array))
         if bad.size:
             raise InputError(
                 Argument(name),

@@ -113,7 +113,9 @@ def periodic(
     """See :meth:`microslip.JointField.periodic`."""
     x = _cycles(field, "displacements", displacements)
     start, from_mean = _rest(field, rest, x)
-    places = (x - start[:, None]) / field._slip[:, None]
+    # Beyond 1e200 slips there is no more to come, but numbers that overflow.
+    with np.errstate(over="ignore"):
+        places = np.clip((x - start[:, None]) / field._slip[:, None], -1e200, 1e200)
     steps = None
     if separations is not None:
         steps = _steps(field, _cycles(field, "separations", separations))

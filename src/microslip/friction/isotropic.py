@@ -19,6 +19,7 @@ from microslip.friction.vector_cycles import SETTLED, VectorCycle, settle, trans
 from microslip.memory.vector_state import VectorState
 
 MOST_SLIDERS = 100_000
+_MOST_HELD = 100_000_000  # sliders of all joints of a state
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,10 +107,10 @@ class IsotropicJoint(Locked):
         Raises
         ------
         InputError
-            No whole number above zero.
+            No whole number above zero, or so large that all sliders are more than 100 million.
         """
         if nodes is not None:
-            whole("nodes", nodes)
+            whole("nodes", nodes, 1, _MOST_HELD // self._tops.size)
         return VectorState(_Held(self, int(nodes or 1)), nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:

@@ -43,4 +43,5 @@ class Sliders(Locked):
             )
         if self._density is None:
             return plain(np.zeros(u.shape))
-        return plain(self._density(u.reshape(-1)).reshape(u.shape))
+        # So far out that nothing yields there, and so near that laws do not overflow.
+        return plain(self._density(np.minimum(u, 1e200).reshape(-1)).reshape(u.shape))

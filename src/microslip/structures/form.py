@@ -45,13 +45,13 @@ def gaps_at(form: Any, places: Floats) -> Floats:
                 f"{values.shape} for {len(places)} places"
             )
         return values
-    table = np.asarray(form)
-    if table.dtype.kind not in "iuf" or table.ndim != 2 or table.shape[1] != 3:
+    table = floats("form", form, missing=True)
+    if table.ndim != 2 or table.shape[1] != 3:
         raise InputError(
             "form must be a function of x and y, or a table with the columns x, y and gap [m], got "
             f"{show(form) if table.ndim != 2 else f'shape {table.shape}'}"
         )
-    known = table[np.isfinite(table).all(axis=1)].astype(float)
+    known = table[np.isfinite(table).all(axis=1)]
     if len(known) < 4:
         raise InputError(f"form must know at least 4 places, got {len(known)}")
     floats("form", known)

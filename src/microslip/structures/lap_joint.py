@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
@@ -130,14 +131,16 @@ class LapJoint:
         marks = [
             [(c - half, c + half) for c in np.unique(bolts.positions[:, axis])] for axis in (0, 1)
         ]
+        arm = 0.5 * self.thickness if self.style == "half-lap" else self.thickness
+        longest = max(self.lap, self.width, arm)
+        check_count(math.ceil(max(longest - 2.0 * half * len(bolts), 0.8 * arm) / size))
         columns = lines(-end, end, marks[0], size)
         rows = lines(-edge, edge, marks[1], size)
+        layers = max(2, round(0.8 * arm / size))
+        check_count(4 * layers * (len(columns) - 1) * (len(rows) - 1))
         scale = 1e-7 * min(self.lap, self.width, self.thickness)
         lap = plan(columns, rows, bolts, half, scale)
-        arm = 0.5 * self.thickness if self.style == "half-lap" else self.thickness
-        layers = max(2, round(0.8 * arm / size))
         below, above = np.linspace(-arm, 0.0, layers + 1), np.linspace(0.0, arm, layers + 1)
-        check_count(4 * layers * (len(columns) - 1) * (len(rows) - 1))
         solids = Solids(scale)
         arm_cells = [*lap.plate, *(quad for ring in lap.washer for quad in ring)]
         left = list(solids.extrude(lap.points, arm_cells, below, ["left"] * len(below)))

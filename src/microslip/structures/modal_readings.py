@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, number, record, show, whole
+from microslip._core.checks import Floats, floats, record, show, whole
 from microslip.errors import Argument, InputError
 
 POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -41,8 +41,8 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
         if band is None:
             part = _sounding(_alone(x, step), 0, _noise(x, step, 0.5 / step))
         else:
-            raw, x = x, _filtered(x, step, band)
-            width = float(band[1] - band[0])
+            low, high = _ends(band)
+            raw, x, width = x, _filtered(x, step, low, high), high - low
             room = int(_SETTLING / (width * step))
             part = _sounding(x[: max(x.size - room, 1)], room, _noise(raw, step, width))
         t, x = t[part], x[part]
@@ -86,7 +86,11 @@ def stepped_sine(
         )
     omega, a, behind = omega[near], a[near], behind[near]
     push = np.broadcast_to(push, f.shape)[near]
-    cosine, sine = push * np.cos(behind) / a, push * np.sin(behind) / a
+    with np.errstate(over="ignore"):
+        apparent = push / a
+    if not np.isfinite(apparent).all():
+        raise InputError(Argument("force"), " over the amplitude goes beyond all numbers")
+    cosine, sine = apparent * np.cos(behind), apparent * np.sin(behind)
     if cosine.min() * cosine.max() >= 0.0:
         raise InputError("phase must pass 90 degrees behind the force, got one side of it alone")
     p = _modal_constant(omega, np.log(a), cosine)
@@ -160,23 +164,32 @@ def _power(quantity: Any) -> int:
     return POWERS[quantity]
 
 
-def _filtered(x: Floats, step: float, band: Any) -> Floats:
+def _ends(band: Any) -> tuple[float, float]:
+    """Of a band [Hz]."""
+    ends = floats("band", band)
+    if ends.shape != (2,):
+        raise InputError(
+            Argument("band"), f" must be two frequencies [Hz], (150.0, 220.0), got {show(band)}"
+        )
+    return float(ends[0]), float(ends[1])
+
+
+def _filtered(x: Floats, step: float, low: float, high: float) -> Floats:
     """What lies in a band, without a shift in time."""
     from scipy.signal import butter, sosfiltfilt
 
-    try:
-        low, high = (number("band", end, "Hz", 100.0) for end in band)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(
-            Argument("band"), f" must be two frequencies [Hz], (150.0, 220.0), got {show(band)}"
-        ) from None
     if not 0.0 < low < high < 0.5 / step:
         raise InputError(
             Argument("band"),
             f" must rise from above 0 to below half the sample rate, {0.5 / step:g} Hz, got "
             f"{low:g} to {high:g} Hz",
+        )
+    longest = x.size * step
+    if (high - low) * longest < _SETTLING:
+        raise InputError(
+            Argument("band"),
+            f" must be wide enough to settle within the {longest:g} s of the signal, "
+            f"{_SETTLING / longest:g} Hz or more, got {low:g} to {high:g} Hz",
         )
     parts = butter(4, [low, high], "bandpass", fs=1.0 / step, output="sos")
     room = min(x.size - 1, int(3.0 / ((high - low) * step)))

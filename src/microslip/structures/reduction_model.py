@@ -16,7 +16,7 @@ from microslip._core.checks import Floats, floats, number, positive, show
 from microslip._core.files import reason, whole_file
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import quoted
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.friction import JointField
 from microslip.normal import NormalLaw
 from microslip.structures.form import gaps_at
@@ -190,14 +190,14 @@ class ReducedJoint(Locked):
         A patch has the mean gap over its sample points.
         """
         factor = number("factor", factor)
-        table = None if callable(form) else floats("form", np.nan_to_num(np.asarray(form)))
+        table = None if callable(form) else floats("form", form, missing=True)
         if table is not None and table.ndim == 1:
             if table.shape != (self.patches,):
                 raise InputError(
                     f"form must have one gap for each of the {self.patches} patches, got shape "
                     f"{table.shape}"
                 )
-            gaps = floats("form", form)
+            gaps = table
         else:
             gaps = mean_over(self.samples, gaps_at(form, self.samples.places), self.patches)
         unknown = np.flatnonzero(~np.isfinite(gaps))
@@ -361,10 +361,22 @@ class ReducedJoint(Locked):
         Raises
         ------
         InputError
-            Arrays that are no numbers.
+            Arrays that are no numbers, or of another shape.
         """
-        moved = floats("displacement", displacement)[self._bolts]
-        return self.bolt_stiffness * moved - floats("static_force", static_force)[self._bolts]
+        moved, pushed = (
+            self._whole(name, value)[self._bolts]
+            for name, value in (("displacement", displacement), ("static_force", static_force))
+        )
+        return self.bolt_stiffness * moved - pushed
+
+    def _whole(self, name: str, value: ArrayLike) -> Floats:
+        """One number for each degree of freedom."""
+        array = floats(name, value)
+        if array.shape != self.mass.shape[:1]:
+            raise InputError(
+                Argument(name), f" must have the shape {self.mass.shape[:1]}, got {array.shape}"
+            )
+        return array
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the model to an ``.npz`` file.

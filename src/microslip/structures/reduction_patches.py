@@ -202,18 +202,15 @@ def sample(corners: Floats) -> tuple[Floats, Floats]:
 
 def _boxes(wanted: Any, low: Floats, high: Floats) -> Floats:
     """Boxes as given, or so many along and across what the faces share."""
-    try:
-        counts = tuple(int(n) for n in wanted) if np.ndim(wanted) == 1 else None
-        plain = counts is not None and all(n == m for n, m in zip(counts, wanted, strict=True))
-    except (TypeError, ValueError):
-        raise InputError(_wanted(wanted)) from None
-    if counts is not None:
-        if not plain or len(counts) != 2 or min(counts) < 1:
+    boxes = floats("patches", wanted)
+    if boxes.ndim == 1:
+        if boxes.size != 2 or boxes.min() < 1.0 or np.any(boxes != np.floor(boxes)):
             raise InputError(_wanted(wanted))
-        if counts[0] * counts[1] > _MOST_PATCHES:
+        if boxes.prod() > _MOST_PATCHES:
             raise InputError(
-                f"patches must be at most {_MOST_PATCHES}, got {counts[0]} x {counts[1]}"
+                f"patches must be at most {_MOST_PATCHES}, got {boxes[0]:.9g} x {boxes[1]:.9g}"
             )
+        counts = [int(count) for count in boxes]
         edges = [np.linspace(low[k], high[k], counts[k] + 1) for k in (0, 1)]
         return np.array(
             [
@@ -222,7 +219,6 @@ def _boxes(wanted: Any, low: Floats, high: Floats) -> Floats:
                 for j in range(counts[1])
             ]
         )
-    boxes = floats("patches", wanted)
     if boxes.ndim != 2 or boxes.shape[1] != 4:
         raise InputError(_wanted(wanted))
     if len(boxes) > _MOST_PATCHES:

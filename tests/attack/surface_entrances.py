@@ -1,0 +1,130 @@
+"""Callables on surfaces, pressures, drawings, scans and sets of summits, with their arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+import microslip as ms
+
+Add = Callable[..., None]
+
+
+def add_surfaces(add: Add, surface: Any, joint: Any) -> None:
+    """Surfaces that are no plain population, and laws under an uneven pressure."""
+    pair = surface.pair
+    elliptic = ms.EllipticSummits(
+        pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4, curvature_ratio=0.3,
+        direction=0.2,
+    )  # fmt: skip
+    add("EllipticSummits", ms.EllipticSummits, pair=pair, heights=ms.Gaussian(5e-7), radius=1e-3,
+        density=1e8, area=2e-4, curvature_ratio=0.3, direction=0.2)  # fmt: skip
+    population = ms.AsperityPopulation(pair, heights=[0.0, 1e-7], radii=1e-3)
+    add("AsperityPopulation of an area", ms.AsperityPopulation, pair=pair, heights=[0.0, 1e-7],
+        radii=1e-3, copies=2.0, area=1e-4)  # fmt: skip
+    sphere = ms.SphereOnFlat(pair, 5e-3)
+    tightened = surface.tightened(3e3, yield_stress=5e8)
+    for law in (elliptic, population, sphere, tightened):
+        kind = type(law).__name__
+        for method in ("load", "contact_count", "contact_area", "contact_probability"):
+            add(f"{kind}.{method}", getattr(law, method), separation=3e-7)
+    add("population.tightened", population.tightened, normal_load=1.0, yield_stress=5e8)
+    add("population.tightened by hardness", population.tightened, normal_load=1.0, hardness=1e9)
+    add("SphereOnFlat.hertz_pressure", sphere.hertz_pressure, separation=-1e-8)
+    add("Interface.at a separation", joint.at, separation=1e-7)
+    add("Interface.guess", ms.Interface.guess, ("data",), data=_loops(joint), pair=pair,
+        normal_load=2000.0, radius=1e-3, area=2e-4)  # fmt: skip
+    add("Discrete.probability_above", ms.Discrete([0.0, 1e-7]).probability_above, height=1e-8)
+    add("TabulatedHeights.from_samples", ms.TabulatedHeights.from_samples,
+        values=np.linspace(0.0, 1e-6, 50) ** 2, bins=8)  # fmt: skip
+    normal = ms.Statistical(stats.norm(scale=5e-7))
+    add("Statistical.partial_moment", normal.partial_moment, order=1.5, threshold=1e-7)
+    _add_pressures(add, surface)
+    _add_spectra(add, pair)
+    _add_spheres(add, pair)
+
+
+def _loops(joint: Any) -> Any:
+    """A loop that a law can be guessed from."""
+    return joint.loop(1e-6)
+
+
+def _add_pressures(add: Add, surface: Any) -> None:
+    ring = {"outer": 1e-2, "inner": 3e-3, "count": 2}
+    add("Pressure.annulus", ms.Pressure.annulus, **ring)
+    add("Pressure.cone", ms.Pressure.cone, **ring, rings=8)
+    add("Pressure.parabola", ms.Pressure.parabola, **ring, rings=8)
+    add("Pressure.table", ms.Pressure.table, distance=[0.0, 1e-2, 2e-2], pressure=[2.0, 1.0, 0.0],
+        count=2)  # fmt: skip
+    add("Pressure.patches", ms.Pressure.patches, area=[1e-4, 2e-4], pressure=[1e6, 2e6])
+    add("Pressure.bolt", ms.Pressure.bolt, ("size",), size="M8", plates=[5e-3, 5e-3], count=2,
+        hole=9e-3, head=13e-3, angle=0.5, edge=2e-2, rings=8)  # fmt: skip
+    pressure = ms.Pressure.cone(7e-3, 3e-3, rings=8)
+    add("PressedJoint", ms.PressedJoint, surface=surface, friction_coefficient=0.3,
+        pressure=pressure, normal_load=100.0)  # fmt: skip
+    pressed = ms.PressedJoint(surface, 0.3, pressure, 100.0)
+    add("PressedJoint.at", pressed.at, normal_load=200.0)
+    add("PressedJoint.stick_area", pressed.stick_area, displacement=1e-8)
+    add("PressedJoint.slip_shares", pressed.slip_shares, displacement=1e-8)
+    add("PressedJoint.force", pressed.force, displacement=[1e-8, -1e-8])
+
+
+def _add_spectra(add: Add, pair: Any) -> None:
+    affine = {"rms": 1e-6, "hurst": 0.8, "longest": 1e-3, "roll_off": 2e-4, "shortest": 1e-5}
+    add("PerssonCurve.self_affine", ms.PerssonCurve.self_affine, pair=pair, **affine, area=1e-4)
+    curve = ms.PerssonCurve.self_affine(pair, **affine, area=1e-4)
+    add("PerssonCurve.separation", curve.separation, load=10.0)
+    add("PerssonCurve.contact_share", curve.contact_share, load=10.0)
+    add("PerssonCurve.to_surface", curve.to_surface, points=20)
+    finish = ms.SurfaceFinish(ra=8e-7, rsm=1e-4)
+    add("SurfaceFinish", ms.SurfaceFinish, ra=8e-7, rsm=1e-4, breadth=1.5)
+    add("SurfaceFinish of Rq", ms.SurfaceFinish, rq=1e-6, rsm=1e-4)
+    add("SurfaceFinish of Rz", ms.SurfaceFinish, rz=6e-6, rsm=1e-4)
+    add("SurfaceFinish.to_surface", finish.to_surface, ("pair",), pair=pair, area=1e-4)
+    add("GapTable", ms.GapTable, radius=1e-3, density=1e8,
+        heights=ms.TabulatedHeights([0.0, 1e-6, 2e-6], [0.0, 1e6, 0.0]))  # fmt: skip
+    table = ms.GapTable(1e-3, 1e8, ms.TabulatedHeights([0.0, 1e-6, 2e-6], [0.0, 1e6, 0.0]))
+    add("GapTable.to_surface", table.to_surface, ("pair",), pair=pair, area=1e-4)
+
+
+def _add_spheres(add: Add, pair: Any) -> None:
+    asperity = ms.Asperity(pair, radius=1e-3, normal_load=1.0, friction_coefficient=0.5)
+    add("Asperity of an indentation", ms.Asperity, pair=pair, radius=1e-3, indentation=1e-7,
+        friction_coefficient=0.5)  # fmt: skip
+    for name, value in (("normal_load", 2.0), ("separation", -1e-7), ("indentation", 1e-7)):
+        add(f"Asperity.at {name}", asperity.at, **{name: value})
+    radius = 0.5 * asperity.contact_radius
+    add("Asperity.pressure", asperity.pressure, radius=radius)
+    add("Asperity.normal_displacement", asperity.normal_displacement, radius=radius)
+    add("Asperity.fields", asperity.fields, displacement=[1e-8, 0.0])
+    add("Asperity.fields of forces", asperity.fields, force=[0.1, 0.0])
+    add("Asperity.stick_radius", asperity.stick_radius, displacement=1e-8)
+    add("Asperity.stick_radius of a force", asperity.stick_radius, force=0.1)
+    add("Asperity.reversed_slip_radius", asperity.reversed_slip_radius, peak_force=0.2, force=0.1)
+    fields = asperity.fields([1e-8, 0.0])
+    add("AsperityFields.traction", fields.traction, radius=radius)
+    add("AsperityFields.slip", fields.slip, radius=radius)
+    add("AsperityFields.surface_displacement", fields.surface_displacement, x=radius, y=0.0)
+
+
+def add_scans(add: Add, pair: Any) -> None:
+    """Scans and their summits."""
+    heights = 1e-7 * np.random.default_rng(1).standard_normal((40, 32))
+    add("Scan", ms.Scan, heights=heights, pixel=1e-6)
+    scan = ms.Scan(heights, 1e-6)
+    add("Scan with cut-offs", ms.Scan, heights=heights, pixel=1e-6, cutoff=4e-6, long_cutoff=1e-5)
+    add("Scan.condition", scan.condition, cutoff=4e-6, long_cutoff=1e-5, outliers=4.0)
+    add("Scan.summits", scan.summits, cutoff=4e-6, window=3, prominence=1e-9)
+    add("Scan.summits by prominence", scan.summits, cutoff=4e-6, prominence=1e-8)
+    add("Scan.over_cutoffs", scan.over_cutoffs, cutoffs=[3e-6, 4e-6])
+    add("Scan.noise_behind", scan.noise_behind, cutoff=4e-6)
+    add("Scan.joint_over_cutoffs", scan.joint_over_cutoffs, pair=pair, normal_load=1e-4,
+        cutoff=4e-6, cutoffs=[3e-6, 4e-6], long_cutoffs=[1e-5], area=1e-8,
+        friction_coefficient=0.5, amplitude=1e-9)  # fmt: skip
+    summits = scan.summits(cutoff=4e-6, prominence=1e-9)
+    add("Summits.to_surface", summits.to_surface, ("pair",), pair=pair, area=1e-8)
+    add("Summits.height_laws", summits.height_laws, pair=pair, normal_load=1e-4, area=1e-8,
+        friction_coefficient=0.5, amplitude=1e-9)  # fmt: skip

@@ -24,6 +24,7 @@ FILES = [
     *("cutoffs.csv", "cutoffs.png", "cutoffs.svg", "density.png", "density.svg"),
     *("heights.png", "heights.svg", "report.html", "spectrum.csv", "spectrum.png", "spectrum.svg"),
     *("summary.json", "summit_heights.png", "summit_heights.svg", "summits.csv", "surface.toml"),
+    *("texture.png", "texture.svg"),
 ]
 STUDY = """\
 schema = 1
@@ -49,7 +50,7 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     assert "96 x 96 points, pixel 1.000 µm, 96.0 µm" in outcome.stdout
     assert "Cut-off 6 µm: Sq " in outcome.stdout
     assert "6.00 µm *" in outcome.stdout  # in the table over cut-offs
-    assert outcome.stdout.endswith("--all\n16 files in out\n")
+    assert outcome.stdout.endswith("--all\n18 files in out\n")
     assert len(outcome.stdout.splitlines()) <= 30  # one screen
     assert sorted(path.name for path in (folder / "out").iterdir()) == FILES
     summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
@@ -122,6 +123,79 @@ def test_the_block_finds_the_scan_from_where_it_is(
         text = block(analyse(request), Path(os.path.relpath(folder / "out")))
         assert tomllib.loads(text)["surface"]["scan"] == written
         ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
+
+
+def test_faces_by_scans_and_a_drawing(folder: Path, undrawn: None) -> None:
+    """Two scans averaged, on a drawing: as Python has it; the block is the surface of a study."""
+    other = random_surface((96, 96), 1e-6, m0=1e-13, m2=1e-3, m4=4e7, seed=4)
+    np.save("again.npy", other.heights * 1e6)
+    scans = "ground.npy", "again.npy"
+    cutoff = *AS_IS, "--cutoff", "6 um"
+    joint = "--materials", "steel", "steel", "--load", "20 N", "--area", "1 cm^2"
+    drawing = "--ra", "0.8 um", "--rsm", "60 um", "--amplitude", "10 nm"
+    outcome = run("surface", *scans, *cutoff, *joint, *drawing, "-o", "out")
+    assert outcome.exit_code == 0, outcome.output
+    assert len(outcome.stdout.splitlines()) <= 30
+    assert sorted(path.name for path in (folder / "out").iterdir()) == [
+        *("faces.svg", "report.html", "summary.json", "surface.toml")
+    ]
+    found = json.loads((folder / "out/summary.json").read_text("utf-8"))
+    alone = [
+        ms.Scan.read(scan, unit="um", pixel=1e-6).summits(6e-6, level="plane") for scan in scans
+    ]
+    face, scatter = ms.scans.average([summits.statistics() for summits in alone])
+    assert found["faces"]["first"]["density"] == face.density
+    assert found["faces"]["first"]["scatter"]["radius"] == scatter.radius
+    finish = ms.SurfaceFinish(ra=8e-7, rsm=6e-5)
+    assert found["faces"]["second"]["ranges"]["std"] == list(finish.ranges["std"])
+    both = ms.scans.combine(face, finish.statistics)
+    assert found["together"]["radius"] == both.radius
+    steel = ms.Material.named("steel")
+    made = ms.Interface(both.to_surface(ms.MaterialPair(steel, steel), 1e-4), 0.5, 20.0)
+    assert found["joint"]["tangential_stiffness"] == made.tangential_stiffness
+    assert found["joint"]["loss_factor"] == made.loss_factor(1e-8)
+    text = (folder / "out/surface.toml").read_text("utf-8")
+    study = ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
+    assert study.run().joints[0].surface.density == both.density  # type: ignore[attr-defined]
+    alone_too = json.loads(run("surface", *scans, *cutoff, "--json").stdout)
+    assert alone_too["together"] == {**alone_too["together"], **vars(face)}
+    drawn = json.loads(run("surface", "--process", "ground", "--json").stdout)
+    assert drawn["faces"]["face"]["std"] == ms.SurfaceFinish(process="ground").statistics.std
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ((), "wanted a SCAN, or a drawing such as --ra '0.8 um'"),
+        (("--rsm", "60 um"), "--ra: one of ra, rq and rz must be given"),
+        (("ground.npy", "nope.npy", *AS_IS, "--cutoff", "6 um"), "nope.npy: no such file"),
+        (("ground.npy", "ground.npy", *AS_IS), "--cutoff: missing; write for example"),
+        (
+            ("--ra", "1 um", "--materials", "steel", "steel", "--load", "5 N"),
+            '--area "2 cm^2" goes with --load',
+        ),
+        (
+            ("ground.npy", "--against", "ground.npy", "--rq", "1 um"),
+            "wanted two faces: scans and scans against them, or scans and a drawing",
+        ),
+        (("--ra", "1 um", "--direction", "30 deg"), "--direction goes with one scan of one face"),
+    ],
+)
+def test_wrong_faces_are_one_line(folder: Path, options: tuple[str, ...], message: str) -> None:
+    assert fails("surface", *options).startswith(f"error: {message}")
+
+
+def test_a_direction_of_motion_makes_summits_elliptic(folder: Path, undrawn: None) -> None:
+    options = *AS_IS, "--cutoff", "6 um", "--direction", "90 deg", "--json"
+    joint = "--materials", "al2017", "al2017", "--load", "0.1 N"
+    found = json.loads(run("surface", "ground.npy", *options, *joint).stdout)["joint"]["elliptic"]
+    summits = ms.Scan.read("ground.npy", unit="um", pixel=1e-6).summits(6e-6, level="plane")
+    al = ms.Material.named("al2017")
+    law = ms.scans.elliptic_surface(
+        summits, ms.MaterialPair(al, al), summits.scan.area, direction=np.pi / 2
+    )
+    stiffness = ms.Interface(law, 0.5, 0.1).tangential_stiffness
+    assert found["tangential_stiffness"] == pytest.approx(stiffness, rel=1e-12)
 
 
 def test_missing_points_are_told_and_filled(folder: Path) -> None:

@@ -114,7 +114,7 @@ def test_every_picture_is_drawn_the_same_twice(
 def test_a_scan_without_a_choice_of_cutoffs_has_no_figure_of_it(tmp_path: Path) -> None:
     findings = found(tmp_path, 1e-8 * np.random.default_rng(3).standard_normal((10, 11)))
     names = [picture.name for picture in document(findings).pictures]
-    assert names == ["heights", "density", "spectrum"]
+    assert names == ["heights", "density", "spectrum", "texture"]
     assert document(findings, tmp_path, kinds=("svg", "png")).data["files"] == [
         *("report.html", "cutoffs.csv", "spectrum.csv"),
         *(f"{name}.{kind}" for name in names for kind in ("svg", "png")),

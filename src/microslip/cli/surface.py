@@ -14,8 +14,10 @@ from microslip.cli.options import offers, spelling
 from microslip.cli.records import writes
 from microslip.cli.work import progress, stoppable
 from microslip.scans.options import (
+    AGAINST,
     CONDITIONING,
     CUTOFF,
+    DRAWING,
     JOINT,
     READING,
     SCAN_AREA,
@@ -23,6 +25,7 @@ from microslip.scans.options import (
 )
 
 _TWICE = {"unit": "coordinates and heights", "pixel": "x and y"}
+_OFTEN = ("against",)
 
 
 class _Once(click.Command):
@@ -33,7 +36,7 @@ class _Once(click.Command):
         if not ctx.resilient_parsing:
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             for option, count in Counter(order).items():
-                if not isinstance(option, click.Option) or option.is_flag:
+                if not isinstance(option, click.Option) or option.is_flag or option.name in _OFTEN:
                     continue
                 twice = _TWICE.get(option.name or "")
                 if count > (1 if twice is None else 2):
@@ -45,12 +48,13 @@ class _Once(click.Command):
 
 
 @click.command(cls=_Once, short_help="Measure the roughness and the summits in a scan.")
-@click.argument("scan", metavar="SCAN", type=click.Path(path_type=Path, readable=False))
-@offers(CUTOFF.but(default=None), *CONDITIONING[1:], *SUMMITS, SCAN_AREA, *JOINT, *READING)
+@click.argument("scans", metavar="SCAN…", nargs=-1, type=click.Path(path_type=Path, readable=False))
+@offers(CUTOFF.but(default=None), *CONDITIONING[1:], *SUMMITS, SCAN_AREA, *JOINT)
+@offers(AGAINST, *DRAWING, *READING)
 @click.option("--all", "whole", is_flag=True, help="Print every table, not what matters most.")
 @writes("report, tables and figures", "one")
 def surface(
-    scan: Path,
+    scans: tuple[Path, ...],
     whole: bool,
     folder: Path | None,
     overwrite: bool,
@@ -59,6 +63,9 @@ def surface(
     **options: Any,
 ) -> None:
     """Measure heights, spectrum and summits in SCAN, an instrument's file or an array.
+
+    Several scans are taken for one face, and averaged. What lies on it is another, by its own
+    scans or a drawing; without any SCAN the drawing is all.
 
     Every parameter hangs on the short-wave cut-off: it stands in each table and figure, and
     parameters over cut-offs are always shown. What matters is printed, the rest with --all and in
@@ -70,23 +77,35 @@ def surface(
         from microslip.errors import said
         from microslip.report.folder import staged
         from microslip.report.terminal import show
+        from microslip.results.scanned import faces
         from microslip.results.scanned.document import document, write
         from microslip.results.scanned.findings import Request, analyse
         from microslip.results.scanned.numbers import KIND
 
         context = click.get_current_context()
         given = context.get_parameter_source("cutoff") is not click.core.ParameterSource.DEFAULT
-        request = Request.of(scan, cutoff_given=given, **options)
+        request = Request.of(*scans, cutoff_given=given, **options)
+        if not scans and not request.drawing:
+            raise click.UsageError("wanted a SCAN, or a drawing such as --ra '0.8 um'", context)
+        of_faces = request.is_of_faces
+        kind = faces.KIND if of_faces else KIND
         with ExitStack() as stack:
             stage = None
             if folder is not None:  # first, so that nothing is read in vain
-                stage = stack.enter_context(staged(folder, overwrite, KIND, "measured scan"))
+                stage = stack.enter_context(staged(folder, overwrite, kind, "measured scan"))
             with progress("Measuring") as report:
-                found = analyse(request, report)
-            result = document(found, folder, lambda text: said(text, spelling(context)), kinds)
+                if of_faces:
+                    result = faces.document(faces.analyse(request, report), folder, kinds)
+                else:
+                    found = analyse(request, report)
+            if not of_faces:
+                result = document(found, folder, lambda text: said(text, spelling(context)), kinds)
             if stage is not None:
                 with progress("Drawing and writing") as report:
-                    write(result, found, stage, report)
+                    if of_faces:
+                        faces.write(result, stage, report)
+                    else:
+                        write(result, found, stage, report)
     if as_json:
         echo_json(result.data)
         return

@@ -12,6 +12,7 @@ METHODS = ("watershed", "neighbours")
 ESTIMATES = ("counted", "neighbours", "mccool", "nayak", "population")
 PERSSON = "persson"
 LAWS_OF_HEIGHTS = ("gaussian", "table", "discrete", "population")
+PROCESSES = ("milled", "turned", "ground", "honed", "lapped", "polished", "eroded", "blasted")
 OF_PROFILES = ("mccool", "nayak")
 
 CUTOFF = Option(
@@ -163,5 +164,32 @@ CHANNEL = Option(
 READING = (FORMAT, UNIT, PIXEL, VALID, KEY, CHANNEL)
 CONDITIONING = (CUTOFF, LONG_CUTOFF, LEVEL, OUTLIERS, FILL)
 SUMMITS = (METHOD, PROMINENCE)
-JOINT = (HEIGHTS.but(default=None), BODIES, LOAD, FRICTION, AMPLITUDE)
+AGAINST = Option(
+    "against",
+    "A scan of the face that lies on it, or several by as many such options, which are averaged.",
+    example="other.plu",
+    most=50,
+    metavar="SCAN",
+)
+RA = Option("ra", "Roughness average Ra of a drawing.", LENGTH, example="0.8 um", metavar="LENGTH")
+RQ = Option("rq", "Root mean square height Rq, instead.", LENGTH, example="1 um", metavar="LENGTH")
+RZ = Option(
+    "rz", "Mean peak-to-valley height Rz, instead.", LENGTH, example="5 um", metavar="LENGTH"
+)
+RSM = Option(
+    "rsm",
+    "Mean width of the profile elements RSm; without it slopes come from correlations with the "
+    "height.",
+    LENGTH,
+    example="60 um",
+    metavar="LENGTH",
+)
+PROCESS = Option(
+    "process",
+    "What made the face; without a height the roughness that it commonly leaves.",
+    example="ground",
+    choices=PROCESSES,
+)
+DRAWING = (RA, RQ, RZ, RSM, PROCESS)
+JOINT = (HEIGHTS.but(default=None), BODIES, LOAD, FRICTION, AMPLITUDE, DIRECTION)
 """What `microslip surface` asks of a joint; without heights those that the loaded tail bears."""

@@ -23,7 +23,7 @@ from pydantic import (
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.errors import InputError
-from microslip.scans.options import PERSSON
+from microslip.scans.options import PERSSON, PROCESS, PROCESSES, RA, RQ, RSM, RZ
 from microslip.study.fields import Area, Density, Radius, Roughness, TwoNames, array, number, one_of
 from microslip.study.part import KeyedError, Part, as_key
 from microslip.study.scanned_surface import ScanName, ScanSurface
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from microslip.scans import SummitStatistics, SurfaceFinish
     from microslip.scans.combination import Spread
 
-_PROCESSES = ("milled", "turned", "ground", "honed", "lapped", "polished", "eroded", "blasted")
 _MOST_SCANS = 50
 
 
@@ -74,25 +73,12 @@ class SummitsFace(Part):
 class DrawnFace(Part):
     """A face by its drawing: Ra, Rq or Rz, RSm [m], or the process that made it."""
 
-    ra: Roughness | None = Field(
-        default=None, description="Roughness average Ra.", examples=['"0.8 um"']
-    )
-    rq: Roughness | None = Field(
-        default=None, description="Root mean square height Rq, instead.", examples=['"1 um"']
-    )
-    rz: Roughness | None = Field(
-        default=None, description="Mean peak-to-valley height Rz, instead.", examples=['"5 um"']
-    )
-    rsm: Roughness | None = Field(
-        default=None,
-        description="Mean width of the profile elements RSm; without it slopes come from "
-        "correlations with the height.",
-        examples=['"60 um"'],
-    )
-    process: Annotated[str, one_of(*_PROCESSES)] | None = Field(
-        default=None,
-        description="What made the face; without a height the roughness that it commonly leaves.",
-        examples=['"ground"'],
+    ra: Roughness | None = Field(default=None, description=RA.help, examples=[RA.written])
+    rq: Roughness | None = Field(default=None, description=RQ.help, examples=[RQ.written])
+    rz: Roughness | None = Field(default=None, description=RZ.help, examples=[RZ.written])
+    rsm: Roughness | None = Field(default=None, description=RSM.help, examples=[RSM.written])
+    process: Annotated[str, one_of(*PROCESSES)] | None = Field(
+        default=None, description=PROCESS.help, examples=[PROCESS.written]
     )
     breadth: (
         Annotated[
@@ -318,7 +304,7 @@ class FacedSurface(Part):
 
 
 class TwoFaces(FacedSurface):
-    """Two rough faces on each other, each by scans, by its drawing or by its summits."""
+    """Two rough faces on each other, or one on a smooth one, by scans, a drawing or summits."""
 
     law: Literal["two-faces"] = Field(description="Two rough faces on each other.")
     first: AnyFace = Field(
@@ -326,14 +312,15 @@ class TwoFaces(FacedSurface):
         "{ std, radius, density }.",
         examples=['{ ra = "0.8 um", rsm = "60 um" }'],
     )
-    second: AnyFace = Field(
-        description="The face of the second body, likewise.",
+    second: AnyFace | None = Field(
+        default=None,
+        description="The face of the second body, likewise; smooth if absent.",
         examples=['{ std = "0.4 um", radius = "20 um", density = "3000 1/mm^2" }'],
     )
 
     def given_faces(self) -> dict[str, AnyFace]:
-        """The two."""
-        return {".first": self.first, ".second": self.second}
+        """The two, or the one that is rough."""
+        return {".first": self.first, **({".second": self.second} if self.second else {})}
 
 
 class DrawnSurface(DrawnFace, FacedSurface):

@@ -36,6 +36,7 @@ from microslip.results.scanned.numbers import KIND, summarise
 from microslip.results.scanned.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
 from microslip.results.scanned.spectrum_picture import spectrum_plot
 from microslip.results.scanned.surface_block import block
+from microslip.results.scanned.texture_picture import texture_plot
 from microslip.scans.file_reading import ASKED, SUSPECT
 
 NO_CUTOFF = "none: the pixel decides"
@@ -357,6 +358,17 @@ def _pictures(found: Findings) -> tuple[Picture, ...]:
         lambda: spectrum_plot(found),
         "Power spectrum against wavelength, radial and along both axes",
     )
+    slopes = "the rms slope between points against their distance; where it does not level off "
+    slopes += "towards short ones it is one of the cut-off"
+    texture = Picture(
+        "texture",
+        f"{_capital(slopes)}. {cutoff}"
+        if profile
+        else "How far the heights hang together: their autocorrelation along both axes, and "
+        f"{slopes}. {cutoff}",
+        lambda: texture_plot(found),
+        "Autocorrelation of the heights, and rms slope against distance",
+    )
     cutoffs = Picture(
         "cutoffs",
         f"Every parameter against the short-wave cut-off. {cutoff} A parameter that does not level "
@@ -368,6 +380,7 @@ def _pictures(found: Findings) -> tuple[Picture, ...]:
         heights,
         density,
         spectrum,
+        texture,
         *((cutoffs,) if found.has_cutoffs else ()),
         *joint_section.tail_picture(found),
         *joint_section.pictures(found),

@@ -25,7 +25,7 @@ from microslip.scans.height_map import HeightMap
 from microslip.scans.joint_over_cutoffs import JointOverCutoffs, joint_over_cutoffs
 from microslip.scans.measured_surface import MeasuredSurface
 from microslip.scans.moments import Moments
-from microslip.scans.options import READING
+from microslip.scans.options import DRAWING, READING
 from microslip.scans.scan_rules import judged, radius_in_pixels, verdicts
 from microslip.scans.spectrum import Spectrum, spectrum
 from microslip.scans.statistics import Statistics
@@ -77,18 +77,35 @@ class Request:
     normal_load: float | None = None
     friction_coefficient: float = 0.5
     amplitude: float | None = None
+    direction: float | None = None
+    scans: tuple[Path, ...] = ()
+    """Several scans of the face, if there are."""
+    against: tuple[Path, ...] = ()
+    """Those of the face that lies on it."""
+    drawing: Mapping[str, Any] = field(default_factory=dict)
+    """What a drawing says: of the only face, or of that which lies on the scanned one."""
     reading: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, path: Path, *, cutoff_given: bool, **options: Any) -> Request:
+    def of(cls, *scans: Path, cutoff_given: bool, **options: Any) -> Request:
         """What options of the command, in SI units, ask for."""
+        drawing = {option.name: options.pop(option.name, None) for option in DRAWING}
+        options["drawing"] = {name: value for name, value in drawing.items() if value is not None}
+        options["against"] = tuple(map(Path, options.pop("against", None) or ()))
+        options["scans"] = scans
         reading = {option.name: options.pop(option.name, None) for option in READING}
         channel = reading["channel"]
         if isinstance(channel, str) and channel.isdecimal() and channel.isascii():
             reading["channel"] = int(channel)
         for name in ("unit", "pixel"):
             reading[name] = alone(reading[name])
+        path = scans[0] if scans else Path()
         return cls(path, cutoff_given=cutoff_given, reading=reading, **options)
+
+    @property
+    def is_of_faces(self) -> bool:
+        """Whether more is asked than what one scan says."""
+        return len(self.scans) != 1 or bool(self.against or self.drawing)
 
     def pair(self) -> MaterialPair | None:
         """The two bodies of the joint that is asked for; None where none is."""

@@ -9,10 +9,12 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering, prefix, significant
+from microslip.friction import Interface
 from microslip.report.document import Block, Column, Note, Picture, Section, Table
 from microslip.report.plot import COLORS, DASHED, DASHES, MARKERS, Axis, Entry, Panel, Plot, Rule
 from microslip.report.scales import length_prefix
 from microslip.results.scanned.findings import Findings
+from microslip.scans.ellipses import elliptic_surface
 from microslip.scans.height_laws import HeightLaws
 from microslip.scans.joint_over_cutoffs import WANTED, JointOverCutoffs
 
@@ -30,7 +32,10 @@ def sections(found: Findings) -> list[Section]:
     if found.laws is None or found.joint_table is None:
         return []
     return [
-        Section(f"The joint at {engineering(found.laws.normal_load, 'N', 4)}", _by_law(found.laws)),
+        Section(
+            f"The joint at {engineering(found.laws.normal_load, 'N', 4)}",
+            (*_by_law(found.laws), *_elliptic_note(found)),
+        ),
         Section(
             "The joint against both cut-offs", _against_cutoffs(found.joint_table), brief=False
         ),
@@ -56,6 +61,7 @@ def summary(found: Findings) -> dict[str, Any] | None:
             name: {key: _plain(value) for key, value in vars(law).items()}
             for name, law in laws.laws.items()
         },
+        "elliptic": _elliptic(found),
         "heights": table.heights,
         "over_both_cutoffs": [
             {key: _plain(value) for key, value in row.items()} for row in rows(table)
@@ -69,6 +75,39 @@ def summary(found: Findings) -> dict[str, Any] | None:
             for name, values in table.patches.items()
         },
     }
+
+
+def _elliptic(found: Findings) -> dict[str, float] | None:
+    """The joint of elliptic summits in the direction of motion; None where none is given."""
+    pair, laws, request = found.request.pair(), found.laws, found.request
+    if request.direction is None or pair is None or laws is None or found.summits is None:
+        return None
+    surface = elliptic_surface(found.summits, pair, laws.area, direction=request.direction)
+    joint = Interface(surface, request.friction_coefficient, laws.normal_load)
+    return {
+        "direction": request.direction,
+        "curvature_ratio": surface.curvature_ratio,
+        "angle_to_lay": surface.direction,
+        "tangential_stiffness": joint.tangential_stiffness,
+        "round_stiffness": joint.normal_stiffness / pair.stiffness_ratio,
+    }
+
+
+def _elliptic_note(found: Findings) -> tuple[Note, ...]:
+    known = _elliptic(found)
+    if known is None:
+        return ()
+    share = known["tangential_stiffness"] / known["round_stiffness"]
+    return (
+        Note(
+            f"Elliptic summits of Gaussian heights, moved at "
+            f"{math.degrees(known['direction']):.4g}° from the x of the scan and "
+            f"{math.degrees(known['angle_to_lay']):.3g}° from the lay, curvature along it "
+            f"{significant(known['curvature_ratio'])} of that across: stiffness "
+            f"{engineering(known['tangential_stiffness'], 'N/m')}, {significant(share)} times "
+            "that of the same contacts moved as circles are."
+        ),
+    )
 
 
 def rows(table: JointOverCutoffs) -> list[dict[str, float]]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from pathlib import Path
 from typing import Any
 
 from microslip._core.files import seen_from
 from microslip._core.units import engineering
-from microslip.results.scanned.findings import Findings
+from microslip.errors import Argument, InputError
+from microslip.results.scanned.findings import Findings, Request
 from microslip.scans.options import LAWS_OF_HEIGHTS
 
 _HEAD = """\
@@ -31,25 +33,16 @@ def block(found: Findings, folder: Path) -> str:
         f"scan = {_text(_path(request.path, folder))}",
         f"cutoff = {_length(request.cutoff)}  # {said}",
     ]
-    if request.long_cutoff is not None:
-        lines.append(f"long_cutoff = {_length(request.long_cutoff)}")
-    if request.level != "plane":
-        lines.append(f"level = {_text(request.level or 'none')}")
-    if request.outliers is not None:
-        lines.append(f"outliers = {request.outliers:g}")
-    if request.fill:
-        lines.append("fill = true")
     profile = found.scan.is_profile
-    if request.method != "watershed" and not profile:
-        lines.append(f"method = {_text(request.method)}")
-    if request.prominence is not None and not profile:
-        lines.append(f"prominence = {_length(request.prominence)}")
+    lines += [f"{key} = {value}" for key, value in _conditioning(request, profile).items()]
     lines.append(
         'estimate = "mccool"  # or "nayak": a profile has no summits to count'
         if profile
         else 'estimate = "counted"  # or "neighbours", "mccool", "nayak"'
     )
-    if not profile:
+    if request.direction is not None:
+        lines.append(f"direction = {_angle(request.direction)}  # of the motion: elliptic summits")
+    elif not profile:
         law = request.heights or ("gaussian" if found.laws is None else found.laws.recommended)
         lines.append(f'heights = "{law}"  # or {_others(law)}')
     area = request.area
@@ -60,10 +53,81 @@ def block(found: Findings, folder: Path) -> str:
         if area is None
         else f"area = {_text(f'{_number(area * 1e4)} cm^2')}"
     )
-    given = {key: value for key, value in request.reading.items() if value not in (None, ())}
-    lines += [f"{key} = {_value(value)}" for key, value in given.items()]
+    lines += [f"{key} = {value}" for key, value in _reading(request).items()]
     lines += _numbers(found)
     return _HEAD + "\n".join(lines) + "\n"
+
+
+def faces_block(request: Request, folder: Path) -> str:
+    """Two faces, several scans of one, or a drawing, as a study in this folder has them."""
+    for name in ("heights", "direction"):
+        if getattr(request, name) is not None:
+            raise InputError(
+                Argument(name), " goes with one scan of one face, whose summits are known"
+            )
+    if request.area is None and request.normal_load is not None:
+        raise InputError(
+            Argument("area", "2 cm^2"), " goes with ", Argument("normal_load", "500 N"),
+            ": faces have no size of their own",
+        )  # fmt: skip
+    if request.scans and request.against and request.drawing:
+        raise InputError("wanted two faces: scans and scans against them, or scans and a drawing")
+    drawn = {
+        key: _text(value) if key == "process" else _length(value)
+        for key, value in request.drawing.items()
+    }
+    first, second = (
+        _scanned(request, paths, folder) if paths else None
+        for paths in (request.scans, request.against)
+    )
+    own = '"steel", "steel"' if not request.materials else ", ".join(map(_text, request.materials))
+    lines = ["[surface]", f"materials = [{own}]"]
+    if first is None and second is None:
+        lines += ['law = "drawing"', *(f"{key} = {value}" for key, value in drawn.items())]
+    else:
+        lines.append('law = "two-faces"')
+        faces = (first or drawn, second or (drawn if first else None))
+        for name, face in zip(("first", "second"), faces, strict=True):
+            if face:
+                inner = ", ".join(f"{key} = {value}" for key, value in face.items())
+                lines.append(f"{name} = {{ {inner} }}")
+    area = f'"{_number((request.area or 1e-4) * 1e4)} cm^2"'
+    said = "" if request.area else "  # of the joint: put yours here"
+    return "\n".join([*lines, f"area = {area}{said}"]) + "\n"
+
+
+def _scanned(request: Request, paths: tuple[Path, ...], folder: Path) -> dict[str, str]:
+    """Keys of a face by its scans."""
+    cutoff = {"cutoff": _length(request.cutoff)} if request.cutoff_given else {}
+    scans = ", ".join(_text(_path(path, folder)) for path in paths)
+    return {"scan": f"[{scans}]", **cutoff, **_conditioning(request), **_reading(request)}
+
+
+def _conditioning(request: Request, profile: bool = False) -> dict[str, str]:
+    """Keys of what is done to a scan, where it is not usual."""
+    keys = {}
+    if request.long_cutoff is not None:
+        keys["long_cutoff"] = _length(request.long_cutoff)
+    if request.level != "plane":
+        keys["level"] = _text(request.level or "none")
+    if request.outliers is not None:
+        keys["outliers"] = f"{request.outliers:g}"
+    if request.fill:
+        keys["fill"] = "true"
+    if request.method != "watershed" and not profile:
+        keys["method"] = _text(request.method)
+    if request.prominence is not None and not profile:
+        keys["prominence"] = _length(request.prominence)
+    return keys
+
+
+def _reading(request: Request) -> dict[str, str]:
+    given = {key: value for key, value in request.reading.items() if value not in (None, ())}
+    return {key: _value(value) for key, value in given.items()}
+
+
+def _angle(value: float) -> str:
+    return _text(f"{_number(math.degrees(value))} deg")
 
 
 def _others(law: str) -> str:

@@ -241,6 +241,29 @@ def test_files_are_written(result: ms.Result, tmp_path: Path) -> None:
     assert page.index("Frequency and damping") < page.index("Joint at rest")
 
 
+@pytest.mark.slow
+def test_a_study_tells_how_good_its_model_is(folder: Path) -> None:
+    text = STUDY.replace("measured = {", "# measured = {").replace(
+        "samples = 16", "converge = true"
+    )
+    text = text.replace("{ low = 0.1, high = 0.6 }", "0.35").replace(
+        "patches = [3, 2]", "patches = [2, 1]"
+    )
+    text = text.replace("{ low = 0.0, high = 1.0 }", "0.5")
+    text = text.replace('{ mean = "5 kN", cv = 0.15 }', '"5 kN"')
+    result = ms.Study.from_toml(text, folder=folder).run()
+    assert result.structure is not None
+    found, mode = result.structure.convergence, result.structure.modes[0]
+    assert found is not None
+    assert found.joint.patches == result.structure.joint.patches > 2
+    np.testing.assert_allclose(mode.quick.modal_amplitude[-1], found.curve.amplitude[-1], rtol=0.1)
+    (section,) = [s for s in document(result).sections if s.title == "How good the model is"]
+    (table,) = section.blocks
+    assert {row[0] for row in table.rows} >= {"patches halved along", "kept modes", "harmonics"}
+    told = result.summary["structure"]["convergence"]
+    assert json.dumps(told, allow_nan=False)
+
+
 def test_check_explains(folder: Path) -> None:
     told = preview(ms.Study.load(folder / "strip.toml"))
     rows = {q["key"]: q for q in told.data["quantities"]}
@@ -389,6 +412,7 @@ def test_a_mesh_of_ones_own_is_predicted_as_its_drawing_is(with_mesh: Path, tmp_
         ('at = ["0.1 m", "0 m", "0 m"]', 'at = ["0.1 m", "0 m"]', "structure.sensor.at: wanted 3 items such as"),
         ('density = "7800 kg/m^3"', "", 'structure.density: missing; write for example density = "7850 kg/m^3"'),
         ('density = "7800 kg/m^3"', 'length = "1 m"', "structure.length: wanted none beside structure.mesh"),
+        ('density = "7800 kg/m^3"', 'density = "7800 kg/m^3"\nconverge = true', "structure.converge: wanted none beside structure.mesh"),
         ("[structure.bolts]", '[structure.bolts]\nshank = "6 mm"', "structure.bolts.shank: wanted none beside structure.mesh"),
         ('tension = { mean = "5 kN", cv = 0.15 }', 'torque = "6 N m"', "structure: a torque needs the nominal diameter of the thread"),
         ('tension = { mean = "5 kN", cv = 0.15 }', 'torque = "6 N m"\nthread = "6 mm"\npitch = "1 mm"\nthread_friction = 0.1\nbearing_friction = 0.1',

@@ -16,6 +16,7 @@ from microslip.study.faces import FACES
 from microslip.study.heights import HEIGHTS_TABLES, GivenHeights
 from microslip.study.joints import INTERFACE, LAW_TABLES, Joint
 from microslip.study.mesh import MeshPart
+from microslip.study.modal_tests import MeasuredPart
 from microslip.study.overrides import Override
 from microslip.study.part import KeyedError, Part
 from microslip.study.pressure import PRESSURES
@@ -23,7 +24,6 @@ from microslip.study.structure import (
     AmplitudeRange,
     BoltsPart,
     FormPart,
-    MeasuredPart,
     SensorPart,
     StructurePart,
 )

@@ -213,15 +213,15 @@ ViscousRatio = Annotated[
     ),
     Uncertain("0.01"),
 ]
-LoadShare = Annotated[
+Share = Annotated[
     float,
     number(
         "a number above 0 and at most 1 such as 0.2",
         lambda value: 0.0 < value <= 1.0,
         {"exclusiveMinimum": 0, "maximum": 1},
     ),
-    Uncertain("0.2"),
 ]
+LoadShare = Annotated[Share, Uncertain("0.2")]
 ShapeParameter = Annotated[float, number("a finite number", lambda value: True, {})]
 
 Roughness = Annotated[float, quantity(LENGTH, "0.5 um"), Uncertain('"0.5 um"')]

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 
 import numpy as np
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationInfo, model_validator
 
 from microslip._core.checks import Floats
-from microslip._core.units import FORCE, FREQUENCY, LENGTH, MASS_DENSITY, TORQUE
+from microslip._core.units import FORCE, LENGTH, MASS_DENSITY, TORQUE
 from microslip.errors import InputError
 from microslip.study.columns import Column, FileName
 from microslip.study.fields import (
     Line,
+    LoadShare,
     UncertainFriction,
     ViscousRatio,
+    YesOrNo,
     array,
     different,
     number,
@@ -25,34 +26,27 @@ from microslip.study.fields import (
     whole,
 )
 from microslip.study.mesh import MeshPart
-from microslip.study.part import Check, KeyedError, Part, Reading
+from microslip.study.modal_tests import MOST_MODES, Tests
+from microslip.study.part import KeyedError, Part
 from microslip.study.uncertain import Uncertain
 
 if TYPE_CHECKING:
     from microslip.materials import Material
-    from microslip.structures import LapJoint, ReducedJoint
+    from microslip.normal import NormalLaw
+    from microslip.structures import Convergence, LapJoint, ReducedJoint
 
-FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
-"""What can be fitted to a test."""
-
-MOST_MODES, MOST_POINTS, MOST_SAMPLES = 10, 100, 4096
+MOST_POINTS, MOST_SAMPLES = 100, 4096
 
 PlainSize = Annotated[float, quantity(LENGTH, "25 mm")]
 Size = Annotated[PlainSize, Uncertain('"25 mm"')]
 Place = Annotated[float, quantity(LENGTH, "30 mm", "any"), Uncertain('"30 mm"')]
 Places = Annotated[tuple[Place, ...], array('["-30 mm", "0 mm", "30 mm"]', 200, single=True)]
-Hertz = Annotated[float, quantity(FREQUENCY, "150 Hz")]
 Tension = Annotated[float, quantity(FORCE, "12 kN"), Uncertain('"12 kN"')]
 Torque = Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')]
 UncertainDensity = Annotated[
     float, quantity(MASS_DENSITY, "7850 kg/m^3"), Uncertain('"7850 kg/m^3"')
 ]
 _FACTOR = number("a finite number such as 1.0", lambda value: True, {})
-_SHARE = number(
-    "a number above 0 and at most 1 such as 0.2",
-    lambda value: 0.0 < value <= 1.0,
-    {"exclusiveMinimum": 0, "maximum": 1},
-)
 
 
 class BoltsPart(Part):
@@ -98,7 +92,7 @@ class BoltsPart(Part):
         description="Nominal diameter of the thread, for a torque.",
         examples=['"8 mm"'],
     )
-    nut_factor: Annotated[float, _SHARE, Uncertain("0.2")] | None = Field(
+    nut_factor: LoadShare | None = Field(
         default=None,
         description="K of torque = K d tension, such as 0.2 for dry steel.",
         examples=["0.2"],
@@ -193,106 +187,6 @@ class FormPart(Part):
         return self._table
 
 
-class MeasuredPart(Part):
-    """A test of one mode, drawn over the prediction: a curve, a ring-down or a stepped sine."""
-
-    file: FileName = Field(
-        description="CSV file with a line of column names; relative to the folder of the study. "
-        "Amplitude, frequency and damping ratio are a curve; time and displacement, velocity or "
-        "acceleration a ring-down; frequency, amplitude and phase a stepped sine.",
-        examples=['"test.csv"'],
-    )
-    amplitude: Line = Field(
-        default="amplitude",
-        description="Column of the displacement amplitudes at the sensor.",
-        examples=['"amplitude"'],
-    )
-    frequency: Line = Field(
-        default="frequency",
-        description="Column of the frequencies.",
-        examples=['"frequency"'],
-    )
-    damping_ratio: Line = Field(
-        default="damping_ratio",
-        description="Column of the damping ratios, in percent where its header says so.",
-        examples=['"damping_ratio"'],
-    )
-    band: Annotated[tuple[Hertz, Hertz], array('["150 Hz", "220 Hz"]', 2, least=2)] | None = Field(
-        default=None,
-        description="Frequencies between which the mode of a ring-down lies, where others ring "
-        "with it.",
-        examples=['["150 Hz", "220 Hz"]'],
-    )
-    mode: Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)] | None = Field(
-        default=None,
-        description="The mode that was tested, counted from 1; of `structure.modes` the one whose "
-        "frequency is nearest unless given.",
-        examples=["1"],
-    )
-    fit: (
-        Annotated[
-            tuple[Annotated[str, one_of(*FITTED)], ...],
-            array('["friction_coefficient", "tension"]', len(FITTED)),
-            AfterValidator(different),
-        ]
-        | None
-    ) = Field(
-        default=None,
-        description="What is fitted to the test, from the values of the study on.",
-        examples=['["friction_coefficient", "tension"]'],
-    )
-    frequency_error: Annotated[float, _SHARE] = Field(
-        default=0.003, description="Relative uncertainty of the frequencies, the model's included."
-    )
-    damping_error: Annotated[float, _SHARE] = Field(
-        default=0.05, description="Relative uncertainty of the damping ratios."
-    )
-    _table: Floats = PrivateAttr(default_factory=lambda: np.zeros((0, 3)))
-
-    @model_validator(mode="after")
-    def _read(self, info: ValidationInfo) -> Self:
-        from microslip._core.units import RATIO
-        from microslip.structures import ModalTest
-        from microslip.structures.modal_test_files import modal_kind
-
-        reading = info.context if isinstance(info.context, Reading) else Reading()
-        path = (reading.folder or Path()) / self.file
-        named = {"amplitude", "frequency", "damping_ratio"} & self.model_fields_set
-        kind = modal_kind(path)
-        if self.band is not None or kind in ("ring-down", "stepped sine") or (kind and not named):
-            test = ModalTest.read(path, band=self.band)
-            self._table = np.stack([test.amplitude, test.frequency, test.damping_ratio], axis=1)
-            reading.notes.extend(f"structure.measured: {note}" for note in test.notes)
-            return self
-        read = [
-            Column(file=self.file, column=name, unit=unit).read(
-                kind, "positive", info, f"structure.measured.{key}"
-            )
-            for key, name, kind, unit in (
-                ("amplitude", self.amplitude, LENGTH, None),
-                ("frequency", self.frequency, FREQUENCY, None),
-                ("damping_ratio", self.damping_ratio, RATIO, "1"),
-            )
-        ]
-        self._table = np.array(read).T
-        return self
-
-    @property
-    def table(self) -> Floats:
-        """Columns amplitude [m], frequency [Hz] and damping ratio [-]."""
-        return self._table
-
-
-def _listed(given: object) -> object:
-    return [given] if isinstance(given, (dict, MeasuredPart)) else given
-
-
-Tests = Annotated[
-    tuple[MeasuredPart, ...],
-    Check(_listed, lambda inner: {"anyOf": [inner["items"], {**inner, "maxItems": 20}]}),
-]
-
-
 class StructurePart(Part):
     """Two beams or plates, bolted where they overlap; the first body of the surface below."""
 
@@ -350,6 +244,11 @@ class StructurePart(Part):
     samples: Annotated[
         int, whole(f"a whole number from 8 to {MOST_SAMPLES}, such as 64", 8, MOST_SAMPLES)
     ] = Field(default=64, description="Samples for the bands, where something is given as a range.")
+    converge: YesOrNo = Field(
+        default=False,
+        description="Whether patches are refined where energy is lost, and what finer patches, "
+        "elements, more kept modes and harmonics would change is told; some minutes.",
+    )
     measured: Tests = Field(
         default=(),
         description="A test, or several of them as [[structure.measured]], drawn over the "
@@ -368,6 +267,9 @@ class StructurePart(Part):
             _need(self, "structure", ("sensor", *(() if self.mesh.densities else ("density",))))
             if self.style != "half-lap":
                 raise KeyedError("structure.style", _BESIDE)
+            if self.converge:
+                raise KeyedError("structure.converge", "wanted none beside structure.mesh, whose "
+                                                       "elements cannot be made finer")  # fmt: skip
         for test in self.measured:
             if test.mode is not None and test.mode not in self.modes:
                 raise KeyedError(
@@ -454,6 +356,24 @@ class StructurePart(Part):
             self.patches,
             element_size=self.element_size,
             sensors=sensors,
+        )
+
+    def convergence(
+        self, material: Material, surface: NormalLaw, friction: float, amplitudes: Floats
+    ) -> Convergence:
+        """The model with patches refined for its first mode, at modal amplitudes [m kg^½]."""
+        form = None if self.form is None else self.form.table * [1.0, 1.0, self.form.factor]
+        return self.build().converge(
+            material,
+            cast(float, self.density),
+            surface,
+            friction,
+            amplitudes,
+            mode=self.modes[0] - 1,
+            patches=self.patches,
+            form=form,
+            element_size=self.element_size,
+            sensors={"sensor": self.sensing},
         )
 
     def build(self) -> LapJoint:

@@ -88,6 +88,7 @@ _KEYS = {
     "modes": ("Modes", ""),
     "base_damping_ratio": ("Base damping ratio", ""),
     "samples": ("Samples for bands", ""),
+    "converge": ("Patches refined", ""),
     "positions": ("Bolts along the lap", "m"),
     "across": ("Bolts across the lap", "m"),
     "shank": ("Shanks", "m"),

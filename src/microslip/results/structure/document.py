@@ -29,7 +29,7 @@ from microslip.results.structure.pictures import (
     slip_plot,
 )
 from microslip.results.structure.prediction import Mode, StructurePrediction
-from microslip.structures import ModalIdentification
+from microslip.structures import Convergence, ModalIdentification
 
 FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
 """Names of the figures."""
@@ -76,6 +76,8 @@ def sections(found: StructurePrediction) -> tuple[Section, ...]:
     blocks: list[Block] = [_table(mode) for mode in found.modes]
     ranking = [_ranking(mode) for mode in found.modes if mode.bands is not None]
     parts.append(Section("Frequency and damping", (*blocks, Note(_remark(found), small=True))))
+    if found.convergence is not None:
+        parts.append(_how_good(found.convergence, found.part.modes[0]))
     if ranking:
         parts.append(Section("What decides", tuple(ranking)))
     if found.identified is not None:
@@ -144,6 +146,11 @@ def numbers(found: StructurePrediction) -> dict[str, Any]:
             )
         ],
         "modes": [_mode_numbers(mode) for mode in found.modes],
+        **(
+            {}
+            if found.convergence is None
+            else {"convergence": [change._asdict() for change in found.convergence.changes]}
+        ),
         **({} if found.identified is None else {"identified": _identified(found.identified)}),
     }  # fmt: skip
 
@@ -290,6 +297,22 @@ def _correlated(identified: ModalIdentification) -> str:
     first, second = divmod(int(np.argmax(np.triu(matrix, 1))), len(names))
     value = identified.correlation[first, second]
     return f"{_FITTED[names[first]]} and {_FITTED[names[second]].lower()} correlate by {value:.2f}."
+
+
+def _how_good(convergence: Convergence, number: int) -> Section:
+    """What a finer model would change."""
+    listed = (
+        Column("what", "Changed"),
+        Column("from", "From"),
+        Column("to", "To"),
+        Column("frequency", "Frequency", "", write=lambda change: f"{change:+.3%}"),
+        Column("damping_ratio", "ζ", "", write=lambda change: f"{change:+.2%}"),
+    )
+    title = f"Mode {number}, the largest changes over its amplitudes"
+    table = Table(
+        title, listed, convergence.changes, caption=f"{convergence.message}.", noun="changes"
+    )
+    return Section("How good the model is", (table,))
 
 
 def _ranking(mode: Mode) -> Table:

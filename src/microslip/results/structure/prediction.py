@@ -7,7 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.structures import ModalCurve, ModalIdentification, ModalTest, Preload, ReducedJoint
+from microslip.structures import (
+    Convergence,
+    ModalCurve,
+    ModalIdentification,
+    ModalTest,
+    Preload,
+    ReducedJoint,
+)
 from microslip.study.structure import StructurePart
 
 SHARES = (0.05, 0.5, 0.95)
@@ -85,6 +92,8 @@ class StructurePrediction:
         What the tests say of the joint, where the study asks for a fit.
     tests : tuple of ModalTest
         The tests of the study.
+    convergence : Convergence or None
+        How good the model is for the first mode, where the study asks for it.
     """
 
     part: StructurePart
@@ -94,3 +103,4 @@ class StructurePrediction:
     inputs: tuple[tuple[str, str], ...]
     identified: ModalIdentification | None = None
     tests: tuple[ModalTest, ...] = ()
+    convergence: Convergence | None = None

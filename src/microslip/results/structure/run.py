@@ -12,6 +12,7 @@ from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.results.structure.prediction import SHARES, Bands, Mode, StructurePrediction
 from microslip.structures import (
+    Convergence,
     ModalCurve,
     ModalIdentification,
     ModalTest,
@@ -23,7 +24,8 @@ from microslip.structures.amplitude import moving_modes
 from microslip.study.build import blame, build_surface
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, at_middle, is_uncertain
-from microslip.study.structure import MeasuredPart, StructurePart
+from microslip.study.modal_tests import MeasuredPart
+from microslip.study.structure import StructurePart
 from microslip.sweeps.ranking import ranking
 
 Progress = Callable[[float], None]
@@ -68,6 +70,12 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     tell(0.2)
     with blame(study, "structure"):
         formed, state = _tightened(middle, joint)
+    convergence = None
+    if part.converge:
+        with blame(study, "structure.converge"):
+            convergence = _converged(middle, joint, state)
+            joint = convergence.joint
+            formed, state = _tightened(middle, joint)
     with blame(study, "structure.sensor"):
         _check_sensor(part.modes, moving_modes(joint.sensor("sensor"), state.model.shapes))
     with blame(study, "structure"):
@@ -88,7 +96,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     if part.fitted:
         with blame(study, "structure.measured.fit"):
             identified = _identified(middle, joint, tests)
-    return StructurePrediction(part, formed, state, modes, inputs, identified, tests)
+    return StructurePrediction(part, formed, state, modes, inputs, identified, tests, convergence)
 
 
 def _reduced(study: StudyDescription) -> ReducedJoint:
@@ -98,6 +106,22 @@ def _reduced(study: StudyDescription) -> ReducedJoint:
     with blame(study, "structure"):
         materials = {name: material.build() for name, material in study.material.items()}
         return part.reduce(materials, study.surface.materials[0])
+
+
+def _converged(study: StudyDescription, joint: ReducedJoint, state: Preload) -> Convergence:
+    """The model refined for the first mode, from the least to the largest amplitude."""
+    part = study.structure
+    assert part is not None  # who calls has looked
+    quick = _quick(part, joint, state, part.modes[0], part.amplitudes)
+    reached = quick.modal_amplitude[quick.converged]
+    if not reached.size:
+        raise InputError(f"mode {part.modes[0]} has no solution: {quick.message}")
+    return part.convergence(
+        study.material[study.surface.materials[0]].build(),
+        build_surface(study),
+        float(study.joint.friction_coefficient),
+        np.unique(reached[[0, reached.size // 2, -1]]),
+    )
 
 
 def _check_sensor(wanted: tuple[int, ...], moving: list[int]) -> None:

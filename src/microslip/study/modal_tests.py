@@ -1,0 +1,122 @@
+"""Floor 10: tests of modes in a study, drawn over what it predicts, and what is fitted to them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import AfterValidator, Field, PrivateAttr, ValidationInfo, model_validator
+
+from microslip._core.checks import Floats
+from microslip._core.units import FREQUENCY, LENGTH
+from microslip.study.columns import Column, FileName
+from microslip.study.fields import Line, Share, array, different, one_of, quantity, whole
+from microslip.study.part import Check, Part, Reading
+
+FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
+"""What can be fitted to a test."""
+
+MOST_MODES = 10
+
+Hertz = Annotated[float, quantity(FREQUENCY, "150 Hz")]
+
+
+class MeasuredPart(Part):
+    """A test of one mode, drawn over the prediction: a curve, a ring-down or a stepped sine."""
+
+    file: FileName = Field(
+        description="CSV file with a line of column names; relative to the folder of the study. "
+        "Amplitude, frequency and damping ratio are a curve; time and displacement, velocity or "
+        "acceleration a ring-down; frequency, amplitude and phase a stepped sine.",
+        examples=['"test.csv"'],
+    )
+    amplitude: Line = Field(
+        default="amplitude",
+        description="Column of the displacement amplitudes at the sensor.",
+        examples=['"amplitude"'],
+    )
+    frequency: Line = Field(
+        default="frequency",
+        description="Column of the frequencies.",
+        examples=['"frequency"'],
+    )
+    damping_ratio: Line = Field(
+        default="damping_ratio",
+        description="Column of the damping ratios, in percent where its header says so.",
+        examples=['"damping_ratio"'],
+    )
+    band: Annotated[tuple[Hertz, Hertz], array('["150 Hz", "220 Hz"]', 2, least=2)] | None = Field(
+        default=None,
+        description="Frequencies between which the mode of a ring-down lies, where others ring "
+        "with it.",
+        examples=['["150 Hz", "220 Hz"]'],
+    )
+    mode: Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)] | None = Field(
+        default=None,
+        description="The mode that was tested, counted from 1; of `structure.modes` the one whose "
+        "frequency is nearest unless given.",
+        examples=["1"],
+    )
+    fit: (
+        Annotated[
+            tuple[Annotated[str, one_of(*FITTED)], ...],
+            array('["friction_coefficient", "tension"]', len(FITTED)),
+            AfterValidator(different),
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="What is fitted to the test, from the values of the study on.",
+        examples=['["friction_coefficient", "tension"]'],
+    )
+    frequency_error: Share = Field(
+        default=0.003, description="Relative uncertainty of the frequencies, the model's included."
+    )
+    damping_error: Share = Field(
+        default=0.05, description="Relative uncertainty of the damping ratios."
+    )
+    _table: Floats = PrivateAttr(default_factory=lambda: np.zeros((0, 3)))
+
+    @model_validator(mode="after")
+    def _read(self, info: ValidationInfo) -> Self:
+        from microslip._core.units import RATIO
+        from microslip.structures import ModalTest
+        from microslip.structures.modal_test_files import modal_kind
+
+        reading = info.context if isinstance(info.context, Reading) else Reading()
+        path = (reading.folder or Path()) / self.file
+        named = {"amplitude", "frequency", "damping_ratio"} & self.model_fields_set
+        kind = modal_kind(path)
+        if self.band is not None or kind in ("ring-down", "stepped sine") or (kind and not named):
+            test = ModalTest.read(path, band=self.band)
+            self._table = np.stack([test.amplitude, test.frequency, test.damping_ratio], axis=1)
+            reading.notes.extend(f"structure.measured: {note}" for note in test.notes)
+            return self
+        read = [
+            Column(file=self.file, column=name, unit=unit).read(
+                kind, "positive", info, f"structure.measured.{key}"
+            )
+            for key, name, kind, unit in (
+                ("amplitude", self.amplitude, LENGTH, None),
+                ("frequency", self.frequency, FREQUENCY, None),
+                ("damping_ratio", self.damping_ratio, RATIO, "1"),
+            )
+        ]
+        self._table = np.array(read).T
+        return self
+
+    @property
+    def table(self) -> Floats:
+        """Columns amplitude [m], frequency [Hz] and damping ratio [-]."""
+        return self._table
+
+
+def _listed(given: object) -> object:
+    return [given] if isinstance(given, (dict, MeasuredPart)) else given
+
+
+Tests = Annotated[
+    tuple[MeasuredPart, ...],
+    Check(_listed, lambda inner: {"anyOf": [inner["items"], {**inner, "maxItems": 20}]}),
+]

@@ -146,8 +146,8 @@ docs: $(READY) $(DOCS)  ## build the documentation into docs/_build/html/; a war
 	@"$(PY)" -m sphinx -W -E --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
-notebooks: $(READY)  ## make notebooks of the gallery, in notebooks/
-	@"$(PY)" tools/make_notebooks.py notebooks
+notebooks: $(READY) $(DOCS)  ## make notebooks of the gallery in notebooks/, each run by Jupyter
+	@OPENBLAS_NUM_THREADS=1 "$(PY)" tools/make_notebooks.py notebooks --run
 
 dist: $(READY)  ## build the sdist, and from it the wheel, into dist/
 	@rm -rf dist

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Make Jupyter notebooks of the gallery's scripts: text cells of their comments, code as it is.
 
-The tests run the scripts; a notebook's code is its script's, cell by cell, so it runs as well.
+The tests run the scripts, and hold a notebook's code to be its script's. With --run each notebook
+is run by Jupyter, too, and holds what came out; a cell that fails ends it all.
 
-Usage: make_notebooks.py FOLDER
+Usage: make_notebooks.py FOLDER [--run]
 """
 
 from __future__ import annotations
@@ -54,17 +55,30 @@ def notebook(script: str) -> dict[str, Any]:
     }
 
 
-def main(folder: Path) -> None:
+def run(made: dict[str, Any]) -> dict[str, Any]:
+    """A notebook with what its cells print and draw, run where its script lies."""
+    import nbformat
+    from nbclient import NotebookClient
+
+    own = nbformat.reads(json.dumps(made), 4)
+    nbformat.validate(own)
+    here = {"metadata": {"path": str(ROOT / "examples")}}
+    NotebookClient(own, timeout=600, kernel_name="python3", resources=here).execute()
+    return dict(json.loads(nbformat.writes(own)))
+
+
+def main(folder: Path, execute: bool = False) -> None:
     """Write a notebook for each script."""
     folder.mkdir(parents=True, exist_ok=True)
     for script in SCRIPTS:
         made = notebook(script.read_text(encoding="utf-8"))
+        made = run(made) if execute else made
         text = json.dumps(made, indent=1, ensure_ascii=False) + "\n"
         (folder / f"{script.stem}.ipynb").write_text(text, encoding="utf-8", newline="\n")
         print(folder / f"{script.stem}.ipynb")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
+    if sys.argv[2:] not in ([], ["--run"]) or len(sys.argv) < 2:
         sys.exit(__doc__)
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), execute=len(sys.argv) > 2)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import sys
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -30,6 +32,12 @@ class Material:
     ------
     InputError
         A value out of its range.
+
+    Warns
+    -----
+    UserWarning
+        A modulus between 1.5 Pa and 1200 Pa, or with a Poisson's ratio below 0.45 between 10 kPa
+        and 1.3 MPa, is asked back: more likely it was meant in GPa or MPa. It is taken as it is.
     """
 
     young_modulus: float
@@ -54,6 +62,26 @@ class Material:
         object.__setattr__(self, "young_modulus", modulus)
         object.__setattr__(self, "poisson_ratio", ratio)
         object.__setattr__(self, "hardness", hardness)
+        self._ask_back()
+
+    def _ask_back(self) -> None:
+        """Warn of a number that reads like that of a solid in another unit; soft gels are real."""
+        modulus = self.young_modulus
+        if 1.5 <= modulus <= 1200.0:
+            unit, factor = "GPa", 1e9
+        elif 1e4 <= modulus <= 1.3e6 and self.poisson_ratio < 0.45:
+            unit, factor = "MPa", 1e6
+        else:
+            return
+        # A study asks back itself, and derivatives make bodies of their own.
+        if str(sys._getframe(3).f_globals.get("__name__")).startswith("microslip."):
+            return
+        came = exact(modulus)
+        warnings.warn(
+            f"young_modulus is {came} Pa, as soft as a gel; if {came} {unit} is meant, "
+            f'write {exact(modulus * factor)} or units("{came} {unit}")',
+            stacklevel=4,
+        )
 
     @classmethod
     def rigid(cls) -> Material:

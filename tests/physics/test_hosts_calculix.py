@@ -38,7 +38,8 @@ def amplitude(values: np.ndarray, step: float) -> str:
     return "*AMPLITUDE, NAME=A\n" + "\n".join(rows) + "\n"
 
 
-def test_a_static_cycle_is_the_cells_to_its_printed_digits(tmp_path):
+def static_cycle(folder: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Forces along a history, by CalculiX and by the cells."""
     x = np.interp(np.arange(1, 51), [0, 10, 30, 40, 50], [0.0, 6e-7, -6e-7, 1e-7, -2e-7])
     deck = (
         f"{_NODES}*ELEMENT, TYPE=MASS, ELSET=M\n1, 1\n2, 2\n*MASS, ELSET=M\n1.\n"
@@ -46,9 +47,13 @@ def test_a_static_cycle_is_the_cells_to_its_printed_digits(tmp_path):
         f"*STEP, INC=1000\n*STATIC, DIRECT\n1., {x.size}.\n*BOUNDARY, AMPLITUDE=A\n2, 1, 1, 1.\n"
         "*NODE PRINT, NSET=JOINT_1, TOTALS=ONLY\nRF\n*END STEP\n"
     )
-    lines = run(tmp_path, deck).splitlines()
+    lines = run(folder, deck).splitlines()
     found = np.array([float(line.split()[0]) for line in lines if re.match(r"\s+-?\d\.\d+E", line)])
-    wanted = JOINT.to_iwan(_CELLS, **_RANGE).force(x)
+    return found, JOINT.to_iwan(_CELLS, **_RANGE).force(x)
+
+
+def test_a_static_cycle_is_the_cells_to_its_printed_digits(tmp_path):
+    found, wanted = static_cycle(tmp_path)
     assert found.shape == wanted.shape
     np.testing.assert_allclose(found, wanted, rtol=_DIGITS)
 

@@ -78,13 +78,18 @@ def in_tcl(file):
     return make
 
 
-@pytest.mark.parametrize(("ending", "read"), [(".py", in_python), (".tcl", in_tcl)])
-def test_it_is_the_cells_to_rounding(ending, read, tmp_path):
-    file = tmp_path / f"joint{ending}"
+def driven(ending, read, folder):
+    """Forces along two histories, by OpenSees and by the cells."""
+    file = folder / f"joint{ending}"
     export.write("opensees", JOINT, file, nodes=[[1, 2]], first_number=101, **_RANGE)
     cells = JOINT.to_iwan(50, **_RANGE)
     x = np.concatenate([record[:250] for record in records(3e-7, 250).values()])
-    found, wanted = reactions(read(file), x, [(1, 2)])[:, 0], cells.force(x)
+    return reactions(read(file), x, [(1, 2)])[:, 0], cells.force(x)
+
+
+@pytest.mark.parametrize(("ending", "read"), [(".py", in_python), (".tcl", in_tcl)])
+def test_it_is_the_cells_to_rounding(ending, read, tmp_path):
+    found, wanted = driven(ending, read, tmp_path)
     assert np.abs(found - wanted).max() <= 1e-12 * np.abs(wanted).max()
 
 

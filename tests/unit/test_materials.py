@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+import re
 from dataclasses import FrozenInstanceError
 from fractions import Fraction
 
@@ -27,7 +28,32 @@ def refusal(call, *args, **kwargs) -> str:
 
 def test_shear_modulus() -> None:
     assert ms.Material(69e9, 0.33).shear_modulus == pytest.approx(69e9 / 2.66, rel=1e-15, abs=0)
-    assert ms.Material(3.0, 0.5).shear_modulus == 1.0
+    assert ms.Material(3e9, 0.5).shear_modulus == 1e9
+
+
+@pytest.mark.parametrize(
+    ("modulus", "ratio", "said"),
+    [
+        (210, 0.3, '210 GPa is meant, write 2.1e+11 or units("210 GPa")'),
+        (210e3, 0.3, '210000 MPa is meant, write 2.1e+11 or units("210000 MPa")'),
+        (2.5, 0.49, "2.5 GPa is meant"),
+    ],
+)
+def test_a_modulus_that_reads_like_one_in_another_unit_is_asked_back(
+    modulus: float, ratio: float, said: str
+) -> None:
+    with pytest.warns(UserWarning, match=re.escape(said)) as caught:
+        body = ms.Material(modulus, ratio)
+    assert caught[0].filename == __file__  # it points at who wrote the number
+    assert body.young_modulus == modulus
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("modulus", "ratio"), [(1.0, 0.3), (1e-40, 0.3), (5e3, 0.3), (5e4, 0.49), (1e7, 0.3)]
+)
+def test_gels_rubber_and_pure_numbers_are_not_asked_back(modulus: float, ratio: float) -> None:
+    assert ms.Material(modulus, ratio).young_modulus == modulus
 
 
 def test_composite_moduli_of_unlike_bodies() -> None:

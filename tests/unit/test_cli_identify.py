@@ -80,6 +80,7 @@ def test_command(folder: Path) -> None:
 def _predict_takes(out: Path) -> None:
     """The study is one for predict as it is, with the materials of the one that was given."""
     text = (out / "joint.toml").read_text("utf-8")
+    assert tomllib.loads(text)["not_identified"] == ["surface.radius"]
     assert "density * sqrt(radius)" in text
     assert "not identified" in text
     study = tomllib.loads(text)

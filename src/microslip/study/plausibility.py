@@ -34,7 +34,12 @@ _PRESSURE = Usual(1e1, 5e9, "Pa", "joints")
 
 def questions(study: Any) -> list[str]:
     """What to ask back of a study, a sentence each; nothing where all is usual."""
-    return [
+    unknown = [
+        f"{key}: is this number known? The loops that the study was identified from did not tell "
+        "it, and give the same for others; take the key from not_identified once it is measured."
+        for key in study.not_identified or ()
+    ]
+    return unknown + [
         question
         for key, value, usual in _values(study)
         if (question := _question(key, float(value), usual)) is not None

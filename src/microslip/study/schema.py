@@ -20,7 +20,7 @@ from pydantic import (
 
 from microslip._core.units import FORCE, LENGTH, engineering
 from microslip._core.wording import shorten
-from microslip.study.columns import Column, ColumnName, UnitName
+from microslip.study.columns import Column, ColumnName, UnitName, text
 from microslip.study.fields import (
     Amplitude,
     Amplitudes,
@@ -266,6 +266,18 @@ class StudyTables(Part):
         alias="schema", description="Version of this format: 1.", examples=["1"]
     )
     title: Line = Field(default="", description="One line for figures, tables and the report.")
+    not_identified: (
+        Annotated[
+            tuple[Annotated[str, text('a key such as "surface.radius"')], ...],
+            array('["surface.radius"]', 20, single=True),
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="Keys whose numbers loops did not tell, as `microslip identify` writes them: "
+        "they are asked back until they are known.",
+        examples=['["surface.radius"]'],
+    )
     material: dict[str, AnyMaterial] = Field(
         default_factory=dict,
         description="Materials by names of your own. A metal of the table needs no entry; where "

@@ -13,7 +13,7 @@ from microslip.errors import InputError, Phrase
 from microslip.identification import Identification
 from microslip.identification.labels import label
 from microslip.identification.verdicts import HAS_VALUE
-from microslip.results.identified.numbers import knows_radius, open_of, quantity
+from microslip.results.identified.numbers import is_none, knows_radius, open_of, quantity
 from microslip.study.overrides import dump
 
 if TYPE_CHECKING:
@@ -53,9 +53,30 @@ def joint_text(found: _Found, say: Callable[[str], str] = str) -> tuple[str | No
     given["title"] = f"{title}: identified"[:200] if title else "Identified joint"
     for key, unit in (("radius", "m"), ("area", "m^2"), ("density", "1/m^2")):
         given["surface"][key] = f"{getattr(_surface(result), key):.6g} {unit}"
-    order = ("schema", "title", "material", "surface", "joint", "excitation")
+    if unknown := _unknown(result.summary()):
+        given["not_identified"] = unknown
+    order = ("schema", "title", "not_identified", "material", "surface", "joint", "excitation")
     given = {key: given[key] for key in (*order, *given) if key in given}
     return f"{_remarks(found, say)}\n{dump(given)}", ""
+
+
+_KEYS = {
+    "friction_coefficient": "joint.friction_coefficient",
+    "slip_scale": "surface.heights",
+    "standardised_separation": "surface.density",
+}
+
+
+def _unknown(summary: dict[str, Any]) -> list[str]:
+    """Keys of the study whose numbers the loops do not tell, not even within an interval."""
+    keys = [
+        _KEYS[name]
+        for name, number in summary["parameters"].items()
+        if name in _KEYS
+        and number["verdict"] not in ("identified", "fixed", *HAS_VALUE)
+        and not is_none(number)
+    ]
+    return keys if knows_radius(summary) else list(dict.fromkeys([*keys, "surface.radius"]))
 
 
 def _surface(result: Identification) -> Any:

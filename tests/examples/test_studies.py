@@ -1,0 +1,75 @@
+"""The small studies beside the worked example: what each of them makes, and that it is in order."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.results.predicted.preview import preview
+from microslip.study.build import build_joints
+
+FOLDER = Path(__file__).parents[2] / "examples"
+PINNED = {
+    # Of the last load: stiffness [N/m], force limit [N], loss factor at 10 nm.
+    "tightened": (1.964625e10, 800.0, 0.0353315),
+    "bolted_joint": (2.435085e10, 960.0, 0.0372075),
+    "two_faces": (4.784542e09, 150.0, 0.0557803),
+    "drawing": (5.143515e09, 150.0, 0.0621586),
+    "lay": (5.408618e09, 400.0, 0.0235334),
+    "spectrum": (5.914368e09, 800.0, 0.015893),
+}
+LARGE = ("al2017", "bolted_beam")
+"""Those that have tests of their own."""
+
+
+@cache
+def last_joint(name: str) -> Any:
+    """The joint of a study at its last load."""
+    return build_joints(ms.Study.load(FOLDER / f"{name}.toml"))[-1]
+
+
+def test_every_study_is_held() -> None:
+    assert {path.stem for path in FOLDER.glob("*.toml")} == {*PINNED, *LARGE}
+
+
+@pytest.mark.parametrize("name", PINNED)
+def test_numbers_and_verdicts(name: str) -> None:
+    joint = last_joint(name)
+    stiffness, limit, loss = PINNED[name]
+    assert joint.force_limit == pytest.approx(limit, rel=1e-12)
+    # Pinned by six digits: they hang on tables of quadrature, which another platform rounds apart.
+    assert joint.tangential_stiffness == pytest.approx(stiffness, rel=1e-5)
+    assert joint.loss_factor(1e-8) == pytest.approx(loss, rel=1e-5)
+    assert {verdict.word for verdict in joint.validity} == {"ok"}
+
+
+def test_they_are_what_python_makes() -> None:
+    """Of the lay by the ratio of compliances, of the bolts by a sum over rings."""
+    lay = last_joint("lay")
+    metal = ms.Material.named("al7075")
+    same = ms.EllipticSummits(
+        ms.MaterialPair(metal, metal), ms.Gaussian(3e-7), 1e-3, 1e8, 2e-4, 0.03, 0.5 * math.pi
+    )
+    assert lay.tangential_stiffness == pytest.approx(
+        lay.normal_stiffness / same.stiffness_ratio, rel=1e-12
+    )
+    bolts = last_joint("bolted_joint")
+    spread = ms.Pressure.bolt("M8", [6e-3, 10e-3], count=4, rings=8)
+    assert np.sum(spread.shares * 4800.0) == pytest.approx(bolts.normal_load)
+    assert bolts.pressure.area == spread.area
+
+
+def test_what_loops_did_not_tell_is_asked_back(tmp_path: Path) -> None:
+    text = (FOLDER / "lay.toml").read_text("utf-8")
+    text = text.replace("schema = 1", 'schema = 1\nnot_identified = ["surface.radius"]')
+    study = ms.Study.from_toml(text)
+    (asked,) = preview(study).data["questions"]
+    assert asked.startswith("surface.radius: is this number known?")
+    with pytest.raises(ms.StudyError, match=r"^study: not_identified"):
+        ms.Study.from_toml(text.replace('["surface.radius"]', "3"))

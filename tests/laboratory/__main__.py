@@ -10,7 +10,8 @@ from .campaign import Tally, coverage, table, wrong
 
 
 def main() -> int:
-    """Exit with 1 where less than 90 % of a parameter's intervals hold, or wrong physics passes."""
+    """Exit with 1 where less than 90 % of the intervals of a parameter or a kind hold, or wrong
+    physics passes."""
     parser = argparse.ArgumentParser(prog="python -m laboratory", description=__doc__)
     parser.add_argument("--sets", type=int, default=360, help="ordinary sets of records")
     parser.add_argument("--wrong", type=int, default=4, help="sets of each kind of wrong physics")
@@ -30,6 +31,7 @@ def main() -> int:
     for text in (*whole.missed, *(text for tally in bad.values() for text in tally.missed)):
         print(text)
     low = [name for name, count in whole.identified.items() if whole.covered[name] < 0.9 * count]
+    low += [name for name, tally in known.items() if tally.held < 0.9]
     passed = [name for name, tally in bad.items() if tally.covered != tally.identified]
     print(f"below 90 %: {', '.join(low) or 'none'}; passed: {', '.join(passed) or 'none'}")
     return 1 if low or passed else 0

@@ -22,6 +22,11 @@ class Tally:
     verdicts: Counter[str] = field(default_factory=Counter)
     missed: list[str] = field(default_factory=list)
 
+    @property
+    def held(self) -> float:
+        """Share of the intervals that hold the truth; 1 of none."""
+        return self.covered.total() / max(self.identified.total(), 1) if self.identified else 1.0
+
     def add(self, other: Tally) -> None:
         """Count another one in."""
         self.sets, self.refused = self.sets + other.sets, self.refused + other.refused
@@ -80,8 +85,8 @@ def table(tallies: dict[str, Tally]) -> list[str]:
     """Rows of a page."""
     names = ("friction_coefficient", "slip_scale", "standardised_separation", "rig_stiffness")
     lines = [
-        "| records | sets | refused | μ | κσ | h | rig | other verdicts |",
-        "| --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |",
+        "| records | sets | refused | μ | κσ | h | rig | held | other verdicts |",
+        "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |",
     ]
     whole = Tally()
     for tally in tallies.values():
@@ -93,7 +98,8 @@ def table(tallies: dict[str, Tally]) -> list[str]:
             for word, count in sorted(tally.verdicts.items())
             if word != "identified"
         )
-        lines.append(f"| {label} | {tally.sets} | {tally.refused} | {cells} | {others} |")
+        held = f"{100.0 * tally.held:.0f} %" if tally.identified.total() else "–"
+        lines.append(f"| {label} | {tally.sets} | {tally.refused} | {cells} | {held} | {others} |")
     return lines
 
 

@@ -55,11 +55,11 @@ def test_command(folder: Path) -> None:
     for text in ("friction coefficient μ", "spread of the heights σ", "Reduced χ²", "Correlations"):
         assert text in outcome.stdout
     assert "--contact-area" in outcome.stdout  # how density and radius would come apart
-    assert outcome.stdout.endswith("7 files in out\n")
+    assert outcome.stdout.endswith("10 files in out\n")
     names = sorted(path.name for path in (folder / "out").iterdir())
     assert names == [
-        "intervals.svg", "joint.toml", "loops.svg", "profiles.svg", "report.html",
-        "residuals.csv", "summary.json",
+        "evolution.svg", "fretting-map.svg", "intervals.svg", "joint.toml", "loops.svg",
+        "profiles.svg", "records.csv", "report.html", "residuals.csv", "summary.json",
     ]  # fmt: skip
     written = json.loads((folder / "out/summary.json").read_text("utf-8"))
     assert sorted(written["files"]) == names
@@ -357,3 +357,41 @@ def test_real_record(folder: Path) -> None:
     for text in (page, outcome.stdout.replace("\n", " ")):
         assert "found as a mean over cycles that move, so of no state of the joint" in text
         assert "The stiffness of the rig over the laws: " in text
+
+
+# -- campaigns and delays --------------------------------------------------------------------------
+
+
+def test_campaign_beside_the_joint(folder: Path) -> None:
+    """Worn volumes and runs of a folder: wear and comparison stand beside the joint."""
+    for label, name in (("a", "light.csv"), ("b", "heavy.csv")):
+        (folder / "rigs" / label).mkdir(parents=True)
+        (folder / name).rename(folder / "rigs" / label / name)
+    found = summary("rigs", "--worn-volume", "0.01 mm^3", "--worn-volume", "0.02 mm^3")
+    campaign = found["campaign"]
+    assert [row["run"] for row in campaign["table"]] == ["a", "b"]
+    assert campaign["wear"]["unit"] == "m^3/J"
+    assert campaign["wear"]["value"] > 0.0
+    assert len(campaign["fretting_map"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--delay", "3 mm"), "--delay: wanted a time"),
+        (("--delay", "1 ms", "--free-delay"), "contradict each other"),
+        (("--worn-volume", "1 mm^3"), "one for each of the 2 records"),
+    ],
+)
+def test_bad_delays_and_volumes(folder: Path, words: tuple[str, ...], says: str) -> None:
+    outcome = run("identify", "light.csv", "heavy.csv", *words)
+    assert outcome.exit_code == 2
+    assert says in " ".join(outcome.stderr.split())
+
+
+def test_a_delay_that_is_given() -> None:
+    """A force taken for late that is not late is answered worse."""
+    words = ("heavy.csv", "--held-back", "0", "--rig-stiffness", "free")
+    late, timely = (summary(*words, "--delay", delay) for delay in ("2 ms", "0 s"))
+    first, second = (found["identification"]["reduced_chi_squared"] for found in (late, timely))
+    assert first > 3.0 * second

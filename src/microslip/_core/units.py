@@ -76,6 +76,7 @@ STIFFNESS = Kind(
 )
 TORQUE = Kind("torque", "N*m", ("N m", "N*m", "kN m", "lbf in", "lbf ft"))
 MASS_DENSITY = Kind("mass per volume", "kg/m^3", ("kg/m^3", "g/cm^3", "t/m^3", "lb/in^3"))
+TIME = Kind("time", "s", ("us", "µs", "ms", "s", "min"))
 FREQUENCY = Kind("frequency", "Hz", ("Hz", "kHz"))
 RATIO = Kind("plain number", "", ())
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import compress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,8 @@ from microslip.cli.records import (
     records_in,
     slice_of,
     stiffness,
+    volumes_of,
+    worn_option,
     writes,
 )
 from microslip.cli.shell import complete_study
@@ -147,6 +150,7 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     metavar="NAME",
     help=f"Force beside the law, of free size in each record: {', '.join(NUISANCES)}.",
 )
+@worn_option
 @cycles_option
 @click.option(
     "--loss",
@@ -162,6 +166,12 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     answers_for=("delay",),
     is_flag=True,
     help="Fit a delay between the channels, too.",
+)
+@click.option(
+    "--delay",
+    "lag",
+    metavar="TIME",
+    help='Time by which the force lags behind the displacement, such as "50 us", or free.',
 )
 @click.option(
     "--held-back",
@@ -193,9 +203,11 @@ def identify(
     known_values: tuple[str, ...],
     summits: float | None,
     nuisances: tuple[str, ...],
+    worn_volumes: tuple[str, ...],
     cycles: str | None,
     loss: str,
     free_delay: bool,
+    lag: str | None,
     held_back: float,
     confidence: float,
     accept_unconverged: bool,
@@ -221,13 +233,23 @@ def identify(
     if band is not None:
         raise click.UsageError("--band is for a mode's ring-down, with a structure in --study")
     laws = tuple(dict.fromkeys(laws)) or LAWS[:1]
-    records = tuple(records_in(records)[0])
+    paths, labels = records_in(records)
+    records = tuple(paths)
+    volumes = volumes_of(worn_volumes, len(records))
+    if free_delay and lag is not None:
+        raise click.UsageError("--delay and --free-delay contradict each other; give one of them")
     with stoppable():
         from contextlib import ExitStack
 
         from microslip.report.folder import staged
         from microslip.report.terminal import show
-        from microslip.results.identified.document import KIND, document, identified, write
+        from microslip.results.identified.document import (
+            KIND,
+            document,
+            identified,
+            measured_together,
+            write,
+        )
 
         say = spelling(click.get_current_context())
 
@@ -245,7 +267,7 @@ def identify(
             "cycles": slice_of("--cycles", cycles),
             "nuisances": nuisances or None,
             "loss": loss,
-            "delay": "free" if free_delay else 0.0,
+            "delay": "free" if free_delay else _delay(lag),
             "held_back": held_back,
             "confidence": confidence,
         }
@@ -263,7 +285,16 @@ def identify(
                     f"{failed.law}: {failed.status}: {failed.message} (--accept-unconverged shows "
                     "it all the same)"
                 )
-            found = replace(found, skipped=tuple(skipped))
+            left = [path not in dict(skipped) for path in records]
+            runs = rigs or labels
+            campaign = measured_together(
+                read,
+                tuple(compress(runs, left)),
+                tuple(compress(volumes, left)),
+                confidence,
+                options["cycles"],
+            )
+            found = replace(found, skipped=tuple(skipped), campaign=campaign)
             told = document(found, spell, files=stage is not None, kinds=kinds)
             if stage is not None:
                 with progress("Drawing and writing") as report:
@@ -299,7 +330,8 @@ def _read(
         except InputError as error:
             if len(paths) == 1 or (index == len(paths) - 1 and not found):
                 raise
-            skipped.append((path, error.said(spelling(click.get_current_context()))))
+            why = error.said(spelling(click.get_current_context()))
+            skipped.append((path, why.removeprefix(f"{path}: ")))
             if rigs is not None:
                 rigs[index] = None
         report((index + 1) / len(paths))
@@ -408,6 +440,18 @@ def _quantity(option: str, name: str, text: str, units: dict[str, str]) -> float
         return to_si(text, kind, examples.get(kind.unit, f"100 {kind.usual[0]}"))
     except QuantityError as error:
         raise click.UsageError(f"{option}: {name}: {error}") from None
+
+
+def _delay(text: str | None) -> float | str:
+    """A delay [s] with its unit, or "free"."""
+    from microslip._core.units import TIME, QuantityError, to_si
+
+    if text is None or text.strip() == "free":
+        return 0.0 if text is None else "free"
+    try:
+        return to_si(text, TIME, "50 us", "any")
+    except QuantityError as error:
+        raise click.UsageError(f"--delay: {error}") from None
 
 
 def _rig_stiffness(text: str) -> Any:

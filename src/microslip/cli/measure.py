@@ -17,6 +17,8 @@ from microslip.cli.records import (
     reads,
     records_in,
     slice_of,
+    volumes_of,
+    worn_option,
     writes,
 )
 from microslip.cli.shell import complete_study
@@ -50,16 +52,11 @@ if TYPE_CHECKING:
     help="Run, rig or laboratory of each record, once for each in their order; records in several "
     "folders have the names of these. Runs are compared.",
 )
-@click.option(
-    "--worn-volume",
-    "worn_volumes",
-    multiple=True,
-    metavar="VOLUME",
-    help='Worn volume of each record, such as "0.12 mm^3", or none, once for each in their order.',
-)
+@worn_option
 @cycles_option
 @offers(AREA)
 @BAND
+@click.option("--all", "whole", is_flag=True, help="Print every table, not what matters most.")
 def measure(
     records: tuple[str, ...],
     folder: Path | None,
@@ -75,6 +72,7 @@ def measure(
     cycles: str | None,
     area: float | None,
     band: str | None,
+    whole: bool,
 ) -> None:
     """Measure every cycle in each RECORD: CSV, TXT, TSV, MAT, TDMS or HDF5, or folders of them.
 
@@ -110,7 +108,7 @@ def measure(
             report = stack.enter_context(progress("Measuring"))
             paths, labels = records_in(records)
             runs = each_of("--run", runs, len(paths)) or labels
-            volumes = [_volume(text) for text in each_of("--worn-volume", worn_volumes, len(paths))]
+            volumes = volumes_of(worn_volumes, len(paths))
             context = click.get_current_context()
             spell = spelling(context)
             found, kept = [], []
@@ -155,21 +153,9 @@ def measure(
     if as_json:
         echo_json(told.data)
         return
-    show(told, sys.stdout)
+    show(told, sys.stdout, whole=whole)
     if folder is not None:
         click.echo(f"{len(told.data['files'])} files in {folder}")
-
-
-def _volume(text: str) -> float | None:
-    """A worn volume [m^3]; None where it says none."""
-    from microslip._core.units import VOLUME, QuantityError, to_si
-
-    if text.strip() == "none":
-        return None
-    try:
-        return to_si(text, VOLUME, "0.12 mm^3")
-    except QuantityError as error:
-        raise click.UsageError(f"--worn-volume: {error}") from None
 
 
 def _joints(study: Path) -> list[Interface]:

@@ -199,6 +199,31 @@ def cycles_option(command: Command) -> Command:
     )(command)
 
 
+def worn_option(command: Command) -> Command:
+    """Give a command the option of worn volumes."""
+    return click.option(
+        "--worn-volume",
+        "worn_volumes",
+        multiple=True,
+        metavar="VOLUME",
+        help='Worn volume of each record, such as "0.12 mm^3", or none, once for each in their '
+        "order.",
+    )(command)
+
+
+def volumes_of(given: tuple[str, ...], count: int) -> list[float | None]:
+    """Worn volumes [m^3] of the records, None for one without; empty where none were given."""
+    from microslip._core.units import VOLUME, QuantityError, to_si
+
+    try:
+        return [
+            None if text.strip() == "none" else to_si(text, VOLUME, "0.12 mm^3")
+            for text in each_of("--worn-volume", given, count)
+        ]
+    except QuantityError as error:
+        raise click.UsageError(f"--worn-volume: {error}") from None
+
+
 def pairs(option: str, given: tuple[str, ...]) -> dict[str, str]:
     """What an option that may be repeated was given as WHAT=..., by WHAT."""
     values = {}

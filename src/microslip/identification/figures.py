@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ MOST_PANELS = 6
 MOST_PARAMETERS = 12
 MOST_MARKS = 90  # of a loop
 MOST_DOTS = 1500  # of a panel
+_SAME = 0.02  # of amplitudes of one colour, from one to the next
 INK, BLUE, RED = COLORS[0], COLORS[1], COLORS[2]
 
 _CAPTIONS = {
@@ -108,7 +110,10 @@ def loops(result: Any) -> Plot:
     x_unit, x_letter = length_prefix(max(float(np.abs(c.x - c.x.mean()).max()) for c in cycles))
     f_unit, f_letter = prefix(max(float(np.abs(c.force).max()) for c in cycles))
     most = max(float(np.abs(c.residual).max()) / (c.error or 1.0) for c in cycles)
-    ticks = [(-2.0, "−2"), (0.0, "0"), (2.0, "2")] if most < 8.0 else None
+    # Of what is left only the size counts: two marks about zero, of a round number.
+    rounded = (m * 10.0**e for e in range(12) for m in (1.0, 2.0, 5.0))
+    round_step = max(takewhile(lambda size: size <= max(0.7 * most, 2.0), rounded))
+    ticks = [(-round_step, f"−{round_step:g}"), (0.0, "0"), (round_step, f"{round_step:g}")]
     panels = []
     for index, (name, group) in enumerate(drawn):
         row, column = 2 * (index // columns), index % columns
@@ -152,7 +157,9 @@ def _room(group: Sequence[Cycle], unit: float) -> float:
     low, high = (
         float(end(np.concatenate([cycle.force for cycle in group]))) for end in (np.min, np.max)
     )
-    lines = math.ceil(len(group) / 3) if 1 < len(group) < len(COLORS) else 0
+    sizes = np.sort([float(np.ptp(cycle.x)) for cycle in group])
+    count = int(_levels(sizes)[-1]) + 1
+    lines = math.ceil(count / 3) if 1 < count < len(COLORS) else 0
     return (high + (0.06 + 0.11 * lines) * (high - low)) / unit
 
 
@@ -163,12 +170,17 @@ def _draw_pair(
     below.add(Band(-2.0, 2.0, "y"))
     most = max(MOST_DOTS // len(group), 40)
     hues = COLORS[1:]
-    for number, cycle in enumerate(sorted(group, key=lambda c: float(np.ptp(c.x)))):
-        hue = hues[number % len(hues)]
-        if 1 < len(group) <= len(hues):
-            size = engineering(0.5 * float(np.ptp(cycle.x)), "m", 4)
+    ordered = sorted(group, key=lambda c: float(np.ptp(c.x)))
+    sizes = np.array([0.5 * float(np.ptp(cycle.x)) for cycle in ordered])
+    numbers = _levels(sizes)
+    firsts = np.unique(numbers, return_index=True)[1]
+    if 1 < firsts.size <= len(hues):
+        for number, name in enumerate(_told_apart(sizes[firsts].tolist())):
             place = (number % 3) / 3.0 + 0.02, 0.985 - 0.085 * (number // 3)
-            above.add(Words(*place, size, color=hue))
+            above.add(Words(*place, name, color=hues[number]))
+    # Small loops lie over large ones, or they would be hidden.
+    for cycle, number in reversed(list(zip(ordered, numbers.tolist(), strict=True))):
+        hue = hues[number % len(hues)]
         x = (cycle.x - 0.5 * (cycle.x.max() + cycle.x.min())) / x_unit
         marks = _along(x, cycle.force, MOST_MARKS)
         above.marks(x[marks], cycle.force[marks] / f_unit, hue, size=3.0)
@@ -181,6 +193,17 @@ def _draw_pair(
         below.marks(x[dots][falling], residual[falling], hue, marker="^", size=2.4)
     above.cross()
     below.add(Rule(0.0, "y", "#888888", 0.6, ()))
+
+
+def _levels(sizes: Floats) -> NDArray[np.int64]:
+    """Numbers of amplitudes in their order, those within some per cent being one."""
+    return np.cumsum(np.diff(np.log(sizes), prepend=math.log(sizes[0])) > _SAME)
+
+
+def _told_apart(amplitudes: Sequence[float]) -> list[str]:
+    """Amplitudes with as few digits as tell them apart."""
+    texts = [[engineering(size, "m", digits) for size in amplitudes] for digits in (2, 3, 4)]
+    return next((names for names in texts if len(set(names)) == len(names)), texts[-1])
 
 
 def _along(x: Floats, y: Floats, count: int) -> NDArray[np.int64]:
@@ -309,7 +332,7 @@ def profiles(result: Any) -> Plot:
 
     level = float(chdtri(1, 1.0 - result.confidence))
     names = profiled(result)
-    columns = min(len(names), 4 if len(names) == 4 else 3)
+    columns = min(len(names), 2 if len(names) == 4 else 3)
     rows = math.ceil(len(names) / columns)
     panels = []
     for index, name in enumerate(names):
@@ -352,8 +375,13 @@ def _curve(name: str, fitted: Fitted, level: float, row: int, column: int) -> Pa
     panel = Panel(
         Axis(f"{symbol}{in_unit}", log=logarithmic),
         Axis("Rise of χ²" if column == 0 else "", 0.0, 1.8 * level, bare=column > 0),
+        note="" if fitted.verdict == "identified" else fitted.verdict,
         cell=(row, row, column, column),
     )
+    if fitted.low_open:
+        panel.add(Words(0.03, 0.97, "◂ open", color=RED))
+    if fitted.high_open:
+        panel.add(Words(0.97, 0.97, "open ▸", "right", color=RED))
     panel.marks(x[near] / unit, rise[near], BLUE, filled=True, size=3.0)
     panel.line(within / unit, between**2, BLUE, width=1.0)
     panel.add(Rule(level, "y", RED, 0.9))

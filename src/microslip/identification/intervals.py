@@ -27,6 +27,7 @@ from microslip.identification.profiles import (
     profile,
 )
 from microslip.identification.rules import MISFIT
+from microslip.identification.summit_chance import over_separations
 from microslip.identification.verdicts import WIDEST_RATIO
 
 Progress = Callable[[float], None]
@@ -100,6 +101,11 @@ def profiled(
         best = resettled(problem, task.better.q)
     ends = open_ends(problem, best, covariance, task.intervals, threshold * widen)
     intervals = leant_on_bounds(problem, best, task.intervals, ends)
+    if problem.summits is not None:
+        told = np.array([interval.high - interval.low for interval in intervals])
+        intervals = over_separations(problem, best, intervals, threshold * widen)
+        wider = np.array([interval.high - interval.low for interval in intervals]) / told
+        covariance = covariance * np.outer(wider, wider)  # of what follows from them
     answer = Profiled(best, intervals, widen, covariance, threshold, linear)
     answer.open_ends = ends
     answer.stake = stake

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -33,6 +34,18 @@ KIND = "microslip-measurement"
 
 _SURE = 0.999
 """Probability of a regime that goes without saying."""
+_FIRST = (
+    "amplitude",
+    "force_amplitude",
+    "normal_load",
+    "dissipated_energy",
+    "loss_factor",
+    "friction_peak",
+    "friction_energy",
+    "reversal_stiffness",
+)
+"""What a terminal shows of a single record; the page and summary.json have all."""
+_CHANNEL = re.compile(r'(\w+): column ("[^"]*").*')
 Say = Callable[[str], str]
 
 
@@ -75,7 +88,11 @@ def document(
         "records": [measured.summary() for measured in measurements],
         "files": list(files),
     }
-    sections = [_section(measured, say) for measured in measurements]
+    sections = [
+        part
+        for measured in measurements
+        for part in _sections(measured, say, len(measurements) == 1)
+    ]
     last: list[Section] = []
     if len(measurements) > 1 or skipped:
         first, last = together.sections(campaign, skipped, level)
@@ -164,8 +181,8 @@ def _number(measurements: Sequence[Measurement]) -> Number:
     return Number("dissipated a cycle", engineering(first.value, "J", 4), band)
 
 
-def _section(measured: Measurement, say: Say) -> Section:
-    """One record: its regimes, means and notes."""
+def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section, Section]:
+    """One record: its regimes, means and notes; then where its numbers are from."""
     summary = measured.summary()
     counts = [f"{n} {name}" for name, n in summary["regimes"].items() if n]
     facts = [f"{', '.join(counts)} cycle{'s' * (len(measured) > 1)}"]
@@ -184,13 +201,28 @@ def _section(measured: Measurement, say: Say) -> Section:
         f"Regimes: stick up to A = {ends.stick:.3g}, gross slip from B = {ends.gross:.3g} "
         f"({ends.source})."
     )
+    channels = Items(tuple(note for note in measured.notes if _CHANNEL.match(note)))
     blocks: tuple[Block, ...] = (
         Note(f"{shorten(measured.name, 200)}: {', '.join(facts)}."),
         _means(measured),
-        Note(regimes),
-        Items(tuple(say(note) for note in measured.notes)),
+        *((Note(_read(channels.texts)),) if channels.texts else ()),
+        Items(tuple(say(note) for note in measured.notes if note not in channels.texts)),
     )
-    return Section(shorten(measured.name, 100), blocks)
+    title = shorten(measured.name, 100)
+    return (
+        Section(title, blocks, brief=is_alone),
+        Section(f"{title}, as read", (Note(regimes), channels), brief=False),
+    )
+
+
+def _read(notes: Sequence[str]) -> str:
+    """Which columns were read, in a line."""
+    found = [match for note in notes if (match := _CHANNEL.match(note))]
+    words = [
+        f"{match[1].replace('_', ' ')} {match[2]}{', sign turned' * ('sign turned' in match[0])}"
+        for match in found
+    ]
+    return f"Read: {'; '.join(words)}."
 
 
 def _means(measured: Measurement) -> Table:
@@ -205,7 +237,7 @@ def _means(measured: Measurement) -> Table:
             _interval(mean.low, mean.high, name),
             _drift(measured, name),
         )
-        for name in LABELS
+        for name in (*_FIRST, *(name for name in LABELS if name not in _FIRST))
         if (mean := measured.mean.get(name)) is not None
     ]
     columns = (
@@ -218,7 +250,8 @@ def _means(measured: Measurement) -> Table:
         "Change a cycle: slope of a straight line over all cycles, where it is more than five "
         "standard errors."
     )
-    return Table("Means over the cycles", columns, tuple(rows), caption=caption)
+    few = tuple(range(sum(name in measured.mean for name in _FIRST)))
+    return Table("Means over the cycles", columns, tuple(rows), caption=caption, few=few)
 
 
 def _drift(measured: Measurement, name: str) -> str:

@@ -44,7 +44,7 @@ def _columns(campaign: Campaign) -> tuple[Column, ...]:
         *((Column("stiffness_per_area", "stiffness/area", "N/m^3"),) if per_area else ()),
         *((Column("energy_per_area", "energy/cycle/area", "J/m^2"),) if per_area else ()),
         Column("cumulative_energy", "energy, all cycles", "J"),
-        Column("settled", "settled", brief=False),
+        Column("settled", "settled"),
     )
 
 
@@ -201,7 +201,14 @@ def _runs(campaign: Campaign, confidence: float) -> Table:
         "Runs are taken at random from all that could be: the interval of the mean holds what "
         "differs between them (one-way analysis of variance, as in ISO 5725-2)."
     )
-    return Table("Runs compared", columns, tuple(rows), caption=caption, noun="comparisons")
+    return Table(
+        "Runs compared",
+        columns,
+        tuple(rows),
+        caption=caption,
+        noun="comparisons",
+        few=tuple(range(min(12, len(rows)))),
+    )
 
 
 def data_of(

@@ -21,7 +21,7 @@ from microslip.identification.models.surface_shape import Template, template_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 
-_HEIGHTS, _TALLEST = 48, 8.0
+_HEIGHTS, _TALLEST = 192, 8.0
 """Heights of which the numbers of summits scatter, and up to how far above the lowest contact."""
 
 

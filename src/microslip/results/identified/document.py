@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -28,10 +28,12 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import header, standard_files, text_cell, text_file, write_all
+from microslip.results import measured_campaign as together
 from microslip.results.identified import numbers
 from microslip.results.identified.joint_study import joint_text
 from microslip.results.identified.numbers import Summary
-from microslip.tribometer import Record
+from microslip.tribometer import Record, measure
+from microslip.tribometer.campaign import Campaign
 
 if TYPE_CHECKING:
     from microslip.study.description import StudyDescription
@@ -79,6 +81,8 @@ class Identified:
     """The study that materials and start are from."""
     skipped: tuple[tuple[str, str], ...] = ()
     """Files that could not be read, and why."""
+    campaign: Campaign | None = None
+    """The cycles of several records, measured."""
 
     @property
     def first(self) -> Identification:
@@ -146,6 +150,30 @@ def identified(
         ordered = sorted(fits.items(), key=lambda item: (not item[1].converged, item[1].aic))
         comparison = Comparison(MappingProxyType(dict(ordered)), MappingProxyType(failed))
     return Identified(tuple(fits.values()), comparison, study)
+
+
+def measured_together(
+    records: Sequence[Record],
+    runs: Sequence[str],
+    volumes: Sequence[float | None],
+    confidence: float,
+    cycles: slice | None,
+) -> Campaign | None:
+    """Several records measured; those that cannot be are left to what is said of their fit."""
+    kept, found = [], []
+    for index, record in enumerate(records if len(records) > 1 else ()):
+        try:
+            found.append(measure(record, confidence=confidence, cycles=cycles))
+        except InputError:
+            continue
+        kept.append(index)
+    if len(found) < 2:
+        return None
+    return Campaign(
+        tuple(found),
+        [runs[i] for i in kept] if runs else None,
+        [volumes[i] for i in kept] if volumes else None,
+    )
 
 
 # -- plain values ---------------------------------------------------------------------------------
@@ -217,10 +245,13 @@ def document(
     """
     toml, why = joint_text(found, say)
     pictures = figures.pictures(found.first)
+    drawn = {} if found.campaign is None else together.pictures(found.campaign)
     names: list[str] = []
     if files:
         names = ["residuals.csv", *(["joint.toml"] if toml is not None else [])]
-        names += [f"{picture.name}.{kind}" for picture in pictures for kind in kinds]
+        names += ["records.csv"] * bool(drawn)
+        stems = (*(picture.name for picture in pictures), *drawn)
+        names += [f"{stem}.{kind}" for stem in stems for kind in kinds]
         names += ["report.html", "summary.json"]
     summary = summarise(found, say, names)
     fit, comparison = summary["identification"], summary["comparison"]
@@ -242,6 +273,11 @@ def document(
         sections.append(Section("Correlations", (correlations,)))
     if comparison is not None:
         sections.append(Section("Laws compared", tuple(_laws(comparison))))
+    if found.campaign is not None:
+        table, last = together.sections(found.campaign, (), fit["confidence"])
+        sections += [replace(section, brief=False) for section in table]
+        sections += last
+        summary["campaign"] = together.data_of(found.campaign, (), fit["confidence"])
     if toml is not None:
         words = Note("In joint.toml, for: microslip predict joint.toml")
         sections.append(Section("The joint as a study", (words, Listing(toml)), brief=False))
@@ -428,6 +464,9 @@ def write(
         If a file cannot be written.
     """
     own = [text_file("residuals.csv", lambda: _residuals(found.first))]
+    campaign = found.campaign
+    if campaign is not None:
+        own.append(text_file("records.csv", lambda: together.csv_of(campaign)))
     toml, _ = joint_text(found, say)
     if toml is not None:
         text = toml

@@ -1,0 +1,145 @@
+"""Intervals where the heights of summits are a matter of chance, which itself hangs on the fit."""
+
+from __future__ import annotations
+
+import copy
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from microslip._core.checks import Floats
+from microslip.identification.fit import Fit, bounds_of, settle
+from microslip.identification.problem import Problem
+from microslip.identification.profiles import Interval, covariance_of
+
+SEPARATION = "standardised_separation"
+_STEP, _MOST = 0.3, 24
+"""Steps in the standardised separation, and how many each way at most."""
+_HILL = 40.0
+"""Rise of the likelihood across which another hollow of it is looked for."""
+_ROUNDS, _PARTS = 2, 6
+
+
+class _Place(NamedTuple):
+    """The fit at one separation, weighed as it would have it."""
+
+    separation: float
+    q: Floats
+    height: float
+    """Sum of squares and logarithm of the determinant: minus twice the logarithm of likelihood."""
+    variance: Floats
+    """Of the coordinates, the separation being given."""
+
+
+def over_separations(
+    problem: Problem, best: Fit, intervals: Sequence[Interval], rises: Floats
+) -> list[Interval]:
+    """The intervals, widened by those at other separations that are as likely.
+
+    How many summits are in contact follows from the separation, and from that how much chance does:
+    where the loops tell it poorly, weights at the best values alone make intervals too narrow. At
+    each separation the rest is fitted by its own weights; its likelihood, with the determinant of
+    its covariance, says what rise is left. Of laws with one free separation.
+    """
+    rows = [i for i, j in enumerate(problem.free) if problem.coordinates[j].parameter == SEPARATION]
+    if problem.summits is None or len(rows) != 1:
+        return list(intervals)
+    row = rows[0]
+    low, high = (float(bound[row]) for bound in bounds_of(problem))
+    trial = copy.copy(problem)
+    trial.metrics = list(problem.metrics)
+    first = _at(trial, best.q, row, float(best.q[row]))
+    if first is None:
+        return list(intervals)
+    most, places = float(rises[row]), [first]
+    for way in (-1.0, 1.0):
+        near, separation = first, first.separation
+        for _ in range(_MOST):
+            separation = min(max(separation + way * _STEP, low), high)
+            there = _at(trial, near.q, row, separation)
+            lowest = min(other.height for other in places)
+            if there is None or there.height > lowest + most + _HILL:
+                break
+            places.append(there)
+            near = there
+            if separation in (low, high):
+                break
+    problem.evaluations = trial.evaluations
+    lowest = min(place.height for place in places)
+    widened = list(intervals)
+    for place in _between(sorted(places, key=lambda place: place.separation)):
+        for i, interval in enumerate(widened):
+            left = float(rises[i]) - (place.height - lowest)
+            if left < 0.0:
+                continue
+            half = math.sqrt(left * place.variance[i])
+            ends = [float(place.q[i]) + way * half for way in (-1.0, 1.0)]
+            if ends[0] < interval.low:
+                moved = _moved(place.q, i, ends[0])  # a profile of the best weights ends before
+                interval = replace(interval, low=ends[0], at_low=moved, points=())
+            if ends[1] > interval.high:
+                moved = _moved(place.q, i, ends[1])
+                interval = replace(interval, high=ends[1], at_high=moved, points=())
+            widened[i] = interval
+    return _within(problem, widened)
+
+
+def _between(places: Sequence[_Place]) -> list[_Place]:
+    """The places with others on straight lines between them."""
+    dense = list(places[:1])
+    for a, b in pairwise(places):
+        for t in np.linspace(0.0, 1.0, _PARTS + 1)[1:].tolist():
+            dense.append(_Place(*((1.0 - t) * x + t * y for x, y in zip(a, b, strict=True))))
+    return dense
+
+
+def _at(problem: Problem, q: Floats, row: int, separation: float) -> _Place | None:
+    """The fit with one separation given; None where the law has no answer there."""
+    others = np.delete(np.arange(q.size), row)
+    q = q.copy()
+    q[row] = separation
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        try:
+            for _ in range(_ROUNDS):
+                problem.update(q)
+                fit = settle(problem, q, others)
+                if not fit.finite:
+                    return None
+                q = fit.q
+            _, by = problem.residuals(q)
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return None
+    own = by[:, others]
+    variance = np.zeros(q.size)
+    variance[others] = np.diag(covariance_of(own.T @ own))
+    height = fit.cost + problem.log_determinant
+    return _Place(separation, q, height, variance) if math.isfinite(height) else None
+
+
+def _moved(q: Floats, i: int, end: float) -> Floats:
+    moved = q.copy()
+    moved[i] = end
+    return moved
+
+
+def _within(problem: Problem, intervals: Sequence[Interval]) -> list[Interval]:
+    """No end beyond what is searched; one that is there is open."""
+    low, high = bounds_of(problem)
+    return [
+        replace(
+            interval,
+            low=max(interval.low, float(low[i])),
+            high=min(interval.high, float(high[i])),
+            low_open=interval.low_open or interval.low <= low[i],
+            high_open=interval.high_open or interval.high >= high[i],
+            at_low=np.clip(interval.at_low, low, high),
+            at_high=np.clip(interval.at_high, low, high),
+        )
+        for i, interval in enumerate(intervals)
+    ]

@@ -173,7 +173,11 @@ TAKEN = {
     ("first", "material"),
     ("second", "material"),
     ("pixel", "text with unit"),
+    ("cutoffs", "text with unit"),
+    ("long_cutoffs", "text with unit"),
     ("seed", "huge int"),
+    ("other_young_modulus", "inf"),  # what is rigid
+    ("other_young_modulus", "inf in a list"),
 }
 """What an argument takes after all."""
 

@@ -264,9 +264,9 @@ def test_refused(height: Any, density: Any, says: str) -> None:
 def test_refused_samples() -> None:
     with pytest.raises(ms.InputError, match="at least two different heights"):
         ms.TabulatedHeights.from_samples([1e-7, 1e-7])
-    with pytest.raises(ms.InputError, match="whole number from 1"):
+    with pytest.raises(ms.InputError, match="an integer from 1 to 4000"):
         ms.TabulatedHeights.from_samples([1e-7, 2e-7], bins=0)
-    with pytest.raises(ms.InputError, match="whole number from 1 to 4000, got True"):
+    with pytest.raises(ms.InputError, match="an integer from 1 to 4000, got True"):
         ms.TabulatedHeights.from_samples([1e-7, 2e-7], bins=True)
     with pytest.raises(ms.InputError, match="from 1 to 4000, got 4001"):
         ms.TabulatedHeights.from_samples([1e-7, 2e-7], bins=4001)

@@ -67,19 +67,19 @@ def positive(name: str, value: Any, unit: str = "", example: float = 1.0) -> flo
     return result
 
 
-def floats(name: str, value: ArrayLike, *, missing: bool = False) -> Floats:
+def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool = False) -> Floats:
     """Finite numbers of any shape as a contiguous float64 array; empty ones are refused.
 
-    NaN may stand for what is missing, if that is said.
+    If that is said, NaN may stand for what is missing, and infinity for what has no end.
     """
     try:
         if _is_text(value) or np.ma.is_masked(value):
             raise TypeError
-        array = np.asarray(value)
-        if array.dtype.kind not in "iuf":
+        given = np.asarray(value)
+        if given.dtype.kind not in "iuf":
             raise TypeError
         with np.errstate(over="ignore"):  # beyond double is infinite, and refused as that
-            array = np.ascontiguousarray(array, dtype=float).reshape(array.shape)
+            array = np.ascontiguousarray(given, dtype=float).reshape(given.shape)
     except Exception:  # an object's own conversion may raise anything
         raise InputError(
             Argument(name), f" must be a number or an array of numbers, got {show(value)}"
@@ -90,7 +90,8 @@ def floats(name: str, value: ArrayLike, *, missing: bool = False) -> Floats:
     with np.errstate(all="ignore"):
         total = float(np.add.reduce(array, axis=None))
     if not math.isfinite(total):
-        bad = np.flatnonzero(np.isinf(array) if missing else ~np.isfinite(array))
+        meant = (missing & np.isnan(given)) | (endless & np.isposinf(given))
+        bad = np.flatnonzero(~np.isfinite(array) & ~meant)
         if bad.size:
             raise InputError(
                 Argument(name),

@@ -232,7 +232,7 @@ class Asperity(Interface):
         """
         name, values = _one_of(displacement, force)
         if name == "displacement":
-            share = np.abs(floats(name, values)) / self.slip_limit
+            share = np.minimum(np.abs(floats(name, values)), 1e200) / self.slip_limit
             return plain(self.contact_radius * np.sqrt(np.maximum(1.0 - share, 0.0)))
         share = self._up_to_limit(name, floats(name, values)) / self.force_limit
         return plain(self.contact_radius * np.cbrt(1.0 - share))

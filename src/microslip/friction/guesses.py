@@ -185,10 +185,11 @@ def _smoothed(x: Floats, turns: int) -> Floats:
 def loads_of(loads: Any, count: int, data: Any = None) -> list[float]:
     """Normal loads [N] as one for each of ``count`` loops: as given, or those of the records."""
     if loads is None and data is not None:
-        several = list(data) if isinstance(data, (list, tuple)) else [data]
-        known = [getattr(item, "normal_load", None) for item in several]
+        records = list(data) if isinstance(data, (list, tuple)) else [data]
+        known = [getattr(item, "normal_load", None) for item in records]
         loads = [None if load is None else float(np.mean(load)) for load in known]
-    listed = list(loads) if isinstance(loads, (list, tuple, np.ndarray)) else [loads] * count
+    several = isinstance(loads, (list, tuple)) or (isinstance(loads, np.ndarray) and loads.ndim > 0)
+    listed = list(loads) if several else [loads] * count
     if len(listed) != count:
         raise InputError(
             Argument("normal_load"),

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, floats, plain, positive, show
+from microslip._core.checks import Floats, exact, floats, number, plain, positive, show
 from microslip._core.frozen import lock, made_once
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
@@ -73,6 +73,12 @@ class PressedJoint(Parallel):
 
     def __post_init__(self) -> None:
         _given(self.pressure)
+        if not isinstance(self.surface, NormalLaw):
+            raise InputError(
+                Argument("surface"),
+                f" must be a normal load law, such as ms.GreenwoodWilliamson, got "
+                f"{show(self.surface)}",
+            )
         load = positive("normal_load", self.normal_load, "N", 2000.0)
         object.__setattr__(self, "normal_load", load)
         mu = positive("friction_coefficient", self.friction_coefficient)
@@ -141,7 +147,7 @@ class PressedJoint(Parallel):
         InputError
             Not a finite number.
         """
-        u = float(floats("displacement", displacement))
+        u = number("displacement", displacement, "m", 1e-7)
         return np.array([float(law.backbone(u)) / law.force_limit for law in self._joints])
 
     # -- all of it --------------------------------------------------------------------------------

@@ -10,7 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, floats, positive, record, show, whole
+from microslip._core.checks import (
+    LARGEST,
+    Floats,
+    exact,
+    floats,
+    number,
+    positive,
+    record,
+    show,
+    whole,
+)
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import Argument, InputError
@@ -278,7 +288,7 @@ class Pressure(Locked):
             Lengths that differ, an area not above zero, a negative pressure, no pressure.
         """
         a, p = floats("area", area).reshape(-1), _pressures(pressure)
-        if a.size not in (1, p.size) or not a.min() > 0.0:
+        if a.size not in (1, p.size) or not (a.min() > 0.0 and a.max() <= LARGEST):
             raise InputError(
                 Argument("area"),
                 f" must be one above zero [m^2], or one for each of the {p.size} pressures, got "
@@ -304,7 +314,7 @@ class Pressure(Locked):
 
 def _radii(outer: float, inner: float) -> tuple[float, float]:
     outer = positive("outer", outer, "m", 0.01)
-    inner = float(floats("inner", inner)) if inner != 0.0 else 0.0
+    inner = number("inner", inner, "m", 0.003)
     if not 0.0 <= inner < outer:
         raise InputError(
             Argument("inner"),
@@ -317,4 +327,8 @@ def _pressures(pressure: ArrayLike) -> Floats:
     p = floats("pressure", pressure).reshape(-1)
     if p.min() < 0.0:
         raise InputError(Argument("pressure"), f" must not be negative, got {exact(p.min())}")
+    if p.max() > LARGEST:
+        raise InputError(
+            Argument("pressure"), f" must be at most {LARGEST:g}, got {exact(p.max())}"
+        )
     return p

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, record, show
+from microslip._core.checks import Floats, record, whole
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
@@ -172,16 +172,10 @@ class TabulatedHeights(Locked, HeightDistribution):
             width = 2.0 * float(three - quarter) / values.size ** (1.0 / 3.0)
             bins = 200 if width <= 0.0 else math.ceil(min((high - low) / width, 200.0))
             bins = max(bins, 4)
-        elif (
-            not isinstance(bins, (int, np.integer))
-            or isinstance(bins, bool)
-            or not 1 <= bins <= MOST_BINS
-        ):
-            raise InputError(
-                Argument("bins"), f" must be a whole number from 1 to {MOST_BINS}, got {show(bins)}"
-            )
-        counts, edges = np.histogram(values, bins=int(bins), range=(low, high))
-        step = (high - low) / int(bins)
+        else:
+            bins = whole("bins", bins, 1, MOST_BINS)
+        counts, edges = np.histogram(values, bins=bins, range=(low, high))
+        step = (high - low) / bins
         middle = 0.5 * (edges[1:] + edges[:-1])
         height = np.concatenate([[middle[0] - step], middle, [middle[-1] + step]])
         return cls(height, np.concatenate([[0.0], counts / (values.size * step), [0.0]]))

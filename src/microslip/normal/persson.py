@@ -13,7 +13,17 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, floats, plain, positive, record, show
+from microslip._core.checks import (
+    LARGEST,
+    Floats,
+    exact,
+    floats,
+    plain,
+    positive,
+    positives,
+    record,
+    whole,
+)
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import Parametric, parameter
 from microslip.errors import Argument, InputError
@@ -296,9 +306,7 @@ class PerssonCurve(Locked, Parametric):
         """
         from scipy.special import exp1
 
-        loads = floats("load", load)
-        if loads.min() <= 0.0:
-            raise InputError(Argument("load"), f" must be above zero [N], got {exact(loads.min())}")
+        loads = positives("load", load, "N")
         v, weights = self._nodes
         scale = math.sqrt(math.pi) * self.pair.composite_modulus * self.area
         series = _erf2_to_end()
@@ -325,7 +333,8 @@ class PerssonCurve(Locked, Parametric):
         from scipy.special import erf
 
         full = self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
-        return plain(np.asarray(erf(floats("load", load) / self.area / full)))
+        loads = np.clip(floats("load", load), -LARGEST, LARGEST)
+        return plain(np.asarray(erf(loads / self.area / full)))
 
     def to_surface(self, points: int = 2000) -> PerssonSurface:
         """The curve as a normal law, from next to nothing to half of full contact.
@@ -344,12 +353,9 @@ class PerssonCurve(Locked, Parametric):
         Raises
         ------
         InputError
-            Fewer than ten points.
+            Fewer than ten points, or more than a million.
         """
-        if isinstance(points, bool) or not isinstance(points, int) or points < 10:
-            raise InputError(
-                Argument("points"), f" must be a whole number of ten or more, got {show(points)}"
-            )
+        points = whole("points", points, 10, 1_000_000)
         full = self.area * self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
         loads = np.geomspace(0.5 * full, 1e-9 * full, points)
         return PerssonSurface(self, self.separation(loads), loads)

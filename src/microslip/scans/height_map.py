@@ -16,7 +16,7 @@ from microslip._core.units import engineering
 from microslip.errors import Argument, InputError, Phrase
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
-from microslip.scans.checks import enough, objection, own, pixel_of
+from microslip.scans.checks import enough, length_of, objection, own, pixel_of
 from microslip.scans.moments import Moments, moments_of
 from microslip.scans.noise import noise_passed, noise_std, rough_share
 from microslip.scans.statistics import Statistics, statistics_of
@@ -179,7 +179,21 @@ class HeightMap(Locked, Plottable):
         -------
         float
             Of white noise of the size that the scan had before any filter, if that is known.
+
+        Raises
+        ------
+        InputError
+            A cut-off below two pixels or beyond the size of the scan.
         """
+        if cutoff is not None:
+            cutoff = length_of("cutoff", cutoff, "10 um")
+            least, most = 2.0 * min(self.pixel), max(self.size)
+            if not least <= cutoff <= most:
+                raise InputError(
+                    Argument("cutoff"),
+                    f" must be between two pixels, {least:g} m, and the size of the scan, "
+                    f"{most:g} m, got {cutoff:g} m",
+                )
         if self._noise_before is None:
             return noise_passed(self.noise, self.pixel, cutoff)
         whole = math.hypot(self.cutoff or 0.0, cutoff or 0.0)

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, positive, show
+from microslip._core.checks import Floats, positive, positives, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
 from microslip.errors import Argument, InputError, Phrase
 from microslip.friction import Interface
 from microslip.materials import MaterialPair
+from microslip.normal.base import check_pair
 from microslip.scans.checks import length_of
 from microslip.scans.conditioning import Steps, band, condition
 from microslip.scans.height_map import HeightMap
@@ -26,6 +27,7 @@ from microslip.scans.measured_surface import Heights
 from microslip.scans.patches import cut
 from microslip.scans.scan_rules import judged
 from microslip.scans.summit_set import Method, Summits
+from microslip.scans.summit_statistics import area_of
 from microslip.scans.summits import find_summits
 
 WANTED = {
@@ -172,7 +174,14 @@ def joint_over_cutoffs(
     """A joint against both cut-offs; see :meth:`Scan.joint_over_cutoffs`."""
     if scan.is_profile:
         raise InputError("a profile has no summits to count")
+    # Here, as what a joint refuses at one cut-off is a note and no error.
+    check_pair(pair)
     load = positive("normal_load", normal_load, "N", 2000.0)
+    friction_coefficient = positive("friction_coefficient", friction_coefficient, "", 0.5)
+    if amplitude is not None:
+        amplitude = positive("amplitude", amplitude, "m", 1e-7)
+    if area is not None:
+        area = area_of(area)
     short, long = band(scan, cutoff, long_cutoff)
     levelled = scan if level is None else condition(scan, Steps(level))
     shorts = _around(short, cutoffs, 2.0 * max(scan.pixel), min(scan.size) / 4.0)
@@ -224,7 +233,7 @@ def joint_over_cutoffs(
 def _around(chosen: float | None, given: ArrayLike | None, least: float, most: float) -> Floats:
     """The cut-off that was asked for, half and twice of it; or those that were given."""
     if given is not None:
-        own = [length_of("cutoffs", one, "10 um") for one in np.atleast_1d(np.asarray(given))]
+        own = _lengths("cutoffs", given, "10 um")
         return np.unique(np.append(own, chosen or 0.0))
     first = chosen or 0.0
     start = first or 2.0 * least
@@ -232,11 +241,20 @@ def _around(chosen: float | None, given: ArrayLike | None, least: float, most: f
     return np.unique(np.append(found[(found > least) & (found < most)], first))
 
 
+def _lengths(name: str, given: Any, example: str) -> list[float]:
+    """Cut-offs [m] from numbers or texts with units, in a list or alone."""
+    if isinstance(given, str):
+        return [length_of(name, given, example)]
+    if isinstance(given, (list, tuple)) and any(isinstance(item, str) for item in given):
+        return [length_of(name, item, example) for item in given]
+    return positives(name, given, "m").reshape(-1).tolist()
+
+
 def _longs(
     scan: HeightMap, chosen: float | None, given: ArrayLike | None, shorts: Floats
 ) -> Floats:
     if given is not None:
-        own = [length_of("long_cutoffs", one, "0.8 mm") for one in np.atleast_1d(np.asarray(given))]
+        own = _lengths("long_cutoffs", given, "0.8 mm")
     else:
         start = chosen or min(scan.size)
         powers = np.arange(-2.0, 2.0) if chosen else np.arange(-3.0, 0.0)

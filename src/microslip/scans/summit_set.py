@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from microslip._core.checks import Floats, show
+from microslip._core.checks import Floats, positive, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
@@ -303,6 +303,8 @@ class Summits(Locked, Plottable):
         InputError
             A value out of its range, or a load that the summits cannot carry.
         """
+        if amplitude is not None:
+            amplitude = positive("amplitude", amplitude, "m", 1e-7)
         laws: tuple[Heights, ...] = ("gaussian", "table", "discrete", "population")
         return height_laws(
             {

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import is_whole, number, show
+from microslip._core.checks import LARGEST, is_whole, number, show
 from microslip._core.units import engineering, significant
 from microslip._core.wording import quoted
 from microslip.errors import Argument, InputError
@@ -149,8 +149,8 @@ def _rise(given: float | str) -> float:
     if isinstance(given, str):
         return length_of("prominence", given, "2 nm")
     rise = number("prominence", given, "m")
-    if rise < 0.0:
-        raise InputError(Argument("prominence"), f" must not be below zero [m], got {rise:g}")
+    if not 0.0 <= rise <= LARGEST:
+        raise InputError(Argument("prominence"), f" must be from 0 to {LARGEST:g} m, got {rise:g}")
     return rise
 
 

@@ -14,7 +14,7 @@ from microslip._core.checks import Floats, number, positive, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.verdicts import Rule, Verdict
 from microslip._core.wording import did_you_mean, quoted
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.normal import NormalLaw
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_test import ModalTest
@@ -175,6 +175,12 @@ def identify_modal(
         "form": number("form", form),
         "base_damping_ratio": number("base_damping_ratio", base_damping_ratio),
     }
+    for name in ("friction_coefficient", "tension", "form"):
+        low, high, _ = KINDS[name]
+        if not min(0.1 * low, 10.0 * low) <= start[name] <= 10.0 * high:
+            raise InputError(
+                Argument(name), f" must be about {low:g} to {high:g}, got {start[name]:g}"
+            )
     if "base_damping_ratio" in names and start["base_damping_ratio"] <= 0.0:
         start["base_damping_ratio"] = 0.1 * min(float(t.damping_ratio.min()) for t in given)
     return _Fit(joint, surface, given, names, start, own).run()

@@ -48,7 +48,11 @@ def checked(given: Given) -> Given:
         if name in NO_ARRAYS:
             continue
         if name in ("separation", "mean"):
-            result[name] = floats(name, value)
+            length = result[name] = floats(name, value)
+            if (most := np.abs(length).max()) > LARGEST:
+                raise InputError(
+                    Argument(name), f" must be at most {LARGEST:g} m in size, got {most:g}"
+                )
         elif name in ("poisson_ratio", "other_poisson_ratio"):
             ratio = result[name] = floats(name, value)
             bad = ratio[(ratio <= -1.0) | (ratio > 0.5)]
@@ -62,9 +66,10 @@ def checked(given: Given) -> Given:
                 raise InputError(Argument(name), f" must be at most {LARGEST:g}, got {a.max():g}")
             result[name] = np.abs(a)
         elif name == "other_young_modulus":
-            modulus = np.asarray(value)
-            rigid = np.isinf(modulus) & (modulus > 0.0) if modulus.dtype.kind == "f" else False
-            result[name] = np.where(rigid, np.inf, positives(name, np.where(rigid, 1.0, value)))
+            modulus = floats(name, value, endless=True)
+            rigid = np.isposinf(modulus)
+            elastic = positives(name, np.where(rigid, 1.0, modulus), "Pa")
+            result[name] = np.where(rigid, np.inf, elastic)
         else:
             result[name] = positives(name, value, _UNITS.get(name, ""))
     shapes = {k: np.shape(v) for k, v in result.items() if isinstance(v, np.ndarray)}

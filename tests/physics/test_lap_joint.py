@@ -192,11 +192,15 @@ def test_refinement_tells_what_is_left() -> None:
         STEEL, DENSITY, surface, 0.2, [1e-7, 1e-6], patches=(3, 2), element_size=0.006
     )
     assert found.joint.patches == found.steps[-1][0] > 6
-    assert {change.what for change in found.changes} == {
+    assert {*found.untried, *(change.what for change in found.changes)} == {
         "patches halved along", "patches halved across", "kept modes", "finite elements",
         "harmonics",
     }  # fmt: skip
-    assert found.converged == (abs(found.largest.damping_ratio) <= 0.02)
+    for change in found.changes:
+        assert change.coarse.split()[0] != change.fine or change.what == "harmonics"
+    within = abs(found.largest.damping_ratio) <= 0.02
+    assert found.converged == (within and not found.untried)
+    assert ("not tried" in found.message) == bool(found.untried)
     assert found.largest.what in found.message
     # The last patches are as good as one step more says.
     fine = small_lap().reduce(STEEL, DENSITY, found.joint.patch_boxes, element_size=0.006)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked
+from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.structures.mesh import JointMesh
 from microslip.structures.modal_curve import ModalCurve
@@ -54,6 +55,8 @@ class Convergence(Locked):
         step.
     tolerance : float
         The change of damping that was wanted [-].
+    untried : tuple of str
+        What of the model could not be made finer, or coarser, with elements of this size.
 
     Raises
     ------
@@ -71,6 +74,7 @@ class Convergence(Locked):
     changes: tuple[Change, ...]
     steps: tuple[tuple[int, float, float], ...]
     tolerance: float
+    untried: tuple[str, ...] = ()
 
     @property
     def largest(self) -> Change:
@@ -79,8 +83,8 @@ class Convergence(Locked):
 
     @property
     def converged(self) -> bool:
-        """Whether no change moves the damping by more than the tolerance."""
-        return abs(self.largest.damping_ratio) <= self.tolerance
+        """Whether all was tried, and nothing moves the damping by more than the tolerance."""
+        return not self.untried and abs(self.largest.damping_ratio) <= self.tolerance
 
     @property
     def message(self) -> str:
@@ -92,8 +96,13 @@ class Convergence(Locked):
             f"{worst.frequency:+.3%}, the most of {len(self.changes)} changes tried; "
             + (
                 f"that is within {self.tolerance:.2g}"
-                if self.converged
+                if abs(worst.damping_ratio) <= self.tolerance
                 else f"{self.tolerance:.2g} was wanted"
+            )
+            + (
+                f"; not tried: {', '.join(self.untried)}, for which the elements are too large"
+                if self.untried
+                else ""
             )
         )
 
@@ -149,19 +158,40 @@ def converge(
         now = tried(halves(boxes, chosen, worse))
         steps.append(_step(now))
     count = now.joint.patches
-    changes = [
-        Change(f"patches halved {word}", str(count), str(halved[axis].joint.patches), *moved[axis])
-        for axis, word in ((0, "along"), (1, "across"))
-    ]
+    changes, untried = [], []
+    for axis, word in ((0, "along"), (1, "across")):
+        finer, what = halved[axis].joint.patches, f"patches halved {word}"
+        if finer > count:
+            changes.append(Change(what, str(count), str(finer), *moved[axis]))
+        else:
+            untried.append(what)
     richer = tried(boxes, kept=28)
     changes.append(Change("kept modes", "14", "28", *_change(now.curve, richer.curve)))
-    size = 1.4 * element_size
-    coarse = tried(boxes, Reducer(mesh_of(size), masses, along))
-    sizes = (f"{coarse.joint.full_size} degrees of freedom", str(now.joint.full_size))
-    changes.append(Change("finite elements", *sizes, *_change(coarse.curve, now.curve)))
+    coarse = _coarser(
+        now, lambda factor: tried(boxes, Reducer(mesh_of(factor * element_size), masses, along))
+    )
+    if coarse is None:
+        untried.append("finite elements")
+    else:
+        sizes = (f"{coarse.joint.full_size} degrees of freedom", str(now.joint.full_size))
+        changes.append(Change("finite elements", *sizes, *_change(coarse.curve, now.curve)))
     state = now.joint.tightened(surface, friction_coefficient)
     changes.append(_harmonics(state, mode, amplitudes[-1:]))
-    return Convergence(now.joint, now.curve, tuple(changes), tuple(steps), tolerance)
+    return Convergence(
+        now.joint, now.curve, tuple(changes), tuple(steps), tolerance, tuple(untried)
+    )
+
+
+def _coarser(now: _Trial, tried: Callable[[float], _Trial]) -> _Trial | None:
+    """The model on a mesh that is coarser, where there is one that the patches bear."""
+    for factor in (1.4, 2.0, 2.8):
+        try:
+            coarse = tried(factor)
+        except InputError:
+            return None
+        if coarse.joint.full_size < now.joint.full_size:
+            return coarse
+    return None
 
 
 def _harmonics(state: Preload, mode: int, amplitude: Floats) -> Change:

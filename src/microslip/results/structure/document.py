@@ -309,10 +309,9 @@ def _how_good(convergence: Convergence, number: int) -> Section:
         Column("damping_ratio", "ζ", "", write=lambda change: f"{change:+.2%}"),
     )
     title = f"Mode {number}, the largest changes over its amplitudes"
-    table = Table(
-        title, listed, convergence.changes, caption=f"{convergence.message}.", noun="changes"
-    )
-    return Section("How good the model is", (table,))
+    table = Table(title, listed, convergence.changes, noun="changes")
+    told = Note(f"{convergence.message}.", small=True)
+    return Section("How good the model is", (table, told))
 
 
 def _ranking(mode: Mode) -> Table:

@@ -150,6 +150,26 @@ def swept(folder: Path, points: int) -> tuple[float, float]:
     return count, megabytes
 
 
+def speed_up(folder: Path, study: list[str], workers: int, count: int) -> tuple[str, str]:
+    """Wall times of one process over those of several, in turns: others may use the machine."""
+    here = folder / "turns"
+    here.mkdir()
+    changes, times = table(here, count), {1: [], workers: []}
+    for turn in range(5):
+        for number, found in times.items():
+            words = [str(changes), *study, "-o", str(here / f"{turn}-{number}")]
+            begin = time.perf_counter()
+            subprocess.run(
+                command(*words, "--workers", str(number)), check=True, stdout=subprocess.DEVNULL
+            )
+            found.append(time.perf_counter() - begin)
+    ratios = np.sort(np.array(times[1]) / np.array(times[workers]))
+    return (
+        f"{count:,} predictions five times, with 1 and {workers} processes in turns",
+        f"{workers} are {ratios[2]:.2f} times as fast as one ({ratios[0]:.2f} to {ratios[-1]:.2f})",
+    )
+
+
 class Report:
     """Rows of the table, each told at once, with wall and CPU times of all processes."""
 
@@ -200,20 +220,16 @@ def main() -> None:
         study = ["--study", str(folder / "study.toml")]
         changes, rig = table(folder, given.predictions), records(folder, given.records)
         predictions, measured = f"{given.predictions:,} predictions", f"{given.records:,} records"
-        times = {}
         for workers in (1, given.workers):
             out = folder / f"once-{workers}"
             words = [str(changes), *study, "-o", str(out), "--workers", str(workers)]
             report.begin()
             subprocess.run(command(*words), check=True, stdout=subprocess.DEVNULL)
-            faster = (
-                f", {times[1] / (time.perf_counter() - report.wall):.2f} times as fast"
-                if times
-                else ""
-            )
-            outcome = checked(out, given.predictions, 0) + faster
             process = "process" if workers == 1 else "processes"
-            times[workers] = report.add(f"{predictions}, {workers} {process}", outcome)
+            outcome = checked(out, given.predictions, 0)
+            report.add(f"{predictions}, {workers} {process}", outcome)
+        report.begin()
+        report.add(*speed_up(folder, study, given.workers, max(50, given.predictions // 10)))
         many = ["--workers", str(given.workers)]
         kinds = ((changes, study, predictions, given.predictions, 0),
                  (rig, [], measured, given.records, 1))  # fmt: skip

@@ -188,6 +188,85 @@ def test_the_forced_response_is_that_of_structure_and_of_time_integration():
     np.testing.assert_allclose(motion[peak], spectrum, rtol=5e-3)
 
 
+def marched(push, pulsation, pull, damping, steps=600, periods=40):
+    """Mean and fundamental (cos, sin) of 10 kg on springs and a joint, by central differences."""
+    dt = 2.0 * np.pi / pulsation / steps
+    phase = pulsation * dt * np.arange(steps * periods)
+    force = sum(
+        amplitude * np.outer((np.cos if kind == "Cosinus" else np.sin)(phase), np.eye(3)[place])
+        for kind, place, amplitude in push
+    )
+    x, before, path = np.zeros(3), np.zeros(3), np.empty_like(force)
+    for i in range(len(phase)):
+        path[i] = x
+        rest = force[i] - 5e8 * x - pull(x)
+        after = dt * dt * rest + 20.0 * x - 10.0 * before + 0.5 * dt * damping * before
+        x, before = after / (10.0 + 0.5 * dt * damping), x
+    last, phase = path[-steps:], phase[-steps:]
+    both = [2.0 / steps * wave(phase) @ last for wave in (np.cos, np.sin)]
+    return last.mean(axis=0), np.array(both)
+
+
+@pytest.mark.parametrize("kind", ["planar_joint", "contact"])
+def test_ellipses_with_and_without_a_breathing_load_are_those_of_time_integration(kind):
+    """An analysis with each element of several directions, at its peak against own small steps."""
+    stuck = np.sqrt((5e8 + JOINT.tangential_stiffness) / 10.0)
+    damping = np.array([4e4, 1e4, 1e4])
+    push = [("Cosinus", 1, 100.0), ("Sinus", 2, 60.0)]
+    if kind == "contact":
+        law, directions = JOINT, [0, 1, 2]
+        push.append(("Cosinus", 0, 100.0))
+        state = (
+            ms.JointField(JOINT.surface, JOINT.friction_coefficient, areas=[1.0],
+                          separations=[JOINT.separation], surface_area=1.0)
+            .two_directions(24).start()
+        )  # fmt: skip
+
+        def pull(x):
+            trial = state.try_([x[1:]], separations=[JOINT.separation + x[0]])
+            state.commit()
+            normal = JOINT.normal_load - np.ravel(trial.load)[0]
+            return np.append(normal, np.ravel(trial.force))
+    else:
+        law, directions = ms.IsotropicJoint(JOINT, sliders=24), [1, 2]
+        state = law.start()
+
+        def pull(x):
+            force = state.try_(x[1:])[0]
+            state.commit()
+            return np.append(0.0, force)
+
+    connectors = {
+        f"push {i}": {
+            "type": f"{name}Forcing", "connect": {"beam": [0]}, "dirs": [place], "amp": amplitude,
+        }
+        for i, (name, place, amplitude) in enumerate(push)
+    }  # fmt: skip
+    connectors["joint"] = {
+        "type": f"microslip_{kind}", "connect": {"beam": [0], "GROUND": [0]}, "dirs": directions,
+        "law": law, "sliders": 24,
+    }  # fmt: skip
+    analysis = {
+        "study": "frf", "puls_inf": 0.8 * stuck, "puls_sup": stuck, "ds0": 0.1, "ds_max": 0.5,
+        "ds_min": 1e-8, "verbose": False,
+    }  # fmt: skip
+    matrices = (10.0 * np.eye(3), 5e8 * np.eye(3), np.diag(damping))
+    model = maestro(
+        {"frf": analysis}, [0, 1, 3], connectors, adim=(1e-7, stuck), matrices=matrices, ndofs=3
+    )
+    model.operate()
+    found = [point for point in model.nls["frf"].SolList if point.flag_accepted]
+    motion = np.array([1e-7 * point.x[:-1].reshape(-1, 3) for point in found])
+    size = np.hypot(motion[:, 1, 1], motion[:, 2, 1])
+    peak = int(np.argmax(size))
+    assert size[peak] > 1e-7, "well into slip"
+    mean, fundamental = marched(push, found[peak].x[-1] * stuck, pull, damping)
+    # Harmonics above the third; with the load that breathes its samples and sliders, too.
+    share = 1e-2 if kind == "contact" else 1e-3
+    np.testing.assert_allclose(motion[peak, 1:3], fundamental, rtol=0.0, atol=share * size[peak])
+    np.testing.assert_allclose(motion[peak, 0], mean, rtol=0.0, atol=share * size[peak])
+
+
 def nonlinear_mode():
     """Frequencies [Hz] of a mode over amplitudes of slip, by pyHarm and by `Structure`."""
     mass, stiffness = np.array([[10.0]]), np.array([[1e9]])

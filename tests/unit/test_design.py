@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 import microslip as ms
 from microslip.cli import main
+from microslip.results.design.any_study import AnySearch, open_search
 from microslip.results.design.search import Range, Search, Target
 from microslip.sweeps.derivatives import QUANTITIES, log_derivatives
 
@@ -134,9 +135,63 @@ def test_wrong_input_is_told(case: tuple[tuple[str, str], str]) -> None:
         search(SURE, "loss_factor >= 1 at 1 um", "joint.normal_load=1 N..2 N", probability=1.0)
 
 
-def test_other_studies_are_refused() -> None:
-    sphere = SURE.replace("greenwood-williamson", "sphere").split("heights")[0] + (
-        'radius = "5 mm"\n[joint]\nfriction_coefficient = 0.5\nnormal_load = "2 N"\n'
-    )
-    with pytest.raises(ms.StudyError, match="a design wants a Greenwood"):
-        search(sphere, "loss_factor >= 1 at 1 um", "joint.normal_load=1 N..2 N")
+JENKINS = """
+schema = 1
+[joint]
+law = "jenkins"
+stiffness = "50 N/um"
+force_limit = { mean = "20 N", cv = 0.1 }
+[uncertainty]
+samples = 64
+"""
+
+
+def test_a_law_by_its_closed_form() -> None:
+    """Jenkins loses 4 F (a - F/k): with nine in ten the quantile of F decides."""
+    target = Target.read("secant_stiffness >= 2e7 at 1 um")  # F/a beyond its slip
+    found = open_search(
+        ms.Study.from_toml(JENKINS), target, ["joint.force_limit=5 N..49 N"], 0.9
+    ).solve()
+    width = math.log1p(0.01)
+    lowest = math.exp(-1.2816 * math.sqrt(width) - 0.5 * width)  # its 10 %
+    assert found.feasible
+    # A quantile of 64 points.
+    assert found.values["joint.force_limit"] == pytest.approx(20.0 / lowest, rel=0.02)
+
+
+def test_any_study_gives_what_the_exact_search_gives() -> None:
+    """The same study by both ways, and keys and joints that only the second has."""
+    target, vary = "damping_ratio >= 6 % at 0.1 um", "joint.normal_load=500 N..5 kN"
+    study = ms.Study.from_toml(SURE)
+    exact = open_search(study, Target.read(target), [vary], 0.9)
+    assert type(exact) is Search
+    other = AnySearch(study, Target.read(target), [vary], 0.9)
+    there = np.log([1500.0])
+    np.testing.assert_allclose(other.quantile(there)[1], exact.quantile(there)[1], rtol=1e-6)
+    key = "joint.normal_load"
+    assert other.solve().values[key] == pytest.approx(exact.solve().values[key], rel=1e-5)
+    two = SURE.replace('"2 kN"', '["1 kN", "2 kN"]') + 'tightening_load = "4 kN"\n'
+    found = open_search(
+        ms.Study.from_toml(two), Target.read(target), ["joint.friction_coefficient=0.1..0.9"], 0.9
+    ).solve()
+    assert found.feasible
+    changed = two.replace("0.55", repr(found.values["joint.friction_coefficient"]))
+    ratios = [float(j.damping_ratio(1e-7)) for j in ms.Study.from_toml(changed).run().joints]
+    assert min(ratios) == pytest.approx(0.06, rel=1e-4), "the heavier load decides"
+
+
+@pytest.mark.parametrize(
+    ("vary", "message"),
+    [
+        ("joint.nothing=1..2", "joint.nothing"),
+        ("joint.stiffness=1 N/m", "must read like"),
+        ("joint.stiffness=2 N/m..1 N/m", "wanted low below high"),
+        ("joint.stiffness=1 N..2 N", "joint.stiffness"),
+        ("joint.stiffness=nan..2", "finite ends"),
+    ],
+)
+def test_wrong_keys_of_any_study_are_told(vary: str, message: str) -> None:
+    study = ms.Study.from_toml(JENKINS)
+    with pytest.raises(ms.InputError) as caught:
+        open_search(study, Target.read("loss_factor >= 0.1 at 1 um"), [vary], 0.9)
+    assert message in str(caught.value)

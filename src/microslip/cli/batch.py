@@ -130,13 +130,16 @@ def design(
     with stoppable():
         from microslip.report.files import save
         from microslip.report.terminal import show
+        from microslip.results.design.any_study import open_search
         from microslip.results.design.document import KIND, document, files
-        from microslip.results.design.search import Range, Search, Target
+        from microslip.results.design.search import Target
         from microslip.study.description import StudyDescription
 
-        wanted, varied = Target.read(target), [Range.read(text) for text in ranges]
+        wanted = Target.read(target)
         with progress("Searching") as report:
-            search = Search(StudyDescription.load(study, overrides), wanted, varied, probability)
+            search = open_search(
+                StudyDescription.load(study, overrides), wanted, ranges, probability
+            )
             found = search.solve()
             curve = search.trade_off(report)
         made = document(search, found, curve, folder is not None)

@@ -106,16 +106,19 @@ class Design:
         scores = ndtri(np.clip(points, 2.0**-33, 1.0 - 2.0**-33))
         return np.asarray(scores @ np.linalg.cholesky(self.correlation).T)
 
+    def values(self, shares: Floats) -> dict[str, float]:
+        """The uncertain numbers below which shares of them lie, by key."""
+        return {
+            key: float(spread.quantiles(shares[i : i + 1])[0])
+            for i, (key, spread) in enumerate(self.spreads.items())
+        }
+
     def at(self, scores: Floats) -> StudyDescription:
         """The study at a row of scores."""
         from scipy.special import ndtr
 
         shares = ndtr(scores)
-        values = {
-            key: float(spread.quantiles(shares[i : i + 1])[0])
-            for i, (key, spread) in enumerate(self.spreads.items())
-        }
-        found: StudyDescription = with_values(self.study, values)
+        found: StudyDescription = with_values(self.study, self.values(shares))
         place, std, radius, density = len(self.spreads), 1.0, 1.0, 1.0
         if self._patches is not None:
             row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)

@@ -325,3 +325,16 @@ def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
             for index, value in enumerate(part, start=1)
         )
     return part
+
+
+def value_at(part: Any, key: str) -> float | None:
+    """The number at a key of the file; None where there is none, or a list of several."""
+    for name in key.split("."):
+        if isinstance(part, BaseModel):
+            fields = {f.alias or n: n for n, f in type(part).model_fields.items()}
+            part = getattr(part, fields[name]) if name in fields else None
+        else:
+            part = part.get(name) if isinstance(part, dict) else None
+    if isinstance(part, tuple) and len(part) == 1:
+        part = part[0]
+    return float(part) if isinstance(part, float) else None

@@ -14,6 +14,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, to_si
 from microslip.errors import Argument, InputError, StudyError
+from microslip.kernels import Integers
 from microslip.results.predicted.columns import Progress
 from microslip.study.build import build_summits
 from microslip.study.description import StudyDescription
@@ -155,6 +156,9 @@ class Found:
 class Search:
     """The smallest change of a study that meets a target with a probability."""
 
+    is_costly = False
+    """Whether one beginning is enough once it has led to an answer."""
+
     def __init__(
         self, study: StudyDescription, target: Target, ranges: Sequence[Range], probability: float
     ) -> None:
@@ -166,16 +170,22 @@ class Search:
             )
         self.study, self.target, self.ranges = study, target, tuple(ranges)
         self.probability = probability if is_uncertain(study) else 0.5
-        self.middle = _arguments(at_middle(study))
-        self.factors = self._factors()
-        names = [ARGUMENTS[r.key] for r in ranges]
-        for key, name in zip([r.key for r in ranges], names, strict=True):
-            if name not in self.middle:
-                raise StudyError(f"{study.name}: {key}: wanted a key of the study, got none there")
-        self.names = names
+        self.names, self.middle = self._start()
         self.bounds = [(math.log(r.low), math.log(r.high)) for r in ranges]
-        start = [math.log(float(self.middle[name])) for name in names]
-        self.start = np.array(start)
+        self.start = np.log([float(self.middle[name]) for name in self.names])
+
+    def _start(self) -> tuple[list[str], dict[str, Any]]:
+        """What the ranges are called, and the values that the study has of them and of others."""
+        middle = _arguments(at_middle(self.study))
+        names = [ARGUMENTS[r.key] for r in self.ranges]
+        for r, name in zip(self.ranges, names, strict=True):
+            if name not in middle:
+                raise StudyError(
+                    f"{self.study.name}: {r.key}: wanted a key of the study, got none there"
+                )
+        self.middle = middle
+        self.factors = self._factors()
+        return names, middle
 
     def _factors(self) -> dict[str, Floats]:
         """What the samples multiply the arguments of the middle with."""
@@ -218,12 +228,16 @@ class Search:
         )
         reach = max(1, samples.size // 64)
         near = order[max(0, low - reach) : high + reach + 1]
+        return value, self._slopes(logs, near)
+
+    def _slopes(self, logs: Floats, near: Integers) -> Floats:
+        """Mean slopes of some samples along the ranges."""
         given = {
             name: (v[near] if isinstance(v, np.ndarray) else v)
             for name, v in self._given(logs).items()
         }
         slopes = log_derivatives(self.target.quantity, given, self.names)
-        return value, np.array([float(np.mean(slopes[name])) for name in self.names])
+        return np.array([float(np.mean(slopes[name])) for name in self.names])
 
     def solve(self, level: float | None = None) -> Found:
         """The design that changes the study least."""
@@ -255,6 +269,8 @@ class Search:
             key = (miss < -1e-5, max(-miss, 0.0) if miss < -1e-5 else float(found.fun))
             if best is None or key < best[0]:
                 best = key, x
+            if self.is_costly and not best[0][0]:
+                break
         assert best is not None
         return self.at(best[1], math.exp(wanted))
 
@@ -298,16 +314,21 @@ class Search:
         return found
 
 
+def is_pointwise(study: StudyDescription) -> bool:
+    """Whether :func:`microslip.evaluate` has its joint: summits of a density, one even load."""
+    joint = study.joint
+    return (
+        isinstance(joint, Joint)
+        and study.surface.law == "greenwood-williamson"
+        and len(joint.normal_load) == 1
+        and joint.tightening_load is None
+        and joint.pressure is None
+    )
+
+
 def _arguments(study: StudyDescription) -> dict[str, Any]:
     """A study without anything uncertain as arguments of evaluate; plain numbers and heights."""
     joint = study.joint
-    if not isinstance(joint, Joint) or study.surface.law != "greenwood-williamson":
-        raise StudyError(
-            f"{study.name}: surface.law: a design wants a Greenwood–Williamson surface and an "
-            "interface"
-        )
-    if len(joint.normal_load) != 1:
-        raise StudyError(f"{study.name}: joint.normal_load: a design wants one load")
     law: Any = study._law or build_summits(study)
     bodies = [study.material[name] for name in study.surface.materials]
     given: dict[str, Any] = {}

@@ -69,6 +69,25 @@ def test_its_modal_curve_is_converged_in_harmonics() -> None:
     assert few.frequency[0] == pytest.approx(more.frequency[0], rel=1e-3)
 
 
+def test_tangents_are_the_differences_of_the_forces_where_patches_slip() -> None:
+    """Of all patches at once, in a direction of their own, on the motion of a large amplitude."""
+    from microslip.structures.balance import Balance
+    from microslip.structures.harmonic_basis import harmonic_basis
+
+    state = beam(0.03)
+    curve = state.modes(0, [6e-5], harmonics=[1, 2, 3])
+    model = state.model
+    shape = curve.shape[0].real
+    balance = Balance(model, model.joints(model.shapes[:, 0]), harmonic_basis([0, 1, 2, 3], 64))
+    q = np.zeros((model.size, 7))
+    q[:, 1] = 6e-5 * model.shapes.T @ np.load(MODEL)["mass"] @ shape
+    way = np.random.default_rng(1).normal(size=q.shape) * np.abs(q[:, 1:2])
+    tangent = balance.tangent(balance.joint_forces(q).answers, way)
+    step = 1e-6
+    ahead, behind = (balance.joint_forces(q + s * way).force for s in (step, -step))
+    assert np.abs((ahead - behind) / (2 * step) - tangent).max() < 1e-7 * np.abs(tangent).max()
+
+
 def test_patches_are_followed_as_by_the_coupled_engine() -> None:
     """Loops of a field on a table of heights, whose load curve has thousands of small kinks."""
     state = beam(0.3)

@@ -77,6 +77,15 @@ def result(folder: Path) -> ms.Result:
     return ms.Study.load(folder / "strip.toml").run()
 
 
+@pytest.fixture(scope="module")
+def drawn() -> ms.ReducedJoint:
+    """The strip of the study by the library."""
+    return small_lap().reduce(
+        ms.Material.named("steel"), DENSITY, (3, 2), element_size=0.012,
+        sensors={"sensor": ((0.1, 0.0, 0.0), "z")},
+    )  # fmt: skip
+
+
 def test_the_structure_is_told_first(result: ms.Result) -> None:
     told = document(result)
     assert [s.title for s in told.sections][:4] == [
@@ -86,17 +95,15 @@ def test_the_structure_is_told_first(result: ms.Result) -> None:
     assert "5–95 %" in told.answer
 
 
-def test_curves_are_those_of_the_library(result: ms.Result, folder: Path) -> None:
+def test_curves_are_those_of_the_library(
+    result: ms.Result, folder: Path, drawn: ms.ReducedJoint
+) -> None:
     structure = result.structure
     assert structure is not None
     mode = structure.modes[0]
-    joint = structure.part.build().reduce(
-        ms.Material.named("steel"), 7800.0, (3, 2), element_size=0.012,
-        sensors={"sensor": ((0.1, 0.0, 0.0), "z")},
-    )  # fmt: skip
     form = np.loadtxt(folder / "form.csv", delimiter=",", skiprows=1) * [1e-3, 1e-3, 1e-6]
-    state = joint.with_form(form, 0.5).tightened(result.joints[0].surface, 0.35)
-    curve = state.modes(0, [1e-7, 1e-6, 1e-5], at=joint.sensor("sensor"), damping_ratio=5e-4)
+    state = drawn.with_form(form, 0.5).tightened(result.joints[0].surface, 0.35)
+    curve = state.modes(0, [1e-7, 1e-6, 1e-5], at=drawn.sensor("sensor"), damping_ratio=5e-4)
     np.testing.assert_allclose(mode.curve.frequency, curve.frequency, rtol=1e-9)
     np.testing.assert_allclose(mode.curve.damping_ratio, curve.damping_ratio, rtol=1e-6)
     np.testing.assert_allclose(state.normal_loads.sum(), 5e3, rtol=1e-9)
@@ -133,6 +140,7 @@ def test_pictures_show_bands_and_the_test(result: ms.Result) -> None:
     assert sum(isinstance(item, Area) for item in panel.items) > 20
 
 
+@pytest.mark.slow
 def test_a_fit_tells_what_the_test_knows(folder: Path) -> None:
     text = (
         STUDY.replace(
@@ -361,19 +369,14 @@ def with_mesh(folder: Path) -> Path:
     return folder
 
 
-def test_a_mesh_of_ones_own_is_predicted_as_its_drawing_is(with_mesh: Path, tmp_path: Path) -> None:
+def test_a_mesh_of_ones_own_is_predicted_as_its_drawing_is(
+    with_mesh: Path, tmp_path: Path, drawn: ms.ReducedJoint
+) -> None:
     study = ms.Study.from_toml(meshed(), "meshed.toml", folder=with_mesh)
     assert any("hexahedron cells from strip.inp" in note for note in study.notes)
     result = study.run()
     assert result.structure is not None
     (mode,), joint = result.structure.modes, result.structure.joint
-    drawn = small_lap().reduce(
-        ms.Material.named("steel"),
-        DENSITY,
-        (3, 2),
-        element_size=0.012,
-        sensors={"sensor": ((0.1, 0, 0), "z")},
-    )
     # The file holds ten digits of each place.
     np.testing.assert_allclose(joint.patch_areas, drawn.patch_areas, rtol=1e-6)
     state = drawn.tightened(result.joints[0].surface, 0.35)

@@ -16,6 +16,7 @@ from studies import GAUSSIAN, SURFACE, edited
 import microslip as ms
 from microslip.results.predicted.preview import preview
 from microslip.scans import random_surface
+from microslip.study.build import build_surface
 from microslip.study.json_schema import json_schema
 
 SCAN = """law = "scan"
@@ -81,9 +82,7 @@ def test_elliptic_summits_and_a_spectrum_are_those_of_the_library(home: Path) ->
     wanted, area = summits(home), 'area = "1 mm^2"\n'
 
     def surface(text: str) -> Any:
-        study = ms.Study.from_toml(text, folder=home)
-        VALIDATOR.validate(study._given)
-        return study.run().joints[0].surface
+        return build_surface(ms.Study.from_toml(text, folder=home))
 
     found = surface(scan_study(("cutoff", f'{area}direction = "60 deg"\ncutoff')))
     made = ms.scans.elliptic_surface(wanted, found.pair, 1e-6, direction=math.radians(60.0))

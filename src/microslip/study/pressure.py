@@ -16,10 +16,10 @@ from microslip.friction.pressure import RINGS, Pressure
 from microslip.study.columns import FromFile
 from microslip.study.fields import (
     MAX_VALUES,
+    LoadShare,
     UncertainFriction,
     angle,
     array,
-    number,
     one_of,
     quantity,
     whole,
@@ -167,18 +167,7 @@ class BoltPressure(PressurePart):
     torque: Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')] | None = Field(
         default=None, description="Tightening torque in its place.", examples=['"20 N m"']
     )
-    nut_factor: (
-        Annotated[
-            float,
-            number(
-                "a number above 0 and at most 1 such as 0.2",
-                lambda value: 0.0 < value <= 1.0,
-                {"exclusiveMinimum": 0, "maximum": 1},
-            ),
-            Uncertain("0.2"),
-        ]
-        | None
-    ) = Field(
+    nut_factor: LoadShare | None = Field(
         default=None,
         description="K of torque = K d tension; 0.2 if absent, without frictions.",
         examples=["0.2"],

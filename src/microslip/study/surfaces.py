@@ -30,11 +30,11 @@ from microslip.study.fields import (
     Radii,
     Roughness,
     Separations,
+    Share,
     SpectralDensities,
     TabulatedLoads,
     TwoNames,
     Wavenumbers,
-    number,
     one_of,
 )
 from microslip.study.heights import HEIGHTS_TABLES, AnyHeights, GivenHeights, ScipyHeights
@@ -226,17 +226,7 @@ class SpectralSurface(Surface):
         description="Rms height of a self-affine surface, in place of a spectrum.",
         examples=['"0.5 um"'],
     )
-    hurst: (
-        Annotated[
-            float,
-            number(
-                "a number above 0 and at most 1 such as 0.8",
-                lambda v: 0.0 < v <= 1.0,
-                {"exclusiveMinimum": 0, "maximum": 1},
-            ),
-        ]
-        | None
-    ) = Field(default=None, description="Its Hurst exponent.", examples=["0.8"])
+    hurst: Share | None = Field(default=None, description="Its Hurst exponent.", examples=["0.8"])
     longest: Roughness | None = Field(
         default=None, description="Its longest wave.", examples=['"2 mm"']
     )

@@ -307,7 +307,8 @@ def _meshio(path: Path) -> Any:
             'meshes are read by meshio, which is not installed; pip install "microslip[structure]"'
         ) from None
     if not path.is_file():
-        raise InputError(f"{path.name}: there is no such file")
+        what = "wanted a file, got a folder" if path.is_dir() else "there is no such file"
+        raise InputError(f"{path.name or path}: {what}")
     try:
         return meshio.read(path)
     except SystemExit:  # what meshio does with suffixes that it does not know

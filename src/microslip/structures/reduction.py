@@ -174,7 +174,7 @@ def _inverse(compliance: Floats) -> Floats:
     if values[0] < _INDEPENDENT * values[-1]:
         raise InputError(
             "patches are finer than the elements beneath them can tell apart; take larger patches, "
-            "or a smaller element_size"
+            "or smaller elements"
         )
     result: Floats = (vectors / values) @ vectors.T * scale * scale[:, None]
     return 0.5 * (result + result.T)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self, cast
 
+import numpy as np
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationInfo, model_validator
 
 from microslip._core.checks import Floats
@@ -86,6 +87,7 @@ class MeshPart(Part):
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
         from microslip.structures import MeshedJoint
+        from microslip.structures.reduction_patches import contact_frame
 
         for name in ("materials", "densities"):
             given = getattr(self, name)
@@ -111,6 +113,12 @@ class MeshPart(Part):
         except InputError as error:
             message = str(error).replace("write scale=1e-3", 'write unit = "mm"')
             raise KeyedError(KEY, message) from None
+        along = None if self.along is None else np.array(self.along)
+        for contact in self._joint.mesh.contacts:
+            try:
+                contact_frame(self._joint.mesh, contact, along)
+            except InputError as error:
+                raise KeyedError(KEY if along is None else f"{KEY}.along", str(error)) from None
         reading.notes.append(
             f"{KEY}: {len(self._joint.mesh.cells)} {self._joint.mesh.kind} cells from {self.file}."
         )

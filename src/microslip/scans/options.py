@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from microslip._core.options import REQUIRED, Option
 from microslip._core.units import ANGLE, AREA, FORCE, LENGTH
 
@@ -84,8 +82,6 @@ DIRECTION = Option(
     "their principal curvatures say; without it they are round.",
     ANGLE,
     example="90 deg",
-    low=-2.0 * math.pi,
-    high=2.0 * math.pi,
     sign="any",
     metavar="ANGLE",
 )

@@ -33,6 +33,8 @@ from microslip.report.plot import (
 _FONT = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif"
 _NO_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _HALO = 'paint-order="stroke" stroke="#fff" stroke-width="3" stroke-linejoin="round"'
+_FEW = 32  # points of a line up to which all of them are drawn
+_STRAIGHT = 0.01  # points (of print) that one may lie beside the chord of its neighbours
 _MANY = 3000  # points of a line from which on those are left out that nobody can tell apart
 _NEAR = 0.25  # [pt]
 
@@ -348,6 +350,7 @@ def _path(x: Floats, y: Floats) -> str:
             across, down = x[begin:end], y[begin:end]
             if end - begin > _MANY:
                 across, down = _thinned(across, down)
+            across, down = _straightened(across, down)
             points = zip(across.tolist(), down.tolist(), strict=True)
             parts.append("M" + " ".join([f"{a:.2f} {b:.2f}" for a, b in points]))
     return "".join(parts)
@@ -359,6 +362,23 @@ def _thinned(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     kept = np.concatenate(([True], np.diff(np.floor(length / _NEAR)) > 0.0))
     kept[-1] = True
     return x[kept], y[kept]
+
+
+def _straightened(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """A line without the points that its neighbours' chord passes by a hundredth of a point."""
+    dropped = x.size > _FEW
+    while dropped:
+        near = slice(0, x.size - 2, 2), slice(1, x.size - 1, 2), slice(2, x.size, 2)
+        (ax, bx, cx), (ay, by, cy) = ([v[part] for part in near] for v in (x, y))
+        size = (cx - ax) ** 2 + (cy - ay) ** 2
+        share = ((bx - ax) * (cx - ax) + (by - ay) * (cy - ay)) / np.where(size > 0.0, size, 1.0)
+        share = np.clip(share, 0.0, 1.0)
+        off = np.hypot(ax + share * (cx - ax) - bx, ay + share * (cy - ay) - by)
+        kept = np.ones(x.size, dtype=bool)
+        kept[near[1]] = off > _STRAIGHT
+        dropped = bool(np.count_nonzero(kept) < 0.9 * x.size)
+        x, y = x[kept], y[kept]
+    return x, y
 
 
 def marker_path(marker: Marker, r: float) -> str:

@@ -11,7 +11,18 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.files import whole_file
 from microslip._core.quantities import UNITS
-from microslip.report.document import Block, Column, Document, Facts, Items, Picture, Section, Table
+from microslip._core.units import engineering, significant
+from microslip.report.document import (
+    Block,
+    Column,
+    Document,
+    Facts,
+    Items,
+    Number,
+    Picture,
+    Section,
+    Table,
+)
 from microslip.report.files import File, header, standard_files, text_cell, text_file
 from microslip.report.plot import Axis, Panel, Plot, stacked
 from microslip.results.batch.run import Batch, Outcome
@@ -53,7 +64,9 @@ def document(batch: Batch) -> Document:
     if missing:
         note = f"{missing} items are another shard's, or wait for the next run."
         sections.append(Section("Notes", (Items((note,)),)))
-    answer = f"{len(done)} of {len(batch.items)} items done, {len(failed)} failed."
+    number = _number(done)
+    answer = f"{len(done)} of {len(batch.items)} items done, {len(failed)} failed"
+    answer += f"; the median {number.name} is {number.value}." if number else "."
     drawn = ("batch.svg",) if _drawable(done) else ()
     data: dict[str, Any] = {
         **header(KIND, SUMMARY_SCHEMA, "Batch"),
@@ -67,7 +80,8 @@ def document(batch: Batch) -> Document:
             "summary.json", "report.html", "items.csv", "failures.csv", *drawn,
         ],
     }  # fmt: skip
-    return Document(KIND, "Batch", answer, tuple(sections), data)
+    figure = "batch" if _drawable(done) else ""
+    return Document(KIND, "Batch", answer, tuple(sections), data, number=number, figure=figure)
 
 
 def names_of(done: list[Outcome]) -> list[str]:
@@ -98,19 +112,38 @@ def _numbers(done: list[Outcome]) -> dict[str, Any]:
     return found
 
 
+def _number(done: list[Outcome]) -> Number | None:
+    """The median over all rows with its band: of the damping, where there is one."""
+    found = _numbers(done)
+    name = next((n for n in ("loss_factor", "damping_ratio", *found) if n in found), None)
+    if name is None:
+        return None
+    low, middle, high = (_written(found[name][q], name) for q in ("q5", "q50", "q95"))
+    band = f"{low} to {high} (5 to 95 % of {found[name]['count']} rows)"
+    return Number(name.replace("_", " "), middle, band)
+
+
+def _written(value: float, name: str) -> str:
+    unit = UNITS.get(name, "-")
+    if unit in ("-", "1", ""):
+        return significant(value, 4)
+    # A prefix before a square would be squared as well.
+    return f"{significant(value, 4)} {unit}" if "^" in unit else engineering(value, unit, 4)
+
+
 def _statistics(done: list[Outcome]) -> Table:
     columns = (
         Column("quantity", "Quantity"),
-        Column("unit", "Unit"),
         Column("count", "Rows", write=lambda n: f"{n:.0f}"),
-        Column("q5", "5 %", write=lambda v: f"{v:.4g}"),
-        Column("q50", "50 %", write=lambda v: f"{v:.4g}"),
-        Column("q95", "95 %", write=lambda v: f"{v:.4g}"),
+        *(Column(f"q{share}", f"{share} %") for share in (5, 50, 95)),
     )
     rows = tuple(
-        (name, UNITS.get(name, ""), n["count"], n["q5"], n["q50"], n["q95"])
+        (
+            name.replace("_", " "), n["count"],
+            *(_written(n[f"q{share}"], name) for share in (5, 50, 95)),
+        )
         for name, n in _numbers(done).items()
-    )
+    )  # fmt: skip
     return Table("All rows of all items", columns, rows, noun="quantities")
 
 
@@ -132,7 +165,7 @@ def plot(done: list[Outcome]) -> Plot:
         if name in columns:
             panel = Panel(
                 Axis("Displacement amplitude [µm]", log=True),
-                Axis(label, log=name != "loss_factor"),
+                Axis(label, log=True),
             )
             panel.marks(x, columns[name], "#2b7bba", size=2.5, filled=True)
             panels.append(panel)

@@ -149,7 +149,12 @@ def _number(result: Prediction) -> Number:
     every = np.concatenate([row.loss_factor for row in result.rows])
     every = every[np.isfinite(every)]
     band = f"ζ = η/2 = {significant(0.5 * eta)}"
-    if every.size > 1:
+    scatter = result.scatter
+    if scatter is not None:
+        low, high = scatter.bands["loss_factor"].values[[0, -1], load, place].tolist()
+        shares = [f"{100.0 * share:g}" for share in (scatter.quantiles[0], scatter.quantiles[-1])]
+        band = f"{' to '.join(shares)} %: {significant(low)} to {significant(high)}; {band}"
+    elif every.size > 1:
         band += (
             f"; from {significant(float(every.min()))} to {significant(float(every.max()))} over "
             "the loads and amplitudes of the study"

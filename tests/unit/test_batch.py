@@ -47,7 +47,7 @@ def test_changes_to_a_study(folder: Path) -> None:
     out = folder / "out"
     done = called(folder / "changes.csv", "--study", folder / "study.toml", "-o", out)
     assert done.exit_code == 0, done.output
-    assert "6 of 7 items done, 1 failed." in done.output
+    assert "6 of 7 items done, 1 failed" in done.output
     assert "wanted a positive force" in done.output
     rows = table(out)
     assert len(rows) == 12

@@ -220,6 +220,21 @@ def test_a_sphere_has_no_panel_of_its_one_contact() -> None:
     assert labels == ["Contact area [mm²]", "Sticking share of the contact area"]
 
 
+def test_a_history_with_times_is_drawn_against_them(tmp_path: Path) -> None:
+    rows = "".join(f"{2e-3 * i},{0.1 * (i % 7)}\n" for i in range(30))
+    (tmp_path / "record.csv").write_text(f"t [s],x [um]\n{rows}")
+    given = '{ file = "record.csv", column = "x", time = "t" }'
+    text = edited((CURVE, f"{CURVE}\nhistory = {given}"))
+    plot = draw(ms.Study.from_toml(text, folder=tmp_path).run(), "history")
+    first, last = plot.panels[0], plot.panels[-2]
+    assert last.x.label == "Time [ms]"
+    line = next(item for item in first.items if isinstance(item, Line))
+    assert line.x.tolist() == pytest.approx([2.0 * i for i in range(30)])
+    (tmp_path / "record.csv").write_text("t [s],x [um]\n0,1\n0,2\n")
+    with pytest.raises(ms.StudyError, match="wanted times that rise"):
+        ms.Study.from_toml(text, folder=tmp_path)
+
+
 def test_the_history_is_drawn(result: ms.Result) -> None:
     plot = draw(result, "history")
     given, force, energy, along = plot.panels

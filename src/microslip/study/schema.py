@@ -18,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from microslip._core.units import FORCE, LENGTH, engineering
+from microslip._core.units import FORCE, LENGTH, TIME, Kind, engineering
 from microslip._core.wording import shorten
 from microslip.study.columns import Column, ColumnName, UnitName, text
 from microslip.study.fields import (
@@ -137,9 +137,16 @@ class History(Column):
     normal_load: LoadColumn | None = Field(
         default=None, description="Normal loads along the history, where they are not constant."
     )
+    time: ColumnName | None = Field(
+        default=None,
+        description="Name of a column of its times, which its figure is drawn against; they decide "
+        "nothing else.",
+        examples=['"t [s]"'],
+    )
 
     _values: tuple[float, ...] = PrivateAttr(default=())
     _loads: tuple[float, ...] | None = PrivateAttr(default=None)
+    _times: tuple[float, ...] | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
@@ -149,15 +156,25 @@ class History(Column):
             raise ValueError(f"{shorten(self.file, 100)}: wanted at least two rows, got one")
         if self.normal_load is not None:
             self._loads = self._read_loads(self.normal_load, info)
+        if self.time is not None:
+            key = "excitation.history.time"
+            self._times = self._beside(self.time, None, TIME, key, info)
+            if not np.all(np.diff(self._times) > 0.0):
+                raise KeyedError(key, f"{shorten(self.file, 100)}: wanted times that rise")
         return self
+
+    def _beside(
+        self, name: str, unit: str | None, kind: Kind, key: str, info: ValidationInfo
+    ) -> tuple[float, ...]:
+        """Another column of the same file."""
+        try:
+            return Column(file=self.file, column=name, unit=unit).read(kind, "any", info, key)
+        except ValueError as error:
+            raise KeyedError(key, str(error)) from None
 
     def _read_loads(self, given: LoadColumn, info: ValidationInfo) -> tuple[float, ...]:
         key = "excitation.history.normal_load"
-        try:
-            column = Column(file=self.file, column=given.column, unit=given.unit)
-            loads = column.read(FORCE, "any", info, key)
-        except ValueError as error:
-            raise KeyedError(key, str(error)) from None
+        loads = self._beside(given.column, given.unit, FORCE, key, info)
         for row, load in enumerate(loads, start=1):
             if load < 0.0:
                 raise KeyedError(
@@ -176,6 +193,11 @@ class History(Column):
     def loads(self) -> NDArray[np.float64] | None:
         """Normal loads [N], one for each value; None where the load is that of the joint."""
         return None if self._loads is None else np.array(self._loads)
+
+    @property
+    def times(self) -> NDArray[np.float64] | None:
+        """Times [s], one for each value; None where there are none."""
+        return None if self._times is None else np.array(self._times)
 
 
 class Excitation(Part):

@@ -1,4 +1,4 @@
-"""The figure of the own history: records over the samples, and force over displacement."""
+"""The figure of the own history: records over time, and force over displacement."""
 
 from __future__ import annotations
 
@@ -23,20 +23,33 @@ _MANY = 3000
 
 
 def history(result: Prediction) -> Plot:
-    """Displacement, force and dissipated energy over the samples, and force over displacement.
+    """Displacement, force and dissipated energy over time, and force over displacement.
+
+    Without times they are drawn over the samples.
 
     A normal load that varies is drawn as well.
     """
     names = [name for name in _LABELS if name in result.histories[0].columns()]
     loads = drawn_loads(result)
     count = result.histories[0].force.size
+    given = result.study.excitation.history
+    times = None if given is None else given.times
+    along, label = np.arange(count, dtype=np.float64), "Sample"
+    if times is not None:
+        unit, letter = prefix(float(np.abs(times).max()))
+        along, label = times / unit, f"Time [{letter}s]"
+
+    def drawn(values: Floats) -> tuple[Floats, Floats]:
+        places, kept = envelope(values)
+        return along[places.astype(np.intp)], kept
+
     columns: dict[str, list[Floats]] = {}
     panels: dict[str, Panel] = {}
     for row, name in enumerate(names):
-        columns[name], label = _scaled([getattr(result.histories[i], name) for i, _ in loads], name)
+        columns[name], up = _scaled([getattr(result.histories[i], name) for i, _ in loads], name)
         panels[name] = Panel(
-            Axis("Sample", integer=True, bare=row < len(names) - 1),
-            Axis(label),
+            Axis(label, integer=times is None, bare=row < len(names) - 1),
+            Axis(up),
             cell=(row, row, 0, 0),
         )
     path_panel = Panel(
@@ -45,11 +58,10 @@ def history(result: Prediction) -> Plot:
         cell=(0, len(names) - 1, 1, 1),
     )
     # What was given is the same for all loads, and has the colour of none.
-    given = result.study.excitation.history
     common = given.quantity if given is not None and len(loads) > 1 else None
     alike = {common, "varying_normal_load"} & set(names) if common is not None else set()
     for name in alike:
-        panels[name].line(*envelope(columns[name][0]), GREY, width=THIN)
+        panels[name].line(*drawn(columns[name][0]), GREY, width=THIN)
     answers = columns["displacement" if common == "force" else "force"]
     sizes = [float(np.abs(answer).max()) for answer in answers]
     width = 0.7 if count > _MANY else WIDTH
@@ -59,7 +71,7 @@ def history(result: Prediction) -> Plot:
         dash = () if count > MOST_SAMPLES else look.dash  # strokes shorter than a dash
         for name, values in columns.items():
             if name not in alike:
-                panels[name].line(*envelope(values[number]), look.color, width=width, dash=dash)
+                panels[name].line(*drawn(values[number]), look.color, width=width, dash=dash)
         both = (columns[name][number] for name in ("displacement", "force"))
         path_panel.line(*path(*both), look.color, width=width, dash=dash)
     path_panel.cross()

@@ -124,7 +124,7 @@ _LAWS = {
 # What is said with something else, or in the notes.
 _ELSEWHERE = (
     "rigid", "materials", "law", "file", "column", "unit", "start", "to", "points", "measured",
-    "x", "y", "gap",
+    "x", "y", "gap", "time",
 )  # fmt: skip
 
 

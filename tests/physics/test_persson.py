@@ -115,3 +115,23 @@ def test_from_a_scan() -> None:
         ms.PerssonCurve.self_affine(
             PAIR, rms=1e-6, hurst=1.2, longest=1e-3, roll_off=1e-4, shortest=1e-5, area=1e-4
         )
+
+
+def test_a_surface_knows_its_area_and_its_end() -> None:
+    """A part of it, as under an uneven pressure, is the same law times its share of the area."""
+    law = LAW.to_surface(400)
+    d = law.separation([1.0, 300.0])
+    shares = LAW.contact_share([1.0, 300.0])
+    np.testing.assert_allclose(law.contact_area(d), LAW.area * np.asarray(shares), rtol=1e-9)
+    part = law._patch(0.25 * law.area, 1.0)
+    np.testing.assert_allclose(part.load(d), 0.25 * law.load(d), rtol=1e-12)
+    with pytest.raises(ms.InputError, match=r"must be at most .* half of full contact"):
+        law.separation(1e9)
+    steel = ms.Material(210e9, 0.3, hardness=1e9)
+    hard = ms.PerssonCurve(ms.MaterialPair(steel, steel), LAW.wavenumber, LAW.spectrum, LAW.area)
+    (verdict,) = ms.Interface(hard.to_surface(400), 0.5, normal_load=100.0).validity
+    # At light loads a contact bears E* h' sqrt(pi/8) in the mean.
+    modulus = hard.pair.composite_modulus
+    assert verdict.value == pytest.approx(
+        modulus * hard.rms_slope * math.sqrt(math.pi / 8.0) / 1e9, rel=1e-3
+    )

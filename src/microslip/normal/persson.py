@@ -407,6 +407,16 @@ class PerssonSurface(TabulatedNormalLaw):
         d = max(separation, float(np.asarray(self.separations)[0]))
         return {PRESSURE: float(self.load(d)) / float(self.contact_area(d)) / hardness}
 
+    def _solve(self, loads: Floats) -> Floats:
+        most = float(np.asarray(self.loads)[0])
+        if loads.max() > most:
+            raise InputError(
+                Argument("load"),
+                f" must be at most {most:.6g} N, half of full contact, to which the curve is "
+                f"computed, got {exact(loads.max())} N; give a larger area or a smaller load",
+            )
+        return super()._solve(loads)
+
     def _patch(self, area: float, share: float) -> NormalLaw:
         curve = dataclasses.replace(self.curve, area=area)
         loads = np.asarray(self.loads) * (area / self.area)

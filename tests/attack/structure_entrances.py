@@ -98,6 +98,7 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
     )
     meshed = ms.MeshedJoint(fork(2, 2), (1e3,))
     add("MeshedJoint.reduce", meshed.reduce, patches=(2, 1), kept_modes=4, along=[1.0, 0.0, 0.0])
+    add("MeshedJoint.shank_sections", meshed.shank_sections, along=[1.0, 0.0, 0.0])
     add("ReducedJoint.field", joint.field, ("surface",), surface=surface, friction_coefficient=0.3)
     add("ReducedJoint.structure", joint.structure, ("surface",), surface=surface,
         friction_coefficient=0.3)  # fmt: skip

@@ -307,6 +307,19 @@ def test_meshes_that_do_not_fit(tmp_path: Path, changes: dict[str, Any], message
         ms.MeshedJoint.read(path, **(NAMED | changes))
 
 
+def test_shanks_are_where_the_mesh_has_them() -> None:
+    meshed = ms.MeshedJoint(fork(5, 8), (1e3,))
+    ((x, y, diameter, contact),) = meshed.shank_sections()
+    # The post lies at x from -10 to 0 mm, the faces from 0 to 50 mm; its section is 10 x 20 mm.
+    np.testing.assert_allclose((x, y), (-0.03, 0.0), atol=1e-12)
+    assert 0.25 * math.pi * diameter**2 == pytest.approx(0.01 * 0.02, rel=1e-12)
+    assert contact == 0
+    assert meshed.face_area == pytest.approx(0.05 * 0.02, rel=1e-12)
+    assert meshed.shank_sections([1e300, 0.0, 0.0]) == meshed.shank_sections([1.0, 0.0, 0.0])
+    with pytest.raises(ms.InputError, match="along must be three numbers"):
+        meshed.shank_sections([1.0, 0.0])
+
+
 def test_meshes_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(ms.InputError, match="there is no such file"):
         ms.MeshedJoint.read(tmp_path / "none.msh", **NAMED)

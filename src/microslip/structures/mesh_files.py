@@ -140,7 +140,7 @@ class MeshedJoint(Locked):
         from microslip.structures.reduction_elements import Elements
         from microslip.structures.reduction_patches import contact_frame
 
-        given = None if along is None else floats("along", along)
+        given = _direction(along)
         elements, found = Elements(self.mesh), []
         for shank in self.mesh.shanks:
             corners = self.mesh.points[self.mesh.cells[shank.cells]]
@@ -200,18 +200,23 @@ class MeshedJoint(Locked):
         """
         from microslip.structures.reduction import Reducer
 
-        direction = None
-        if along is not None:
-            direction = floats("along", along)
-            if direction.shape != (3,):
-                raise InputError(f"along must be three numbers, got {show(along)}")
-        return Reducer(self.mesh, masses, direction).reduce(
+        return Reducer(self.mesh, masses, _direction(along)).reduce(
             tension=self.tension,
             patches=patches,
             form=form,
             kept_modes=kept_modes,
             sensors=sensors,
         )
+
+
+def _direction(along: ArrayLike | None) -> Floats | None:
+    if along is None:
+        return None
+    direction = floats("along", along)
+    if direction.shape != (3,):
+        raise InputError(f"along must be three numbers, got {show(along)}")
+    # What it is long does not matter, and huge numbers have no squares.
+    return np.asarray(direction / (np.abs(direction).max() or 1.0))
 
 
 def _read(

@@ -3,7 +3,8 @@
     python benchmarks/scatter.py [POINTS]
 
 Every point is a joint of its own: its material, roughness, friction, load and amplitude. Times are
-of the process on one core; the ratio is to a loop over `Interface` in the same run.
+of the process on one core; the ratio is to a loop over `Interface` in the same run. Then sweeps of
+a hundred thousand loads with heights by scipy.stats and with a thousand given summits.
 """
 
 from __future__ import annotations
@@ -79,6 +80,35 @@ def main() -> None:
         print(f"{name:40} {1e6 * each:10.3f} us a point, {objects / each:6.0f} times faster, "
               f"{1e-6 / each:.1f} million a second")  # fmt: skip
     print(f"largest difference to Interface of {OBJECTS} loss factors: {worst:.1e}")
+    sweeps()
+
+
+def sweeps() -> None:
+    """A hundred thousand loads of surfaces that have no closed form."""
+    from scipy import stats
+
+    metal = ms.Material(69e9, 0.33)
+    pair, rng = ms.MaterialPair(metal, metal), np.random.default_rng(0)
+    surfaces: dict[str, tuple[Any, float]] = {
+        f"scipy.stats.{heights.dist.name}": (
+            ms.GreenwoodWilliamson(pair, heights, 1e-3, 1e8, 2e-4),
+            1.0,
+        )
+        for heights in (
+            stats.weibull_min(3, scale=1e-6), stats.lognorm(0.5, scale=5e-7),
+            stats.gamma(3, scale=3e-7), stats.skewnorm(-4, scale=5e-7), stats.t(5, scale=5e-7),
+        )
+    }  # fmt: skip
+    summits = ms.AsperityPopulation(pair, heights=rng.normal(0.0, 5e-7, 1000), radii=1e-3)
+    surfaces["1000 given summits"] = summits, 0.05
+    for name, (surface, share) in surfaces.items():
+        joint = ms.Interface(surface, 0.55, 2000.0 * share)
+        loads = share * np.geomspace(100.0, 5e3, 100_000)
+        for amplitudes in ([1e-7], np.geomspace(1e-9, 1e-5, 10)):
+            start = time.process_time()
+            ms.sweep(joint, normal_load=loads, amplitude=amplitudes)
+            told = f"{name}, 1e5 loads by {len(amplitudes)}"
+            print(f"{told:40} {time.process_time() - start:10.2f} s")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Runs the joint in other people's programs, each in a throwaway environment of its own.
 # usage: tools/try_hosts.sh PYTHON [HOST...], of opensees, fmu, nastran, lsdyna, pyharm, calculix
+# PAGE=docs/hosts.md writes what was run, and what came, into the table between the page's markers.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 python=$1
@@ -20,6 +21,11 @@ try() {  # NAME TESTS PACKAGES...
     (cd "$root" && "$scratch/$name/bin/python" -m pytest -q -rs -p no:cacheprovider -m "slow or not slow" $tests) \
         > "$scratch/out" 2>&1 || { cat "$scratch/out"; exit 1; }
     tail -n 3 "$scratch/out"
+    package=${1:-microslip}
+    version=$("$scratch/$name/bin/python" -m pip freeze 2>/dev/null | grep -i "^${package%%[=<>]*}==" | head -n 1) || version=
+    [ "$name" != calculix ] || version="CalculiX $(ccx -v 2>/dev/null | grep -oE '[0-9]+\.[0-9]+' | head -n 1)"
+    counted=$(grep -oE "[0-9]+ passed" "$scratch/out" | tail -n 1)
+    echo "| $name | $(echo "$version" | sed 's/==/ /') | $("$python" -c 'import platform; print(platform.python_version())') | $counted, none skipped |" >> "$scratch/rows"
     ! grep -q "SKIPPED" "$scratch/out" || { echo "$name: skipped, which it must not be here"; exit 1; }
     rm -rf "${scratch:?}/$name"
 }
@@ -34,3 +40,15 @@ for host in $hosts; do
     *) echo "no host $host"; exit 2 ;;
     esac
 done
+[ -z "${PAGE:-}" ] || "$python" - "$root/$PAGE" "$scratch/rows" <<'END'
+import pathlib, sys
+page, rows = map(pathlib.Path, sys.argv[1:])
+begin, end = "<!-- hosts: written by PAGE=docs/hosts.md make hosts -->", "<!-- hosts: end -->"
+before, rest = page.read_text(encoding="utf-8").split(begin + "\n")
+old, after = rest.split(end)
+name = lambda line: line.split("|")[1].strip()
+kept = {name(line): line for line in old.splitlines()[2:]}
+kept |= {name(line): line for line in rows.read_text(encoding="utf-8").splitlines()}
+head = ["| host | version | Python | its tests |", "| --- | --- | --- | --- |"]
+page.write_text(before + "\n".join([begin, *head, *kept.values(), end]) + after, encoding="utf-8")
+END

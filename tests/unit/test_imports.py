@@ -19,6 +19,7 @@ from microslip.friction import LAWS
 from microslip.friction.field_backbone import FieldBackbone
 from microslip.heights import HEIGHTS
 from microslip.normal import NORMAL_LAWS
+from microslip.normal.persson import PerssonSurface
 from microslip.normal.tightened import RecoveredHeights
 from microslip.scans.measured_surface import MeasuredSurface
 from microslip.tribometer.virtual import InSeries
@@ -184,8 +185,9 @@ def concrete(base: type) -> set[type]:
 def test_every_class_is_in_its_list(base: type, listed: tuple[type, ...]) -> None:
     modules()
     assert len(set(listed)) == len(listed)
-    # A rig in series wraps a law; fields, tightened surfaces and scans make their own: no choice.
-    made = {InSeries, FieldBackbone, RecoveredHeights, MeasuredSurface}
+    # A rig in series wraps a law; fields, tightened surfaces, scans and spectra make their own: no
+    # choice.
+    made = {InSeries, FieldBackbone, RecoveredHeights, MeasuredSurface, PerssonSurface}
     assert concrete(base) - made == set(listed)
     for law in listed:
         assert getattr(ms, law.__name__) is law

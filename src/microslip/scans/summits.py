@@ -149,8 +149,10 @@ def _rise(given: float | str) -> float:
     if isinstance(given, str):
         return length_of("prominence", given, "2 nm")
     rise = number("prominence", given, "m")
-    if not 0.0 <= rise <= LARGEST:
-        raise InputError(Argument("prominence"), f" must be from 0 to {LARGEST:g} m, got {rise:g}")
+    if rise < 0.0:
+        raise InputError(Argument("prominence"), f" must not be below zero [m], got {rise:g}")
+    if rise > LARGEST:
+        raise InputError(Argument("prominence"), f" must be at most {LARGEST:g} m, got {rise:g}")
     return rise
 
 

@@ -12,7 +12,7 @@ import pytest
 from command import STUDY, fails, run
 
 import microslip as ms
-from microslip.cli.identify import _contact_area, _known, _rig_stiffness
+from microslip.cli.fit_values import contact_area_of, known_of, rig_stiffness_of
 
 JOINT = ms.Interface.examples()[0]
 RIG = 5e8
@@ -158,7 +158,7 @@ def test_loads_of_records() -> None:
     ],
 )
 def test_rig_stiffness(text: str, value: Any) -> None:
-    got = _rig_stiffness(text)
+    got = rig_stiffness_of(text)
     if value is None or value == "free":
         assert got == value
     else:
@@ -166,14 +166,14 @@ def test_rig_stiffness(text: str, value: Any) -> None:
 
 
 def test_contact_area() -> None:
-    assert _contact_area("6 mm^2, 1 mm^2, 2 kN") == (6e-6, 1e-6, 2000.0)
-    assert _contact_area(None) is None
+    assert contact_area_of("6 mm^2, 1 mm^2, 2 kN") == (6e-6, 1e-6, 2000.0)
+    assert contact_area_of(None) is None
 
 
 def test_known() -> None:
     """A value, its deviation, and a unit once or twice."""
     given = ("radius=1±0.1 mm", "density=100 1/mm^2 +- 5", "force_limit at 500 N=275 N±1 N")
-    got = _known(given, ("interface",))
+    got = known_of(given, ("interface",))
     np.testing.assert_allclose(got["radius"], (1e-3, 1e-4))
     np.testing.assert_allclose(got["density"], (1e8, 5e6))
     np.testing.assert_allclose(got["force_limit at 500 N"], (275.0, 1.0))

@@ -142,7 +142,9 @@ def compare(
             Argument("laws"), f" must be a list such as ['interface', 'jenkins'], got {show(laws)}"
         )
     models = [model_of(law) for law in laws]  # a wrong name is no law that does not suit
-    folded: Any = folded_once(records, options.pop("cycles", None), lambda share: None)
+    folded: Any = folded_once(
+        records, options.pop("cycles", None), lambda share: None, options.pop("noise", None)
+    )
     fits: dict[str, Identification] = {}
     failed: dict[str, str] = {}
     for at, (law, model) in enumerate(zip(laws, models, strict=True)):

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
+from microslip._core.checks import Floats
 from microslip._core.parameters import Parameter
 
 RIG = "rig_stiffness"
@@ -95,3 +98,12 @@ def coordinate_of(
         scale=1.0,
         shape=parameter.low < 0.0,
     )
+
+
+class Datum(NamedTuple):
+    """A measured value of something that follows from the coordinates."""
+
+    value: float
+    error: float
+    function: Callable[[Floats], tuple[float, Floats]]
+    """Value and derivatives by the fitted coordinates, at those of a fit."""

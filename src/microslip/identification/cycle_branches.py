@@ -52,7 +52,7 @@ def cycle_of(folded: Folded) -> Cycle:
     tree = Memory().tree(x)
     count = folded.phase.size
     return Cycle(
-        tree.half,
+        np.maximum(tree.half - folded.play, 0.0) if folded.play else tree.half,
         tree.sign,
         tree.parent,
         x,

@@ -13,6 +13,7 @@ from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering, significant
 from microslip.errors import Argument, InputError
+from microslip.identification.displacement_series import QUIET, series_of
 from microslip.identification.drift import Drift, drift_of
 from microslip.identification.mean_cycle import MeanCycle, Turns, all_turns, pieces, places_of
 from microslip.identification.outliers import jumps, mean_load, spared
@@ -27,14 +28,10 @@ from microslip.tribometer.spikes import Spike, spikes_of, without
 
 FEWEST_CYCLES = 3
 MOST_BINS = 512
-MOST_HARMONICS = 120
 GROWN = 0.02
 """Growth of the force over the cycles of a record from which on a mean over them is of no state."""
 OPEN = 0.25
 """Gap between the ends of a cycle, of the range of force, from which on it is not settled."""
-_FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
-_ROUNDS, _LARGE = 100, 0.3
-_QUIET = 1e-9  # of the amplitude: below it noise is rounding
 _ALIKE = 0.003
 """Relative change of force and energy over the cycles that are folded, if any are as settled,"""
 _JUDGED, _LIKELY = 8, 2.0
@@ -97,6 +94,10 @@ class Folded(Locked):
     """Why nothing can be identified from the record; empty where it can."""
     freedom: float = math.inf
     """Degrees of freedom from which the noise of the force is known."""
+    play: float = 0.0
+    """Half the play [m] between joint and transducer, of which the joint sees nothing,"""
+    play_error: float = 0.0
+    """and its standard error [m]."""
 
     def basis(self, phase: Floats, order: int = 0) -> Floats:
         """Mean, cosines and sines at phases [rad], or a derivative of them by the phase."""
@@ -241,7 +242,7 @@ def _fold(
         *_drifting("displacement", "m", moved, gone, x),
     )
     x -= moved.slope * gone
-    harmonics, coefficients, covariance, noise_x = _series(
+    harmonics, coefficients, covariance, noise_x = series_of(
         np.mod(phase, 2.0 * math.pi), x, places.number
     )
     del x
@@ -286,7 +287,7 @@ def _fold(
         harmonics=lock(harmonics),
         coefficients=lock(coefficients),
         covariance=lock(covariance + np.outer(saw, saw)),
-        force_noise=max(noise_f, _QUIET * 0.5 * float(np.ptp(level.mean))),
+        force_noise=max(noise_f, QUIET * 0.5 * float(np.ptp(level.mean))),
         displacement_noise=noise_x,
         normal_load=load.mean,
         frequency=rate if timed else None,
@@ -429,70 +430,3 @@ def _span(force: Floats) -> float:
             Argument("force"), f" must vary, got {low:g} N nearly throughout: a dead sensor"
         )
     return float(high - low)
-
-
-def _series(
-    phase: Floats, x: Floats, places: int
-) -> tuple[NDArray[np.int64], Floats, Floats, float]:
-    """Fourier series of the displacement: harmonics, coefficients, covariance, noise [m]."""
-    size = _FINE
-    column = np.empty(phase.size, dtype=np.int64)
-    for piece in pieces(phase.size):
-        bins = (phase[piece] * (size / (2.0 * math.pi)) + 1e-9).astype(np.int64)
-        column[piece] = np.minimum(bins, size - 1)
-    weight = np.bincount(column, minlength=size).astype(float)
-    full = weight > 0.0
-    weight = weight[full]
-    place = np.bincount(column, phase, minlength=size)[full] / weight
-    mean = np.bincount(column, x, minlength=size)[full] / weight
-    most = int(min(MOST_HARMONICS, max(1, math.floor(0.4 * places))))
-    all_of = np.arange(1, most + 1)
-    angle = np.outer(place, all_of)
-    design = np.hstack((np.ones((place.size, 1)), np.cos(angle), np.sin(angle)))
-    floor = _QUIET * 0.5 * float(np.ptp(mean))
-    price = 2.0 * math.log(x.size) + 2.0 * math.log(most)
-    chosen = np.array([1])
-    for _ in range(_ROUNDS):
-        columns = np.concatenate(([0], np.column_stack((chosen, most + chosen)).ravel()))
-        part = design[:, columns]
-        normal = part.T @ (weight[:, None] * part)
-        coefficients = np.linalg.solve(normal, part.T @ (weight * mean))
-        residual = _rest(phase, x, column, full, place, part @ coefficients, coefficients, chosen)
-        # What is left at each harmonic; they are nearly orthogonal over whole cycles.
-        left = design.T @ np.bincount(column, residual, minlength=size)[full] * (2.0 / x.size)
-        power = 0.5 * x.size * (left[1 : most + 1] ** 2 + left[most + 1 :] ** 2)
-        others = np.ones(most, dtype=bool)
-        others[chosen - 1] = False
-        freedom = max(x.size - 2 * most - 1, 1)
-        white = max(float(residual @ residual) - float(power[others].sum()), 0.0) / freedom
-        noise = max(math.sqrt(white), floor)
-        # Two degrees of freedom each; one pays if it takes off more than BIC's price of two.
-        # The largest first: what is left of them leaks into others where phases are not even.
-        least = max(price * noise**2, _LARGE * float(power[others].max(initial=0.0)))
-        new = all_of[others & (power > least)]
-        if new.size == 0:
-            break
-        chosen = np.sort(np.concatenate((chosen, new)))
-    return chosen, coefficients, noise**2 * np.linalg.inv(normal), noise
-
-
-def _rest(
-    phase: Floats,
-    x: Floats,
-    column: NDArray[np.int64],
-    full: NDArray[np.bool_],
-    place: Floats,
-    fitted: Floats,
-    coefficients: Floats,
-    chosen: NDArray[np.int64],
-) -> Floats:
-    """Each sample less the series, taken along its tangent from the middle of the bin."""
-    angle = np.outer(place, chosen)
-    slopes = chosen * (-np.sin(angle) * coefficients[1::2] + np.cos(angle) * coefficients[2::2])
-    value, slope, middle = np.zeros((3, full.size))
-    value[full], slope[full], middle[full] = fitted, slopes.sum(axis=1), place
-    rest = x.copy()
-    for piece in pieces(x.size):
-        of = column[piece]
-        rest[piece] -= value[of] + slope[of] * (phase[piece] - middle[of])
-    return rest

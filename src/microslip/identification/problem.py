@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from microslip import kernels
 from microslip._core.checks import Floats
-from microslip.identification.coordinates import RIG, Coordinate
+from microslip.identification.coordinates import RIG, Coordinate, Datum
 from microslip.identification.cycle_branches import cycle_of, later, turned
 from microslip.identification.folding import Folded
 from microslip.identification.models.base import BackboneModel, CycleModel, Model
@@ -33,15 +33,6 @@ class Group(NamedTuple):
     """Coordinates of the law's parameters."""
     rig: int | None
     load: float | None
-
-
-class Datum(NamedTuple):
-    """A measured value of something that follows from the coordinates."""
-
-    value: float
-    error: float
-    function: Callable[[Floats], tuple[float, Floats]]
-    """Value and derivatives by the fitted coordinates, at those of a fit."""
 
 
 class Problem:
@@ -72,9 +63,8 @@ class Problem:
         self.free_delay = free_delay
         self.lags = [0.0] * len(folded) if lags is None else list(lags)
         self.effects = effects
-        """Names of forces beside the law, whose sizes are free in each record;"""
         self.beside = beside
-        """their courses in the records (bins, effects)."""
+        """Courses of forces beside the law, their sizes free in each record (bins, effects)."""
         self.summits = summits
         """Number of summits, whose heights are random; None for a continuum."""
         self.shared: Metric | None = None
@@ -117,10 +107,10 @@ class Problem:
                 places = slice(last.places.start, places.stop)
             self.groups.append(Group(places, columns[i], rigs[i], loads[i]))
         self.guess = [np.zeros(0) for _ in self.groups]
-        self._answers: list[tuple[tuple[float, ...], Answer] | None] = [None] * len(self.groups)
+        self._answers: list[tuple[tuple[float, ...], Answer] | None] = []
+        self.forget_answers()
         self.metrics: list[Metric] = []
         self.forget()
-        self._last: tuple[bytes, Floats, Floats] | None = None
 
     # -- the model ------------------------------------------------------------------------------
 
@@ -139,6 +129,11 @@ class Problem:
         """Physical values of the law's parameters for a record, by their names."""
         outer = self.physical(q)
         return {n: outer[j] for n, j in zip(self.model.names, self.columns[record], strict=True)}
+
+    def forget_answers(self) -> None:
+        """Have every group answer anew, as its displacement has changed."""
+        self._answers = [None] * len(self.groups)
+        self._last: tuple[bytes, Floats, Floats] | None = None
 
     def respond(self, q: Floats) -> tuple[Floats, Floats, Floats]:
         """Force, tangent stiffness and derivatives by the free coordinates at all places."""
@@ -293,6 +288,7 @@ class Problem:
         flat = [self._flat(at) for at in range(len(self.bins))]
         self.metrics = [metric_of(column, np.zeros((column.shape[0], 0))) for column in flat]
         self.nuisance_effects: list[Floats] = []
+        self._lost: list[Floats | None] = []
         self.shared = None
         self._last = None
 
@@ -305,6 +301,12 @@ class Problem:
         """
         _, stiffness, _ = self.respond(q)
         self.nuisance_effects = []
+        self._lost = [
+            self._rise(at, q, stiffness, -self.cycles[at].sign[None])
+            if self.folded[i].play_error
+            else None
+            for at, i in enumerate(self.order)
+        ]
         uncertain = [self.has_load_error(i) for i in self.order]
         by = self._by_load(q) if any(uncertain) else np.zeros(0)
         for at, span in enumerate(self.bins):
@@ -352,6 +354,9 @@ class Problem:
         rows = [root.T @ effects[:size]]
         if folded.drifted.size:
             rows.append(folded.drifted[None])
+        lost = self._lost[at] if self._lost else None
+        if lost is not None:
+            rows.append(lost * folded.play_error)
         if loads and effects.shape[0] > size:
             assert folded.normal_load is not None
             rows.append(effects[size:] * (folded.load_error / folded.normal_load))

@@ -362,11 +362,14 @@ def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Float
         influence = metric.apply(np.ascontiguousarray(by[span].T))
         scores = part @ influence.T @ inverse
         number = part.shape[0]
+        share = np.sum((inverse @ influence) ** 2, axis=1)
+        expected += share
+        if number < 2:  # one that was averaged has no cycles to scatter
+            measured += share
+            continue
         measured += np.sum(scores**2, axis=0) * number / (number - 1)
         away = (folded.force - folded.force.mean()) * problem.weight[span]
         grown += (0.5 * folded.growth * (inverse @ (influence @ away))) ** 2
-        share = np.sum((inverse @ influence) ** 2, axis=1)
-        expected += share
         square += share**2 / (number - 1)
     ratio = np.divide(measured, expected, out=np.ones(q.size), where=expected > 0.0)
     # Records that count little bring little: degrees of freedom after Satterthwaite.

@@ -12,11 +12,19 @@ import numpy as np
 from microslip._core.checks import Floats, number, positive, show
 from microslip._core.wording import did_you_mean
 from microslip.errors import UNSAID, Argument, InputError
-from microslip.identification.coordinates import APART, AREA, DENSITY, RADIUS, RIG, Coordinate
+from microslip.identification.coordinates import (
+    APART,
+    AREA,
+    DENSITY,
+    RADIUS,
+    RIG,
+    Coordinate,
+    Datum,
+)
 from microslip.identification.load_labels import labels_of
 from microslip.identification.models.base import Derived, Model
 from microslip.identification.parameter_choice import SAME_LOAD, levels_of
-from microslip.identification.problem import Datum, Problem
+from microslip.identification.problem import Problem
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 

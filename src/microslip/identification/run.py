@@ -13,6 +13,7 @@ from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
 from microslip.errors import UNSAID, Argument, InputError, Phrase
 from microslip.identification import fit_quality, parameter_choice, side_effects
+from microslip.identification.averaged_loop import averaged, noise_of
 from microslip.identification.conclusions import result_of
 from microslip.identification.delays import late_note
 from microslip.identification.extrapolation import spread_over_laws
@@ -33,7 +34,7 @@ from microslip.identification.quantities import (
 from microslip.identification.result import Identification
 from microslip.identification.rig_stiffness import is_rigid
 from microslip.identification.rules import MUCH
-from microslip.identification.side_effects import checked, columns_of
+from microslip.identification.side_effects import PLAY, checked, columns_of, play_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.threads import single_threaded
@@ -70,6 +71,7 @@ def identify(
     summits: float | None = None,
     nuisances: Sequence[str] | None = None,
     cycles: slice | None = None,
+    noise: tuple[float, float] | None = None,
     held_back: float = 0.25,
     confidence: float = 0.95,
     intervals: str = "profile",
@@ -122,10 +124,14 @@ def identify(
     nuisances : sequence of str, optional
         Forces beside the law whose sizes are free in each record: "parallel" (a spring beside the
         joint), "viscous", "inertia" (a mass behind the force sensor; of a sine it is the same as
-        "parallel"), "tilt" (friction changes along the way; to first order). A note says where one
-        that was not asked for would explain most of what the law leaves.
+        "parallel"), "tilt" (friction changes along the way; to first order); or "play" between
+        joint and transducer, one for all records. A note says where one that was not asked for
+        would explain most of what the law leaves.
     cycles : slice, optional
         Cycles to take of each record, the first being 0; without it all settled ones but the first.
+    noise : (float, float), optional
+        Standard deviations of each force [N] and each displacement [m]: then every record is one
+        cycle that was averaged already, of which no scatter tells the noise; none is held back.
     held_back : float, optional
         Share of the cycles [-] that a second fit does not see and predicts; 0 for none. At least
         one cycle of each record is held back, and two are not.
@@ -174,7 +180,8 @@ def identify(
         raise InputError(Argument("intervals"), f" must be one of {wanted}, got {show(intervals)}")
     held = number("held_back", held_back, "", 0.25)
     held = 0.0 if held == 0.0 else _share("held_back", held)
-    folded = folded_once(records, cycles, lambda share: report(0.3 * share))
+    folded = folded_once(records, cycles, lambda share: report(0.3 * share), noise)
+    held = held if all(record.cycles > 1 for record in folded) else 0.0
     options = {"heights": heights, "surface": surface}
     model = model_of(law, **{key: value for key, value in options.items() if value is not None})
     parameter_choice.checked_loads(model, folded)
@@ -209,7 +216,8 @@ def identify(
         coordinates.append(apart)
     free_delay, lags = _delay(delay, folded)
 
-    effects = checked(nuisances)
+    asked = checked(nuisances)
+    effects = tuple(name for name in asked if name != PLAY)
     count_of_summits = _summits(summits, model, notes)
     problem = Problem(
         folded,
@@ -249,6 +257,9 @@ def identify(
         )
     if free_delay:
         problem, best = _in_time(problem, best, loss, freedom)
+    if PLAY in asked:
+        problem, best, of_play = _without_play(problem, best, loss, freedom)
+        notes.append(of_play)
     report(0.5)
     answer = profiled(problem, best, level, freedom, lambda s: report(0.5 + 0.4 * s), intervals)
     notes += notes_of(problem, answer.best, freedom, loss)
@@ -315,15 +326,25 @@ def _share(name: str, given: Any) -> float:
     return value
 
 
-def folded_once(records: Any, cycles: slice | None, report: Progress) -> list[Folded]:
+def folded_once(
+    records: Any,
+    cycles: slice | None,
+    report: Progress,
+    noise: tuple[float, float] | None = None,
+) -> list[Folded]:
     """The records, each on one cycle; those that are there already, as they are."""
     if isinstance(records, list) and records and isinstance(records[0], Folded):
         return records
     records = parameter_choice.listed(records)
     bins = max(64, min(MOST_BINS, _MOST_FORCES // len(records)))
+    stated = None if noise is None else noise_of(noise)
+    if stated is not None and cycles is not None:
+        both = (Argument("cycles"), " and ", Argument("noise"))
+        raise InputError(*both, " contradict each other: an averaged loop is one cycle")
     folded = []
     for at, record in enumerate(records):
-        folded.append(_right_way(fold(record, cycles, bins)))
+        one_cycle = fold(record, cycles, bins) if stated is None else averaged(record, stated, bins)
+        folded.append(_right_way(one_cycle))
         report((at + 1) / len(records))
     names = [record.name for record in folded]
     if len(set(names)) < len(names):
@@ -408,6 +429,38 @@ def _delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:
                 f"{folded_record.frequency:.4g} Hz, got {lag:g} s",
             )
     return free, [2.0 * math.pi * (record.frequency or 0.0) * lag for record in folded]
+
+
+def _without_play(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple[Problem, Fit, str]:
+    """The fit with the play of the rig taken off, and what to say of it."""
+    error = 0.0
+    for _ in range(2):  # by the weights of the fit without play, then by its own
+        play = play_of(problem, best)
+        if play.explained <= 0.0:
+            break
+        error = play.error
+        again = Problem(
+            [replace(f, play=play.value, play_error=error) for f in problem.folded],
+            problem.model,
+            problem.coordinates,
+            problem.columns,
+            problem.rigs,
+            free_delay=problem.free_delay,
+            lags=problem.lags,
+            summits=problem.summits,
+            effects=problem.effects,
+            beside=problem.beside,
+        )
+        again.data, again.evaluations = problem.data, problem.evaluations
+        solution = solve(again, [best.q], freedom=freedom, loss=loss)
+        if solution is None or not solution.finite:
+            break
+        problem, best = again, solution
+    value = problem.folded[0].play
+    if value <= 2.0 * error or value == 0.0:
+        return problem, best, "no play between joint and transducer shows in the loops"
+    sizes = (engineering(2.0 * size, "m") for size in (value, error))
+    return problem, best, f"play of {' ± '.join(sizes)} between joint and transducer is taken off"
 
 
 def _in_time(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple[Problem, Fit]:

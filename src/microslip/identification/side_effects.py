@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import copy
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from microslip._core.checks import Floats, show
-from microslip._core.units import significant
+from microslip._core.units import engineering, significant
 from microslip.errors import Argument, InputError, Phrase
-from microslip.identification.fit import Fit
+from microslip.identification.fit import Fit, settle
 from microslip.identification.folding import Folded
+from microslip.identification.models.base import BackboneModel
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of
 from microslip.identification.rules import LEFT
 
 _MUCH, _SIGNIFICANT = 0.5, 1e-3
+PLAY = "play"
+_WIDEST, _SECTIONS, _GOLDEN, _BESIDE = 0.5, 12, 0.618, 0.005
+"""Half the play is looked for up to so much of the smallest amplitude; steps, their ratio, and how
+far beside it, of that range, the sum of squares tells its error."""
 
 
 class Effect(NamedTuple):
@@ -40,7 +47,9 @@ EFFECTS: Mapping[str, Effect] = {
         lambda f: np.asarray(_middle(f.force) * _middle(f.displacement(f.phase))),
     ),
 }
-"""What may be asked for, by name."""
+"""Forces that may be asked for, by name."""
+NAMES = (*EFFECTS, PLAY)
+"""All that may be asked for."""
 
 
 def checked(given: Sequence[str] | None) -> tuple[str, ...]:
@@ -49,12 +58,12 @@ def checked(given: Sequence[str] | None) -> tuple[str, ...]:
         return ()
     if isinstance(given, str) or not isinstance(given, Sequence):
         raise InputError(
-            Argument("nuisances"), f" must be a list of {', '.join(EFFECTS)}, got {show(given)}"
+            Argument("nuisances"), f" must be a list of {', '.join(NAMES)}, got {show(given)}"
         )
     for name in given:
-        if name not in EFFECTS:
+        if name not in NAMES:
             raise InputError(
-                Argument("nuisances"), f" must be of {', '.join(EFFECTS)}, got {show(name)}"
+                Argument("nuisances"), f" must be of {', '.join(NAMES)}, got {show(name)}"
             )
     return tuple(dict.fromkeys(given))
 
@@ -98,12 +107,84 @@ def needed(problem: Problem, best: Fit) -> dict[str, tuple[float, float]]:
     return shares
 
 
+def after_play(problem: Problem, play: float) -> Problem:
+    """The same records, half the play between joint and transducer being so much [m].
+
+    After each reversal the joint stands still till the play is gone, so half distances are shorter
+    by half of it.
+    """
+    moved = copy.copy(problem)
+    been = np.repeat([problem.folded[i].play for i in problem.order], np.diff(problem.starts))
+    moved.half = np.maximum(problem.half + been - play, 0.0)
+    moved.guess = [np.zeros(0) for _ in problem.groups]
+    moved.forget_answers()
+    moved.metrics = list(problem.metrics)
+    return moved
+
+
+class Play(NamedTuple):
+    """Half the play [m] with which the law leaves least."""
+
+    value: float
+    error: float
+    """Standard error [m], by how fast the sum of squares rises beside it."""
+    explained: float
+    """Share of what the law leaves without play that it explains."""
+
+
+def play_of(problem: Problem, best: Fit) -> Play:
+    """The play of the records, the same in all of them.
+
+    Play is no small effect, so all is fitted again at each; a golden section finds the least.
+    """
+    if not isinstance(problem.model, BackboneModel):
+        return Play(0.0, 0.0, 0.0)
+
+    def left(play: float) -> float:
+        with np.errstate(all="ignore"):
+            try:
+                trial = after_play(problem, play)
+                return settle(trial, best.q, np.arange(best.q.size)).cost
+            except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+                return math.inf
+
+    low, high = 0.0, _WIDEST * min(folded.amplitude for folded in problem.folded)
+    step = _BESIDE * high
+    for _ in range(_SECTIONS):
+        near, far = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        if left(near) < left(far):
+            high = far
+        else:
+            low = near
+    # The sum of squares is a parabola there.
+    play = max(0.5 * (low + high), step)
+    costs = [left(play + way * step) for way in (-1.0, 0.0, 1.0)]
+    bend = costs[0] - 2.0 * costs[1] + costs[2]
+    if not (math.isfinite(bend) and bend > 0.0 and costs[1] < best.cost):
+        return Play(0.0, 0.0, 0.0)
+    play += min(max(0.5 * step * (costs[0] - costs[2]) / bend, -step), step)
+    cost = left(play)
+    error = step * math.sqrt(2.0 / bend) * max(math.sqrt(cost / max(problem.weight.size, 1)), 1.0)
+    return Play(play, error, 1.0 - cost / best.cost)
+
+
 def notes_of(problem: Problem, best: Fit, freedom: int) -> list[str]:
     """What is to be said of effects that would explain most of what the law leaves."""
     if not best.finite or best.cost < LEFT * freedom:
         return []
     found = needed(problem, best)
     most = max((share for share, _ in found.values()), default=0.0)
+    if not any(folded.play for folded in problem.folded):
+        play = play_of(problem, best)
+        if play.explained > max(most, _MUCH):
+            share = significant(100.0 * play.explained, 2)
+            return [
+                Phrase(
+                    f"play of {engineering(2.0 * play.value, 'm')} between joint and transducer "
+                    f"would explain {share} % of what the law leaves; ",
+                    *("write ", Argument("nuisances", [PLAY])),
+                )
+            ]
     # Of a sine displacement and acceleration are one: the first of what is as good.
     name = next((key for key, (share, _) in found.items() if share >= 0.97 * most), "")
     if not name or found[name][0] < _MUCH or found[name][1] > _SIGNIFICANT:

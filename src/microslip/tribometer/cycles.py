@@ -107,6 +107,11 @@ def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> 
     return Motion(middle, amplitude, noise, window, period, number)
 
 
+def crossings_of(x: Floats, band: float) -> int:
+    """How often the middle is crossed for good, a band around it left out."""
+    return int(_crossings(x, band)[0].size)
+
+
 def candidates(displacement: Floats, motion: Motion) -> tuple[Cycles | None, ...]:
     """Cycles from peak to peak, trough to trough, up to up and down to down; None without any.
 

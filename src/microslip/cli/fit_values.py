@@ -1,0 +1,176 @@
+"""What ``identify`` is given on the command line as values with their units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import click
+
+from microslip.cli.records import pairs, stiffness
+
+_FOLLOWING = {
+    "std": "m",
+    "radius": "m",
+    "density": "1/m^2",
+    "summit_count": "",
+    "contact_area": "m^2",
+    "force_limit": "N",
+    "tangential_stiffness": "N/m",
+    "load_scale": "N",
+}
+"""Units of what follows from the parameters, as far as it may be known from elsewhere."""
+
+
+def values_of(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, float]:
+    """What --fix says, NAME=VALUE each."""
+    units = _units_of(laws)
+    return {
+        name: _quantity("--fix", name, text, units) for name, text in pairs("fix", given).items()
+    }
+
+
+def bounds_of(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """What --bound says, NAME=LOW..HIGH each."""
+    units = _units_of(laws)
+    found = {}
+    for name, text in pairs("bound", given).items():
+        low, dots, high = (part.strip() for part in text.partition(".."))
+        if not dots or not low or not high:
+            raise click.UsageError(f'--bound wants {name}=LOW..HIGH, got "{text}"')
+        if _is_number(low) and not _is_number(high):  # the unit is written once
+            low = f"{low} {_unit(high)}"
+        ends = tuple(_quantity("--bound", name, end, units) for end in (low, high))
+        if not ends[0] < ends[1]:
+            raise click.UsageError(
+                f'--bound wants {name}=LOW..HIGH with LOW below HIGH, got "{text}"'
+            )
+        found[name] = (ends[0], ends[1])
+    return found
+
+
+def known_of(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """What --known says, NAME=VALUE±DEVIATION each."""
+    units = {**_units_of(laws), **_FOLLOWING}
+    found = {}
+    for name, text in pairs("known", given).items():
+        value, sign, deviation = (
+            part.strip() for part in text.replace("+/-", "±").replace("+-", "±").partition("±")
+        )
+        if not sign or not value or not deviation:
+            raise click.UsageError(f'--known wants {name}=VALUE±DEVIATION, got "{text}"')
+        if _is_number(value) and not _is_number(deviation):  # the unit is written once
+            value = f"{value} {_unit(deviation)}"
+        elif _is_number(deviation) and not _is_number(value):
+            deviation = f"{deviation} {_unit(value)}"
+        found[name] = (
+            _quantity("--known", name, value, units),
+            _quantity("--known", name, deviation, units),
+        )
+    return found
+
+
+def _units_of(laws: Sequence[str]) -> dict[str, str]:
+    """Units of the parameters of some laws."""
+    from microslip.results.identified.document import units_of
+
+    return units_of(laws)
+
+
+def _quantity(option: str, name: str, text: str, units: dict[str, str]) -> float:
+    """A value of a parameter [SI unit]."""
+    from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, STIFFNESS, QuantityError, to_si
+    from microslip._core.wording import did_you_mean
+
+    base = name.partition(" at ")[0]
+    if base not in units:
+        near = did_you_mean(name, units)
+        raise click.UsageError(
+            f'{option}: no parameter "{name}"{near} (parameters: {", ".join(units)})'
+        )
+    kinds = (AREA, DENSITY, FORCE, LENGTH, STIFFNESS)
+    kind = next((kind for kind in kinds if kind.unit == units[base]), None)
+    if kind is None:
+        if not _is_number(text):
+            raise click.UsageError(f'{option}: {name} is a plain number, got "{text}"')
+        return float(text)
+    examples = {"m": "0.3 um", "N": "1 kN", "N/m": "200 N/um"}
+    try:
+        return to_si(text, kind, examples.get(kind.unit, f"100 {kind.usual[0]}"))
+    except QuantityError as error:
+        raise click.UsageError(f"{option}: {name}: {error}") from None
+
+
+def noise_of(text: str | None) -> tuple[float, float] | None:
+    """Standard deviations of a force [N] and of a displacement [m]."""
+    from microslip._core.units import FORCE, LENGTH, QuantityError, to_si
+
+    if text is None:
+        return None
+    force, comma, length = text.partition(",")
+    if not comma:
+        raise click.UsageError(f'--noise wants FORCE,LENGTH, such as "2 N, 5 nm", got "{text}"')
+    try:
+        return to_si(force.strip(), FORCE, "2 N"), to_si(length.strip(), LENGTH, "5 nm")
+    except QuantityError as error:
+        raise click.UsageError(f"--noise: {error}") from None
+
+
+def delay_of(text: str | None) -> float | str:
+    """A delay [s] with its unit, or "free"."""
+    from microslip._core.units import TIME, QuantityError, to_si
+
+    if text is None or text.strip() == "free":
+        return 0.0 if text is None else "free"
+    try:
+        return to_si(text, TIME, "50 us", "any")
+    except QuantityError as error:
+        raise click.UsageError(f"--delay: {error}") from None
+
+
+def rig_stiffness_of(text: str) -> Any:
+    """What is known of the rig: "free", None for a rigid one, a value, or with its deviation."""
+    words = text.strip()
+    if words in ("free", "rigid"):
+        return "free" if words == "free" else None
+    value, sign, deviation = (
+        part.strip() for part in words.replace("+-", "±").replace("+/-", "±").partition("±")
+    )
+    if sign and _is_number(value) and not _is_number(deviation):  # the unit is written once
+        value = f"{value} {_unit(deviation)}"
+    elif sign and _is_number(deviation) and not _is_number(value):
+        deviation = f"{deviation} {_unit(value)}"
+    first = stiffness(value)
+    return (first, stiffness(deviation)) if sign else first
+
+
+def contact_area_of(text: str | None) -> tuple[float, float, float] | None:
+    """A contact area [m^2], its uncertainty [m^2] and load [N]."""
+    from microslip._core.units import AREA, FORCE, QuantityError, to_si
+
+    if text is None:
+        return None
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 3:
+        raise click.UsageError(
+            '--contact-area wants an area, its uncertainty and the load, such as "6 mm^2, 1 mm^2, '
+            f'2 kN", got "{text}"'
+        )
+    try:
+        area, deviation = (to_si(part, AREA, "6 mm^2") for part in parts[:2])
+        return area, deviation, to_si(parts[2], FORCE, "2 kN")
+    except QuantityError as error:
+        raise click.UsageError(f"--contact-area: {error}") from None
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _unit(text: str) -> str:
+    """What follows the number of a quantity."""
+    return text.lstrip("+-0123456789.eE ").strip()

@@ -174,6 +174,7 @@ def covered_and_widths(trials: range) -> tuple[dict[str, int], dict[str, list[fl
     return covered, widths
 
 
+@pytest.mark.slow
 def test_rich_design_in_short() -> None:
     """A few trials: at 95 % less than 4 of 6 would be a chance of one in 450."""
     covered, widths = covered_and_widths(range(6))

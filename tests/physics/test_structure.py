@@ -231,6 +231,7 @@ def test_a_forced_response_is_linear_where_joints_stick() -> None:
         assert np.allclose(x, exact, rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_a_forced_response_is_what_integration_settles_at() -> None:
     structure = ms.Structure(MASS, STIFFNESS, 2e-7 * STIFFNESS).attach(JOINT, directions=BETWEEN)
     force = np.array([0.0, 0.0, 120.0])

@@ -77,6 +77,7 @@ def test_a_population_of_the_summits_themselves(home: Path) -> None:
     assert surface.summit_count == pytest.approx(found.density * found.scan.area, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_elliptic_summits_and_a_spectrum_are_those_of_the_library(home: Path) -> None:
     """In the direction of motion; the spectrum also as the file that the command writes."""
     wanted, area = summits(home), 'area = "1 mm^2"\n'

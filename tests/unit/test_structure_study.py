@@ -369,6 +369,7 @@ def with_mesh(folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_mesh_of_ones_own_is_predicted_as_its_drawing_is(
     with_mesh: Path, tmp_path: Path, drawn: ms.ReducedJoint
 ) -> None:

@@ -64,6 +64,7 @@ def plain(text: str) -> str:
     return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text)
 
 
+@pytest.mark.slow
 def test_a_terminal_gets_colours_unless_it_wants_none() -> None:
     assert "\x1b[36m" in on_a_terminal("check", "joint.toml")[0]
     for wish in ({"NO_COLOR": "1"}, {"TERM": "dumb"}):

@@ -41,3 +41,42 @@ class Plottable:
         from microslip.report.axes import draw
 
         return draw(self._figure(), ax, color=color, label=label)
+
+
+class PlottableAtSensor:
+    """Gives ``plot`` to a motion of many degrees of freedom, drawn where a sensor is."""
+
+    def _figure(self, at: Any) -> Plot:
+        """The figure as data, of a sensor or of what moves most."""
+        raise NotImplementedError
+
+    def plot(
+        self, ax: Any = None, at: Any = None, *, color: str | None = None, label: str = ""
+    ) -> Any:
+        """Draw it: amplitude [m] over frequency [Hz], or motion [m] and lost energy [J] over time.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes or array of them, optional
+            Axes to draw on; without, a new figure.
+        at : int or array_like, optional
+            Of a motion the degree of freedom, of a forced response the direction of the sensor,
+            shape (n,); without, the degree of freedom that moves most.
+        color : str, optional
+            Of the line; by default the next of the house's colours.
+        label : str, optional
+            Name for ``ax.legend()``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes or ndarray of Axes
+            What was drawn on.
+
+        Raises
+        ------
+        InputError
+            Something else than axes; a sensor that is not there.
+        """
+        from microslip.report.axes import draw
+
+        return draw(self._figure(at), ax, color=color, label=label)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, floats
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
+from microslip.report.plot import Plot
+from microslip.report.plottable import PlottableAtSensor
 from microslip.structures.balance import Balance
 from microslip.structures.harmonic_basis import HarmonicBasis, harmonic_basis
 from microslip.structures.modal_model import ModalModel
@@ -25,7 +27,7 @@ _FINEST = 1e-6  # shortest arc step, beside the range of frequencies
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ForcedResponse(Locked):
+class ForcedResponse(Locked, PlottableAtSensor):
     """Periodic motions along a range of frequencies; made by ``structure.forced_response(...)``.
 
     By the balance of harmonics with arc length (Keller's continuation), as in Krack and Gross
@@ -82,46 +84,10 @@ class ForcedResponse(Locked):
         first = self.harmonics.index(1)
         return np.asarray(np.abs(self.displacement[:, :, first] @ sensor))
 
-    def plot(
-        self,
-        ax: Any = None,
-        at: ArrayLike | None = None,
-        *,
-        color: str | None = None,
-        label: str = "",
-    ) -> Any:
-        """Draw the amplitude of the fundamental [m] against the frequency [Hz].
-
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes or array of them, optional
-            Axes to draw on; without, a new figure.
-        at : array_like, optional
-            Direction of the sensor, shape (n,); without, the degree of freedom that moves most.
-        color : str, optional
-            Of the line; by default the next of the house's colours.
-        label : str, optional
-            Name for ``ax.legend()``.
-
-        Returns
-        -------
-        matplotlib.axes.Axes or ndarray of Axes
-            What was drawn on.
-
-        Raises
-        ------
-        InputError
-            Something else than axes; a sensor that is not there.
-        """
-        from microslip.report.axes import draw
+    def _figure(self, at: ArrayLike | None) -> Plot:
         from microslip.structures.figures import response_figure
 
-        return draw(
-            response_figure(self, None if at is None else floats("at", at)),
-            ax,
-            color=color,
-            label=label,
-        )
+        return response_figure(self, None if at is None else floats("at", at))
 
     def __repr__(self) -> str:
         return f"ForcedResponse({self.frequency.size} points, {self.message})"

@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, exact, floats, number, record, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
+from microslip.report.plot import Plot
+from microslip.report.plottable import PlottableAtSensor
 from microslip.structures.modal_model import ModalModel
 from microslip.structures.time_steps import TimeSteps
 
@@ -19,7 +21,7 @@ Force = Callable[[float], ArrayLike]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion(Locked):
+class Motion(Locked, PlottableAtSensor):
     """A motion in time; made by ``structure.integrate(...)``. Displacements count from rest.
 
     By the generalised-alpha method (Chung and Hulbert 1993, DOI 10.1115/1.2900803).
@@ -80,41 +82,10 @@ class Motion(Locked):
         """``solved``, or ``stopped`` before the last time."""
         return "solved" if self.message.startswith("solved") else "stopped"
 
-    def plot(
-        self,
-        ax: Any = None,
-        at: int | None = None,
-        *,
-        color: str | None = None,
-        label: str = "",
-    ) -> Any:
-        """Draw a displacement [m] and the energy lost [J] against the time [s].
-
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes or array of them, optional
-            Axes to draw on; without, a new figure.
-        at : int, optional
-            Which degree of freedom; without, the one that moves most.
-        color : str, optional
-            Of the line; by default the next of the house's colours.
-        label : str, optional
-            Name for ``ax.legend()``.
-
-        Returns
-        -------
-        matplotlib.axes.Axes or ndarray of Axes
-            What was drawn on.
-
-        Raises
-        ------
-        InputError
-            Something else than axes; a sensor that is not there.
-        """
-        from microslip.report.axes import draw
+    def _figure(self, at: int | None) -> Plot:
         from microslip.structures.figures import motion_figure
 
-        return draw(motion_figure(self, at), ax, color=color, label=label)
+        return motion_figure(self, at)
 
     def __repr__(self) -> str:
         return f"Motion({self.time.size} times to {self.time[-1]:g} s, {self.message})"

@@ -97,6 +97,8 @@ class Run:
         text = template("greenwood-williamson", f"{self.kind}.toml")
         for key, line in re.findall(r"(?m)^# ((?:heights|radius|density|area) = )(.*)$", counted):
             text = re.sub(rf"(?m)^{key}.*$", lambda _, new=key + line: new, text)  # type: ignore[misc]
+        # A scan tells nothing of loads that the joint has carried before.
+        text = re.sub(r"(?m)^tightening_load", "# tightening_load", text)
         return text if counted else None
 
     def told(self) -> dict[str, Any]:

@@ -231,7 +231,9 @@ def far_from(law: str) -> list[ms.Record]:
     ]
 
 
-@pytest.mark.parametrize("law", ["interface", "jenkins", "iwan", "bouc-wen"])
+@pytest.mark.parametrize(
+    "law", ["interface", "jenkins", "iwan", pytest.param("bouc-wen", marks=pytest.mark.slow)]
+)
 def test_the_sum_of_squares_is_that_of_its_own_weights(
     monkeypatch: pytest.MonkeyPatch, law: str
 ) -> None:

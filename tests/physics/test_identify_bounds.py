@@ -71,6 +71,7 @@ def test_no_number_that_leans_on_the_end_of_a_search_is_identified() -> None:
     assert rig.reason.endswith("lower")
 
 
+@pytest.mark.slow
 def test_what_is_identified_at_one_end_holds_at_another() -> None:
     """However far is searched, intervals of what is identified have something in common."""
     fits = [gaussian(end) for end in (6.0, 8.0, 16.0)]
@@ -207,6 +208,7 @@ def test_another_law_is_not_taken_for_a_delay() -> None:
     assert not any("delay" in text for text in found.notes)
 
 
+@pytest.mark.slow
 def test_intervals_of_a_delay_hold_it() -> None:
     """Of 80 delays 95 % should; less than 84 % would come of that once in ten thousand."""
     values, errors, held = [], [], 0

@@ -176,10 +176,10 @@ def covered_and_widths(trials: range) -> tuple[dict[str, int], dict[str, list[fl
 
 @pytest.mark.slow
 def test_rich_design_in_short() -> None:
-    """A few trials: at 95 % less than 4 of 6 would be a chance of one in 450."""
-    covered, widths = covered_and_widths(range(6))
+    """Two trials: at 95 % less than 1 of 2 would be a chance of one in 400."""
+    covered, widths = covered_and_widths(range(2))
     for name in NAMES:
-        assert covered[name] >= 4, name
+        assert covered[name] >= 1, name
         assert 0.7 < np.median(widths[name]) < 1.5, name
 
 

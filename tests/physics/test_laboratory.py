@@ -6,7 +6,10 @@ from functools import partial
 
 import pytest
 from laboratory.campaign import KINDS, Tally, coverage, wrong
+from laboratory.sets import SUMMITS, a_set
 from laboratory.wrong_physics import WRONG
+
+import microslip as ms
 
 SLOW = partial(pytest.param, marks=pytest.mark.slow)
 
@@ -30,6 +33,16 @@ def test_ordinary_records_in_short(kind: str) -> None:
     assert tally.sets == 3
     assert tally.identified.total() - tally.covered.total() <= 1, tally.missed
     assert (tally.identified.total() == 0) == (kind == "moving")
+
+
+@pytest.mark.slow
+def test_chance_at_other_separations_is_in_the_interval() -> None:
+    """Weights at the best values alone gave 88 to 101 nm; the heights are those of h = 1.5."""
+    found = a_set(1003, "summits")
+    fit = ms.identify(found.records, held_back=0.0, intervals="curvature", summits=SUMMITS)
+    scale = fit.parameters["slip_scale"]
+    assert scale.low < found.truth["slip_scale"] < scale.high
+    assert scale.low < 0.7 * found.truth["slip_scale"]
 
 
 @pytest.mark.slow

@@ -21,6 +21,8 @@ from microslip.identification.rules import LEFT
 
 _MUCH, _SIGNIFICANT = 0.5, 1e-3
 PLAY = "play"
+_NEARLY_ALL = 0.95
+"""Share that play has to explain: it is fitted, and a delay looks a little like it."""
 _WIDEST, _SECTIONS, _GOLDEN, _BESIDE = 0.5, 12, 0.618, 0.005
 """Half the play is looked for up to so much of the smallest amplitude; steps, their ratio, and how
 far beside it, of that range, the sum of squares tells its error."""
@@ -176,7 +178,7 @@ def notes_of(problem: Problem, best: Fit, freedom: int) -> list[str]:
     most = max((share for share, _ in found.values()), default=0.0)
     if not any(folded.play for folded in problem.folded):
         play = play_of(problem, best)
-        if play.explained > max(most, _MUCH):
+        if play.explained > max(most, _NEARLY_ALL):
             share = significant(100.0 * play.explained, 2)
             return [
                 Phrase(

@@ -217,6 +217,13 @@ def test_the_command_writes_what_python_writes(folder):
     assert told["files"] == ["a.tcl"]
 
 
+def test_the_command_says_that_it_holds_the_middle_of_what_is_uncertain(folder):
+    spread = 'joint.normal_load={ mean = "2 kN", cv = 0.1 }'
+    done = run("export", "table", "joint.toml", "-o", "unsure.csv", "--set", spread)
+    assert done.exit_code == 0, done.output
+    assert "not known exactly it holds the middle: joint.normal_load.\n" in done.output
+
+
 def test_the_command_takes_patches_from_a_table(folder):
     (folder / "patches.txt").write_text("# nodes, area, load\n1 2 5e-5 900\n3, 4, 1e-4, 300\n")
     outcome = run("export", "ansys", "joint.toml", "-o", "a.mac", "--nodes", "patches.txt")

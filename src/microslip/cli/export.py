@@ -72,8 +72,11 @@ def export(
     with stoppable(), progress("Exporting"):
         from microslip.export import write
         from microslip.results import Study
+        from microslip.study.uncertain import spreads_of
 
-        law, pairs = _law(Study.load(study, overrides), kind, nodes)
+        described = Study.load(study, overrides)
+        unsure = [key for key, _ in spreads_of(described)]
+        law, pairs = _law(described, kind, nodes)
         done = write(kind, law, file, nodes=pairs, overwrite=overwrite, **options)
     if as_json:
         from dataclasses import asdict
@@ -81,7 +84,7 @@ def export(
         echo_json(
             {
                 "kind": done.kind, "files": [str(path) for path in done.files],
-                "law": done.law, "run": done.run, **asdict(done.accuracy),
+                "law": done.law, "run": done.run, "middle_of": unsure, **asdict(done.accuracy),
             }
         )  # fmt: skip
         return
@@ -92,6 +95,8 @@ def export(
         f"{found.backbone_error:.2g} of the backbone and {found.energy_error:.2g} of the energy."
     )
     click.echo(f"This kind of file: {done.run}.")
+    if unsure:
+        click.echo(f"Of what is not known exactly it holds the middle: {', '.join(unsure)}.")
 
 
 def _law(study: Study, kind: str, nodes: str | None) -> tuple[Any, Any]:

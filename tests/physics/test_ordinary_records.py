@@ -276,3 +276,45 @@ def test_nothing_is_identified_from_friction_that_moves(growth: float) -> None:
         # The cycles that a user takes for settled may well be.
         ends = ms.identify(record, "jenkins", rig_stiffness="rigid", cycles=slice(190, 198))
         assert list(ends.parameters.values())[1].value == pytest.approx(limit[194], rel=0.01)
+
+
+# -- amplitudes that step --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", [(1.0, 0.5, 0.04), (0.04, 0.5, 1.0), (1.0, 0.04, 0.5)])
+def test_each_amplitude_is_measured_by_itself(order: tuple[float, ...]) -> None:
+    """Cycles far within the band that tells those of the largest amplitude count as well."""
+    cycles, samples = 25, 274
+    angle = 2.0 * np.pi * np.arange(cycles * samples) / samples
+    x = np.concatenate([share * AMPLITUDE * np.sin(angle) for share in order])
+    # The small cycles neither slip nor lose anything, up to a spring that damps.
+    force = friction(x, np.full(x.size, LIMIT)) + 0.02 * LIMIT * np.gradient(x) / (
+        AMPLITUDE * 2.0 * np.pi / samples
+    )
+    measured = ms.measure(noisy(np.arange(x.size) / RATE, x, force))
+    assert len(measured.levels) == 3
+    for share, level in zip(order, measured.levels, strict=True):
+        a = share * AMPLITUDE
+        viscous = 0.02 * LIMIT * np.pi * a * share
+        energy = 4.0 * LIMIT * max(a - LIMIT / STIFFNESS, 0.0) + viscous
+        assert level.is_settled
+        assert level.cycles.size >= cycles - 4
+        assert level.mean["amplitude"].value == pytest.approx(a, rel=0.02)
+        found = level.mean["dissipated_energy"]
+        assert abs(found.value - energy) < max(0.02 * energy, 4.0 * found.standard_error)
+    said = measured.summary()["levels"]
+    assert [level["settled"] for level in said] == [True] * 3
+
+
+def test_what_hums_while_the_rig_rests_is_no_cycle() -> None:
+    time, x, force = long_run(4.0)
+    rest = np.arange(4000) / RATE
+    hum = 0.01 * AMPLITUDE * np.sin(2.0 * np.pi * 50.0 * rest)
+    whole = noisy(
+        np.arange(rest.size + x.size) / RATE,
+        np.concatenate((hum, x)),
+        np.concatenate((0.0 * hum, force)),
+    )
+    alone = noisy(time, x, force)
+    assert abs(len(ms.measure(whole)) - len(ms.measure(alone))) <= 1
+    assert ms.measure(whole).levels == ()

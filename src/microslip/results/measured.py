@@ -145,6 +145,10 @@ def _answer(measurements: Sequence[Measurement]) -> str:
     energies = [measured.mean["dissipated_energy"] for measured in measurements]
     if len(measurements) == 1:
         measured, energy = measurements[0], energies[0]
+        if len(measured.levels) > 1:
+            return (
+                f"{len(measured)} cycles at {len(measured.levels)} amplitudes: {_ends(measured)}."
+            )
         cycles = f"{len(measured)} cycle{'s' * (len(measured) > 1)}"
         spread = ""
         if energy.number > 1:
@@ -159,6 +163,17 @@ def _answer(measurements: Sequence[Measurement]) -> str:
     values = [energy.value for energy in energies]
     ends = " to ".join(engineering(end, "J", 4) for end in (min(values), max(values)))
     return f"Mostly {' and '.join(regimes)}: a cycle dissipates {ends}."
+
+
+def _ends(measured: Measurement) -> str:
+    """What cycles dissipate at the least and the largest amplitude of a record with several."""
+    levels = sorted(measured.levels, key=lambda level: level.mean["amplitude"].value)
+    low, high = (
+        f"{engineering(level.mean['dissipated_energy'].value, 'J', 4)} at "
+        f"{engineering(level.mean['amplitude'].value, 'm')}"
+        for level in (levels[0], levels[-1])
+    )
+    return f"each dissipates {low}, to {high}"
 
 
 def _number(measurements: Sequence[Measurement]) -> Number:
@@ -187,7 +202,8 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
     counts = [f"{n} {name}" for name, n in summary["regimes"].items() if n]
     facts = [f"{', '.join(counts)} cycle{'s' * (len(measured) > 1)}"]
     likely = summary["probability"].get(measured.regime)
-    if likely is not None and likely < _SURE:
+    # Where the amplitude steps, the means are of other cycles than most.
+    if likely is not None and likely < _SURE and not measured.levels:
         facts.append(f"{measured.regime} with a probability of {100.0 * likely:.0f} %")
     if measured.frequency is not None:
         facts.append(f"frequency {engineering(measured.frequency, 'Hz', 4, trim=True)}")
@@ -205,6 +221,7 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
     blocks: tuple[Block, ...] = (
         Note(f"{shorten(measured.name, 200)}: {', '.join(facts)}."),
         _means(measured),
+        *((_levels(measured),) if measured.levels else ()),
         *((Note(_read(channels.texts)),) if channels.texts else ()),
         Items(tuple(say(note) for note in measured.notes if note not in channels.texts)),
     )
@@ -252,6 +269,30 @@ def _means(measured: Measurement) -> Table:
     )
     few = tuple(range(sum(name in measured.mean for name in _FIRST)))
     return Table("Means over the cycles", columns, tuple(rows), caption=caption, few=few)
+
+
+_OF_LEVELS = ("amplitude", "force_amplitude", "dissipated_energy", "loss_factor", "friction_peak")
+
+
+def _levels(measured: Measurement) -> Table:
+    """A row for each amplitude of a record whose amplitude steps."""
+    names = [name for name in _OF_LEVELS if name in measured.mean]
+    rows = [
+        (
+            f"{level.cycles[0] + 1} to {level.cycles[-1] + 1}",
+            *(_written(level.mean[name].value, name) for name in names),
+            _interval(*level.mean["dissipated_energy"][1:3], "dissipated_energy"),
+            "settled" if level.is_settled else "not settled",
+        )
+        for level in measured.levels
+    ]
+    columns = (
+        Column("cycles", "cycles"),
+        *(Column(name, LABELS[name]) for name in names),
+        Column("energy_interval", f"{100.0 * measured.confidence:g} % of the energy"),
+        Column("settled", ""),
+    )
+    return Table("Each amplitude by itself", columns, tuple(rows))
 
 
 def _drift(measured: Measurement, name: str) -> str:

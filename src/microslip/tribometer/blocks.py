@@ -14,13 +14,28 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
-from microslip.tribometer.cycles import Cycles, candidates, len_of, motion_of, no_cycle, split
+from microslip.errors import InputError
+from microslip.tribometer.cycles import (
+    BAND,
+    Cycles,
+    Motion,
+    candidates,
+    len_of,
+    motion_of,
+    no_cycle,
+)
 from microslip.tribometer.record import Record
 
 LONG = 10.0
 """Times as long as nine in ten steps of the time that a gap is, at least,"""
 OF_CYCLE = 0.05
 """and of a cycle: what is less does it no harm."""
+FEWEST = 5
+"""Cycles of a stretch of far smaller ones, at least."""
+_SAME_PERIOD = 0.1
+"""Share by which their period may differ: what hums while the rig rests is no motion."""
+_OVER_NOISE = 10.0
+"""Their amplitude over the noise, at least."""
 
 
 class Block(NamedTuple):
@@ -70,26 +85,72 @@ def gaps_of(record: Record) -> NDArray[np.intp]:
 
 
 def blocks_of(record: Record) -> Blocks:
-    """The cycles of a record, block by block."""
+    """The cycles of a record, block by block; stretches of far smaller cycles are blocks, too."""
     x, force = record.displacement, record.force
     gaps = gaps_of(record)
-    if gaps.size == 0:
-        return Blocks((Block(0, x.size, split(x, force)),), ())
     motion = motion_of(x, force, [int(gap) for gap in gaps])
     edges = [0, *(int(gap) + 1 for gap in gaps), x.size]
     pieces = list(pairwise(edges))
     found = [candidates(x[first:stop], motion) for first, stop in pieces]
     each = np.array([[len_of(cycles) for cycles in of_block] for of_block in found])
     kind = int(each.sum(axis=0).argmax())
-    blocks = tuple(
+    blocks = [
         Block(first, stop, cycles)
         for (first, stop), of_block in zip(pieces, found, strict=True)
         if (cycles := of_block[kind]) is not None
-    )
+    ]
     if not blocks:
         raise no_cycle(motion)
-    assert record.time is not None
-    return Blocks(blocks, (_told(record.time, gaps, len(pieces) - len(blocks)),))
+    notes: tuple[str, ...] = ()
+    if gaps.size:
+        assert record.time is not None
+        notes = (_told(record.time, gaps, len(pieces) - len(blocks)),)
+    small = [part for block in blocks for part in _with_smaller(x, force, block, motion, kind)]
+    return Blocks(tuple(small), notes)
+
+
+def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: int) -> list[Block]:
+    """A block, and what it has of cycles that stay within the band around its middle."""
+    way, band = x[block.samples], BAND * motion.amplitude
+    near = (way >= motion.middle - band) & (way <= motion.middle + band)
+    edges = np.flatnonzero(np.diff(near, prepend=False, append=False))
+    is_long = edges[1::2] - edges[::2] >= FEWEST * motion.period
+    smaller: list[Block] = []
+    cuts = block.cycles.cuts
+    apart = np.ones(cuts.size - 1, dtype=bool)
+    for begin, end in zip(edges[::2][is_long], edges[1::2][is_long], strict=True):
+        first, stop = block.first + int(begin), block.first + int(end)
+        try:
+            own = motion_of(x[first:stop], force[first:stop])
+        except InputError:  # it rests there
+            continue
+        alike = abs(own.period - motion.period) < _SAME_PERIOD * motion.period
+        if not alike or own.amplitude < _OVER_NOISE * own.noise:
+            continue
+        cycles = candidates(x[first:stop], own)[kind]
+        if cycles is not None and len_of(cycles) >= FEWEST:
+            smaller += _with_smaller(x, force, Block(first, stop, cycles), own, kind)
+            apart &= (cuts[1:] <= begin) | (cuts[:-1] >= end)
+    if not smaller:
+        return [block]
+    edges = np.flatnonzero(np.diff(apart, prepend=False, append=False))
+    larger = [_between(block, a, b) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return sorted(larger + smaller, key=lambda part: part.first)
+
+
+def _between(block: Block, begin: int, end: int) -> Block:
+    """The cycles of a block from one number to another."""
+    cycles = block.cycles
+    origin = cycles.cuts[begin]
+    return Block(
+        block.first + int(origin),
+        block.first + int(cycles.cuts[end]) + 1,
+        cycles._replace(
+            cuts=cycles.cuts[begin : end + 1] - origin,
+            peaks=cycles.peaks[begin:end] - origin,
+            troughs=cycles.troughs[begin:end] - origin,
+        ),
+    )
 
 
 def _told(time: Floats, gaps: NDArray[np.intp], empty: int) -> str:

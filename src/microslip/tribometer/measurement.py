@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,17 @@ from microslip.tribometer.settling import Settled, settled
 from microslip.tribometer.spikes import spikes_of, without
 
 _FOLDS = 64
+
+
+class AmplitudeLevel(NamedTuple):
+    """The cycles of a record at one of its amplitudes, and their means."""
+
+    cycles: NDArray[np.intp]
+    """Numbers of the cycles, the first of the record being 0."""
+    is_settled: bool
+    """Whether they are alike; else the intervals are their range."""
+    mean: Mapping[str, Estimate]
+    """Means of the columns with confidence intervals."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +85,8 @@ class Measurement(Plottable):
         How likely each regime is for the mean of the cycles, by the scatter of these [-].
     is_settled : bool
         Whether the cycles of the means are alike; else their intervals are the range of the cycles.
+    levels : tuple of AmplitudeLevel
+        Where the amplitude steps, the settled cycles at each amplitude and their means; else empty.
 
     Raises
     ------
@@ -106,6 +119,7 @@ class Measurement(Plottable):
         return measured_loops([self])
 
     probability: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    levels: tuple[AmplitudeLevel, ...] = ()
 
     def __len__(self) -> int:
         return len(self.regimes)
@@ -163,10 +177,16 @@ class Measurement(Plottable):
             "load_ripple": self.load_ripple,
             "rig_stiffness": self.rig_stiffness,
             "drift": {name: _plain(self.drift(name).value) for name in self.mean},
-            "mean": {
-                name: {"unit": UNITS[name], **{k: _plain(v) for k, v in mean._asdict().items()}}
-                for name, mean in self.mean.items()
-            },
+            "mean": _means_written(self.mean),
+            "levels": [
+                {
+                    "first_cycle": int(level.cycles[0]) + 1,
+                    "last_cycle": int(level.cycles[-1]) + 1,
+                    "settled": level.is_settled,
+                    "mean": _means_written(level.mean),
+                }
+                for level in self.levels
+            ],
             "notes": list(self.notes),
         }
 
@@ -302,20 +322,12 @@ def measure(
             )
         )
     largest = max(blocks.having_cycles, key=lambda block: block.whole)
-    with_mean = [name for name in columns if name != "start"]
     return Measurement(
         name=record.name,
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
         regimes=regimes,
         thresholds=limits,
-        mean=MappingProxyType(
-            {
-                name: (mean_of_inverses if name in STIFFNESSES else mean_of)(
-                    columns[name][closed], level, like.is_moving
-                )
-                for name in with_mean
-            }
-        ),
+        mean=_means(columns, closed, level, like.is_moving),
         probability=MappingProxyType(told.probability),
         confidence=level,
         frequency=_frequency(record, blocks),
@@ -325,7 +337,37 @@ def measure(
         loop=_mean_loop(x, force, columns, np.flatnonzero(closed)),
         notes=tuple(notes),
         is_settled=not like.is_moving,
+        levels=tuple(
+            AmplitudeLevel(
+                lock(found.chosen),
+                not found.is_moving,
+                _means(columns, found.chosen, level, found.is_moving),
+            )
+            for found in like.levels
+        ),
     )
+
+
+def _means(
+    columns: Mapping[str, Floats], chosen: NDArray[Any], level: float, is_moving: bool
+) -> Mapping[str, Estimate]:
+    """Means of the columns over some cycles."""
+    return MappingProxyType(
+        {
+            name: (mean_of_inverses if name in STIFFNESSES else mean_of)(
+                values[chosen], level, is_moving
+            )
+            for name, values in columns.items()
+            if name != "start"
+        }
+    )
+
+
+def _means_written(means: Mapping[str, Estimate]) -> dict[str, Any]:
+    return {
+        name: {"unit": UNITS[name], **{k: _plain(v) for k, v in mean._asdict().items()}}
+        for name, mean in means.items()
+    }
 
 
 def _among(cycles: slice, closed: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -36,6 +36,15 @@ _LOSS = 0.01
 _MOVING = ("force_amplitude", "dissipated_energy")
 
 
+class Level(NamedTuple):
+    """A stretch of cycles at one amplitude, where a record has several."""
+
+    chosen: NDArray[np.intp]
+    """Its cycles in which nothing moves; all of them where that is nowhere so."""
+    is_moving: bool
+    """Whether it is nowhere so."""
+
+
 class Settled(NamedTuple):
     """Cycles between which nothing moves."""
 
@@ -44,6 +53,8 @@ class Settled(NamedTuple):
     is_moving: bool
     """Whether no settled stretch was found: then the means are of all that count."""
     notes: tuple[str, ...]
+    levels: tuple[Level, ...] = ()
+    """Stretches of one amplitude, in their order; none where the amplitude is the same in all."""
 
 
 def settled(
@@ -59,16 +70,18 @@ def settled(
     amplitude = columns["amplitude"][places]
     runs = _runs(amplitude)
     notes: list[str] = []
+    levels: tuple[Level, ...] = ()
     if runs is not None:
         if not runs:
             return Settled(sound, True, (_moving(columns, places, ("amplitude",)),))
         first, stop = max(runs, key=lambda run: run[1] - run[0])
         notes.append(_stepped(columns, places, runs))
+        levels = tuple(_level(columns, places[begin:end], alike) for begin, end in runs)
         places = places[first:stop]
     late = _settled_end(columns, places, alike)
     if late is None:
         notes.append(_moving(columns, places, _MOVING))
-        return Settled(_only(places, sound.size), True, tuple(notes))
+        return Settled(_only(places, sound.size), True, tuple(notes), levels)
     if late > 0:
         notes.append(
             f"force or energy still moves at first: from {_span(columns, places, _MOVING)} over "
@@ -76,7 +89,13 @@ def settled(
             f"{places[late] + 1} to {places[-1] + 1}, where neither changes by over "
             f"{100.0 * alike:g} %"
         )
-    return Settled(_only(places[late:], sound.size), False, tuple(notes))
+    return Settled(_only(places[late:], sound.size), False, tuple(notes), levels)
+
+
+def _level(columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float) -> Level:
+    """The settled end of a stretch; of one that is too short to be judged all cycles."""
+    late = 0 if places.size < JUDGED else _settled_end(columns, places, alike)
+    return Level(places[late or 0 :], late is None)
 
 
 def _runs(values: Floats) -> list[tuple[int, int]] | None:

@@ -560,3 +560,13 @@ def test_students_quantile_of_next_to_all() -> None:
     for freedom in (1, 2, 5, 50):
         tail = stdtr(freedom, -quantile(1.0 - 1e-9, freedom))
         assert tail == pytest.approx(0.5e-9, rel=3e-5)
+
+
+def test_a_named_force_makes_a_loop_of_what_else_reads_like_a_ring_down(folder: Path) -> None:
+    angle = np.linspace(0.0, 8.0 * np.pi, 400)
+    columns = np.c_[angle / 60.0, np.sin(angle), 3.0 * np.cos(angle)]
+    np.savetxt(folder / "short.csv", columns, delimiter=",", header="t,x,f", comments="")
+    units = ["--unit", "displacement=um", "--unit", "force=N", "--unit", "time=s"]
+    done = run("measure", "short.csv", "--displacement", "x", "--force", "f", *units)
+    assert done.exit_code == 0, done.output
+    assert "each dissipates" in done.output

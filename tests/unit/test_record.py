@@ -549,6 +549,11 @@ WRONG: dict[str, tuple[str | bytes, dict[str, Any], str]] = {
         {"calibration": {"force": 1.02}},
         'force: column "Friction [N]" is in N already; to correct it write "1.02 N/N"',
     ),
+    "calibration of what is, on a command line": (
+        PLAIN,
+        {"calibration": {"force": "-1.02"}},
+        'force: column "Friction [N]" is in N already; to correct it write "-1.02 N/N"',
+    ),
     "calibration without factor": (
         "x [mm],F [V]\n1,2\n3,4\n",
         {"calibration": {"force": "N/V"}},

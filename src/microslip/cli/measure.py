@@ -84,7 +84,8 @@ def measure(
     A RECORD of a structure's mode is measured, too: a ring-down (time and what a sensor showed), a
     stepped sine (frequency, amplitude, phase) or a curve give frequency and damping over amplitude.
     """
-    if are_modal(records):
+    # Who names the column of a tangential force has a loop, whatever the others are called.
+    if reading.force is None and are_modal(records):
         measure_modes(records, folder, overwrite, kinds, as_json, band)
         return
     if band is not None:

@@ -19,6 +19,7 @@ from microslip.tribometer.roles import KINDS, is_raw
 ZEROS = ("mean", "middle", "first")
 """What may be taken for zero, besides a value."""
 
+_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*", re.IGNORECASE)
 _FACTOR = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*")
 
 
@@ -65,6 +66,8 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
 def _calibrated(column: Named, role: str, unit: str | None, calibration: object) -> Scale:
     kind = KINDS[role]
     example = f'"10 {kind.usual[1]}/V"'
+    if isinstance(calibration, str) and _NUMBER.fullmatch(calibration):
+        calibration = float(calibration)  # on the command line all is text
     if isinstance(calibration, (int, float)) and not isinstance(calibration, bool):
         if fits(unit, kind):
             raise ValueError(

@@ -238,7 +238,15 @@ def _registry() -> Any:
 
 # Units that nearly all input is in, with their powers of length, mass and time: pint, which knows
 # all others, takes longer to load than most commands take.
-_SIMPLE = {"m": (1, 0, 0), "N": (1, 1, -2), "s": (0, 0, 1), "Hz": (0, 0, -1), "Pa": (-1, 1, -2)}
+_SIMPLE = {
+    "m": (1, 0, 0),
+    "g": (0, 1, 0),
+    "s": (0, 0, 1),
+    "N": (1, 1, -2),
+    "Hz": (0, 0, -1),
+    "Pa": (-1, 1, -2),
+}
+_BASE = {"g": -3}
 _PREFIX = {
     "": 0,
     "p": -12,
@@ -252,7 +260,7 @@ _PREFIX = {
     "M": 6,
     "G": 9,
 }
-_FACTOR = re.compile(r"(p|c|n|u|µ|μ|m|k|M|G|)(m|N|s|Hz|Pa)(?:\^([1-4]))?")
+_FACTOR = re.compile(r"(p|c|n|u|µ|μ|m|k|M|G|)(m|g|N|s|Hz|Pa)(?:\^([1-4]))?")
 
 
 def _simple(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
@@ -267,7 +275,7 @@ def _simple(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
         if match is None:
             return None
         power = sign * int(match[3] or 1)
-        exponent += power * _PREFIX[match[1]]
+        exponent += power * (_PREFIX[match[1]] + _BASE.get(match[2], 0))
         powers = [old + power * new for old, new in zip(powers, _SIMPLE[match[2]], strict=True)]
     names = ("[length]", "[mass]", "[time]")
     dimension = tuple((n, str(float(p))) for n, p in zip(names, powers, strict=True) if p)

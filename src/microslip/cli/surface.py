@@ -77,10 +77,9 @@ def surface(
         from microslip.errors import said
         from microslip.report.folder import staged
         from microslip.report.terminal import show
-        from microslip.results.scanned import faces
         from microslip.results.scanned.document import document, write
         from microslip.results.scanned.findings import Request, analyse
-        from microslip.results.scanned.numbers import KIND
+        from microslip.results.scanned.numbers import FACES_KIND, KIND
 
         context = click.get_current_context()
         given = context.get_parameter_source("cutoff") is not click.core.ParameterSource.DEFAULT
@@ -88,7 +87,9 @@ def surface(
         if not scans and not request.drawing:
             raise click.UsageError("wanted a SCAN, or a drawing such as --ra '0.8 um'", context)
         of_faces = request.is_of_faces
-        kind = faces.KIND if of_faces else KIND
+        if of_faces:  # they are made into a study, whose schema takes its time to load
+            from microslip.results.scanned import faces
+        kind = FACES_KIND if of_faces else KIND
         with ExitStack() as stack:
             stage = None
             if folder is not None:  # first, so that nothing is read in vain

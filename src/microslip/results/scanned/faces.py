@@ -31,14 +31,12 @@ from microslip.report.files import Progress, header, standard_files, text_file, 
 from microslip.report.plot import COLORS, Axis, Panel, Plot
 from microslip.report.scales import length_prefix
 from microslip.results.scanned.findings import Request
+from microslip.results.scanned.numbers import FACES_KIND
 from microslip.results.scanned.surface_block import faces_block
 from microslip.scans import SummitStatistics, combine
 from microslip.study.build import build_surface
 from microslip.study.description import StudyDescription
 from microslip.study.faces import RoughFace
-
-KIND = "microslip-faces"
-"""What summary.json says of a folder of faces."""
 
 _NAMES = {"": "face", ".first": "first", ".second": "second"}
 _QUANTITIES = {"density": "1/m^2", "radius": "m", "std": "m"}
@@ -129,7 +127,7 @@ def document(found: Faces, folder: Path | None = None, kinds: Sequence[str] = ("
     text = faces_block(found.request, folder or Path())
     names = ["report.html", "surface.toml", *(f"faces.{kind}" for kind in kinds), "summary.json"]
     return Document(
-        KIND,
+        FACES_KIND,
         "Rough faces",
         answer,
         (
@@ -268,7 +266,7 @@ def _data(found: Faces, names: Sequence[str]) -> dict[str, Any]:
             "loss_factor": loss,
         }
     return {
-        **header(KIND, 1, "Rough faces"),
+        **header(FACES_KIND, 1, "Rough faces"),
         "faces": faces,
         "together": dataclasses.asdict(found.together),
         "joint": answers,

@@ -15,6 +15,8 @@ from microslip.scans.height_fit import HeightFit
 
 KIND = "microslip-surface"
 """What summary.json says of a folder of a measured scan."""
+FACES_KIND = "microslip-faces"
+"""The same of a folder of faces."""
 
 
 def summarise(

@@ -54,15 +54,9 @@ def known_of(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[flo
     units = {**_units_of(laws), **_FOLLOWING}
     found = {}
     for name, text in pairs("known", given).items():
-        value, sign, deviation = (
-            part.strip() for part in text.replace("+/-", "±").replace("+-", "±").partition("±")
-        )
-        if not sign or not value or not deviation:
+        value, deviation = _with_deviation(text)
+        if not value or not deviation:
             raise click.UsageError(f'--known wants {name}=VALUE±DEVIATION, got "{text}"')
-        if _is_number(value) and not _is_number(deviation):  # the unit is written once
-            value = f"{value} {_unit(deviation)}"
-        elif _is_number(deviation) and not _is_number(value):
-            deviation = f"{deviation} {_unit(value)}"
         found[name] = (
             _quantity("--known", name, value, units),
             _quantity("--known", name, deviation, units),
@@ -133,15 +127,9 @@ def rig_stiffness_of(text: str) -> Any:
     words = text.strip()
     if words in ("free", "rigid"):
         return "free" if words == "free" else None
-    value, sign, deviation = (
-        part.strip() for part in words.replace("+-", "±").replace("+/-", "±").partition("±")
-    )
-    if sign and _is_number(value) and not _is_number(deviation):  # the unit is written once
-        value = f"{value} {_unit(deviation)}"
-    elif sign and _is_number(deviation) and not _is_number(value):
-        deviation = f"{deviation} {_unit(value)}"
+    value, deviation = _with_deviation(words)
     first = stiffness(value)
-    return (first, stiffness(deviation)) if sign else first
+    return first if deviation is None else (first, stiffness(deviation))
 
 
 def contact_area_of(text: str | None) -> tuple[float, float, float] | None:
@@ -161,6 +149,20 @@ def contact_area_of(text: str | None) -> tuple[float, float, float] | None:
         return area, deviation, to_si(parts[2], FORCE, "2 kN")
     except QuantityError as error:
         raise click.UsageError(f"--contact-area: {error}") from None
+
+
+def _with_deviation(text: str) -> tuple[str, str | None]:
+    """A value and its deviation, if any, each with the unit, which may be written once."""
+    value, sign, deviation = (
+        part.strip() for part in text.replace("+/-", "±").replace("+-", "±").partition("±")
+    )
+    if not sign:
+        return value, None
+    if _is_number(value) and not _is_number(deviation):
+        value = f"{value} {_unit(deviation)}"
+    elif _is_number(deviation) and not _is_number(value):
+        deviation = f"{deviation} {_unit(value)}"
+    return value, deviation
 
 
 def _is_number(text: str) -> bool:

@@ -25,13 +25,12 @@ from microslip.tribometer.cycles import (
     no_cycle,
 )
 from microslip.tribometer.record import Record
+from microslip.tribometer.settling import FEWEST
 
 LONG = 10.0
 """Times as long as nine in ten steps of the time that a gap is, at least,"""
 OF_CYCLE = 0.05
 """and of a cycle: what is less does it no harm."""
-FEWEST = 5
-"""Cycles of a stretch of far smaller ones, at least."""
 _SAME_PERIOD = 0.1
 """Share by which their period may differ: what hums while the rig rests is no motion."""
 _OVER_NOISE = 10.0

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, record
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip.errors import Argument, InputError
 
 
@@ -50,8 +50,7 @@ class Loop(Locked):
             )
         if x.min() == x.max():
             raise InputError(Argument("displacement"), f" must move, got {x[0]:g} m throughout")
-        for name, values in (("displacement", x), ("force", t)):
-            object.__setattr__(self, name, lock(values.copy()))
+        assign(self, displacement=lock(x.copy()), force=lock(t.copy()))
 
     @cached_property
     def displacement_amplitude(self) -> float:
@@ -118,8 +117,8 @@ class Loop(Locked):
         What is left of a thin loop is its width: its area is that of the loop.
         """
         middle = 0.5 * (float(self.displacement.max()) + float(self.displacement.min()))
-        rest = 0.5 * (float(self.force.max()) + float(self.force.min()))
-        return lock(self.force - rest - self.secant_stiffness * (self.displacement - middle))
+        level = 0.5 * (float(self.force.max()) + float(self.force.min()))
+        return lock(self.force - level - self.secant_stiffness * (self.displacement - middle))
 
     @cached_property
     def closure_error(self) -> float:
@@ -189,7 +188,7 @@ def unit_cycle(samples: int) -> tuple[Floats, int]:
     """
     turn = (samples - 1) // 2
     down = np.cos(math.pi * np.arange(turn + 1) / turn)
-    rest = samples - 1 - turn
-    up = -np.cos(math.pi * np.arange(1, rest + 1) / rest)
+    back = samples - 1 - turn
+    up = -np.cos(math.pi * np.arange(1, back + 1) / back)
     down[turn], up[-1] = -1.0, 1.0
     return np.concatenate((down, up)), turn

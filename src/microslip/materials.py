@@ -11,6 +11,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from microslip._core.checks import exact, number, positive, show
+from microslip._core.frozen import assign
 from microslip.errors import Argument, InputError
 
 
@@ -59,9 +60,7 @@ class Material:
         hardness = self.hardness
         if hardness is not None:
             hardness = positive("hardness", hardness, "Pa", 1e9)
-        object.__setattr__(self, "young_modulus", modulus)
-        object.__setattr__(self, "poisson_ratio", ratio)
-        object.__setattr__(self, "hardness", hardness)
+        assign(self, young_modulus=modulus, poisson_ratio=ratio, hardness=hardness)
         self._ask_back()
 
     def _ask_back(self) -> None:
@@ -87,9 +86,7 @@ class Material:
     def rigid(cls) -> Material:
         """A body that does not deform: infinite modulus, so its compliance terms vanish."""
         body = object.__new__(cls)
-        object.__setattr__(body, "young_modulus", math.inf)
-        object.__setattr__(body, "poisson_ratio", 0.0)
-        object.__setattr__(body, "hardness", None)
+        assign(body, young_modulus=math.inf, poisson_ratio=0.0, hardness=None)
         return body
 
     @classmethod
@@ -168,8 +165,7 @@ class Metal:
 
     def __post_init__(self) -> None:
         _ = self.material
-        object.__setattr__(self, "aliases", tuple(self.aliases))
-        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
+        assign(self, aliases=tuple(self.aliases), sources=MappingProxyType(dict(self.sources)))
 
     def __hash__(self) -> int:
         return hash((self.name, self.material))
@@ -206,10 +202,10 @@ def metal(name: str) -> Metal:
     """One metal of the table, as :meth:`Material.named` finds it."""
     if not isinstance(name, str):
         raise InputError(Argument("name"), f" must be a text such as 'steel', got {show(name)}")
-    found = metal_called(name)
-    if found is None:
+    entry = metal_called(name)
+    if entry is None:
         raise InputError(f"no metal is named {show(name)}; {_near(_plain(name), metals())}")
-    return found
+    return entry
 
 
 def metal_called(name: str) -> Metal | None:
@@ -312,5 +308,5 @@ class MaterialPair:
     @property
     def hardness(self) -> float | None:
         """Hardness of the softer body [Pa]; None where neither is known."""
-        known = [m.hardness for m in (self.first, self.second) if m.hardness is not None]
-        return min(known) if known else None
+        hardnesses = [m.hardness for m in (self.first, self.second) if m.hardness is not None]
+        return min(hardnesses) if hardnesses else None

@@ -124,6 +124,13 @@ def _is_text(value: Any) -> bool:
     return isinstance(value, (bytes, bytearray))
 
 
+def check_one_of(wording: str, first: Any, second: Any) -> None:
+    """Refuse both or neither of two arguments; the wording says them with their units."""
+    if (first is None) == (second is None):
+        came = "neither" if first is None else "both"
+        raise InputError(f"{wording} must be given, one of them, got {came}")
+
+
 def is_whole(value: Any) -> bool:
     """Whether something is an integer: not a truth value, not a span of time."""
     return isinstance(value, (int, np.integer)) and not isinstance(value, (bool, np.timedelta64))

@@ -24,6 +24,12 @@ def lock(array: NDArray[Any]) -> NDArray[Any]:
     return array
 
 
+def assign(instance: object, **values: Any) -> None:
+    """Set fields of a frozen object while it is made."""
+    for name, value in values.items():
+        object.__setattr__(instance, name, value)
+
+
 class _Proxied(dict[Any, Any]):
     """What a read-only mapping shows, while it is pickled: Python cannot pickle the view."""
 

@@ -10,7 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, floats, number, plain, positive, record
+from microslip._core.checks import (
+    Floats,
+    check_one_of,
+    exact,
+    floats,
+    number,
+    plain,
+    positive,
+    record,
+)
 from microslip._core.frozen import lock
 from microslip.errors import Argument, InputError
 from microslip.friction.fields import AsperityFields, Body, bodies, distances
@@ -68,11 +77,7 @@ class Asperity(Interface):
         indentation: float | None = None,
     ) -> None:
         surface = SphereOnFlat(pair, radius)
-        if (normal_load is None) == (indentation is None):
-            came = "neither" if normal_load is None else "both"
-            raise InputError(
-                f"normal_load [N] or indentation [m] must be given, one of them, got {came}"
-            )
+        check_one_of("normal_load [N] or indentation [m]", normal_load, indentation)
         separation = None
         if indentation is not None:
             separation = -positive("indentation", indentation, "m")
@@ -92,8 +97,12 @@ class Asperity(Interface):
         InputError
             Not one of load, separation (the indentation with a minus sign) and indentation.
         """
-        given = {"normal_load": normal_load, "separation": separation, "indentation": indentation}
-        named = [name for name, value in given.items() if value is not None]
+        states = {
+            "normal_load": normal_load,
+            "separation": separation,
+            "indentation": indentation,
+        }
+        named = [name for name, value in states.items() if value is not None]
         if len(named) != 1:
             came = " and ".join(named) or "none"
             raise InputError(
@@ -258,24 +267,24 @@ class Asperity(Interface):
         InputError
             Not finite, empty, shapes that do not fit each other, a force out of its range.
         """
-        peak, now = floats("peak_force", peak_force), floats("force", force)
+        peak, current = floats("peak_force", peak_force), floats("force", force)
         try:
-            peak, now = np.broadcast_arrays(peak, now)
+            peak, current = np.broadcast_arrays(peak, current)
         except ValueError:
             raise InputError(
                 "peak_force and force must have shapes that fit each other, "
-                f"got {peak.shape} and {now.shape}"
+                f"got {peak.shape} and {current.shape}"
             ) from None
         self._up_to_limit("peak_force", peak)
-        outside = np.flatnonzero(np.abs(now) > np.abs(peak))
+        outside = np.flatnonzero(np.abs(current) > np.abs(peak))
         if outside.size:
-            first, turn = (float(v.flat[outside[0]]) for v in (now, peak))
+            first, turn = (float(v.flat[outside[0]]) for v in (current, peak))
             raise InputError(
                 Argument("force"),
                 f" must be between the peak force {exact(turn)} N and its negative, "
                 f"got {exact(first)} N",
             )
-        share = np.abs(peak - now) / (2.0 * self.force_limit)
+        share = np.abs(peak - current) / (2.0 * self.force_limit)
         return plain(self.contact_radius * np.cbrt(1.0 - share))
 
     def _up_to_limit(self, name: str, force: Floats) -> Floats:
@@ -378,9 +387,9 @@ class Asperity(Interface):
         force = np.concatenate(
             [f.backbone * (mean / n) for f, n in zip(features, loads, strict=True)]
         )
-        drawn = draw(u, force, lambda x: 1.0 - np.maximum(1.0 - x, 0.0) ** 1.5)
-        friction = drawn.limit / mean
-        indentation = drawn.length / (friction * pair.stiffness_ratio)
+        fit = draw(u, force, lambda x: 1.0 - np.maximum(1.0 - x, 0.0) ** 1.5)
+        friction = fit.limit / mean
+        indentation = fit.length / (friction * pair.stiffness_ratio)
         root = mean / (4.0 / 3.0 * pair.composite_modulus * indentation**1.5)
         return cls(pair, root**2, friction, normal_load=mean)
 
@@ -394,9 +403,7 @@ class Asperity(Interface):
 
 def _one_of(displacement: ArrayLike | None, force: ArrayLike | None) -> tuple[str, ArrayLike]:
     """Which of the two was given, by its name."""
-    if displacement is not None and force is None:
-        return "displacement", displacement
-    if force is not None and displacement is None:
-        return "force", force
-    came = "neither" if force is None else "both"
-    raise InputError(f"displacement [m] or force=... [N] must be given, one of them, got {came}")
+    check_one_of("displacement [m] or force=... [N]", displacement, force)
+    if force is None:
+        return "displacement", displacement  # type: ignore[return-value]
+    return "force", force

@@ -330,8 +330,8 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         A density of sliders -T0'' [N/m^2] over their yield displacement [m], discrete ones, or
         both.
         """
-        none = lock(np.zeros(0))
-        return Sliders(none, none, self._slider_density)
+        nothing = lock(np.zeros(0))
+        return Sliders(nothing, nothing, self._slider_density)
 
     # -- other models of the same law -----------------------------------------------------------
 
@@ -369,10 +369,10 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         InputError
             Not an integer of at least 1; a range that is none; a law that is rigid at rest.
         """
-        made: CellModel = self._conversions["iwan"](
+        model: CellModel = self._conversions["iwan"](
             self, cells, smallest_amplitude, largest_amplitude
         )
-        return made
+        return model
 
     def to_segalman(
         self, smallest_amplitude: float | None = None, largest_amplitude: float | None = None

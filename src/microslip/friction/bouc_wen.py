@@ -192,11 +192,11 @@ class BoucWen(Parametric):
         InputError
             Empty, several dimensions, or not finite.
         """
-        given = record("displacement", displacement)
-        x = given.reshape(-1)
+        displacements = record("displacement", displacement)
+        x = displacements.reshape(-1)
         w = self._memory(np.clip(x, -1e200, 1e200))
         force = self.alpha * self.stiffness * x + self._unit * w
-        return float(force[0]) if given.ndim == 0 else force
+        return float(force[0]) if displacements.ndim == 0 else force
 
     def loop(self, amplitude: float, samples: int = 512) -> Loop:
         """The settled loop between +amplitude and -amplitude.
@@ -261,51 +261,51 @@ class BoucWen(Parametric):
 
         y is w seen along the motion: rising, first towards 0 if it begins below, then to its limit.
         """
-        most, bend, times = self._most, self._bend, _times(self.n)
+        limit, bend, times = self._most, self._bend, _times(self.n)
         result, s = np.empty_like(y), self.A * s
         back = np.maximum(-y, 0.0)
         until = back if np.isinf(bend) else bend * times.fall(np.log1p(back / bend))
         falling = s < until
         if falling.any():
-            left = np.maximum(until - s, 0.0)[falling]
+            distance = np.maximum(until - s, 0.0)[falling]
             if not np.isinf(bend):
-                left = bend * np.expm1(times.fallen(left / bend, back[falling] / bend))
-            result[falling] = -left
+                distance = bend * np.expm1(times.fallen(distance / bend, back[falling] / bend))
+            result[falling] = -distance
         rising = ~falling
         if rising.any():
-            share = np.minimum(np.maximum(y[rising], 0.0) / most, 1.0 - 2.0**-53)
+            share = np.minimum(np.maximum(y[rising], 0.0) / limit, 1.0 - 2.0**-53)
             begun = times.rise(-np.log1p(-share))
-            result[rising] = -most * np.expm1(-times.risen(begun + (s - until)[rising] / most))
+            result[rising] = -limit * np.expm1(-times.risen(begun + (s - until)[rising] / limit))
         return result
 
     def _settled(self, s: float) -> float:
         """Peak of w in a settled cycle: what a way of length ``s`` takes from -peak to peak."""
-        most, bend, times = self._most, self._bend, _times(self.n)
+        limit, bend, times = self._most, self._bend, _times(self.n)
 
         def way_and_slope(v: Floats) -> tuple[Floats, Floats]:
             share = -np.expm1(-v)
-            w = most * share
+            w = limit * share
             fall = w if np.isinf(bend) else bend * times.fall(np.log1p(w / bend))
-            slope = most * np.exp(-v) / (1.0 + (w / bend) ** self.n)
-            return fall + most * times.rise(v), slope + most * times.rise_slope(v)
+            slope = limit * np.exp(-v) / (1.0 + (w / bend) ** self.n)
+            return fall + limit * times.rise(v), slope + limit * times.rise_slope(v)
 
         full = np.array([_FULL])
         target = np.minimum(np.array([self.A * s]), way_and_slope(full)[0])
         v = invert(way_and_slope, target, np.zeros(1), full)
-        return float(-most * np.expm1(-v[0]))
+        return float(-limit * np.expm1(-v[0]))
 
 
-def _two_parts(first: Floats, second: Floats, wanted: Floats) -> tuple[float, float, float]:
+def _two_parts(first: Floats, second: Floats, target: Floats) -> tuple[float, float, float]:
     """Factors >= 0 of two curves whose sum is closest to a third, and what is left, squared."""
     a, b, c = float(first @ first), float(second @ second), float(first @ second)
-    u, v = float(first @ wanted), float(second @ wanted)
+    u, v = float(first @ target), float(second @ target)
     det = a * b - c * c
     x, y = ((u * b - v * c) / det, (v * a - u * c) / det) if det > 1e-14 * a * b else (0.0, v / b)
     if x < 0.0:
         x, y = 0.0, v / b
     elif y < 0.0:
         x, y = u / a, 0.0
-    return x, y, float(np.sum((wanted - x * first - y * second) ** 2))
+    return x, y, float(np.sum((target - x * first - y * second) ** 2))
 
 
 class _Times:
@@ -380,10 +380,10 @@ class _AnyTimes(_Times):
         return self._until(self.rise_slope, self._rises, v)
 
     def rise_slope(self, v: Floats) -> Floats:
-        rest = np.exp(-v)
+        decay = np.exp(-v)
         with np.errstate(divide="ignore"):
-            log = np.where(v < 0.7, np.log(-np.expm1(-v)), np.log1p(-rest))
-        return np.asarray(rest / -np.expm1(self._n * log))
+            log = np.where(v < 0.7, np.log(-np.expm1(-v)), np.log1p(-decay))
+        return np.asarray(decay / -np.expm1(self._n * log))
 
     def risen(self, time: Floats) -> Floats:
         full = np.full_like(time, _FULL)
@@ -401,8 +401,8 @@ class _AnyTimes(_Times):
             return np.exp(v - np.logaddexp(0.0, self._n * np.log(np.expm1(v))))
 
     def fallen(self, time: Floats, q: Floats) -> Floats:
-        none = np.zeros_like(time)
-        return invert(lambda v: (self.fall(v), self.fall_slope(v)), time, none, np.log1p(q))
+        start = np.zeros_like(time)
+        return invert(lambda v: (self.fall(v), self.fall_slope(v)), time, start, np.log1p(q))
 
 
 def _areas(rate: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:

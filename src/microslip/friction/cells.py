@@ -112,8 +112,8 @@ def _knots(law: BackboneLaw, count: int) -> Floats:
     places = np.array(edges)
     slopes = law._slope(places)
     while True:
-        widths, falls = np.diff(places), np.maximum(-np.diff(slopes), 0.0)
-        masses = np.sqrt(widths * falls)
+        widths, drops = np.diff(places), np.maximum(-np.diff(slopes), 0.0)
+        masses = np.sqrt(widths * drops)
         coarse = np.flatnonzero(masses * _FINER * count > masses.sum())
         middles = places[coarse] + 0.5 * widths[coarse]
         new = (middles > places[coarse]) & (middles < places[coarse + 1])

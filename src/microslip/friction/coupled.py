@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, exact, is_whole, record, show
+from microslip._core.checks import Floats, check_one_of, exact, is_whole, record, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
 from microslip.friction.curves import curve_of
@@ -95,21 +95,21 @@ class Coupling:
 
         Where the load is less than can matter, ``high`` may lie further out.
         """
-        known = self._profile
-        if known is not None:
-            if known.low <= low and high <= (math.inf if self._faint else known.high):
-                return known
-            low, high = min(low, known.low), max(high, known.high)
+        profile = self._profile
+        if profile is not None:
+            if profile.low <= low and high <= (math.inf if self._faint else profile.high):
+                return profile
+            low, high = min(low, profile.low), max(high, profile.high)
         low, high = min(low, 0.0), max(high, 0.0)
         refused = self._refused
         if refused is not None and low <= refused[0] and high >= refused[1]:
             return None
-        made, faint = self._make_profile(low, high)
-        if made is None:
+        sampled, faint = self._make_profile(low, high)
+        if sampled is None:
             self._refused = low, high
             return None
-        self._profile, self._faint = made, faint
-        return made
+        self._profile, self._faint = sampled, faint
+        return sampled
 
     def _make_profile(self, low: float, high: float) -> tuple[Profile | None, bool]:
         """A profile, and whether it ends where the load is too light to matter."""
@@ -119,13 +119,13 @@ class Coupling:
             return None, False
         # A little further, so that the next record is likely to be covered, too.
         length = self._joint.normal_load / self._joint.normal_stiffness
-        more = length + 0.5 * min(high - low, 20.0 * length)
-        begin, end = max(low - more, edge), high + more
-        least = _FAINT * law._derivative_at(begin + origin, 0)
-        faint = law._derivative_at(end + origin, 0) < least
+        margin = length + 0.5 * min(high - low, 20.0 * length)
+        begin, end = max(low - margin, edge), high + margin
+        faintest = _FAINT * law._derivative_at(begin + origin, 0)
+        faint = law._derivative_at(end + origin, 0) < faintest
         if faint:
             grid = begin + length * _REACHES
-            end = float(grid[law._derivative(grid + origin, 0) >= least][-1])
+            end = float(grid[law._derivative(grid + origin, 0) >= faintest][-1])
         reach = law._table_reach(end + origin)
         if reach is None:
             return None, False
@@ -163,41 +163,41 @@ class Coupling:
         """Separation at one load [N]."""
         if load == self._joint.normal_load:
             return 0.0
-        known = self._profile
-        if known is not None and known.span[0] <= load <= known.span[1]:
-            return float(known.separations(np.array([load]))[0])
+        profile = self._profile
+        if profile is not None and profile.span[0] <= load <= profile.span[1]:
+            return float(profile.separations(np.array([load]))[0])
         return float(self.steps_of(np.array([load]), numbered=False)[0])
 
     def steps_of(self, load: Floats, numbered: bool = True) -> Floats:
         """Separations at loads >= 0 [N]; without a load, that at which the last contact parts."""
-        own = load == self._joint.normal_load
+        at_rest = load == self._joint.normal_load
         steps = np.zeros_like(load)
-        none = load == 0.0
-        if none.any():
+        unloaded = load == 0.0
+        if unloaded.any():
             top = self._law._top
             if not math.isfinite(top):
                 raise InputError(
                     Argument("normal_load"),
                     " must stay above zero on this surface, whose heights have no end: "
                     "at any separation some summit touches; got 0"
-                    + (f" at sample {int(np.argmax(none))}" if numbered else ""),
+                    + (f" at sample {int(np.argmax(unloaded))}" if numbered else ""),
                 )
-            steps[none] = top - self.origin
-        other = ~(own | none)
+            steps[unloaded] = top - self.origin
+        loaded = ~(at_rest | unloaded)
         try:
-            if other.all():
+            if loaded.all():
                 return self._steps_of(load)
-            if other.any():
-                steps[other] = self._steps_of(load[other])
+            if loaded.any():
+                steps[loaded] = self._steps_of(load[loaded])
         except InputError as error:
-            i, message = self._first_refused(load, other, str(error))
+            i, message = self._first_refused(load, loaded, str(error))
             where = f" at sample {i}" if numbered else ""
             raise InputError(f"normal_{message}{where}") from None
         return steps
 
-    def _first_refused(self, load: Floats, which: Bools, message: str) -> tuple[int, str]:
+    def _first_refused(self, load: Floats, selection: Bools, message: str) -> tuple[int, str]:
         """The first sample whose load the law refuses, and what the law says to it."""
-        samples = np.flatnonzero(which)
+        samples = np.flatnonzero(selection)
 
         def refusal(loads: Floats) -> str | None:
             try:
@@ -211,10 +211,10 @@ class Coupling:
             part = load[samples[:upto]]
             return np.array([part.min(), part.max()])
 
-        def whole(upto: int) -> Floats:
+        def distinct(upto: int) -> Floats:
             return np.unique(load[samples[:upto]])
 
-        loads = ends if refusal(ends(samples.size)) else whole
+        loads = ends if refusal(ends(samples.size)) else distinct
         low, high = 1, samples.size
         while low < high:
             middle = (low + high) // 2
@@ -225,24 +225,24 @@ class Coupling:
     def _steps_of(self, load: Floats) -> Floats:
         """The same of loads that are neither none nor the joint's own."""
         lightest, heaviest = float(load.min()), float(load.max())
-        known = self._profile
-        if known is None or not (known.span[0] <= lightest and heaviest <= known.span[1]):
+        profile = self._profile
+        if profile is None or not (profile.span[0] <= lightest and heaviest <= profile.span[1]):
             ends = np.asarray(self._law.separation(np.array([heaviest, lightest])))
             if load.size == 1:
                 return ends[:1] - self.origin
             low, high = (ends - self.origin).tolist()
-            known = self.profile(low, high)
-        if known is None:
-            values, which = np.unique(load, return_inverse=True)
-            return (np.asarray(self._law.separation(values)) - self.origin)[which]
-        least, most = known.span
-        if least <= lightest and heaviest <= most:
-            return known.separations(load)
+            profile = self.profile(low, high)
+        if profile is None:
+            values, places = np.unique(load, return_inverse=True)
+            return (np.asarray(self._law.separation(values)) - self.origin)[places]
+        low_load, high_load = profile.span
+        if low_load <= lightest and heaviest <= high_load:
+            return profile.separations(load)
         steps = np.empty_like(load)
-        inside = (load >= least) & (load <= most)
-        steps[inside] = known.separations(load[inside])
-        values, which = np.unique(load[~inside], return_inverse=True)
-        steps[~inside] = (np.asarray(self._law.separation(values)) - self.origin)[which]
+        inside = (load >= low_load) & (load <= high_load)
+        steps[inside] = profile.separations(load[inside])
+        values, places = np.unique(load[~inside], return_inverse=True)
+        steps[~inside] = (np.asarray(self._law.separation(values)) - self.origin)[places]
         return steps
 
     def steps_at(self, separation: ArrayLike) -> Floats:
@@ -428,11 +428,7 @@ def _response(joint: Joint, x: Floats, force: Floats, steps: Floats) -> CoupledR
 
 def steps_of_history(joint: Joint, size: int, normal_load: Any, separation: Any) -> Floats:
     """Separations from the joint's own along the history."""
-    if (normal_load is None) == (separation is None):
-        came = "neither" if normal_load is None else "both"
-        raise InputError(
-            f"normal_load=... [N] or separation=... [m] must be given, one of them, got {came}"
-        )
+    check_one_of("normal_load=... [N] or separation=... [m]", normal_load, separation)
     if separation is not None:
         values = along("separation", separation, size)
         return joint._coupling.steps_at(values)

@@ -85,8 +85,12 @@ class CoupledCycle(Locked):
         if separation is not None and normal_load is not None:
             raise InputError("separation or normal_load must be given, not both")
         size = self.force.size
-        given = {"displacement": displacement, "separation": separation, "normal_load": normal_load}
-        rows = {k: rows_of(k, v, size) for k, v in given.items() if v is not None}
+        changes = {
+            "displacement": displacement,
+            "separation": separation,
+            "normal_load": normal_load,
+        }
+        rows = {k: rows_of(k, v, size) for k, v in changes.items() if v is not None}
         if not rows:
             raise InputError("displacement, separation or normal_load must be given")
         shapes = {v.shape for v in rows.values()}
@@ -132,8 +136,8 @@ class _Trace:
         """-N' at the separations, and that with which a step ends: at its front, or sticking."""
         coupling, stuck = self.coupling, self._stuck
         ends = np.where(stuck, self.steps, self.front)
-        both = coupling.falls(np.concatenate((self.steps, ends)))
-        here, there = both[: self.steps.size], both[self.steps.size :].copy()
+        slopes = coupling.falls(np.concatenate((self.steps, ends)))
+        here, there = slopes[: self.steps.size], slopes[self.steps.size :].copy()
         if stuck.any():
             width = self._width[stuck]
             there[stuck] = coupling.drop(self.steps[stuck], width) / width

@@ -46,10 +46,10 @@ def coupled_harmonics(
     if normal_load is not None and separation is not None:
         raise InputError("normal_load or separation must be given, not both")
     basis = Basis(harmonics)
-    least = 2 * basis.orders[-1] + 1
-    if not is_whole(samples) or not least <= samples <= _MOST_SAMPLES:
+    fewest = 2 * basis.orders[-1] + 1
+    if not is_whole(samples) or not fewest <= samples <= _MOST_SAMPLES:
         raise InputError(
-            f"samples must be a whole number from {least}, for harmonic {basis.orders[-1]}, to "
+            f"samples must be a whole number from {fewest}, for harmonic {basis.orders[-1]}, to "
             f"{_MOST_SAMPLES}, got {show(samples)}"
         )
     size = int(samples)
@@ -57,15 +57,15 @@ def coupled_harmonics(
     analysis = basis.factors[:, None] * waves.T * (2.0 * math.pi / size)
     x = waves @ coefficients_of("coefficients", coefficients, basis)
     name = "separation" if normal_load is None else "normal_load"
-    given = separation if normal_load is None else normal_load
-    varying: Floats = coefficients_of(name, given, basis)  # type: ignore[arg-type]
-    other = waves @ varying
+    varying_coefficients = separation if normal_load is None else normal_load
+    varying: Floats = coefficients_of(name, varying_coefficients, basis)  # type: ignore[arg-type]
+    varying_samples = waves @ varying
     cycle = coupled_cycle(
         joint,
         x,
         rest,
-        None if normal_load is None else other,
-        None if separation is None else other,
+        None if normal_load is None else varying_samples,
+        None if separation is None else varying_samples,
     )
     by_displacement = analysis @ cycle.derivative(waves)
     if normal_load is None:

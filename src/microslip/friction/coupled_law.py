@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip.errors import InputError
+from microslip._core.checks import check_one_of
 from microslip.friction.base import BackboneLaw
 from microslip.friction.coupled import (
     CoupledResponse,
@@ -148,11 +148,7 @@ class CoupledLaw(_Law):
             As :meth:`coupled_force` and :meth:`coupled_displacement`; both or neither of
             displacement and force.
         """
-        if (displacement is None) == (force is None):
-            came = "neither" if force is None else "both"
-            raise InputError(
-                f"displacement [m] or force=... [N] must be given, one of them, got {came}"
-            )
+        check_one_of("displacement [m] or force=... [N]", displacement, force)
         if force is not None:
             return respond_to_force(self, force, normal_load, separation)
         return respond(self, displacement, normal_load, separation)  # type: ignore[arg-type]
@@ -320,12 +316,8 @@ class CoupledLaw(_Law):
         InputError
             Both or neither of load and separation; otherwise as :func:`first_loading`.
         """
-        if (normal_load is None) == (separation is None):
-            came = "neither" if normal_load is None else "both"
-            raise InputError(
-                f"normal_load [N] or separation=... [m] must be given, one of them, got {came}"
-            )
+        check_one_of("normal_load [N] or separation=... [m]", normal_load, separation)
         if separation is None:
             separation = self.surface.separation(normal_load)  # type: ignore[arg-type]
-        slip, own = self.slip_per_indentation, self.separation
-        return loaded(self.surface, self._friction, slip, displacement, separation, own)
+        slip, start = self.slip_per_indentation, self.separation
+        return loaded(self.surface, self._friction, slip, displacement, separation, start)

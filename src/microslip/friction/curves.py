@@ -26,8 +26,8 @@ def curve_of(law: NormalLaw, origin: float) -> Curve:
     spheres = law._spheres
     if spheres is None:
         return LawCurve(law, origin)
-    few = spheres.heights.size <= _FEW_SUMMITS
-    return SpheresCurve(spheres, origin) if few else ManySpheresCurve(spheres, origin)
+    kind = SpheresCurve if spheres.heights.size <= _FEW_SUMMITS else ManySpheresCurve
+    return kind(spheres, origin)
 
 
 class LawCurve:
@@ -35,7 +35,7 @@ class LawCurve:
 
     def __init__(self, law: NormalLaw, origin: float) -> None:
         self._law, self._origin = law, origin
-        self._known: dict[float, tuple[float, float]] = {}
+        self._loads_at: dict[float, tuple[float, float]] = {}
 
     def drop(self, base: float, width: float) -> float:
         """N(b) - N(b + w)."""
@@ -46,14 +46,14 @@ class LawCurve:
 
     def load(self, separation: float) -> tuple[float, float]:
         """N and -N'; a solver asks for those of one place again and again."""
-        known = self._known.get(separation)
-        if known is None:
+        pair = self._loads_at.get(separation)
+        if pair is None:
             there = separation + self._origin
-            known = self._law._derivative_at(there, 0), -self._law._derivative_at(there, 1)
-            if len(self._known) >= _KEPT:
-                self._known = {}  # a new one: other threads may read the old
-            self._known[separation] = known
-        return known
+            pair = self._law._derivative_at(there, 0), -self._law._derivative_at(there, 1)
+            if len(self._loads_at) >= _KEPT:
+                self._loads_at = {}  # a new one: other threads may read the old
+            self._loads_at[separation] = pair
+        return pair
 
 
 class SpheresCurve:
@@ -99,10 +99,10 @@ class ManySpheresCurve:
         """N(b) - N(b + w)."""
         count = int(np.searchsorted(self._depths, -base, side="left"))
         s = self._heights[:count] - base
-        rest = np.maximum(s - width, 0.0)
-        root, less = np.sqrt(s), np.sqrt(rest)
+        beyond = np.maximum(s - width, 0.0)
+        root, inner = np.sqrt(s), np.sqrt(beyond)
         # A^3 - B^3 for the roots A and B, without cancellation.
-        terms = np.minimum(s, width) * (s + root * less + rest) / (root + less)
+        terms = np.minimum(s, width) * (s + root * inner + beyond) / (root + inner)
         return float(terms @ self._constants[:count])
 
     def load(self, separation: float) -> tuple[float, float]:
@@ -125,8 +125,8 @@ class TableCurve:
         self._slopes: list[float] = spline.slopes.tolist()
         self._ends: list[float] = spline.ends.tolist()
         # Of positive terms, so that a fall over some pieces is right to rounding.
-        falls = -0.5 * np.diff(spline.knots) * (spline.slopes[:-1] + spline.ends)
-        self._falls: list[float] = falls.tolist()
+        drops = -0.5 * np.diff(spline.knots) * (spline.slopes[:-1] + spline.ends)
+        self._falls: list[float] = drops.tolist()
         self._tail = 0.0 if law.tail is None else self._loads[-1] / -self._slopes[-1]
 
     def drop(self, base: float, width: float) -> float:

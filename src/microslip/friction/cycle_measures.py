@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, plain, sized
+from microslip._core.checks import Floats, check_one_of, floats, plain, sized
 from microslip.errors import Argument, InputError
 from microslip.friction.unit_cycles import checked_cycle, halves_of
 from microslip.loops import Loop
@@ -60,11 +60,7 @@ class CycleMeasures(ABC):
         return force
 
     def _amplitudes(self, amplitude: Any, force_amplitude: Any) -> Floats:
-        if (amplitude is None) == (force_amplitude is None):
-            came = "neither" if amplitude is None else "both"
-            raise InputError(
-                f"amplitude [m] or force_amplitude=... [N] must be given, one of them, got {came}"
-            )
+        check_one_of("amplitude [m] or force_amplitude=... [N]", amplitude, force_amplitude)
         name = "amplitude" if force_amplitude is None else "force_amplitude"
         values = (
             sized("amplitude", amplitude)
@@ -156,9 +152,9 @@ class CycleMeasures(ABC):
 
         def secant(a: Floats) -> Floats:
             moved = a > 0.0
-            rest = np.full_like(a, self.tangential_stiffness)
+            stiffness = np.full_like(a, self.tangential_stiffness)
             with np.errstate(over="ignore"):  # a rigid law at next to no amplitude
-                return np.divide(self._backbone(a), a, out=rest, where=moved)
+                return np.divide(self._backbone(a), a, out=stiffness, where=moved)
 
         return self._measure(amplitude, force_amplitude, secant)
 

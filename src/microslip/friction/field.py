@@ -9,8 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, Floats, beyond, exact, floats, number, show, sized
-from microslip._core.frozen import Locked, lock
+from microslip._core.checks import (
+    LARGEST,
+    Floats,
+    beyond,
+    check_one_of,
+    exact,
+    floats,
+    number,
+    show,
+    sized,
+)
+from microslip._core.frozen import Locked, assign, lock
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.field_backbone import FieldBackbone
@@ -95,25 +105,27 @@ class JointField(SettledField, Locked):
             raise InputError(
                 Argument("surface"), f" must be a normal load law ({names}), got {show(surface)}"
             )
-        given = {
+        conditions = {
             "loads": loads, "pressures": pressures, "separations": separations, "gaps": gaps,
         }  # fmt: skip
-        rest = {name: value for name, value in given.items() if value is not None}
-        if len(rest) != 1:
+        stated = {name: value for name, value in conditions.items() if value is not None}
+        if len(stated) != 1:
             raise InputError(
                 "one of loads [N], pressures [Pa], separations [m] and gaps [m] must be given, "
-                f"got {' and '.join(rest) or 'none'}"
+                f"got {' and '.join(stated) or 'none'}"
             )
-        ((kind, held),) = rest.items()
-        nodes = nodes_of({"friction_coefficient": friction_coefficient, "areas": areas, kind: held})
+        kind = next(iter(stated))
+        nodes = nodes_of({"friction_coefficient": friction_coefficient, "areas": areas, **stated})
         for name, unit in (("friction_coefficient", ""), ("areas", " [m^2]")):
             check_positive(name, unit, nodes[name])
-        put = object.__setattr__
-        put(self, "surface", surface)
-        put(self, "friction", lock(nodes["friction_coefficient"]))
-        put(self, "areas", lock(nodes["areas"]))
-        put(self, "surface_area", area_of(surface, surface_area))
-        put(self, "gaps", lock(nodes["gaps"]) if kind == "gaps" else None)
+        assign(
+            self,
+            surface=surface,
+            friction=lock(nodes["friction_coefficient"]),
+            areas=lock(nodes["areas"]),
+            surface_area=area_of(surface, surface_area),
+            gaps=lock(nodes["gaps"]) if kind == "gaps" else None,
+        )
         if kind in ("separations", "gaps"):
             self._rest_at(nodes[kind], None)
         else:
@@ -122,25 +134,23 @@ class JointField(SettledField, Locked):
     def _rest_at(self, separations: Floats, curve: FieldCurve | None) -> None:
         self._check_separations(separations)
         curve = curve or field_curve(self.surface, float(separations.min()))
-        object.__setattr__(self, "separations", lock(separations))
-        object.__setattr__(self, "_curve", curve)
+        assign(self, separations=lock(separations), _curve=curve)
         loads = self._scale * curve.load(self._steps)[0]
-        object.__setattr__(self, "normal_loads", lock(loads))
-        object.__setattr__(self, "_weights", self.friction * self._scale)
+        assign(self, normal_loads=lock(loads), _weights=self.friction * self._scale)
 
-    def _rest_under(self, kind: str, given: Floats, curve: FieldCurve | None) -> None:
-        sized(kind, given, "N" if kind == "loads" else "Pa")
-        if given.min() < 0.0:
-            i = int(np.argmax(given < 0.0))
+    def _rest_under(self, kind: str, values: Floats, curve: FieldCurve | None) -> None:
+        sized(kind, values, "N" if kind == "loads" else "Pa")
+        if values.min() < 0.0:
+            i = int(np.argmax(values < 0.0))
             unit = "N" if kind == "loads" else "Pa"
-            raise InputError(f"{kind} must not be negative [{unit}], got {exact(given[i])}{at(i)}")
-        loads = given * self.areas if kind == "pressures" else given
+            raise InputError(f"{kind} must not be negative [{unit}], got {exact(values[i])}{at(i)}")
+        loads = values * self.areas if kind == "pressures" else values
         shares = loads / self._scale
         if curve is None:
             heaviest = int(np.argmax(shares))
             nearest = self._separation_of(shares, heaviest) if shares[heaviest] > 0.0 else np.inf
             curve = field_curve(self.surface, min(nearest, LARGEST))
-        object.__setattr__(self, "_curve", curve)
+        assign(self, _curve=curve)
         steps = np.full(shares.size, np.nan)
         carried = shares > 0.0
         steps[~carried] = curve.parting() if not carried.all() else 0.0
@@ -153,13 +163,11 @@ class JointField(SettledField, Locked):
                 for i in (int(np.argmin(light)), int(np.argmax(shares))):
                     self._separation_of(shares, i)
                 raise
-        put = object.__setattr__
-        put(self, "separations", lock(steps + curve.origin))
-        put(self, "normal_loads", lock(loads.copy()))
+        assign(self, separations=lock(steps + curve.origin), normal_loads=lock(loads.copy()))
         # With it the limit mu N is met exactly, however coarse a number the separation is.
         there = self._scale * curve.load(self._steps)[0]
         exactly = np.divide(loads, there, out=np.ones(loads.size), where=there > 0.0)
-        put(self, "_weights", self.friction * self._scale * exactly)
+        assign(self, _weights=self.friction * self._scale * exactly)
 
     def _separation_of(self, shares: Floats, node: int) -> float:
         """Separation of one node, whose load is ``shares`` on the whole surface."""
@@ -228,17 +236,15 @@ class JointField(SettledField, Locked):
         InputError
             Both or neither given; as for the field itself.
         """
-        if (separations is None) == (loads is None):
-            came = "neither" if loads is None else "both"
-            raise InputError(f"separations [m] or loads [N] must be given, one of them, got {came}")
-        other = object.__new__(JointField)
-        for name in ("surface", "friction", "areas", "surface_area", "gaps"):
-            object.__setattr__(other, name, getattr(self, name))
+        check_one_of("separations [m] or loads [N]", separations, loads)
+        field = object.__new__(JointField)
+        names = ("surface", "friction", "areas", "surface_area", "gaps")
+        assign(field, **{name: getattr(self, name) for name in names})
         if separations is not None:
-            other._rest_at(self._each("separations", separations).copy(), self._curve)
+            field._rest_at(self._each("separations", separations).copy(), self._curve)
         else:
-            other._rest_under("loads", self._each("loads", loads), self._curve)
-        return other
+            field._rest_under("loads", self._each("loads", loads), self._curve)
+        return field
 
     # -- without memory -------------------------------------------------------------------------
 
@@ -334,8 +340,8 @@ class JointField(SettledField, Locked):
             Negative, not finite, or another number of them.
         """
         a = sized("amplitude", amplitude)
-        many = a.ndim == 2
-        a = a if many else self._each("amplitude", a)[None]
+        several = a.ndim == 2
+        a = a if several else self._each("amplitude", a)[None]
         if a.shape[1] != self.size:
             raise InputError(
                 f"amplitude must have the shape ({self.size},), one a node, or (cycles, "
@@ -354,7 +360,7 @@ class JointField(SettledField, Locked):
             steps = np.broadcast_to(self._steps[loaded], reach.shape)
             excess = self._curve.excess("excess", steps.ravel(), reach.ravel())
             energy[:, loaded] = 8.0 * self._weights[loaded] * slip * excess.reshape(reach.shape)
-        return energy if many else energy[0]
+        return energy if several else energy[0]
 
     def rigid(self) -> BackboneLaw:
         """The law of all nodes that move together, each at its own separation.

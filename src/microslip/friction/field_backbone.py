@@ -34,8 +34,8 @@ class FieldBackbone(Locked, BackboneLaw):
 
     def _exact(self, u: Floats) -> Floats:
         drop = self._curve.drop
-        each = [self._weights @ drop(self._steps, np.minimum(v, 1e200) / self._slips) for v in u]
-        return np.minimum(np.array(each), self.force_limit)
+        forces = [self._weights @ drop(self._steps, np.minimum(v, 1e200) / self._slips) for v in u]
+        return np.minimum(np.array(forces), self.force_limit)
 
     def _exact_slope(self, u: Floats) -> Floats:
         weights = self._weights / self._slips
@@ -92,9 +92,9 @@ class FieldBackbone(Locked, BackboneLaw):
         if self._energy_tables is None:
             return self._exact_energy(amplitude)
         table, starts = self._energy_tables
-        whole = np.minimum(amplitude * table.inverse_width, len(starts) - 1.0).astype(np.int64)
-        begin = whole / table.inverse_width
-        return starts[whole] + _between(table, np.minimum(begin, amplitude), amplitude)
+        panel = np.minimum(amplitude * table.inverse_width, len(starts) - 1.0).astype(np.int64)
+        begin = panel / table.inverse_width
+        return starts[panel] + _between(table, np.minimum(begin, amplitude), amplitude)
 
     def _energy_slope(self, amplitude: Floats) -> Floats:
         if self._energy_tables is None:

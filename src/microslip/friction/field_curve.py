@@ -74,15 +74,15 @@ class FieldCurve:
 
     def _loaded(self, separation: float) -> bool:
         """Whether what is carried there is no rounding of what the surface can carry."""
-        most = self.surface._derivative_at(self.surface._span[0], 0)
-        return self.surface._derivative_at(separation, 0) > 1e-15 * most
+        heaviest = self.surface._derivative_at(self.surface._span[0], 0)
+        return self.surface._derivative_at(separation, 0) > 1e-15 * heaviest
 
     def profile(self, low: float) -> Profile | None:
         """The curve from ``low`` on to where nothing is left; None where it cannot be a profile."""
-        known = self._coupling.profile(min(low, 0.0), self._far)
-        if known is None and self.surface._small_kinks.size:
+        profile = self._coupling.profile(min(low, 0.0), self._far)
+        if profile is None and self.surface._small_kinks.size:
             return self._kinked_profile(min(low, 0.0))
-        return known
+        return profile
 
     def _kinked_profile(self, low: float) -> Profile | None:
         """The same for heights whose density is a table of many points."""
@@ -109,13 +109,13 @@ class FieldCurve:
         top = self.surface._top
         if math.isfinite(top):
             return top - self.origin
-        known = self.profile(0.0)
-        if known is not None:
-            panels = len(known.coefficients) - known.first
-            return math.nextafter(known.anchor + panels / known.inverse_width, math.inf)
+        profile = self.profile(0.0)
+        if profile is not None:
+            panels = len(profile.coefficients) - profile.first
+            return math.nextafter(profile.anchor + panels / profile.inverse_width, math.inf)
         step = self._far * 1e-3
-        least = _FAINT * self.surface._derivative_at(self.origin, 0)
-        while self.surface._derivative_at(self.origin + step, 0) > least:
+        faintest = _FAINT * self.surface._derivative_at(self.origin, 0)
+        while self.surface._derivative_at(self.origin + step, 0) > faintest:
             step *= 1.25
         return step
 
@@ -125,26 +125,26 @@ class FieldCurve:
 
     def drop(self, base: Floats, width: Floats) -> Floats:
         """N(b) - N(b + w)."""
-        known = self.profile(float(base.min()))
-        if known is None:
+        profile = self.profile(float(base.min()))
+        if profile is None:
             return self._coupling.drop(base, width)
         result = np.empty(base.size)
-        kernels.active.drops(base, width, result, *known.arguments)
+        kernels.active.drops(base, width, result, *profile.arguments)
         return result
 
     def excess(self, kind: Literal["excess", "excess_slope"], step: Floats, u: Floats) -> Floats:
         """Half the integral of v (u - v) N''(d + v), or of v N''(d + v), over 0 <= v <= u."""
-        known = self.profile(float(step.min())) if kind == "excess_slope" else None
-        if known is not None:
+        profile = self.profile(float(step.min())) if kind == "excess_slope" else None
+        if profile is not None:
             result = np.empty(step.size)
-            kernels.active.excesses(step, u, result, *known.arguments)
+            kernels.active.excesses(step, u, result, *profile.arguments)
             return 0.5 * result
         pairs, there = pairs_of(self.surface), step + self.origin
         if pairs is not None:
             return pairs(self.surface, kind, there, u)
-        own = self.surface._excess if kind == "excess" else self.surface._excess_slope
-        each = zip(there.tolist(), u.tolist(), strict=True)
-        return np.array([own(d, np.array([v]))[0] for d, v in each])
+        integral = self.surface._excess if kind == "excess" else self.surface._excess_slope
+        pair_values = zip(there.tolist(), u.tolist(), strict=True)
+        return np.array([integral(d, np.array([v]))[0] for d, v in pair_values])
 
     def losses(self, slips: Slips, count: int) -> Floats:
         """What slip loses in each of so many samples, over mu kappa, where there is no profile."""
@@ -152,10 +152,10 @@ class FieldCurve:
 
     def load(self, step: Floats) -> tuple[Floats, Floats]:
         """N and -N'."""
-        known = self.profile(float(step.min()))
-        if known is None:
+        profile = self.profile(float(step.min()))
+        if profile is None:
             there = step + self.origin
             return self.surface._derivative(there, 0), -self.surface._derivative(there, 1)
         value, fall = np.empty(step.size), np.empty(step.size)
-        kernels.active.loads(step, value, fall, *known.arguments)
+        kernels.active.loads(step, value, fall, *profile.arguments)
         return value, fall

@@ -81,25 +81,25 @@ class FieldCycle(Locked):
             by_place = by_place - by_place.mean(axis=1, keepdims=True)
         places, steps = by_place.shape[2], by_step.shape[2]
         slopes = np.empty((nodes, samples, places + steps))
-        falls = np.empty((nodes, samples, steps))
+        load_slopes = np.empty((nodes, samples, steps))
         nothing = np.zeros(0)
         stride = int(by_place.shape[0] > 1)
         _slopes(
             self._field, self._places, self._steps, by_place, by_step, stride, nothing, 0,
-            nothing, slopes, nothing, falls,
+            nothing, slopes, nothing, load_slopes,
         )  # fmt: skip
         weights = self._field._weights[:, None, None]
         force = weights / self._field._slip[:, None, None] * slopes[:, :, :places]
         if not steps:
             return force, np.zeros_like(force)
         force += weights * slopes[:, :, places:]
-        return force, self._field._scale[:, None, None] * falls
+        return force, self._field._scale[:, None, None] * load_slopes
 
     def _directions(self, name: str, value: ArrayLike) -> Floats:
         nodes, samples = self.force.shape
         array = floats(name, value)
-        wanted = array.ndim in (2, 3) and array.shape[-2] == samples
-        if not wanted or (array.ndim == 3 and array.shape[0] != nodes):
+        fits = array.ndim in (2, 3) and array.shape[-2] == samples
+        if not fits or (array.ndim == 3 and array.shape[0] != nodes):
             raise InputError(
                 f"{name} must have the shape ({samples}, directions), or ({nodes}, {samples}, "
                 f"directions), got {array.shape}"
@@ -160,10 +160,10 @@ def harmonics(
     if separations is not None:
         steps = _steps(field, _coefficients(field, "separations", separations, count) @ basis.T)
         by_step = basis
-    columns, more = count + by_step.shape[1], by_step.shape[1]
+    columns, step_count = count + by_step.shape[1], by_step.shape[1]
     spectrum, load_spectrum = np.empty((field.size, count)), np.empty((field.size, count))
     jacobian = np.empty((field.size, count, columns))
-    load_jacobian = np.empty((field.size, count, more))
+    load_jacobian = np.empty((field.size, count, step_count))
     _slopes(
         field, places, steps, by_place[None], by_step[None], 0, analysis, count,
         spectrum, jacobian, load_spectrum, load_jacobian,
@@ -259,10 +259,10 @@ def _orders(value: Any) -> tuple[int, ...]:
 
 
 def _samples(samples: Any, orders: tuple[int, ...]) -> int:
-    least = 2 * orders[-1] + 1
-    if not is_whole(samples) or not least <= samples <= 1 << 20:
+    fewest = 2 * orders[-1] + 1
+    if not is_whole(samples) or not fewest <= samples <= 1 << 20:
         raise InputError(
-            f"samples must be a whole number, at least {least} for harmonic {orders[-1]}, "
+            f"samples must be a whole number, at least {fewest} for harmonic {orders[-1]}, "
             f"got {show(samples)}"
         )
     return int(samples)

@@ -16,9 +16,9 @@ def at(node: int) -> str:
     return f" at node {node}"
 
 
-def nodes_of(given: dict[str, Any]) -> dict[str, Floats]:
+def nodes_of(values: dict[str, Any]) -> dict[str, Floats]:
     """Arrays of one length, one number a node."""
-    arrays = {name: floats(name, value) for name, value in given.items()}
+    arrays = {name: floats(name, value) for name, value in values.items()}
     for name, array in arrays.items():
         if array.ndim > 1:
             raise InputError(Argument(name), f" must be one-dimensional, got shape {array.shape}")
@@ -40,19 +40,19 @@ def check_positive(name: str, unit: str, values: Floats) -> None:
     off = (values <= 0.0) | (values < SMALLEST) | (values > LARGEST)
     if off.any():
         i = int(np.argmax(off))
-        wanted = "above zero" if values[i] <= 0.0 else f"between {SMALLEST:g} and {LARGEST:g}"
-        raise InputError(Argument(name), f" must be {wanted}{unit}, got {exact(values[i])}{at(i)}")
+        bounds = "above zero" if values[i] <= 0.0 else f"between {SMALLEST:g} and {LARGEST:g}"
+        raise InputError(Argument(name), f" must be {bounds}{unit}, got {exact(values[i])}{at(i)}")
 
 
-def area_of(surface: NormalLaw, given: float | None) -> float:
+def area_of(surface: NormalLaw, area: float | None) -> float:
     """The apparent area [m^2] that a load of the surface is for: as given, or its own."""
-    if given is not None:
-        return positive("surface_area", given, "m^2", 2e-4)
-    own = getattr(surface, "area", None)
-    if own is None:
+    if area is not None:
+        return positive("surface_area", area, "m^2", 2e-4)
+    surface_area = getattr(surface, "area", None)
+    if surface_area is None:
         raise InputError(
             Argument("surface_area"),
             f" must be given: the law of a {type(surface).__name__} does not tell "
             "which apparent area it stands for; write surface_area=2e-4 [m^2]",
         )
-    return positive("surface_area", own, "m^2")
+    return positive("surface_area", surface_area, "m^2")

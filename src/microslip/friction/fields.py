@@ -151,9 +151,9 @@ class AsperityFields(Locked):
         total = np.zeros_like(r)
         for factor, removed in zip(self._factors.tolist(), self._removed, strict=True):
             c = math.sqrt(max(a * a - removed, 0.0))
-            left = np.sqrt(np.maximum(c - r, 0.0) * (c + r))
+            root = np.sqrt(np.maximum(c - r, 0.0) * (c + r))
             # In the circle the difference of the roots, which must not cancel.
-            total += factor * np.divide(removed, inside + left, out=inside.copy(), where=left > 0.0)
+            total += factor * np.divide(removed, inside + root, out=inside.copy(), where=root > 0.0)
         scale = self.asperity._grade * self.asperity.friction_coefficient
         return plain((scale * total).reshape(places.shape))
 
@@ -206,11 +206,11 @@ class AsperityFields(Locked):
         r = np.hypot(px, py)
         cosine = np.divide(px, r, out=np.ones_like(r), where=r > 0.0)
         sine = np.divide(py, r, out=np.zeros_like(r), where=r > 0.0)
-        both, across = shares(self.asperity.pair, body)
+        along, across = shares(self.asperity.pair, body)
         ux, uy = np.zeros_like(r), np.zeros_like(r)
         for factor, phi, psi in self._terms(r.reshape(-1)):
             deviator = across * psi.reshape(r.shape)
-            ux += factor * (both * phi.reshape(r.shape) + (cosine**2 - sine**2) * deviator)
+            ux += factor * (along * phi.reshape(r.shape) + (cosine**2 - sine**2) * deviator)
             uy += factor * (2.0 * sine * cosine * deviator)
         return plain(ux), plain(uy)
 
@@ -273,7 +273,7 @@ def bodies(pair: MaterialPair, body: Body | None) -> tuple[Material, ...]:
 
 def shares(pair: MaterialPair, body: Body | None) -> tuple[float, float]:
     """What the potential and the deviator of a traction are multiplied with [1/Pa]."""
-    asked = bodies(pair, body)
-    both = sum((2.0 - m.poisson_ratio) / m.shear_modulus for m in asked)
-    across = sum(m.poisson_ratio / m.shear_modulus for m in asked)
-    return both / (4.0 * math.pi), across / (4.0 * math.pi)
+    materials = bodies(pair, body)
+    along = sum((2.0 - m.poisson_ratio) / m.shear_modulus for m in materials)
+    across = sum(m.poisson_ratio / m.shear_modulus for m in materials)
+    return along / (4.0 * math.pi), across / (4.0 * math.pi)

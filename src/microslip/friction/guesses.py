@@ -124,11 +124,11 @@ def _features(x: Floats, t: Floats) -> Features:
     for i, way in zip(full, ways, strict=True):
         part = slice(int(turns[i]), int(turns[i + 1]) + 1)
         distance = np.maximum((x[part] - x[turns[i]]) * way, 0.0)
-        which = np.searchsorted(edges, distance / distance.max(), side="right") - 1
-        count = np.bincount(which, minlength=bins).astype(float)
+        places = np.searchsorted(edges, distance / distance.max(), side="right") - 1
+        count = np.bincount(places, minlength=bins).astype(float)
         with np.errstate(invalid="ignore", divide="ignore"):
-            mean_gone = np.bincount(which, distance, bins) / count
-            mean_force = way * np.bincount(which, t[part], bins) / count
+            mean_gone = np.bincount(places, distance, bins) / count
+            mean_force = way * np.bincount(places, t[part], bins) / count
         rows[float(way)].append((mean_gone, mean_force))
     sides = [[_middle(np.array([row[k] for row in rows[w]])) for k in (0, 1)] for w in (1.0, -1.0)]
     distance, force = (0.5 * (sides[0][k] + sides[1][k]) for k in (0, 1))
@@ -147,9 +147,9 @@ def _features(x: Floats, t: Floats) -> Features:
 
 def _middle(rows: Floats) -> Floats:
     """Medians of columns, not a number where a column has none."""
-    known = np.isfinite(rows).any(axis=0)
+    filled = np.isfinite(rows).any(axis=0)
     result = np.full(rows.shape[1], np.nan)
-    result[known] = np.nanmedian(rows[:, known], axis=0)
+    result[filled] = np.nanmedian(rows[:, filled], axis=0)
     return result
 
 
@@ -186,8 +186,8 @@ def loads_of(loads: Any, count: int, data: Any = None) -> list[float]:
     """Normal loads [N] as one for each of ``count`` loops: as given, or those of the records."""
     if loads is None and data is not None:
         records = list(data) if isinstance(data, (list, tuple)) else [data]
-        known = [getattr(item, "normal_load", None) for item in records]
-        loads = [None if load is None else float(np.mean(load)) for load in known]
+        stated = [getattr(item, "normal_load", None) for item in records]
+        loads = [None if load is None else float(np.mean(load)) for load in stated]
     several = isinstance(loads, (list, tuple)) or (isinstance(loads, np.ndarray) and loads.ndim > 0)
     listed = list(loads) if several else [loads] * count
     if len(listed) != count:
@@ -233,19 +233,19 @@ def draw(u: Floats, force: Floats, share: Share) -> Scaled:
 def best_of(rows: Callable[[Floats], Floats], force: Floats, low: float, high: float) -> Scaled:
     """The best of many lengths between two: ``rows`` gives the curve of each."""
     best = Scaled(0.0, 0.0, math.inf)
-    whole = float(force @ force)
+    square = float(force @ force)
     for count in (81, 25, 25):
         lengths = np.geomspace(low, high, count)
         curves = rows(lengths)
         limits = np.maximum(curves @ force, 0.0) / np.maximum((curves**2).sum(axis=1), 1e-300)
         misfits = ((force - limits[:, None] * curves) ** 2).sum(axis=1)
         # Of equally good ones the shortest: what no loop shows is not there.
-        at = int(np.argmax(misfits <= misfits.min() + 1e-9 * whole))
+        at = int(np.argmax(misfits <= misfits.min() + 1e-9 * square))
         if misfits[at] < best.misfit:
             best = Scaled(float(limits[at]), float(lengths[at]), float(misfits[at]))
         step = float(lengths[1] / lengths[0])
         low, high = best.length / step, best.length * step
-    return best._replace(misfit=math.sqrt(best.misfit / whole))
+    return best._replace(misfit=math.sqrt(best.misfit / square))
 
 
 def guessed_law(kind: Any, data: Any) -> Any:
@@ -259,9 +259,9 @@ def guessed_law(kind: Any, data: Any) -> Any:
     u, force = points_of(all_features(data))
     best, values = math.inf, dict[str, float]()
     for shape in _shapes(kind, parameters):
-        drawn = draw(u, force, kind(**shape)._backbone)
-        if drawn.misfit < best:
-            best, values = drawn.misfit, rescaled(kind, shape, drawn.limit, drawn.length)
+        fit = draw(u, force, kind(**shape)._backbone)
+        if fit.misfit < best:
+            best, values = fit.misfit, rescaled(kind, shape, fit.limit, fit.length)
     if not math.isfinite(best):
         raise InputError(f"{kind.__name__} has no values with which it draws these loops")
     scales = [item.dimension for item in parameters if item.dimension != (0, 0)]
@@ -315,10 +315,10 @@ def _settled(
             for item, x in zip(parameters, row, strict=True)
         }
 
-    def left(q: Floats) -> Floats:
+    def misses(q: Floats) -> Floats:
         return np.asarray((kind(**outer(q))._backbone(u) - force) / force.max())
 
-    fit = least_squares(left, inner(at), bounds=(inner(ends[0]), inner(ends[1])), max_nfev=60)
+    fit = least_squares(misses, inner(at), bounds=(inner(ends[0]), inner(ends[1])), max_nfev=60)
     return outer(fit.x)
 
 

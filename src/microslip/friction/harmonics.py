@@ -89,9 +89,9 @@ class Basis:
         return result
 
 
-def coefficients_of(name: str, given: ArrayLike, basis: Basis) -> Floats:
+def coefficients_of(name: str, coefficients: ArrayLike, basis: Basis) -> Floats:
     """One coefficient for each function of a basis."""
-    values = floats(name, given)
+    values = floats(name, coefficients)
     if values.shape != (basis.size,):
         raise InputError(
             f"{name} must hold {basis.size} numbers, [mean,] cosine and sine of each harmonic of "
@@ -120,7 +120,7 @@ def harmonic_force(
         raise InputError(f"rtol must be between 1e-14 and 0.1, got {tolerance:g}")
     motion = _Motion(basis, c, begin, moves)
     if motion.turns.size < 2:
-        return _held(law, motion)
+        return _at_rest(law, motion)
     return _Cycle(law, motion).coefficients(tolerance)
 
 
@@ -173,11 +173,11 @@ class _Motion:
         # Only true ones: each differs from its neighbours, in the other direction.
         while x.size > 2:
             steps = x - np.roll(x, 1)
-            same = np.sign(steps) == np.sign(np.roll(steps, -1))
-            same |= steps == 0.0
-            if not same.any():
+            monotone = np.sign(steps) == np.sign(np.roll(steps, -1))
+            monotone |= steps == 0.0
+            if not monotone.any():
                 break
-            first = int(np.argmax(same))
+            first = int(np.argmax(monotone))
             turns, x = np.delete(turns, first), np.delete(x, first)
         if x.size < 2 or not np.ptp(x) > 0.0:
             return np.zeros(0)
@@ -205,14 +205,14 @@ def solve(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
         inside = (t - step > low - 1e-14 * size) & (t - step < high + 1e-14 * size)
         new = np.where(inside, np.clip(t - step, low, high), 0.5 * (low + high))
         new = np.where(there, t, new)
-        done = np.abs(new - t) <= 4e-16 * size
+        converged = np.abs(new - t) <= 4e-16 * size
         t = new
-        if done.all():
+        if converged.all():
             break
     return t
 
 
-def _held(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
+def _at_rest(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
     """A displacement that rests: what small cycles around it tend to."""
     basis = motion.basis
     x = float(motion.at(np.zeros(1))[0])
@@ -286,9 +286,9 @@ class _Cycle:
             origin = self.x[parent]
             low = np.searchsorted(kinks, 0.5 * np.abs(begin - origin), side="right")
             high = np.searchsorted(kinks, 0.5 * np.abs(end - origin), side="left")
-            many = np.maximum(high - low, 0)
-            of = np.repeat(np.arange(begin.size), many)
-            index = low[of] + np.arange(of.size) - np.repeat(np.cumsum(many) - many, many)
+            counts = np.maximum(high - low, 0)
+            of = np.repeat(np.arange(begin.size), counts)
+            index = low[of] + np.arange(of.size) - np.repeat(np.cumsum(counts) - counts, counts)
             marks.append(origin[of] + 2.0 * sign[of] * kinks[index])
             owner.append(of)
         x, of = np.concatenate(marks), np.concatenate(owner)
@@ -317,18 +317,18 @@ class _Cycle:
         begin, end, of = self._cut()
         total, slopes = np.zeros(size), np.zeros((size, size))
         force_scale = max(float(np.abs(self.force).max()), 1e-300)
-        known = self._integrals(begin, end, of)
-        stiff = float(np.abs(known[1]).sum(axis=0).max())
+        coarse = self._integrals(begin, end, of)
+        stiff = float(np.abs(coarse[1]).sum(axis=0).max())
         stiff = max(stiff / (2.0 * math.pi), float(np.abs(self.derivative).max()), 1e-300)
         for _ in range(_LEVELS):
             middle = 0.5 * (begin + end)
             ends = np.column_stack((begin, middle)), np.column_stack((middle, end))
-            low, high, both = ends[0].ravel(), ends[1].ravel(), np.repeat(of, 2, axis=0)
-            halves = self._integrals(low, high, both)
+            low, high, owners = ends[0].ravel(), ends[1].ravel(), np.repeat(of, 2, axis=0)
+            halves = self._integrals(low, high, owners)
             sums = [v.reshape(begin.size, 2, *v.shape[1:]).sum(axis=1) for v in halves]
             off = np.maximum(
-                np.abs(sums[0] - known[0]).max(axis=1) / (tolerance * force_scale),
-                np.abs(sums[1] - known[1]).max(axis=(1, 2)) / (100.0 * tolerance * stiff),
+                np.abs(sums[0] - coarse[0]).max(axis=1) / (tolerance * force_scale),
+                np.abs(sums[1] - coarse[1]).max(axis=(1, 2)) / (100.0 * tolerance * stiff),
             )
             good = off <= 0.1
             good |= end - begin <= 1e-13
@@ -336,16 +336,16 @@ class _Cycle:
             slopes += sums[1][good].sum(axis=0)
             if good.all():
                 break
-            again = np.repeat(~good, 2)
-            begin, end, of = low[again], high[again], both[again]
-            known = tuple(v[again] for v in halves)
+            rough = np.repeat(~good, 2)
+            begin, end, of = low[rough], high[rough], owners[rough]
+            coarse = tuple(v[rough] for v in halves)
             if begin.size > _MOST:
                 raise InputError(
                     f"rtol must be one that {_MOST} pieces of a cycle reach on this law, "
                     f"got {tolerance:g}"
                 )
         else:
-            total, slopes = total + known[0].sum(axis=0), slopes + known[1].sum(axis=0)
+            total, slopes = total + coarse[0].sum(axis=0), slopes + coarse[1].sum(axis=0)
         factors = self.motion.basis.factors
         slopes += self._jumps()
         return HarmonicForce(factors * total, factors[:, None] * slopes)

@@ -44,7 +44,7 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
     InputError
         An amplitude that is not above zero.
     """
-    found: dict[str, dict[str, float]] = {"tangential_stiffness": {}, "loss_factor": {}}
+    slopes_of: dict[str, dict[str, float]] = {"tangential_stiffness": {}, "loss_factor": {}}
     for name, scaled in _inputs(joint).items():
         try:
             ends = [scaled(math.exp(sign * _STEP)) for sign in (-1.0, 1.0)]
@@ -55,8 +55,8 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
             ("loss_factor", [float(end.loss_factor(amplitude)) for end in ends]),
         ):
             if min(values) > 0.0 and math.isfinite(max(values)):
-                found[quantity][name] = math.log(values[1] / values[0]) / (2.0 * _STEP)
-    return {quantity: _steepest(slopes) for quantity, slopes in found.items()}
+                slopes_of[quantity][name] = math.log(values[1] / values[0]) / (2.0 * _STEP)
+    return {quantity: _steepest(slopes) for quantity, slopes in slopes_of.items()}
 
 
 def _steepest(slopes: Mapping[str, float]) -> dict[str, float]:

@@ -9,8 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, Floats, exact, floats, number, plain, positive, show
-from microslip._core.frozen import made_once
+from microslip._core.checks import (
+    LARGEST,
+    Floats,
+    check_one_of,
+    exact,
+    floats,
+    number,
+    plain,
+    positive,
+    show,
+)
+from microslip._core.frozen import assign, made_once
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
 from microslip.friction.coupled_law import CoupledLaw
@@ -78,11 +88,7 @@ class Interface(CoupledLaw):
             )
         friction = positive("friction_coefficient", self.friction_coefficient)
         load, separation = self.normal_load, self.separation
-        if (load is None) == (separation is None):
-            came = "neither" if load is None else "both"
-            raise InputError(
-                f"normal_load [N] or separation [m] must be given, one of them, got {came}"
-            )
+        check_one_of("normal_load [N] or separation [m]", load, separation)
         if separation is None:
             load = positive("normal_load", load, "N")
             separation = self.surface.separation(load)
@@ -96,9 +102,7 @@ class Interface(CoupledLaw):
                     f" must be one at which the surface carries a load, "
                     f"got {separation:g} m, where {where}",
                 )
-        object.__setattr__(self, "friction_coefficient", friction)
-        object.__setattr__(self, "normal_load", load)
-        object.__setattr__(self, "separation", separation)
+        assign(self, friction_coefficient=friction, normal_load=load, separation=separation)
 
     def at(self, *, normal_load: float | None = None, separation: float | None = None) -> Interface:
         """The same joint at another normal load [N], or at another separation [m].
@@ -141,14 +145,14 @@ class Interface(CoupledLaw):
     @cached_property
     def contact_count(self) -> float | None:
         """Summits in contact (19.6); None for a surface that does not know its contacts."""
-        return self._known("contact_count")
+        return self._of_surface("contact_count")
 
     @cached_property
     def contact_area(self) -> float | None:
         """Real contact area [m^2] (19.7); None for a surface that does not know its contacts."""
-        return self._known("contact_area")
+        return self._of_surface("contact_area")
 
-    def _known(self, name: str) -> float | None:
+    def _of_surface(self, name: str) -> float | None:
         try:
             value: float = getattr(self.surface, name)(self.separation)
         except InputError:
@@ -392,9 +396,9 @@ class Interface(CoupledLaw):
         joints = [cls(law, 0.55, 2000.0) for law in NORMAL_LAWS[0].examples()[:1]]
         for law in NORMAL_LAWS:
             for surface in law.examples():
-                most = surface.load(surface._span[0])
+                largest = surface.load(surface._span[0])
                 # Heights that begin abruptly: also so heavy that every summit touches.
                 heavy = 3.0 if surface._edge == surface._span[0] else 0.3
-                heavy = min(heavy, surface._heaviest / most)
-                joints += [cls(surface, 0.3, share * most) for share in (heavy, 1e-3, 1e-6)]
+                heavy = min(heavy, surface._heaviest / largest)
+                joints += [cls(surface, 0.3, share * largest) for share in (heavy, 1e-3, 1e-6)]
         return tuple(joints)

@@ -19,7 +19,7 @@ from microslip.friction.vector_cycles import SETTLED, VectorCycle, settle, trans
 from microslip.memory.vector_state import VectorState
 
 MOST_SLIDERS = 100_000
-_MOST_HELD = 100_000_000  # sliders of all joints of a state
+_MOST_IN_STATE = 100_000_000  # sliders of all joints of a state
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +110,8 @@ class IsotropicJoint(Locked):
             No whole number above zero, or so large that all sliders are more than 100 million.
         """
         if nodes is not None:
-            whole("nodes", nodes, 1, _MOST_HELD // self._tops.size)
-        return VectorState(_Held(self, int(nodes or 1)), nodes is None, bool(energies))
+            whole("nodes", nodes, 1, _MOST_IN_STATE // self._tops.size)
+        return VectorState(_ConstantLoad(self, int(nodes or 1)), nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
         """Forces along a path from rest, in straight lines from sample to sample.
@@ -160,8 +160,8 @@ class IsotropicJoint(Locked):
         a = sized("amplitude", amplitude)
         if a.min() < 0.0:
             raise InputError(f"amplitude must not be negative, got {a.min():g}")
-        rest = np.maximum(a[..., None] ** 2 - self._tops**2, 0.0)
-        return plain(np.asarray(2.0 * math.pi * np.sqrt(rest) @ (self._weights * self._tops)))
+        squares = np.maximum(a[..., None] ** 2 - self._tops**2, 0.0)
+        return plain(np.asarray(2.0 * math.pi * np.sqrt(squares) @ (self._weights * self._tops)))
 
     def periodic(self, displacement_cycle: ArrayLike, *, tolerance: float = SETTLED) -> VectorCycle:
         """The settled cycle of a periodic path.
@@ -186,9 +186,9 @@ class IsotropicJoint(Locked):
             Not finite, another shape, a cycle that does not settle.
         """
         places = _path("displacement_cycle", displacement_cycle)[None]
-        steps, none = np.zeros(places.shape[:2]), np.zeros((places.shape[1], 0))
-        bank = _Held(self, 1)
-        force, _, passes = settle(bank, places, steps, none, none, tolerance)
+        steps, nothing = np.zeros(places.shape[:2]), np.zeros((places.shape[1], 0))
+        bank = _ConstantLoad(self, 1)
+        force, _, passes = settle(bank, places, steps, nothing, nothing, tolerance)
         return VectorCycle(lock(force[0]), None, passes, bank, places, steps, tolerance)
 
     def harmonics(
@@ -229,16 +229,16 @@ class IsotropicJoint(Locked):
         """
         numbers = _orders(harmonics)
         basis, analysis = _transform(numbers, _samples(samples, numbers))
-        given = floats("coefficients", coefficients)
-        if given.shape != (2, basis.shape[1]):
+        values = floats("coefficients", coefficients)
+        if values.shape != (2, basis.shape[1]):
             raise InputError(
                 f"coefficients must have the shape (2, {basis.shape[1]}), a row a direction, "
-                f"got {given.shape}"
+                f"got {values.shape}"
             )
-        places = (basis @ given.T)[None]
-        none = np.zeros((basis.shape[0], 0))
+        places = (basis @ values.T)[None]
+        nothing = np.zeros((basis.shape[0], 0))
         force, slopes, _ = settle(
-            _Held(self, 1), places, np.zeros(places.shape[:2]), basis, none, tolerance
+            _ConstantLoad(self, 1), places, np.zeros(places.shape[:2]), basis, nothing, tolerance
         )
         jacobian, _ = transform_slopes(slopes, analysis, basis.shape[1], 0)
         return force[0].T @ analysis, jacobian[0]
@@ -247,7 +247,7 @@ class IsotropicJoint(Locked):
         return f"IsotropicJoint({self.joint!r}, sliders={self._tops.size})"
 
 
-class _Held:
+class _ConstantLoad:
     """Nodes that share the sliders of a joint whose load is held."""
 
     def __init__(self, joint: IsotropicJoint, nodes: int) -> None:
@@ -265,9 +265,9 @@ class _Held:
         )
 
 
-def check_sliders(sliders: Any, least: int) -> None:
+def check_sliders(sliders: Any, fewest: int) -> None:
     """A number of sliders."""
-    whole("sliders", sliders, least, MOST_SLIDERS)
+    whole("sliders", sliders, fewest, MOST_SLIDERS)
 
 
 def _path(name: str, value: ArrayLike) -> Floats:

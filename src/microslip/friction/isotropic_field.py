@@ -77,8 +77,8 @@ class IsotropicField(Locked):
     def _weights(self) -> Floats:
         """Bends of the polygon: what each slider adds to N of a separation before it."""
         loads = self.field._curve.load(self.knots - self.field._curve.origin)[0]
-        falls = -np.diff(np.append(loads[:-1], 0.0)) / np.diff(self.knots)
-        return lock(falls - np.append(falls[1:], 0.0))
+        slopes = -np.diff(np.append(loads[:-1], 0.0)) / np.diff(self.knots)
+        return lock(slopes - np.append(slopes[1:], 0.0))
 
     @cached_property
     def _scales(self) -> Floats:
@@ -172,8 +172,8 @@ class IsotropicField(Locked):
             steps = self.field._check_separations(d) - self.field._curve.origin
             self._check_reach(steps)
         places = x / self._slips[:, None, None]
-        none = np.zeros((x.shape[1], 0))
-        force, _, passes = settle(self, places, steps, none, none, tolerance)
+        nothing = np.zeros((x.shape[1], 0))
+        force, _, passes = settle(self, places, steps, nothing, nothing, tolerance)
         load = self._load_cycle(steps)[0]
         return VectorCycle(lock(force), lock(load), passes, self, places, steps, tolerance)
 
@@ -226,12 +226,12 @@ class IsotropicField(Locked):
         numbers = _orders(harmonics)
         basis, analysis = _transform(numbers, _samples(samples, numbers))
         count, size = basis.shape[1], self.field.size
-        given = floats("coefficients", coefficients)
-        if given.shape != (size, 2, count):
+        values = floats("coefficients", coefficients)
+        if values.shape != (size, 2, count):
             raise InputError(
-                f"coefficients must have the shape ({size}, 2, {count}), got {given.shape}"
+                f"coefficients must have the shape ({size}, 2, {count}), got {values.shape}"
             )
-        places = np.einsum("tc,nic->nti", basis, given) / self._slips[:, None, None]
+        places = np.einsum("tc,nic->nti", basis, values) / self._slips[:, None, None]
         steps = np.repeat(self._rests[:, None], basis.shape[0], axis=1)
         by_step = np.zeros((basis.shape[0], 0))
         if separations is not None:
@@ -240,13 +240,13 @@ class IsotropicField(Locked):
             self._check_reach(steps)
             by_step = basis
         force, slopes, _ = settle(self, places, steps, basis, by_step, tolerance)
-        own, turned = transform_slopes(slopes, analysis, count, by_step.shape[1])
+        by_places, turned = transform_slopes(slopes, analysis, count, by_step.shape[1])
         spectrum = np.einsum("tc,nti->nic", analysis, force)
         if separations is None:
-            return spectrum, own
+            return spectrum, by_places
         load, fall = self._load_cycle(steps)
         jacobian = np.zeros((size, 3, 3, count, count))
-        jacobian[:, :2, :2] = own
+        jacobian[:, :2, :2] = by_places
         jacobian[:, :2, 2] = turned.transpose(0, 1, 2, 3)
         jacobian[:, 2, 2] = np.einsum("tc,nt,tk->nck", analysis, fall, basis)
         return spectrum, load @ analysis, jacobian
@@ -268,12 +268,12 @@ def knots_of(field: FieldNodes, sliders: int, nearest: float) -> Floats:
     load, fall = curve.load(grid - origin)
     loaded = field.normal_loads > 0.0
     last = field.separations[loaded].max() if loaded.any() else nearest
-    least = _LIGHTEST * float(curve.load(np.array([last - origin]))[0][0])
-    kept = np.flatnonzero(load > least)
-    end = grid[min(kept[-1] + 1, _GRID)] if kept.size else parting
+    lightest = _LIGHTEST * float(curve.load(np.array([last - origin]))[0][0])
+    loaded_places = np.flatnonzero(load > lightest)
+    end = grid[min(loaded_places[-1] + 1, _GRID)] if loaded_places.size else parting
     grid = np.linspace(nearest, end, _GRID + 1)
     load, fall = curve.load(grid - origin)
-    middle = np.maximum(0.5 * (load[:-1] + load[1:]), least)
+    middle = np.maximum(0.5 * (load[:-1] + load[1:]), lightest)
     masses = np.sqrt(np.diff(grid) * np.maximum(fall[:-1] - fall[1:], 0.0) / middle)
     parts = np.append(0.0, np.cumsum(masses))
     count = sliders if end < parting else sliders + 1

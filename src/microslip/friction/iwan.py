@@ -178,10 +178,10 @@ class Iwan(Locked, CellModel):
     @classmethod
     def examples(cls) -> tuple[Iwan, ...]:
         """One cell, a few unlike ones with two that yield together, and very many."""
-        few = cls([4e8, 1e7, 2e8, 5e7, 1e8], [10.0, 20.0, 30.0, 40.0, 15.0])
+        unlike = cls([4e8, 1e7, 2e8, 5e7, 1e8], [10.0, 20.0, 30.0, 40.0, 15.0])
         shares = (np.arange(1000.0) + 0.5) / 1000.0
-        many = cls(np.full(1000, 1e6), 0.8 * shares)
-        return cls([2e8], [150.0]), few, many
+        dense = cls(np.full(1000, 1e6), 0.8 * shares)
+        return cls([2e8], [150.0]), unlike, dense
 
 
 def _running_sum(x: Floats) -> Floats:

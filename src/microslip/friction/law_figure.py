@@ -29,15 +29,15 @@ _RIGID = (1e-9, 1e-4)  # amplitudes of a law that has no slip scale [m]
 def law_figure(law: Any, quantity: Any, amplitudes: Any) -> Plot:
     """One quantity over amplitudes, from far in the microslip to far in the slip by default."""
     if not isinstance(quantity, str) or quantity not in LABELS:
-        known = ", ".join(LABELS)
-        raise InputError(Argument("quantity"), f" must be one of {known}, got {show(quantity)}")
+        names = ", ".join(LABELS)
+        raise InputError(Argument("quantity"), f" must be one of {names}, got {show(quantity)}")
     a = _amplitudes(law) if amplitudes is None else np.sort(law._amplitudes(amplitudes, None))
     a = a.reshape(-1)
     values = np.asarray(getattr(law, quantity)(a), dtype=float)
     x_unit, x_letter = length_prefix(float(a.max()))
     name, symbol = LABELS[quantity]
-    shown = values[np.isfinite(values)]
-    unit, letter = prefix(float(shown.max(initial=0.0)) or 1.0) if symbol else (1.0, "")
+    finite = values[np.isfinite(values)]
+    unit, letter = prefix(float(finite.max(initial=0.0)) or 1.0) if symbol else (1.0, "")
     log = quantity != "dissipation_exponent" and bool((values > 0.0).any())
     displacement = "Displacement" + " amplitude" * (not quantity.startswith("backbone"))
     panel = Panel(

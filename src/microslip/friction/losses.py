@@ -77,12 +77,12 @@ class Losses:
             middle = first[run] + (low + 0.5 * width) * rise[run]
             touching = middle < self._top
             front = middle + gap[run] + (low + 0.5 * width) * growth[run]
-            for (places, weights), chosen in self._rules(front):
-                chosen = chosen & touching
-                of, share = run[chosen], width[chosen]
+            for (places, weights), selection in self._rules(front):
+                selection = selection & touching
+                of, share = run[selection], width[selection]
                 if not of.size:
                     continue
-                u = low[chosen, None] + share[:, None] * places
+                u = low[selection, None] + share[:, None] * places
                 v = gap[of, None] + u * growth[of, None]
                 d = first[of, None] + u * rise[of, None]
                 values = self._slope(d.ravel(), v.ravel()).reshape(u.shape)
@@ -103,11 +103,11 @@ class Losses:
                 return self._marks
             smooth = float(self._kinks[-1])
         rungs: list[float] = []
-        least, place = 0.0, smooth + self._origin
+        faintest, place = 0.0, smooth + self._origin
         while len(rungs) < _MOST_RUNGS:
             load, slope = law._derivative_at(place, 0), law._derivative_at(place, 1)
-            least = least or _NONE * load
-            if not (load > least and slope < 0.0):
+            faintest = faintest or _NONE * load
+            if not (load > faintest and slope < 0.0):
                 break
             place += load / -slope
             rungs.append(place - self._origin)

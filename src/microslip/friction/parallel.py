@@ -44,9 +44,9 @@ class Parallel(Locked, BackboneLaw):
     laws: Sequence[BackboneLaw]
 
     def __post_init__(self) -> None:
-        given = self.laws
-        wanted = "a sequence of backbone laws, such as Parallel([joint, other])"
-        laws = tuple(members("laws", given, BackboneLaw, wanted))
+        laws_given = self.laws
+        expected = "a sequence of backbone laws, such as Parallel([joint, other])"
+        laws = tuple(members("laws", laws_given, BackboneLaw, expected))
         object.__setattr__(self, "laws", laws)
 
     @cached_property
@@ -108,8 +108,8 @@ class Parallel(Locked, BackboneLaw):
     def _inverse(self, force: Floats) -> Floats:
         if not self._rigid or self._soft is None:
             return super()._inverse(force)
-        held = math.fsum(law.force_limit for law in self._rigid)
-        return self._soft._inverse(np.maximum(force - held, 0.0))
+        rigid_force = math.fsum(law.force_limit for law in self._rigid)
+        return self._soft._inverse(np.maximum(force - rigid_force, 0.0))
 
     @cached_property
     def _kinks(self) -> Floats:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, plain, positive, show
-from microslip._core.frozen import lock, made_once
+from microslip._core.frozen import assign, lock, made_once
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
@@ -80,9 +80,8 @@ class PressedJoint(Parallel):
                 f"{show(self.surface)}",
             )
         load = positive("normal_load", self.normal_load, "N", 2000.0)
-        object.__setattr__(self, "normal_load", load)
         mu = positive("friction_coefficient", self.friction_coefficient)
-        object.__setattr__(self, "friction_coefficient", mu)
+        assign(self, normal_load=load, friction_coefficient=mu)
         apparent = getattr(self.surface, "area", None)
         if apparent is not None and self.pressure.area > apparent * (1.0 + 1e-9):
             raise InputError(
@@ -95,7 +94,7 @@ class PressedJoint(Parallel):
             Interface(self.surface._patch(area, share), mu, normal_load=share * load)
             for area, share in places
         )
-        object.__setattr__(self, "laws", laws)
+        assign(self, laws=laws)
 
     def at(self, *, normal_load: float) -> PressedJoint:
         """The same joint under another load [N], spread in the same way.
@@ -110,7 +109,7 @@ class PressedJoint(Parallel):
         joint = copy(self)
         joint.__dict__.clear()
         shares = self.pressure.shares.tolist()
-        known = {
+        fields = {
             "surface": self.surface,
             "friction_coefficient": self.friction_coefficient,
             "pressure": self.pressure,
@@ -120,7 +119,7 @@ class PressedJoint(Parallel):
                 for law, share in zip(self._joints, shares, strict=True)
             ),
         }
-        joint.__dict__.update(known)
+        joint.__dict__.update(fields)
         return joint
 
     # -- places -----------------------------------------------------------------------------------

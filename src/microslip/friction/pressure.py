@@ -303,8 +303,8 @@ class Pressure(Locked):
         bears = loads > 1e-12 * loads.sum() * areas / areas.sum()
         if not bears.any():
             raise InputError(Argument("pressure"), " must be above zero somewhere, got none")
-        held = loads[bears]
-        return cls(areas[bears], held / held.sum(), None if places is None else places[bears], kind)
+        load = loads[bears]
+        return cls(areas[bears], load / load.sum(), None if places is None else places[bears], kind)
 
     def __repr__(self) -> str:
         return (

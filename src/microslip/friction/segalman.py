@@ -141,7 +141,7 @@ class SegalmanIwan(PowerModel):
         # Sums of nothing that cancels; phi depends on the others, and what that gives is in them.
         # At phi and beyond they are those of gross slip.
         p, beta, phi = 1.0 + self.chi, self.beta, self.slip_displacement
-        whole = beta * (p + 1.0) + p
+        denominator = beta * (p + 1.0) + p
         sticks = u < phi
         x = np.where(sticks, u / phi, 1.0)
         v, power = x * phi, x**p
@@ -152,8 +152,8 @@ class SegalmanIwan(PowerModel):
             (
                 part * power * (p / self.force_limit),
                 v * (1.0 - power / (1.0 + beta)),
-                part * (slow + power * (beta / whole)),
-                part * power * (beta * (p + 1.0) / ((1.0 + beta) * whole)),
+                part * (slow + power * (beta / denominator)),
+                part * power * (beta * (p + 1.0) / ((1.0 + beta) * denominator)),
             )
         )
         by_values[1:, ~sticks] = 0.0
@@ -206,8 +206,8 @@ class SegalmanIwan(PowerModel):
             for beta in (0.0, 0.2, 0.6, 2.0, 5.0):
                 p = 1.0 + chi
                 stiffness = (1.0 + beta) / (beta + p / (p + 1.0))  # the last slider yields at 1
-                drawn = draw(u, force, cls(1.0, stiffness, chi, beta)._backbone)
-                fits.append((drawn.misfit, drawn.limit, drawn.length, stiffness, chi, beta))
+                fit = draw(u, force, cls(1.0, stiffness, chi, beta)._backbone)
+                fits.append((fit.misfit, fit.limit, fit.length, stiffness, chi, beta))
         _, limit, length, stiffness, chi, beta = min(fits)
         return cls(limit, limit * stiffness / length, chi, beta)
 

@@ -75,9 +75,9 @@ def interface_values(
                 ]
             except InputError:
                 continue
-            drawn = _drawn(features, loads, curves)
-            if drawn.misfit < best[0]:
-                best = (drawn.misfit, drawn.limit, drawn.length, z)
+            fit = _drawn(features, loads, curves)
+            if fit.misfit < best[0]:
+                best = (fit.misfit, fit.limit, fit.length, z)
         step = 0.7 * float(grid[1] - grid[0])
         low, high = max(span[0], best[3] - step), min(span[1], best[3] + step)
     if not math.isfinite(best[0]):
@@ -134,14 +134,18 @@ def guessed_surface(
     """Surface, coefficient of friction and mean load [N] of :meth:`Interface.guess`."""
     check_pair(pair)
     loads = loads_of(normal_load, len(all_features(data)), data)
-    given = Gaussian(std=1.0) if heights is None else as_heights(heights)
-    shape, span = shape_of(given, pair)
+    shape_heights = Gaussian(std=1.0) if heights is None else as_heights(heights)
+    shape, span = shape_of(shape_heights, pair)
     mean = math.exp(float(np.mean(np.log(loads))))
     friction, slip, separation = interface_values(data, loads, mean, shape, span)
     std = slip / (friction * pair.stiffness_ratio)
     area = positive("area", CONVENTIONAL_AREA if area is None else area, "m^2")
-    unit = GreenwoodWilliamson(pair, given._scaled(std / shape.unit), 1.0, 1.0, area)
+    unit = GreenwoodWilliamson(pair, shape_heights._scaled(std / shape.unit), 1.0, 1.0, area)
     root = mean / unit.load(separation * std)  # density * sqrt(radius)
-    chosen = conventional_radius(root, std) if radius is None else radius
-    chosen = positive("radius", chosen, "m")
-    return replace(unit, radius=chosen, density=root / math.sqrt(chosen)), friction, mean
+    size = conventional_radius(root, std) if radius is None else radius
+    size = positive("radius", size, "m")
+    return (
+        replace(unit, radius=size, density=root / math.sqrt(size)),
+        friction,
+        mean,
+    )

@@ -143,11 +143,11 @@ def worst_validity(
     loads = [float(load) for load in normal_loads]
     by_load = [_verdicts(joint.surface, _separation(joint, load)) for load in loads]
     result: list[tuple[Verdict, float | None]] = []
-    for same in zip(*by_load, strict=True):
-        if len({verdict.value for verdict in same}) == 1:
-            result.append((same[0], None))
+    for verdicts in zip(*by_load, strict=True):
+        if len({verdict.value for verdict in verdicts}) == 1:
+            result.append((verdicts[0], None))
         else:
-            result.append(max(zip(same, loads, strict=True), key=lambda pair: _doubt(pair[0])))
+            result.append(max(zip(verdicts, loads, strict=True), key=lambda pair: _doubt(pair[0])))
     return tuple(result)
 
 

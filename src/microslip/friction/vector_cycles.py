@@ -111,10 +111,12 @@ def settle(
 
 
 def transform_slopes(
-    slopes: Floats, analysis: Floats, count: int, more: int
+    slopes: Floats, analysis: Floats, count: int, step_count: int
 ) -> tuple[Floats, Floats]:
     """Jacobians of Fourier coefficients: by both displacements (n, 2, 2, c, c), and separations."""
-    whole = np.einsum("tc,ntrk->nrck", analysis, slopes)
+    spectrum = np.einsum("tc,ntrk->nrck", analysis, slopes)
     nodes = len(slopes)
-    own = whole[..., : 2 * count].reshape(nodes, 2, count, 2, count).transpose(0, 1, 3, 2, 4)
-    return own, whole[..., 2 * count : 2 * count + more]
+    by_place = (
+        spectrum[..., : 2 * count].reshape(nodes, 2, count, 2, count).transpose(0, 1, 3, 2, 4)
+    )
+    return by_place, spectrum[..., 2 * count : 2 * count + step_count]

@@ -58,8 +58,8 @@ class Pieces:
         half = 0.5 * np.diff(self.edges)
         inner = cheb.chebint(self.coefficients, axis=0) * half
         total = inner.sum(axis=0)  # at s = 1
-        whole = total - cheb.chebval(-1.0, inner)
-        after = np.append(np.cumsum(whole[::-1])[::-1][1:], 0.0)
+        areas = total - cheb.chebval(-1.0, inner)
+        after = np.append(np.cumsum(areas[::-1])[::-1][1:], 0.0)
         inner = -inner
         inner[0] += total + after
         return Pieces(self.edges, factor * inner)
@@ -67,18 +67,18 @@ class Pieces:
 
 def _lagrange(nodes: Floats, x: Floats) -> Floats:
     """Values at ``x`` (rows) of the polynomials that are one at one of ``nodes`` (columns)."""
-    others = ~np.eye(nodes.size, dtype=bool)
+    masks = ~np.eye(nodes.size, dtype=bool)
     columns = [
         np.prod((x[:, None] - nodes[o]) / (n - nodes[o]), axis=1)
-        for n, o in zip(nodes, others, strict=True)
+        for n, o in zip(nodes, masks, strict=True)
     ]
     return np.stack(columns, axis=1)
 
 
-def _resolve(function: Callable[[Floats], Floats], edges: Floats, most: int = _MOST) -> Pieces:
+def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _MOST) -> Pieces:
     """Panels between (and within) ``edges`` on which a polynomial is the function."""
     pending = np.column_stack((edges[:-1], edges[1:]))
-    done: list[tuple[float, float, Floats]] = []
+    panels: list[tuple[float, float, Floats]] = []
     before = np.full(len(pending), np.inf)
     for depth in range(_DEEPEST + 1):
         low, high = pending[:, :1], pending[:, 1:]
@@ -87,25 +87,25 @@ def _resolve(function: Callable[[Floats], Floats], edges: Floats, most: int = _M
         size = np.abs(values).max(axis=1)
         # Near an end the distance to it is known to rounding only: a noise no split removes.
         noise = 4e-16 * np.maximum(np.abs(low), np.abs(high)) / (high - low)
-        rest = np.abs(c[:, -3:]).max(axis=1) / np.where(size > 0.0, size, 1.0)
-        rough = rest > _TOLERANCE + noise[:, 0]
+        omitted = np.abs(c[:, -3:]).max(axis=1) / np.where(size > 0.0, size, 1.0)
+        rough = omitted > _TOLERANCE + noise[:, 0]
         # A small rest that a halving did not lessen is noise of the function itself.
-        rough &= (rest > _NOISE) | (rest < 0.3 * before)
+        rough &= (omitted > _NOISE) | (omitted < 0.3 * before)
         steep = np.abs(values).min(axis=1) < _RATIO * size
         split = (rough | steep) & ((high - low) > 1e-15 * np.abs(low))[:, 0]
-        if depth == _DEEPEST or len(done) + 2 * len(pending) > most:
+        if depth == _DEEPEST or len(panels) + 2 * len(pending) > limit:
             split[:] = False
-        done += [(*pair, row) for pair, row in zip(pending[~split], c[~split], strict=True)]
-        before = np.concatenate((rest[split], rest[split]))
+        panels += [(*pair, row) for pair, row in zip(pending[~split], c[~split], strict=True)]
+        before = np.concatenate((omitted[split], omitted[split]))
         low, high = pending[split, 0], pending[split, 1]
         middle = 0.5 * (low + high)
         pending = np.concatenate((np.column_stack((low, middle)), np.column_stack((middle, high))))
         if not len(pending):
             break
-    done.sort(key=lambda item: item[0])
+    panels.sort(key=lambda item: item[0])
     return Pieces(
-        np.array([item[0] for item in done] + [done[-1][1]]),
-        np.ascontiguousarray(np.array([item[2] for item in done]).T),
+        np.array([item[0] for item in panels] + [panels[-1][1]]),
+        np.ascontiguousarray(np.array([item[2] for item in panels]).T),
     )
 
 
@@ -231,8 +231,8 @@ class DensityHeights(HeightDistribution):
         """Panels of the moment of order -1/2, and ever smaller ones towards the lower end."""
         edges = self._tables[-1].edges
         below = edges[0] - self.spread * 2.0 ** np.arange(12.0, -48.0, -1.0)
-        apart = np.append(np.diff(edges) > _FINEST * self.spread, True)
-        return np.concatenate((below, edges[apart]))
+        distinct = np.append(np.diff(edges) > _FINEST * self.spread, True)
+        return np.concatenate((below, edges[distinct]))
 
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
         low, high = self.span

@@ -31,12 +31,12 @@ def piece_moment(
     """
     nodes, weights = gauss_legendre((twice + 5) // 2)
     first = np.sqrt(low)
-    both = first + np.sqrt(high)
-    reach = np.divide(width, both, out=np.zeros_like(both), where=both > 0.0)
-    total = np.zeros_like(both)
+    roots = first + np.sqrt(high)
+    reach = np.divide(width, roots, out=np.zeros_like(roots), where=roots > 0.0)
+    total = np.zeros_like(roots)
     for node, weight in zip(nodes, weights, strict=True):
         root = first + reach * node
-        share = np.divide(node * (root + first), both, out=np.zeros_like(both), where=both > 0.0)
+        share = np.divide(node * (root + first), roots, out=np.zeros_like(roots), where=roots > 0.0)
         term = (left + (right - left) * share) * (2.0 * weight)
         for _ in range(twice + 1):
             term *= root
@@ -49,13 +49,13 @@ def piece_moment_at(
 ) -> float:
     """The same of one piece, in plain Python: arrays of one are slow."""
     first = math.sqrt(low)
-    both = first + math.sqrt(high)
-    if both == 0.0:
+    roots = first + math.sqrt(high)
+    if roots == 0.0:
         return 0.0
-    reach, total = width / both, 0.0
+    reach, total = width / roots, 0.0
     for node, weight in _pairs((twice + 5) // 2):
         root = first + reach * node
-        share = node * (root + first) / both
+        share = node * (root + first) / roots
         total += weight * (left + (right - left) * share) * root ** (twice + 1)
     return 2.0 * total * reach
 
@@ -66,12 +66,12 @@ def _pairs(count: int) -> list[tuple[float, float]]:
     return list(zip(nodes.tolist(), weights.tolist(), strict=True))
 
 
-def panels_of(knots: Floats, left: Floats, right: Floats, most: int) -> Panels | None:
+def panels_of(knots: Floats, left: Floats, right: Floats, limit: int) -> Panels | None:
     """The pieces, cut until none is more than twice as wide as the next, and empty ones below.
 
-    None where they would be more than ``most``.
+    None where they would be more than ``limit``.
     """
-    while knots.size - 1 <= most:
+    while knots.size - 1 <= limit:
         width = np.diff(knots)
         wide = np.append(width[:-1] > 2.0 * width[1:] * (1.0 + 1e-12), False)
         middle = knots[:-1] + 0.5 * width
@@ -87,13 +87,13 @@ def panels_of(knots: Floats, left: Floats, right: Floats, most: int) -> Panels |
     unit = float(knots[1] - knots[0])
     count = _BELOW + max(0, math.ceil(math.log2(float(knots[-1] - knots[0]) / unit)))
     below = knots[0] - unit * (2.0 ** np.arange(count, 0.0, -1.0) - 1.0)
-    if knots.size - 1 + count > most:
+    if knots.size - 1 + count > limit:
         return None
-    none = np.zeros(count)
+    empty = np.zeros(count)
     return (
         np.concatenate([below, knots]),
-        np.concatenate([none, left]),
-        np.concatenate([none, right]),
+        np.concatenate([empty, left]),
+        np.concatenate([empty, right]),
     )
 
 
@@ -156,13 +156,13 @@ def _beyond(panels: Panels, twice: int, places: Floats) -> Floats:
     for start in range(0, count, size):
         block = slice(start, min(start + size, count))
         low, high = knots[block.start], knots[block.stop]
-        apart = int(np.searchsorted(knots, high + 0.5 * (high - low)))
-        apart = min(max(apart, block.stop + 1), count)
+        first_far = int(np.searchsorted(knots, high + 0.5 * (high - low)))
+        first_far = min(max(first_far, block.stop + 1), count)
         nodes = low + 0.5 * (high - low) * (1.0 + _NODES)
-        far = direct(panels, twice, nodes, np.full(_TERMS, apart)) @ _TO_SERIES
+        far = direct(panels, twice, nodes, np.full(_TERMS, first_far)) @ _TO_SERIES
         t = places[block]
         near = direct(
-            panels, twice, t.reshape(-1), np.repeat(first[block], t.shape[1]), apart
+            panels, twice, t.reshape(-1), np.repeat(first[block], t.shape[1]), first_far
         ).reshape(t.shape)
         result[block] = near + chebyshev.chebval(2.0 * ((t - low) / (high - low)) - 1.0, far)
     return result

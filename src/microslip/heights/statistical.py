@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, show
+from microslip._core.frozen import assign
 from microslip.errors import Argument, InputError
 from microslip.heights.base import HeightDistribution
 from microslip.heights.density import NODES, DensityHeights
@@ -75,8 +76,7 @@ class Statistical(DensityHeights):
                 " must have a finite moment of order 3/2 (the normal load), got a "
                 f"distribution whose tail falls like y^-{index:.3g}",
             )
-        object.__setattr__(self, "_index", index)
-        object.__setattr__(self, "edge", low)
+        assign(self, _index=index, edge=low)
 
     def _scaled(self, factor: float) -> Statistical:
         frozen = self.distribution
@@ -108,10 +108,10 @@ class Statistical(DensityHeights):
 
     def __repr__(self) -> str:
         d = self.distribution
-        given = [show(v) for v in getattr(d, "args", ())]
-        given += [f"{name}={show(v)}" for name, v in getattr(d, "kwds", {}).items()]
+        arguments = [show(v) for v in getattr(d, "args", ())]
+        arguments += [f"{name}={show(v)}" for name, v in getattr(d, "kwds", {}).items()]
         name = getattr(getattr(d, "dist", d), "name", type(d).__name__)
-        return f"Statistical({name}({', '.join(given)}))"
+        return f"Statistical({name}({', '.join(arguments)}))"
 
     @cached_property
     def spread(self) -> float:
@@ -145,14 +145,14 @@ class Statistical(DensityHeights):
 
     def _upper_end(self) -> float:
         """Height beyond which neither probability nor the share of the load matters."""
-        d, most, end = self.distribution, 0.0, -math.inf
+        d, largest, end = self.distribution, 0.0, -math.inf
         for p in (0.5, 1e-3, 1e-6, 1e-10, 1e-14, 1e-20, 1e-30, *_HIGH):
             y = float(d.isf(p))
             if not math.isfinite(y) or y < end:
                 break
             end, share = y, p * max(y - float(d.isf(0.5)), 0.0) ** 1.5
-            most = max(most, share)
-            if p <= _HIGH[0] and share < 1e-14 * most:
+            largest = max(largest, share)
+            if p <= _HIGH[0] and share < 1e-14 * largest:
                 break
         return end
 

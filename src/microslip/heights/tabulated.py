@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, record, whole
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
 from microslip.heights.base import HeightDistribution
@@ -77,7 +77,7 @@ class TabulatedHeights(Locked, HeightDistribution):
     )
     integral: float = field(init=False, default=1.0)
     """Integral of the density as it was given [-], by which it was divided."""
-    _held: tuple[int, int] = field(init=False, default=(0, 0), repr=False)
+    _support: tuple[int, int] = field(init=False, default=(0, 0), repr=False)
     _panels: Panels = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -104,25 +104,22 @@ class TabulatedHeights(Locked, HeightDistribution):
                 Argument("density"), f" must not be below zero [1/m], got {density.min():g}"
             )
         with np.errstate(all="ignore"):
-            whole = float((steps * (0.5 * density[1:] + 0.5 * density[:-1])).sum())
-        if not (math.isfinite(whole) and whole > 0.0):
+            integral = float((steps * (0.5 * density[1:] + 0.5 * density[:-1])).sum())
+        if not (math.isfinite(integral) and integral > 0.0):
             raise InputError(
-                Argument("density"), f" must have an integral above zero, got {whole:g}"
+                Argument("density"), f" must have an integral above zero, got {integral:g}"
             )
         with np.errstate(over="ignore"):
-            density = density / whole
+            density = density / integral
         if not np.isfinite(density).all():
             raise InputError(
                 Argument("density"), " must vary over lengths that a number can hold [m]"
             )
         # Zero at either end is no part of the distribution.
-        held = np.flatnonzero((steps > 0.0) & (density[1:] + density[:-1] > 0.0))
-        first, last = int(held[0]), int(held[-1]) + 1
-        object.__setattr__(self, "height", lock(height.copy()))
-        object.__setattr__(self, "density", lock(density))
-        object.__setattr__(self, "integral", whole)
-        object.__setattr__(self, "edge", float(height[first]))
-        object.__setattr__(self, "_held", (first, last))
+        pieces = np.flatnonzero((steps > 0.0) & (density[1:] + density[:-1] > 0.0))
+        first, last = int(pieces[0]), int(pieces[-1]) + 1
+        assign(self, height=lock(height.copy()), density=lock(density), integral=integral)
+        assign(self, edge=float(height[first]), _support=(first, last))
         panels = panels_of(*self._pieces, MOST_PANELS)
         if panels is None:
             steps = steps[steps > 0.0]
@@ -133,7 +130,7 @@ class TabulatedHeights(Locked, HeightDistribution):
                 "even steps, such as new = np.linspace(height[0], height[-1], 1000) and "
                 "np.interp(new, height, density)"
             )
-        object.__setattr__(self, "_panels", panels)
+        assign(self, _panels=panels)
 
     def __repr__(self) -> str:
         low, high = self.span
@@ -185,7 +182,7 @@ class TabulatedHeights(Locked, HeightDistribution):
     @cached_property
     def _pieces(self) -> tuple[Floats, Floats, Floats]:
         """Knots, and the density at the left and at the right end of each piece between them."""
-        first, last = self._held
+        first, last = self._support
         knots = np.asarray(self.height)[first : last + 1]
         density = np.asarray(self.density)[first : last + 1]
         real = np.flatnonzero(np.diff(knots) > 0.0)

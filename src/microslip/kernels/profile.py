@@ -145,8 +145,8 @@ class Profile(Locked):
     @cached_property
     def span(self) -> tuple[float, float]:
         """The least and the largest load whose separations :meth:`separations` gives."""
-        least, most = self.load(np.array([self.high, self.low])).tolist()
-        return (least, most) if self._inverse is not None else (math.inf, 0.0)
+        lightest, heaviest = self.load(np.array([self.high, self.low])).tolist()
+        return (lightest, heaviest) if self._inverse is not None else (math.inf, 0.0)
 
     @cached_property
     def _inverse(self) -> tuple[Any, ...] | None:

@@ -21,11 +21,11 @@ def values_along(
     value = tree[2] * drop
     base = before if before.size else np.zeros(1)
     accumulate(tree[3], value, base)
-    whole = np.append(value, 0.0)  # so that -1 is the empty diagram
+    padded = np.append(value, 0.0)  # so that -1 is the empty diagram
     old = base[-2 - np.minimum(codes, -2)]
-    ends = np.where(codes >= 0, whole[np.maximum(codes, 0)], old)
+    ends = np.where(codes >= 0, padded[np.maximum(codes, 0)], old)
     at_start = base[-2 - np.minimum(top, -2)]
-    return np.where(top >= -1, whole[np.maximum(top, -1)], at_start), ends
+    return np.where(top >= -1, padded[np.maximum(top, -1)], at_start), ends
 
 
 def push(
@@ -43,8 +43,8 @@ def push(
     """Make a step the diagram; returns how many rows it has then."""
     beyond = 0.0
     if depth:
-        end, old, rest = stack[depth - 1].tolist()
-        beyond = old * (end - front) + rest
+        end, old, outer_integral = stack[depth - 1].tolist()
+        beyond = old * (end - front) + outer_integral
         values[depth - 1] = outer
     if front > separation:
         stack[depth] = front, density, last_place if kind == 0 else beyond

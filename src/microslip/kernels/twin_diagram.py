@@ -41,13 +41,13 @@ def step_front(
     else:
         while depth and stack[depth - 1][0] <= separation:
             depth -= 1
-        held = 0.0
+        integral = 0.0
         if depth:
             end, density, beyond = stack[depth - 1]
-            held = density * (end - separation) + beyond
-        if place == held:
+            integral = density * (end - separation) + beyond
+        if place == integral:
             return depth, separation, 0.0, 2
-        sign = 1.0 if place > held else -1.0
+        sign = 1.0 if place > integral else -1.0
         q = separation
     while depth:
         end, density, beyond = stack[depth - 1]

@@ -84,34 +84,34 @@ def fronts(
     rising = ~sticks & (fall < 0.0)
     depth = depth.copy()
 
-    def top(which: Integers) -> Floats:
-        return np.asarray(rows[begin[which] + depth[which] - 1])
+    def top(nodes: Integers) -> Floats:
+        return np.asarray(rows[begin[nodes] + depth[nodes] - 1])
 
     lost = at[rising & (depth > 0)]
     while lost.size:
         lost = lost[top(lost)[:, 0] <= step[lost]]
         depth[lost] -= 1
         lost = lost[depth[lost] > 0]
-    held = np.zeros(step.size)
+    integral = np.zeros(step.size)
     inside = at[rising & (depth > 0)]
     end, density, beyond = top(inside).T
-    held[inside] = density * (end - step[inside]) + beyond
-    equal = rising & (place == held)
-    sign = np.where(np.where(rising, place > held, move > 0.0), 1.0, -1.0)
+    integral[inside] = density * (end - step[inside]) + beyond
+    equal = rising & (place == integral)
+    sign = np.where(np.where(rising, place > integral, move > 0.0), 1.0, -1.0)
     q = np.where(rising, step, last_step)
     going = at[~sticks & ~equal & (depth > 0)]
     while going.size:
         end, density, beyond = top(going).T
-        other = density != sign[going]
+        differs = density != sign[going]
         reach = np.divide(
             place[going] + sign[going] * step[going] - density * end - beyond,
             sign[going] - density,
             out=np.full(going.size, np.inf),
-            where=other,
+            where=differs,
         )
-        found = reach < end - 4e-16 * (np.abs(end) + np.abs(step[going]))
-        q[going] = np.maximum(np.where(found, reach, end), q[going])
-        going = going[~found]
+        ends_here = reach < end - 4e-16 * (np.abs(end) + np.abs(step[going]))
+        q[going] = np.maximum(np.where(ends_here, reach, end), q[going])
+        going = going[~ends_here]
         depth[going] -= 1
         going = going[depth[going] > 0]
     virgin = ~sticks & ~equal & (depth == 0)
@@ -143,19 +143,19 @@ def make_moves(
     if over.size:
         newest = begin[over] + depth[over] - 1
         row, mark = rows[newest], marks[newest]
-        same = mark[:, 1] == step[over]
+        same_step = mark[:, 1] == step[over]
         cut = curve.drop(rest[over] + mark[:, 1], front[over] - mark[:, 1])
         value[over] = np.where(
-            same,
+            same_step,
             mark[:, 0] + (density[over] - row[:, 1]) * drop[over],
             value[over] + (mark[:, 0] - row[:, 1] * cut),
         )
     # Where it stays where it is, what last slipped would go on.
     top = rows[begin + np.maximum(before - 1, 0)]
     slid = (before > 0) & (np.abs(top[:, 1]) == 1.0)
-    still = stuck & ~(front > step)
-    fall = curve.load(rest + np.where(still & slid, top[:, 0], np.where(still, step, front)))[1]
-    fresh = stuck & ~still
+    resting = stuck & ~(front > step)
+    fall = curve.load(rest + np.where(resting & slid, top[:, 0], np.where(resting, step, front)))[1]
+    fresh = stuck & ~resting
     fall = np.where(fresh, np.divide(drop, width, out=np.zeros_like(drop), where=fresh), fall)
     return Moves(depth, front, density, kind, value, fall)
 
@@ -212,16 +212,16 @@ def field_try(
     the rows that stay and the kind) and d(T/mu)/d(place); with steps N, -N' and d(T/mu)/d(step).
     """
     curve = curve_of(*profile)
-    now = last_step if step is None else step
+    current = last_step if step is None else step
     last = last_step, last_place, last_value
-    moves = make_moves(curve, rest, rows, marks, begin, depth, last, now, place)
+    moves = make_moves(curve, rest, rows, marks, begin, depth, last, current, place)
     front[:], density[:], value[:] = moves.front, moves.density, moves.value
     code[:], by_place[:] = 4 * moves.depth + moves.kind, moves.fall
     if load is None or fall is None or by_step is None:
         return
-    load[:], fall[:] = curve.load(rest + now)
+    load[:], fall[:] = curve.load(rest + current)
     top = rows[begin + np.maximum(moves.depth - 1, 0), 1]
-    slid = (moves.kind == 0) & ~(moves.front > now) & (moves.depth > 0) & (np.abs(top) == 1.0)
+    slid = (moves.kind == 0) & ~(moves.front > current) & (moves.depth > 0) & (np.abs(top) == 1.0)
     by_step[:] = np.where(slid, top, moves.density) * (moves.fall - fall)
 
 
@@ -242,10 +242,10 @@ def field_commit(
     depth: Integers,
 ) -> None:
     """Make a trial the state; every node needs ``room`` for the row that it adds."""
-    now = last_step if step is None else step
+    current = last_step if step is None else step
     moves = Moves(code // 4, front, density, code % 4, value, front)
-    depth[:] = take_moves(rows, marks, begin, last_place, now, moves)
-    last_place[:], last_step[:], last_value[:] = place, now, value
+    depth[:] = take_moves(rows, marks, begin, last_place, current, moves)
+    last_place[:], last_step[:], last_value[:] = place, current, value
 
 
 def field_losses(
@@ -267,10 +267,10 @@ def field_losses(
 ) -> None:
     """What a trial loses in every node, over mu kappa."""
     for i in range(place.size):
-        own = np.empty((depth[i] + 1, 3))
-        own[:-1] = rows[begin[i] : begin[i] + depth[i]]
+        diagram = np.empty((depth[i] + 1, 3))
+        diagram[:-1] = rows[begin[i] : begin[i] + depth[i]]
         losses(
-            step[i : i + 1], place[i : i + 1], loss[i : i + 1], own, int(depth[i]),
+            step[i : i + 1], place[i : i + 1], loss[i : i + 1], diagram, int(depth[i]),
             float(last_step[i]), float(last_place[i]), rules,
             coefficients, anchor - float(rest[i]), inverse_width, first,
         )  # fmt: skip

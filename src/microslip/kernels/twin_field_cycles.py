@@ -52,35 +52,37 @@ def walk_cycles(
     )
     last = np.zeros(nodes), np.zeros(nodes), np.zeros(nodes)
     values, loads_ = np.empty_like(place), np.empty_like(place)
-    held = curve.load(rest)
+    rest_load = curve.load(rest)
     for i in range(count):
         t = (root + i) % samples
-        now, x = d[at, t], place[at, t]
+        current, x = d[at, t], place[at, t]
         before = depth
-        moves = make_moves(curve, rest, rows, marks, begin, depth, last, now, x)
-        load, here = held if step is None else curve.load(rest + now)
-        sticks = (moves.kind == 0) & (moves.front > now)
-        still = (moves.kind == 0) & ~sticks
+        moves = make_moves(curve, rest, rows, marks, begin, depth, last, current, x)
+        load, here = rest_load if step is None else curve.load(rest + current)
+        sticks = (moves.kind == 0) & (moves.front > current)
+        resting = (moves.kind == 0) & ~sticks
         top = rows[begin + np.maximum(before - 1, 0)]
-        slid = still & (before > 0) & (np.abs(top[:, 1]) == 1.0)
+        slid = resting & (before > 0) & (np.abs(top[:, 1]) == 1.0)
         under = moves.depth - slid
-        density = np.where(slid, top[:, 1], np.where(still | (moves.kind == 2), 1.0, moves.density))
-        front = np.where(slid, top[:, 0], np.where(still, now, moves.front))
+        density = np.where(
+            slid, top[:, 1], np.where(resting | (moves.kind == 2), 1.0, moves.density)
+        )
+        front = np.where(slid, top[:, 0], np.where(resting, current, moves.front))
         parent = np.where(sticks | (under == 0), -1, ids[at, under - 1])
         entries.sample[:, i], entries.sticks[:, i], entries.parent[:, i] = t, sticks, parent
         entries.density[:, i], entries.fall[:, i], entries.here[:, i] = density, moves.fall, here
-        entries.width[:, i] = moves.front - now
+        entries.width[:, i] = moves.front - current
         old = np.flatnonzero((parent >= 0) & entries.sticks[at, np.maximum(parent, 0)])
         if old.size:
-            left = rows[begin[old] + under[old] - 1, 0] - front[old]
+            remaining = rows[begin[old] + under[old] - 1, 0] - front[old]
             width = entries.width[old, parent[old]]
-            entries.share[old, i] = left / width
-            entries.gain[old, i] = curve.drop(rest[old] + front[old], left) / width
-        depth = take_moves(rows, marks, begin, last[1], now, moves)
+            entries.share[old, i] = remaining / width
+            entries.gain[old, i] = curve.drop(rest[old] + front[old], remaining) / width
+        depth = take_moves(rows, marks, begin, last[1], current, moves)
         pushed = np.flatnonzero(depth > moves.depth)
         ids[pushed, depth[pushed] - 1] = i
         values[at, t], loads_[at, t] = moves.value, load
-        last = now, x, moves.value
+        last = current, x, moves.value
     return entries, values, loads_
 
 
@@ -94,7 +96,7 @@ def derive_cycles(entries: Entries, by_place: Floats, by_step: Floats) -> tuple[
     """
     nodes, count = entries.sample.shape
     at = np.arange(nodes)
-    own = at if by_place.shape[0] > 1 else np.zeros(nodes, dtype=np.int64)
+    owner = at if by_place.shape[0] > 1 else np.zeros(nodes, dtype=np.int64)
     places, steps = by_place.shape[2], by_step.shape[2]
     ahead = np.zeros((nodes, count + 1, places + steps))  # the last one is nothing
     slopes = np.zeros_like(ahead)
@@ -103,11 +105,11 @@ def derive_cycles(entries: Entries, by_place: Floats, by_step: Floats) -> tuple[
     split = np.arange(places + steps) < places
 
     def along(entry: Integers) -> Floats:
-        at_entry = turns[own, entries.sample[at, np.maximum(entry, 0)]]
+        at_entry = turns[owner, entries.sample[at, np.maximum(entry, 0)]]
         return np.where((entry >= 0)[:, None], at_entry, nothing)
 
     for i in range(count):
-        now = turns[own, entries.sample[:, i]]
+        current = turns[owner, entries.sample[:, i]]
         density, fall = entries.density[:, i, None], entries.fall[:, i, None]
         here, sticks = entries.here[:, i, None], entries.sticks[:, i, None]
         factor = np.where(split, 1.0, density)  # of a row: dp, or D dd
@@ -116,7 +118,7 @@ def derive_cycles(entries: Entries, by_place: Floats, by_step: Floats) -> tuple[
         was = along(previous)
         there = entries.here[:, i - 1, None] if i else np.zeros((nodes, 1))
         sticking = slopes[at, previous] + np.where(split, 0.0, density * there * was)
-        stuck = sticking + factor * fall * (now - was)
+        stuck = sticking + factor * fall * (current - was)
         # A slip.
         parent = entries.parent[:, i]
         old = np.where(parent >= 0, entries.density[at, parent], 0.0)[:, None]
@@ -127,11 +129,13 @@ def derive_cycles(entries: Entries, by_place: Floats, by_step: Floats) -> tuple[
         scale = np.where(split, 1.0, old)
         at_front = (1.0 - share) * inner + share * outer
         slid = ahead[at, parent] + scale * grip * (outer - inner)
-        slid = slid + fall * (factor * now - scale * at_front)
+        slid = slid + fall * (factor * current - scale * at_front)
         ahead[:, i] = np.where(sticks, sticking, slid)
-        slopes[:, i] = np.where(sticks, stuck, slid) - np.where(split, 0.0, density * here * now)
-    falls = -entries.here[:, :, None] * by_step[own[:, None], entries.sample]
-    return slopes[:, :count], falls
+        slopes[:, i] = np.where(sticks, stuck, slid) - np.where(
+            split, 0.0, density * here * current
+        )
+    load_slopes = -entries.here[:, :, None] * by_step[owner[:, None], entries.sample]
+    return slopes[:, :count], load_slopes
 
 
 def two_groups(place: Floats, step: Floats | None) -> list[Integers]:
@@ -142,7 +146,7 @@ def two_groups(place: Floats, step: Floats | None) -> list[Integers]:
     root = np.argmax(step + np.abs(place), axis=1)
     sticks = np.abs(place[at, root]) <= -step[at, root]
     sticks &= step[at, root] < 0.0
-    return [which for which in (at[~sticks], at[sticks]) if which.size]
+    return [group for group in (at[~sticks], at[sticks]) if group.size]
 
 
 def field_cycle(
@@ -162,12 +166,12 @@ def field_cycle(
     curve = curve_of(*profile)
     x, d = place.reshape(-1, samples), None if step is None else step.reshape(-1, samples)
     value, load, slope = (array.reshape(x.shape) for array in (value, load, slope))
-    for which in two_groups(x, d):
-        part = None if d is None else d[which]
-        entries, value[which], load[which] = walk_cycles(curve, rest[which], x[which], part)
-        last, falls = entries.sample[:, -samples:], np.empty((which.size, samples))
-        np.put_along_axis(falls, last, entries.fall[:, -samples:], axis=1)
-        slope[which] = falls
+    for group in two_groups(x, d):
+        part = None if d is None else d[group]
+        entries, value[group], load[group] = walk_cycles(curve, rest[group], x[group], part)
+        last, slopes = entries.sample[:, -samples:], np.empty((group.size, samples))
+        np.put_along_axis(slopes, last, entries.fall[:, -samples:], axis=1)
+        slope[group] = slopes
 
 
 def field_slopes(
@@ -203,17 +207,17 @@ def field_slopes(
     J = jacobian.reshape(rest.size, height, places + steps)
     K = load_jacobian.reshape(rest.size, height, steps)
     w = weights.reshape(samples, rows)
-    for which in two_groups(x, d):
-        part = None if d is None else d[which]
-        entries, value, load = walk_cycles(curve, rest[which], x[which], part)
-        own = (u[which], v[which]) if stride else (u, v)
-        slope, fall = derive_cycles(entries, *own)
+    for group in two_groups(x, d):
+        part = None if d is None else d[group]
+        entries, value, load = walk_cycles(curve, rest[group], x[group], part)
+        directions = (u[group], v[group]) if stride else (u, v)
+        slope, fall = derive_cycles(entries, *directions)
         order = np.argsort(entries.sample[:, -samples:], axis=1)[:, :, None]
         slope = np.take_along_axis(slope[:, -samples:], order, axis=1)
         fall = np.take_along_axis(fall[:, -samples:], order, axis=1)
         if not rows:
-            J[which], K[which] = slope, fall
+            J[group], K[group] = slope, fall
             continue
-        spectrum.reshape(-1, rows)[which] = value @ w
-        load_spectrum.reshape(-1, rows)[which] = load @ w
-        J[which], K[which] = w.T @ slope, w.T @ fall
+        spectrum.reshape(-1, rows)[group] = value @ w
+        load_spectrum.reshape(-1, rows)[group] = load @ w
+        J[group], K[group] = w.T @ slope, w.T @ fall

@@ -36,25 +36,25 @@ class ProfileCurve:
         return load_at(separation, *self._profile)
 
 
-def solve_front(curve: Curve, anchor: float, wanted: float, low: float, before: bool) -> float:
-    """Separation q >= ``low`` whose load differs by ``wanted`` from that at ``anchor``.
+def solve_front(curve: Curve, anchor: float, change: float, low: float, before: bool) -> float:
+    """Separation q >= ``low`` whose load differs by ``change`` from that at ``anchor``.
 
     It lies before the anchor, where N is higher, or after it. Newton's method on log N, in
     brackets: log N is concave for every law but odd tables.
     """
     there, slope = curve.load(anchor)
     if not before:  # the caller's own N may be a last place above this one: all but that much slips
-        wanted = min(wanted, there * (1.0 - 4.5e-16))
-    target = there + wanted if before else there - wanted
+        change = min(change, there * (1.0 - 4.5e-16))
+    target = there + change if before else there - change
     high = anchor if before else math.inf
     q = low
     if before and slope > 0.0:  # N is convex: the chord leads to what is not beyond
-        q = max(low, anchor - wanted / slope)
+        q = max(low, anchor - change / slope)
     for _ in range(200):
         miss = (
-            curve.drop(q, anchor - q) - wanted
+            curve.drop(q, anchor - q) - change
             if before
-            else wanted - curve.drop(anchor, q - anchor)
+            else change - curve.drop(anchor, q - anchor)
         )
         if miss == 0.0 or (miss < 0.0 and q == low):
             return q
@@ -99,15 +99,15 @@ def place_of(
     else:
         while depth and stack[depth - 1][0] <= separation:
             depth -= 1
-        held = place = 0.0
+        integral = place = 0.0
         if depth:
             end, density, beyond = (float(v) for v in stack[depth - 1])
             outer = float(values[depth - 2]) if depth > 1 else 0.0
-            held = density * curve.drop(separation, end - separation) + outer
+            integral = density * curve.drop(separation, end - separation) + outer
             place = density * (end - separation) + beyond
-        if value == held:
+        if value == integral:
             return place
-        sign = 1.0 if value > held else -1.0
+        sign = 1.0 if value > integral else -1.0
         begin = separation
     # The front runs out to where sign N(q) and what lies beyond give the value.
     while depth:
@@ -116,8 +116,8 @@ def place_of(
         surplus = curve.drop(separation, end - separation) + sign * (outer - value)
         if density != sign and surplus >= 0.0:
             # sign [N(separation) - N(q)] + density [N(q) - N(end)] + outer = value
-            wanted = surplus / (1.0 - sign * density)
-            q = solve_front(curve, end, wanted, max(begin, separation), True)
+            drop = surplus / (1.0 - sign * density)
+            q = solve_front(curve, end, drop, max(begin, separation), True)
             return sign * (q - separation) + density * (end - q) + beyond
         begin = max(begin, end)
         depth -= 1
@@ -142,9 +142,9 @@ def hold(
     Returns the depth, and the last separation, place and value.
     """
     curve = ProfileCurve(*profile)
-    for i, (d, wanted) in enumerate(zip(separation.tolist(), value.tolist(), strict=True)):
+    for i, (d, target) in enumerate(zip(separation.tolist(), value.tolist(), strict=True)):
         x = place_of(
-            curve, d, wanted, stack, values, depth, last_separation, last_place, last_value
+            curve, d, target, stack, values, depth, last_separation, last_place, last_value
         )
         remaining, front, density, kind, last_value, outer, _ = coupled_step(
             d, x, stack, values, depth, last_separation, last_place, *profile

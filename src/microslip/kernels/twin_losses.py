@@ -50,19 +50,19 @@ def runs(
         speed = growth + rise
         until = time + (end - here - gap) / speed if speed > 0.0 else math.inf
         # The separation is the quicker one: the front may be caught.
-        caught = growth < 0.0 and time - gap / growth <= min(1.0, until)
-        then = min(1.0, time - gap / growth if caught else until)
-        there = first + rise * then if then < 1.0 else last
-        ahead = min(end - here - gap, speed * (then - time))
-        wide = 0.0 if caught else max(gap + growth * (then - time), 0.0)
+        catches = growth < 0.0 and time - gap / growth <= min(1.0, until)
+        later = min(1.0, time - gap / growth if catches else until)
+        there = first + rise * later if later < 1.0 else last
+        ahead = min(end - here - gap, speed * (later - time))
+        wide = 0.0 if catches else max(gap + growth * (later - time), 0.0)
         if (
-            not caught and until <= 1.0
+            not catches and until <= 1.0
         ):  # to where the row ends: how quickly may be rounding over rounding
             rows.pop()
             ahead, wide = end - here - gap, max(end - there, 0.0)
         if ahead > 0.0:
             yield ahead, gap, wide, density, sign, here, there
-        time, gap, here = then, wide, there
+        time, gap, here = later, wide, there
 
 
 def slip_runs(
@@ -83,8 +83,8 @@ def slip_runs(
             slips += [(float(j), *run) for run in runs(rows, d0, d, x - x0)]
         beyond = x0
         if kind and depth:
-            end, old, rest = rows[depth - 1]
-            beyond = old * (end - front) + rest
+            end, old, outer_integral = rows[depth - 1]
+            beyond = old * (end - front) + outer_integral
         elif kind:
             beyond = 0.0
         del rows[depth:]
@@ -131,9 +131,9 @@ def losses(
     start, end = first + gap, last + until
     share = np.divide(top - start, end - start, out=np.ones_like(end), where=end > top)
     share = np.where(start >= top, 0.0, share)
-    whole = share == 1.0
-    meanwhile = np.where(whole, last, first + share * (last - first))
-    between = np.where(whole, until, np.where(share == 0.0, gap, np.maximum(top - meanwhile, 0.0)))
+    full = share == 1.0
+    meanwhile = np.where(full, last, first + share * (last - first))
+    between = np.where(full, until, np.where(share == 0.0, gap, np.maximum(top - meanwhile, 0.0)))
     result = _pieces(share * ahead, gap, between, first, meanwhile, False, rules, panels, profile)
     result += _pieces(
         (1.0 - share) * ahead, between, until, meanwhile, last, True, rules, panels, profile
@@ -158,17 +158,17 @@ def _pieces(
     length = np.zeros(ahead.size) if past else ahead
     length = np.maximum(length, np.minimum(np.abs(rise), 1e300)) * panels.inverse_width
     result = np.zeros(ahead.size)
-    offset, least = 0, -1.0
-    for most, count in RULES:
+    offset, lower = 0, -1.0
+    for upper, count in RULES:
         nodes, weights = rules[offset : offset + count], rules[offset + count : offset + 2 * count]
         offset += 2 * count
         final = count == RULES[-1][1]
-        which = np.flatnonzero((length > least) & (final | (length <= most)) & (ahead > 0.0))
-        least = most
-        if not which.size:
+        rows = np.flatnonzero((length > lower) & (final | (length <= upper)) & (ahead > 0.0))
+        lower = upper
+        if not rows.size:
             continue
-        parts = np.maximum(np.ceil(length[which] / most), 1.0) if final else np.ones(which.size)
-        owner = np.repeat(which, parts.astype(np.int64))
+        parts = np.maximum(np.ceil(length[rows] / upper), 1.0) if final else np.ones(rows.size)
+        owner = np.repeat(rows, parts.astype(np.int64))
         total = np.repeat(parts, parts.astype(np.int64))
         begins = np.repeat(np.cumsum(parts) - parts, parts.astype(np.int64))
         index = np.arange(owner.size) - begins

@@ -191,7 +191,7 @@ def _restore_early_branches(
     closed: list[tuple[int, float, int]],
 ) -> None:
     """Give the samples that a run has before it closes loops the branches that end there."""
-    run, place, left = (np.array(column) for column in zip(*closed, strict=True))
+    run, place, branch = (np.array(column) for column in zip(*closed, strict=True))
     low, high, way = starts[run], stops[run] - 1, ways[run]
     while np.any(low < high):  # bisection for the first sample that has closed the loop
         middle = (low + high) // 2
@@ -200,7 +200,7 @@ def _restore_early_branches(
     first = np.where(np.append(-1, run[:-1]) == run, np.append(0, low[:-1]), starts[run])
     counts = low - first
     offset = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    parent[np.repeat(first, counts) + offset] = np.repeat(left, counts)
+    parent[np.repeat(first, counts) + offset] = np.repeat(branch, counts)
 
 
 def accumulate(parent: Integers, rise: Floats, base: Floats) -> None:

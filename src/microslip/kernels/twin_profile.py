@@ -80,9 +80,9 @@ class Panels:
 
     def find(self, z: Floats) -> tuple[Any, Floats]:
         """Panel (``count`` past the last) and s, of places in widths from the anchor."""
-        whole = np.floor(z)
-        s = 2.0 * (z - whole) - 1.0
-        return np.clip(whole + self.first, 0, self.count).astype(np.int64), s
+        floor = np.floor(z)
+        s = 2.0 * (z - floor) - 1.0
+        return np.clip(floor + self.first, 0, self.count).astype(np.int64), s
 
     def at(self, panel: Any) -> list[Floats]:
         """The coefficients there, one array for each."""
@@ -123,10 +123,10 @@ def drops(base: Floats, width: Floats, drop: Floats, *profile: Any) -> None:
         c, d = [v[next_] for v in c0], panels.at(high[next_])
         left = 1.0 - s0[next_]
         right = step[next_] - left
-        ones = np.ones_like(left)
+        unity = np.ones_like(left)
         drop[next_] = -(
-            left * _first_difference(c, s0[next_], ones)
-            + right * _first_difference(d, -ones, right - 1.0)
+            left * _first_difference(c, s0[next_], unity)
+            + right * _first_difference(d, -unity, right - 1.0)
         )
     if far.any():
         end = np.where(high[far] < panels.count, _value(panels.at(high[far]), s1[far]), 0.0)
@@ -156,11 +156,11 @@ def excesses(base: Floats, width: Floats, excess: Floats, *profile: Any) -> None
         c, d = [v[next_] for v in c0], [v[next_] for v in c1]
         left = 1.0 - s0[next_]
         right = step[next_] - left
-        end, ones = right - 1.0, np.ones_like(left)
+        end, unity = right - 1.0, np.ones_like(left)
         excess[next_] = (
-            left * left * _second_difference(c, ones, s0[next_])
-            + right * right * _second_difference(d, end, -ones)
-            + left * right * _slope_difference(d, -ones, end)
+            left * left * _second_difference(c, unity, s0[next_])
+            + right * right * _second_difference(d, end, -unity)
+            + left * right * _slope_difference(d, -unity, end)
         )
     if far.any():
         c, d = [v[far] for v in c0], [v[far] for v in c1]
@@ -223,23 +223,23 @@ def cycle_energies(
         half = 0.5 / panels.inverse_width
         high, s1 = panels.find(z[far] + step[far])
         d, inside = panels.at(high), high < panels.count
-        whole = tails[low[far]] - half * _integral([v[far] for v in c], s0[far])
-        rest = tails.take(high, mode="clip") - half * _integral(d, s1)
-        whole -= np.where(inside, rest, 0.0)
+        area = tails[low[far]] - half * _integral([v[far] for v in c], s0[far])
+        tail = tails.take(high, mode="clip") - half * _integral(d, s1)
+        area -= np.where(inside, tail, 0.0)
         there = np.where(inside, _value(d, s1), 0.0)
-        energy[far] = 0.5 * width[far] * (here[far] + there) - whole
+        energy[far] = 0.5 * width[far] * (here[far] + there) - area
 
 
 def load_at(x: float, *profile: Any) -> tuple[float, float]:
     """N and -N' at one separation."""
     coefficients, anchor, inverse_width, first = profile
     z = (x - anchor) * inverse_width
-    whole = np.floor(z)
-    panel = int(whole) + first
+    floor = np.floor(z)
+    panel = int(floor) + first
     if panel >= coefficients.size // PROFILE_TERMS:
         return 0.0, 0.0
     c = coefficients.reshape(-1, PROFILE_TERMS)[max(panel, 0)].tolist()
-    s = float(2.0 * (z - whole) - 1.0)
+    s = float(2.0 * (z - floor) - 1.0)
     return _value(c, s), -2.0 * inverse_width * _slope(c, s)
 
 

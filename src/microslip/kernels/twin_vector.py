@@ -45,31 +45,31 @@ def _slips(
         early = np.where(half + root > 0.0, -inside / (half + root), 0.0)
         late = np.where(square > 0.0, (root - half) / square, 0.0)
     time = np.clip(np.where(half >= 0.0, early, late), 0.0, 1.0)
-    begin, radius, left = a + time * length, first + time * rise, 1.0 - time
+    begin, radius, remaining = a + time * length, first + time * rise, 1.0 - time
     z = (last - radius) / radius
     mean, bend = _mean_inverse(z)
-    way = length * left * mean / radius
+    way = length * remaining * mean / radius
     fade = np.exp(-np.minimum(way, 745.0)) * (way < 700.0)
     c, s = begin / radius, b / radius
     ahead, behind = np.maximum(1.0 + c, 0.0), np.maximum(1.0 - c, 0.0) * fade * fade
-    whole = ahead + behind
-    against = ~(whole > 0.0)  # straight against the step, where it turns neither way
-    whole = np.where(against, 1.0, whole)
-    share = 2.0 * fade / whole
-    cosine, sine = np.where(against, -1.0, (ahead - behind) / whole), s * share
+    total = ahead + behind
+    against = ~(total > 0.0)  # straight against the step, where it turns neither way
+    total = np.where(against, 1.0, total)
+    share = 2.0 * fade / total
+    cosine, sine = np.where(against, -1.0, (ahead - behind) / total), s * share
     ends = last * np.stack((cosine, sine))
     grip = begin * length - radius * rise
     zero, unity = np.zeros_like(a), np.ones_like(a)
-    by = np.stack((begin, b, time * begin, -radius * left, -radius * time))
+    by = np.stack((begin, b, time * begin, -radius * remaining, -radius * time))
     dt = -np.divide(by, grip, out=np.zeros_like(by), where=grip > 0.0)
     dbegin = length * dt + np.stack((unity, zero, time, zero, zero))
-    dradius = rise * dt + np.stack((zero, zero, zero, left, time))
+    dradius = rise * dt + np.stack((zero, zero, zero, remaining, time))
     db, dlast = np.stack((zero, unity, zero, zero, zero)), np.stack((zero, zero, zero, zero, unity))
-    dlength = np.stack((zero, zero, left, zero, zero))
+    dlength = np.stack((zero, zero, remaining, zero, zero))
     dangle = (begin * db - b * dbegin) / (radius * radius)
     dz = (dlast - (1.0 + z) * dradius) / radius
     dway = mean * (dlength - length * dt) / radius - way * dradius / radius
-    dway = dway + length * left * bend * dz / radius
+    dway = dway + length * remaining * bend * dz / radius
     dend = np.where(against, 0.0, share * dangle - sine * dway)
     slopes = np.stack((
         dlast * cosine - last * sine * dend, dlast * sine + last * cosine * dend
@@ -77,30 +77,30 @@ def _slips(
     return ends, slopes
 
 
-def _presses(held: Floats, first: Floats, last: Floats) -> tuple[Floats, Floats]:
+def _presses(vectors: Floats, first: Floats, last: Floats) -> tuple[Floats, Floats]:
     """Ends (2, n) of sliders whose radius alone presses them in, as :func:`moves` has them."""
-    size = np.hypot(*held)
-    e = held / size
+    size = np.hypot(*vectors)
+    e = vectors / size
     radius = np.minimum(size, first)
     mean, _ = _mean_inverse((last - radius) / radius)
-    left = np.divide(radius - last, first - last, out=np.zeros_like(last), where=first > last)
+    share = np.divide(radius - last, first - last, out=np.zeros_like(last), where=first > last)
     across = np.eye(2)[:, :, None] - e[:, None] * e[None]
     jacobian = np.zeros((2, 6, size.size))
     jacobian[:, :2] = last / size * across
-    jacobian[:, 2:4] = last * left * mean / radius * across
+    jacobian[:, 2:4] = last * share * mean / radius * across
     jacobian[:, 5] = e
     return last * e, jacobian
 
 
-def moves(held: Floats, step: Floats, first: Floats, last: Floats) -> tuple[Floats, Floats]:
+def moves(vectors: Floats, step: Floats, first: Floats, last: Floats) -> tuple[Floats, Floats]:
     """Where sliders (2, n) go with steps (2, n), and how that depends on what came in (2, 6, n).
 
-    Columns: by both parts of ``held``, by both of ``step``, and by the first and the last radius.
+    Columns: by both parts of ``vectors`` and of ``step``, and by the first and the last radius.
     """
-    n = held.shape[1]
+    n = vectors.shape[1]
     to, jacobian = np.zeros((2, n)), np.zeros((2, 6, n))
     length = np.hypot(*step)
-    touches, held = last > 0.0, np.where(first > 0.0, held, 0.0)
+    touches, vectors = last > 0.0, np.where(first > 0.0, vectors, 0.0)
     new = np.flatnonzero(touches & ~(first > 0.0))  # contact begins on the way
     if new.size:
         rise, far = last[new] - first[new], length[new]
@@ -117,32 +117,32 @@ def moves(held: Floats, step: Floats, first: Floats, last: Floats) -> tuple[Floa
             late = step[i, new] * (1.0 - share) / rise
             jacobian[i, 5, new] = np.where(sticks, late, e[i])
     old = touches & (first > 0.0)
-    end = held + step
-    stays = old & (end[0] ** 2 + end[1] ** 2 <= last * last)
+    end = vectors + step
+    sticks_on = old & (end[0] ** 2 + end[1] ** 2 <= last * last)
     # At its bound by rounding, what does not move holds.
-    stays |= old & (length == 0.0) & (np.hypot(*end) <= last * (1.0 + 1e-14))
-    to[:, stays] = end[:, stays]
+    sticks_on |= old & (length == 0.0) & (np.hypot(*end) <= last * (1.0 + 1e-14))
+    to[:, sticks_on] = end[:, sticks_on]
     for i in range(2):
-        jacobian[i, i, stays] = jacobian[i, 2 + i, stays] = 1.0
-    pressed = np.flatnonzero(old & ~stays & (length == 0.0))
+        jacobian[i, i, sticks_on] = jacobian[i, 2 + i, sticks_on] = 1.0
+    pressed = np.flatnonzero(old & ~sticks_on & (length == 0.0))
     if pressed.size:
         to[:, pressed], jacobian[:, :, pressed] = _presses(
-            held[:, pressed], first[pressed], last[pressed]
+            vectors[:, pressed], first[pressed], last[pressed]
         )
-    slid = np.flatnonzero(old & ~stays & (length > 0.0))
+    slid = np.flatnonzero(old & ~sticks_on & (length > 0.0))
     if slid.size:
         far = length[slid]
         e = step[:, slid] / far
         n_ = np.stack((-e[1], e[0]))
-        a, b = (e * held[:, slid]).sum(axis=0), (n_ * held[:, slid]).sum(axis=0)
+        a, b = (e * vectors[:, slid]).sum(axis=0), (n_ * vectors[:, slid]).sum(axis=0)
         (along, across), slopes = _slips(a, b, far, first[slid], last[slid])
         to[:, slid] = along * e + across * n_
         swing = slopes[:, 0] * b - slopes[:, 1] * a + np.stack((-across, along))
-        both = e[:, None] * slopes[0] + n_[:, None] * slopes[1]  # (2, 5, n)
+        by_parts = e[:, None] * slopes[0] + n_[:, None] * slopes[1]  # (2, 5, n)
         turned = (e * swing[0] + n_ * swing[1]) / far
-        jacobian[:, :2, slid] = both[:, :1] * e[None] + both[:, 1:2] * n_[None]
-        jacobian[:, 2:4, slid] = both[:, 2:3] * e[None] + turned[:, None] * n_[None]
-        jacobian[:, 4:, slid] = both[:, 3:]
+        jacobian[:, :2, slid] = by_parts[:, :1] * e[None] + by_parts[:, 1:2] * n_[None]
+        jacobian[:, 2:4, slid] = by_parts[:, 2:3] * e[None] + turned[:, None] * n_[None]
+        jacobian[:, 4:, slid] = by_parts[:, 3:]
     return to, jacobian
 
 
@@ -151,7 +151,7 @@ def vector_try(
     step: Floats | None,
     last_place: Floats,
     last_step: Floats,
-    held: Floats,
+    vectors: Floats,
     tops: Floats,
     weights: Floats,
     new: Floats,
@@ -160,17 +160,17 @@ def vector_try(
 ) -> None:
     """A trial of nodes that share the sliders: what they hold then, their sums and tangents.
 
-    Places are (nodes, 2), ``held`` and ``new`` (nodes, sliders, 2), ``value`` (nodes, 2), and
+    Places are (nodes, 2), ``vectors`` and ``new`` (nodes, sliders, 2), ``value`` (nodes, 2), and
     ``tangent`` (nodes, 2, 3) by both parts of the place and by the step, which is a separation;
     where that is None all separations stay what they are, and the last column is none.
     """
     nodes, sliders = last_step.size, tops.size
-    now = last_step if step is None else step
+    current = last_step if step is None else step
     move = (place - last_place).reshape(nodes, 1, 2)
-    each = np.broadcast_to(move, (nodes, sliders, 2)).reshape(-1, 2).T
+    steps = np.broadcast_to(move, (nodes, sliders, 2)).reshape(-1, 2).T
     first = (tops - last_step[:, None]).reshape(-1)
-    last = (tops - now[:, None]).reshape(-1)
-    to, jacobian = moves(held.reshape(-1, 2).T, each, first, last)
+    last = (tops - current[:, None]).reshape(-1)
+    to, jacobian = moves(vectors.reshape(-1, 2).T, steps, first, last)
     new.reshape(-1, 2)[:] = to.T
     value.reshape(nodes, 2)[:] = (to.reshape(2, nodes, sliders) @ weights).T
     sums = jacobian.reshape(2, 6, nodes, sliders) @ weights
@@ -190,7 +190,7 @@ def vector_cycle(
     places: int,
     by_step: Floats,
     steps: int,
-    most: int,
+    limit: int,
     small: float,
     value: Floats,
     slopes: Floats,
@@ -201,7 +201,7 @@ def vector_cycle(
     Places are (nodes, samples, 2), steps (nodes, samples), from ``rest`` (nodes). A cycle begins
     where step + |place| is largest, with a straight path from rest, and is passed until its values
     change by no more than
-    ``small``, or ``most`` times: then ``passes`` is negative. Slopes are (nodes, samples, 2, 2
+    ``small``, or ``limit`` times: then ``passes`` is negative. Slopes are (nodes, samples, 2, 2
     places + steps): by the directions ``by_place`` (samples, places) of each part of the place, and
     ``by_step`` (samples, steps) of the separation.
     """
@@ -211,26 +211,26 @@ def vector_cycle(
     values, out = value.reshape(nodes, samples, 2), slopes.reshape(nodes, samples, 2, columns)
     for i in range(nodes):
         root = int(np.argmax(d[i] + np.hypot(x[i, :, 0], x[i, :, 1])))
-        held, by = np.zeros((2, sliders)), np.zeros((2, columns, sliders))
+        vectors, by = np.zeros((2, sliders)), np.zeros((2, columns, sliders))
         last, last_x, last_d = -1, np.zeros(2), float(rest[i])
-        passes[i] = -most
-        for turn in range(most):
+        passes[i] = -limit
+        for turn in range(limit):
             before = values[i].copy()
             for k in range(samples):
                 t = (root + k) % samples
                 move = np.broadcast_to((x[i, t] - last_x)[:, None], (2, sliders))
-                held, jacobian = moves(held, move, tops - last_d, tops - d[i, t])
-                values[i, t] = held @ weights
+                vectors, jacobian = moves(vectors, move, tops - last_d, tops - d[i, t])
+                values[i, t] = vectors @ weights
                 if columns:
                     way = u[t] - (u[last] if last >= 0 else 0.0)
-                    now = np.einsum("irs,rcs->ics", jacobian[:, :2], by)
+                    turned = np.einsum("irs,rcs->ics", jacobian[:, :2], by)
                     for r in range(2):
                         at = slice(r * places, (r + 1) * places)
-                        now[:, at] += jacobian[:, 2 + r, None] * way[:, None]
-                    then = v[last] if last >= 0 else np.zeros(steps)
-                    now[:, 2 * places :] -= jacobian[:, 4, None] * then[:, None]
-                    now[:, 2 * places :] -= jacobian[:, 5, None] * v[t][:, None]
-                    by = now
+                        turned[:, at] += jacobian[:, 2 + r, None] * way[:, None]
+                    before_step = v[last] if last >= 0 else np.zeros(steps)
+                    turned[:, 2 * places :] -= jacobian[:, 4, None] * before_step[:, None]
+                    turned[:, 2 * places :] -= jacobian[:, 5, None] * v[t][:, None]
+                    by = turned
                     out[i, t] = by @ weights
                 last, last_x, last_d = t, x[i, t], float(d[i, t])
             if turn and np.abs(values[i] - before).max() <= small:
@@ -238,7 +238,7 @@ def vector_cycle(
                 break
 
 
-def slip_losses(held: Floats, step: Floats, radii: Floats) -> Floats:
+def slip_losses(vectors: Floats, step: Floats, radii: Floats) -> Floats:
     """What sliders lose at held radii, over their stiffness: arrays (nodes, sliders).
 
     From where it begins to slip, over the length x, the slider loses the integral of r cos f dx,
@@ -246,8 +246,8 @@ def slip_losses(held: Floats, step: Floats, radii: Floats) -> Floats:
     """
     length = np.hypot(step[:, 0], step[:, 1])[:, None]
     e = np.divide(step, length, out=np.zeros_like(step), where=length > 0.0)[:, None]
-    a = (held * e).sum(axis=2)
-    b = held[:, :, 1] * e[:, :, 0] - held[:, :, 0] * e[:, :, 1]
+    a = (vectors * e).sum(axis=2)
+    b = vectors[:, :, 1] * e[:, :, 0] - vectors[:, :, 0] * e[:, :, 1]
     r = np.where(radii > 0.0, radii, 1.0)
     slides = (radii > 0.0) & (length > 0.0) & ((a + length) ** 2 + b * b > r * r)
     begin = np.sqrt(a * a - np.minimum(a * a + b * b - r * r, 0.0))

@@ -11,21 +11,21 @@ from microslip._core.checks import Floats, exact, floats
 from microslip.errors import Argument, InputError
 
 
-def loads_along(name: str, given: ArrayLike, size: int) -> Floats:
+def loads_along(name: str, loads: ArrayLike, size: int) -> Floats:
     """Normal loads [N] >= 0 of a record of ``size`` samples: one for each, or one for all."""
-    values = along(name, given, size)
+    values = along(name, loads, size)
     if values.min() < 0.0:
         i = int(np.argmax(values < 0.0))
-        where = f" at sample {i}" if np.ndim(given) else ""
+        where = f" at sample {i}" if np.ndim(loads) else ""
         raise InputError(
             Argument(name), f" must not be negative [N], got {exact(values[i])}{where}"
         )
     return values
 
 
-def along(name: str, given: ArrayLike, size: int) -> Floats:
+def along(name: str, numbers: ArrayLike, size: int) -> Floats:
     """Numbers along a record of ``size`` samples: one for each, or one for all."""
-    values = floats(name, given)
+    values = floats(name, numbers)
     if values.ndim > 1 or values.size not in (1, size):
         raise InputError(
             Argument(name),

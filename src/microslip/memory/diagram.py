@@ -100,11 +100,11 @@ class Diagram:
 
     def copy(self) -> Diagram:
         """An independent diagram with the same content."""
-        other = Diagram()
-        other.stack, other.values = self.stack.copy(), self.values.copy()
-        other.depth, other.separation = self.depth, self.separation
-        other.place, other.value = self.place, self.value
-        return other
+        diagram = Diagram()
+        diagram.stack, diagram.values = self.stack.copy(), self.values.copy()
+        diagram.depth, diagram.separation = self.depth, self.separation
+        diagram.place, diagram.value = self.place, self.value
+        return diagram
 
     def respond(
         self, separation: Floats, place: Floats, drop: Drop, profile: Profile | None = None
@@ -119,12 +119,12 @@ class Diagram:
             self.move(self.probe(float(separation[0]), float(place[0]), drop))
             return np.array([self.value])
         rows, stack, codes, separation_, place_ = self._walk(separation, place)
-        falls = drop(rows.base, rows.width)
+        drops = drop(rows.base, rows.width)
         tree = rows.base, rows.width, rows.density, rows.parent
         result, values = values_along(
-            tree, rows.top, codes, falls, self.values[: self.depth], kernels.active.accumulate
+            tree, rows.top, codes, drops, self.values[: self.depth], kernels.active.accumulate
         )
-        self._keep(stack, values, codes.size)
+        self._store(stack, values, codes.size)
         self.separation, self.place = separation_, place_
         self.value = float(result[-1])
         return result
@@ -143,7 +143,7 @@ class Diagram:
             self.place,
             *profile.arguments,
         )
-        self._keep(stack, values, depth)
+        self._store(stack, values, depth)
         self.value = float(result[-1])
         return result
 
@@ -153,9 +153,9 @@ class Diagram:
             from microslip.kernels.twin_hold import place_of
 
             places = np.empty(value.size)
-            for i, (d, wanted) in enumerate(zip(separation.tolist(), value.tolist(), strict=True)):
+            for i, (d, target) in enumerate(zip(separation.tolist(), value.tolist(), strict=True)):
                 place = place_of(
-                    curve, d, wanted, self.stack, self.values, self.depth, self.separation,
+                    curve, d, target, self.stack, self.values, self.depth, self.separation,
                     self.place, self.value,
                 )  # fmt: skip
                 places[i] = place
@@ -175,7 +175,7 @@ class Diagram:
             self.value,
             *curve.arguments,
         )
-        self._keep(stack, values, depth)
+        self._store(stack, values, depth)
         return result
 
     def _reserve(self, extra: int) -> tuple[Floats, Floats]:
@@ -189,11 +189,11 @@ class Diagram:
         values[: self.depth] = self.values[: self.depth]
         return stack, values
 
-    def _keep(self, stack: Floats, values: Floats, depth: int) -> None:
+    def _store(self, stack: Floats, values: Floats, depth: int) -> None:
         if len(values) > 4 * depth + 64 or len(values) < 8:
-            rows, held = np.empty((2 * depth + 8, 3)), np.empty(2 * depth + 8)
-            rows[:depth], held[:depth] = stack[:depth], values[:depth]
-            stack, values = rows, held
+            rows, copies = np.empty((2 * depth + 8, 3)), np.empty(2 * depth + 8)
+            rows[:depth], copies[:depth] = stack[:depth], values[:depth]
+            stack, values = rows, copies
         self.stack, self.values, self.depth = stack, values, depth
 
     def rows(self, separation: Floats, place: Floats) -> Rows:
@@ -281,7 +281,7 @@ class Diagram:
             stack, values, step.depth, step.separation, step.front, step.density, step.kind,
             step.value, step.outer, self.place,
         )  # fmt: skip
-        self._keep(stack, values, depth)
+        self._store(stack, values, depth)
         self.value = step.value
         self.separation, self.place = step.separation, step.place
 

@@ -210,10 +210,10 @@ class FieldState:
         if self._trial is None:
             raise InputError("commit needs a trial: call try_(displacement) first")
         place, step, (front, density, value, code) = self._trial
-        now = self._step if step is None else step
+        current = self._step if step is None else step
         if self._loss is not None:
-            self._loss += self._losses(place, now, code)
-        self._make_room((code >> 2) + (front > now))
+            self._loss += self._losses(place, current, code)
+        self._make_room((code >> 2) + (front > current))
         kernels.active.field_commit(
             place, step, front, density, value, code, self._begin, self._room, self._place,
             self._step, self._value, self._rows, self._marks, self._depth,
@@ -226,21 +226,21 @@ class FieldState:
 
     def copy(self) -> FieldState:
         """An independent state at the same place, an open trial included."""
-        other = object.__new__(FieldState)
-        other._field, other._trial = self._field, self._trial  # what a trial holds never changes
+        state = object.__new__(FieldState)
+        state._field, state._trial = self._field, self._trial  # what a trial holds never changes
         for name in ("_rows", "_marks", "_begin", "_room", "_depth", "_place", "_step", "_value"):
-            setattr(other, name, getattr(self, name).copy())
-        other._used = self._used
-        other._loss = None if self._loss is None else self._loss.copy()
-        return other
+            setattr(state, name, getattr(self, name).copy())
+        state._used = self._used
+        state._loss = None if self._loss is None else self._loss.copy()
+        return state
 
     __copy__ = copy
 
     def _profile(self, step: Floats | None) -> Profile | None:
-        rest = self._field._steps
-        low = float((rest + self._step).min())
+        origin = self._field._steps
+        low = float((origin + self._step).min())
         if step is not None:
-            low = min(low, float((rest + step).min()))
+            low = min(low, float((origin + step).min()))
         return self._field._curve.profile(low)
 
     def _make_room(self, rows: Integers) -> None:
@@ -288,14 +288,14 @@ class FieldState:
             )  # fmt: skip
             return lost
         for i in np.flatnonzero(code % 4):
-            diagram, rest = Diagram(), float(field._steps[i])
+            diagram, origin = Diagram(), float(field._steps[i])
             first = int(self._begin[i])
             diagram.stack = self._rows[first : first + int(self._depth[i])].copy()
-            diagram.stack[:, 0] += rest
+            diagram.stack[:, 0] += origin
             diagram.depth = int(self._depth[i])
-            diagram.separation = rest + float(self._step[i])
+            diagram.separation = origin + float(self._step[i])
             diagram.place = float(self._place[i])
-            slips = diagram.slips(rest + step[i : i + 1], place[i : i + 1])
+            slips = diagram.slips(origin + step[i : i + 1], place[i : i + 1])
             lost[i] = field._curve.losses(slips, 1)[0]
         return lost
 

@@ -36,10 +36,10 @@ class Ledger:
 
     def copy(self) -> Ledger:
         """An independent ledger with the same content."""
-        other = Ledger(self._begin, self.total)
-        other._separations, other._displacements = self._separations[:], self._displacements[:]
-        other._pending = self._pending
-        return other
+        ledger = Ledger(self._begin, self.total)
+        ledger._separations, ledger._displacements = self._separations[:], self._displacements[:]
+        ledger._pending = self._pending
+        return ledger
 
     def note(
         self, separation: Floats, displacement: Floats, diagram: Diagram, surface: Losing

@@ -49,11 +49,11 @@ class Memory:
 
     def copy(self) -> Memory:
         """An independent memory with the same content."""
-        other = Memory()
-        other.stack = self.stack.copy()
-        other.depth, other.direction = self.depth, self.direction
-        other.last, other.value = self.last, self.value
-        return other
+        memory = Memory()
+        memory.stack = self.stack.copy()
+        memory.depth, memory.direction = self.depth, self.direction
+        memory.last, memory.value = self.last, self.value
+        return memory
 
     def _reserve(self, extra: int) -> Floats:
         """A stack with room for ``extra`` more entries than are open."""
@@ -64,7 +64,7 @@ class Memory:
         stack[: self.depth] = self.stack[: self.depth]
         return stack
 
-    def _keep(self, stack: Floats, depth: int) -> None:
+    def _store(self, stack: Floats, depth: int) -> None:
         if stack.shape[0] > 4 * depth + 64:
             stack = stack[: 2 * depth + 8].copy()
         self.stack, self.depth = stack, depth
@@ -85,7 +85,7 @@ class Memory:
         depth, self.last, self.value, self.direction = kernels.active.respond(
             x, values, stack, self.depth, self.last, self.value, self.direction, *table.arguments
         )
-        self._keep(stack, depth)
+        self._store(stack, depth)
         return values
 
     def _respond_through_tree(self, x: Floats, backbone: Backbone) -> Floats:
@@ -95,7 +95,7 @@ class Memory:
         kernels.active.accumulate(tree.parent, values, base)
         old = np.where(codes < 0, -2 - codes, 0)
         new = np.where(codes >= 0, values[np.maximum(codes, 0)], base[old])
-        self._keep(np.column_stack((places, new)), places.size)
+        self._store(np.column_stack((places, new)), places.size)
         self.last, self.value, self.direction = last, float(values[-1]), direction
         return values
 
@@ -149,5 +149,5 @@ class Memory:
         if pushed:
             self.stack = self._reserve(1)
             self.stack[depth - 1] = self.last, self.value
-        self._keep(self.stack, depth)
+        self._store(self.stack, depth)
         self.last, self.value, self.direction = x, value, direction

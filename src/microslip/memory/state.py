@@ -103,8 +103,8 @@ class State:
 
     def __init__(self, law: Law) -> None:
         if not hasattr(law, "_backbone_at"):
-            what = f" must be a backbone law, got {show(law)}; write joint.start()"
-            raise InputError(Argument("law"), what)
+            message = f" must be a backbone law, got {show(law)}; write joint.start()"
+            raise InputError(Argument("law"), message)
         self._law, self._turn = law, Turn()
         self._memory = Memory()
         # Once the load has varied, this is the memory.
@@ -283,16 +283,16 @@ class State:
     @one_at_a_time
     def copy(self) -> State:
         """An independent state at the same place, an open trial included."""
-        other = State(self._law)
-        other._memory = self._memory.copy()
-        other._diagram = None if self._diagram is None else self._diagram.copy()
-        other._ledger = None if self._ledger is None else self._ledger.copy()
-        other._lost = self._lost
+        state = State(self._law)
+        state._memory = self._memory.copy()
+        state._diagram = None if self._diagram is None else self._diagram.copy()
+        state._ledger = None if self._ledger is None else self._ledger.copy()
+        state._lost = self._lost
         trial = self._trial
         if isinstance(trial, _Coupled):
-            trial = trial._replace(diagram=other._diagram or trial.diagram.copy())
-        other._trial = trial
-        return other
+            trial = trial._replace(diagram=state._diagram or trial.diagram.copy())
+        state._trial = trial
+        return state
 
     __copy__ = copy
 
@@ -315,13 +315,19 @@ class State:
         """
         memory, diagram = self._memory, self._diagram
         varied = (0.0, 0.0, 0.0) if diagram is None else (1.0, diagram.separation, diagram.value)
-        now = (memory.last, memory.value, float(memory.direction), self.dissipated_energy, *varied)
+        ends = (
+            memory.last,
+            memory.value,
+            float(memory.direction),
+            self.dissipated_energy,
+            *varied,
+        )
         rows = np.zeros((0, 4))
         if diagram is not None:
             depth = diagram.depth
             rows = np.column_stack((diagram.stack[:depth], diagram.values[:depth]))
         return {
-            "now": np.array(now),
+            "now": np.array(ends),
             "reversals": memory.stack[: memory.depth].copy(),
             "rows": rows,
         }
@@ -348,26 +354,30 @@ class State:
             Arrays that are missing, of other shapes, not finite, or not a memory.
         """
         state = cls(law)
-        now, reversals, rows = (saved_array(arrays, key, width) for key, width in _SAVED)
+        ends, reversals, rows = (saved_array(arrays, key, width) for key, width in _SAVED)
         memory = state._memory
         memory.stack, memory.depth = np.vstack((reversals, np.empty((8, 2)))), len(reversals)
-        memory.last, memory.value, memory.direction = float(now[0]), float(now[1]), int(now[2])
+        memory.last, memory.value, memory.direction = (
+            float(ends[0]),
+            float(ends[1]),
+            int(ends[2]),
+        )
         inside = np.abs(np.diff(reversals[:, 0], append=memory.last))
-        if now[2] not in (-1.0, 0.0, 1.0) or np.any(np.diff(inside) > 0.0) or now[3] < 0.0:
+        if ends[2] not in (-1.0, 0.0, 1.0) or np.any(np.diff(inside) > 0.0) or ends[3] < 0.0:
             raise InputError("arrays must be those of a state: its reversals do not nest")
-        state._lost = float(now[3])
-        if now[4] != 0.0:
+        state._lost = float(ends[3])
+        if ends[4] != 0.0:
             if np.any(np.abs(rows[:, 1]) > 1.0) or np.any(np.diff(rows[:, 0]) >= 0.0):
                 raise InputError("arrays must be those of a state: its rows are no memory diagram")
             diagram, load = Diagram(), state._coupling("rows")
             diagram.stack, diagram.depth = np.vstack((rows[:, :3], np.empty((8, 3)))), len(rows)
             diagram.values = np.append(rows[:, 3], np.empty(8))
-            diagram.separation, diagram.value = float(now[5]), float(now[6])
+            diagram.separation, diagram.value = float(ends[5]), float(ends[6])
             diagram.place = memory.last / load.slip
             state._diagram, state._ledger = diagram, Ledger(diagram, state._lost)
             return state
         state._lost = 0.0
-        state._lost = max(float(now[3]) - state.dissipated_energy, 0.0)
+        state._lost = max(float(ends[3]) - state.dissipated_energy, 0.0)
         return state
 
     # -- a load that is constant ------------------------------------------------------------------
@@ -451,8 +461,8 @@ class State:
             fall = load.fall(diagram.front() if probed.kind == 0 else step)
         stiffness = load.friction / load.slip * fall
         force = load.friction * probed.value
-        given = None if normal_load is None else float(normal_load)
-        return Trial._of(force, stiffness, x, density, load, step, given)
+        stated_load = None if normal_load is None else float(normal_load)
+        return Trial._of(force, stiffness, x, density, load, step, stated_load)
 
     def _advance_coupled(
         self, x: Floats, normal_load: ArrayLike | None, separation: ArrayLike | None

@@ -75,13 +75,13 @@ class Trial(tuple[float, float]):
     @property
     def separation(self) -> float:
         """Separation [m]; only an interface has one."""
-        surface = self._known("separation")
+        surface = self._interface("separation")
         return surface.origin + self._step
 
     @property
     def normal_load(self) -> float:
         """Normal load [N]; only an interface has one."""
-        surface = self._known("normal_load")
+        surface = self._interface("normal_load")
         if self._normal_load is None:
             return float(surface.load(np.array([self._step]))[0])
         return self._normal_load
@@ -91,7 +91,7 @@ class Trial(tuple[float, float]):
     @property
     def tangent(self) -> Floats:
         """d(force, normal_load)/d(displacement, separation) [N/m], shape (2, 2)."""
-        surface = self._known("tangent")
+        surface = self._interface("tangent")
         fall = float(surface.falls(np.array([self._step]))[0])
         return np.array([[self[1], self._by_separation(surface, fall)], [0.0, -fall]])
 
@@ -101,7 +101,7 @@ class Trial(tuple[float, float]):
 
         Where there is no contact the force does not change with the load to first order: 0.
         """
-        surface = self._known("tangent_by_load")
+        surface = self._interface("tangent_by_load")
         fall = float(surface.falls(np.array([self._step]))[0])
         by_load = self._by_separation(surface, fall) / -fall if fall > 0.0 else 0.0
         return np.array([[self[1], by_load], [0.0, 1.0]])
@@ -110,7 +110,7 @@ class Trial(tuple[float, float]):
         # mu s [N'(d) - N'(q)] where the front q slipped; with the mean fall where it stuck.
         return -self._density * (surface.friction * fall - surface.slip * self[1])
 
-    def _known(self, name: str) -> Surface:
+    def _interface(self, name: str) -> Surface:
         if self._surface is None:
             raise InputError(f"{name} has no meaning for this law: it has no surface")
         return self._surface

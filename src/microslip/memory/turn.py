@@ -21,8 +21,8 @@ def one_at_a_time(method: Method) -> Method:
     """Let a method wait until no other thread is in one of the same object."""
 
     @wraps(method)
-    def waiting(self: Any, *given: Any, **named: Any) -> Any:
+    def waiting(self: Any, *args: Any, **named: Any) -> Any:
         with self._turn:
-            return method(self, *given, **named)
+            return method(self, *args, **named)
 
     return waiting  # type: ignore[return-value]

@@ -69,14 +69,14 @@ class VectorState:
     slider and node, twice that while there is a trial.
     """
 
-    __slots__ = ("_bank", "_held", "_loss", "_place", "_single", "_step", "_trial", "_value")
+    __slots__ = ("_bank", "_loss", "_place", "_single", "_step", "_trial", "_value", "_vectors")
 
     def __init__(self, bank: Bank, single: bool, energies: bool) -> None:
         nodes = bank._rests.size
         self._bank, self._single = bank, single
         self._place, self._value = np.zeros((nodes, 2)), np.zeros((nodes, 2))
         self._step = bank._rests.copy()
-        self._held = np.zeros((nodes, bank._tops.size, 2))
+        self._vectors = np.zeros((nodes, bank._tops.size, 2))
         self._loss = np.zeros(nodes) if energies else None
         self._trial: tuple[Floats, Floats | None, Floats, Floats] | None = None
 
@@ -96,7 +96,7 @@ class VectorState:
     @property
     def stored_energy(self) -> Any:
         """Elastic energies of the sliders [J], one a node."""
-        squares = (self._held**2).sum(axis=2) @ self._bank._weights
+        squares = (self._vectors**2).sum(axis=2) @ self._bank._weights
         return self._out(0.5 * self._bank._scales * self._bank._slips * squares)
 
     @property
@@ -140,12 +140,14 @@ class VectorState:
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
         bank, nodes = self._bank, self._step.size
-        given = floats("displacement", displacement)
-        if given.shape not in ((2,), (nodes, 2)):
+        displacements = floats("displacement", displacement)
+        if displacements.shape not in ((2,), (nodes, 2)):
             raise InputError(
-                f"displacement must have the shape ({nodes}, 2), or (2,), got {given.shape}"
+                f"displacement must have the shape ({nodes}, 2), or (2,), got {displacements.shape}"
             )
-        place = np.ascontiguousarray(np.broadcast_to(given, (nodes, 2)) / bank._slips[:, None])
+        place = np.ascontiguousarray(
+            np.broadcast_to(displacements, (nodes, 2)) / bank._slips[:, None]
+        )
         step = None
         if separations is not None:
             if self._loss is not None:
@@ -153,10 +155,11 @@ class VectorState:
                     "separations cannot vary while energies are counted: start without energies"
                 )
             step = bank._step_array(separations)
-        new, value, slope = np.empty_like(self._held), np.empty((nodes, 2)), np.empty((nodes, 2, 3))
+        new = np.empty_like(self._vectors)
+        value, slope = np.empty((nodes, 2)), np.empty((nodes, 2, 3))
         kernels.active.vector_try(
-            place, step, self._place, self._step, self._held, bank._tops, bank._weights, new, value,
-            slope,
+            place, step, self._place, self._step, self._vectors, bank._tops, bank._weights, new,
+            value, slope,
         )  # fmt: skip
         self._trial = place, step, new, value
         force = value * bank._scales[:, None]
@@ -183,9 +186,9 @@ class VectorState:
         place, step, new, value = self._trial
         if self._loss is not None:
             radii = self._bank._tops - self._step[:, None]
-            lost = slip_losses(self._held, place - self._place, radii)
+            lost = slip_losses(self._vectors, place - self._place, radii)
             self._loss += lost @ self._bank._weights
-        self._place, self._held, self._value = place, new, value
+        self._place, self._vectors, self._value = place, new, value
         self._step = self._step if step is None else step
         self._trial = None
 
@@ -195,14 +198,14 @@ class VectorState:
 
     def copy(self) -> VectorState:
         """An independent state at the same place, an open trial included."""
-        other = object.__new__(VectorState)
+        state = object.__new__(VectorState)
         for name in VectorState.__slots__:  # what they hold is replaced, never changed
-            setattr(other, name, getattr(self, name))
-        other._loss = None if self._loss is None else self._loss.copy()
-        return other
+            setattr(state, name, getattr(self, name))
+        state._loss = None if self._loss is None else self._loss.copy()
+        return state
 
     __copy__ = copy
 
     def __repr__(self) -> str:
-        nodes, sliders = self._held.shape[:2]
+        nodes, sliders = self._vectors.shape[:2]
         return f"VectorState({nodes} {'node' if nodes == 1 else 'nodes'}, {sliders} sliders)"

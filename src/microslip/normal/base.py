@@ -254,9 +254,9 @@ class NormalLaw(Parametric, ABC):
         """
         raise self._unknown("contact_area")
 
-    def _unknown(self, what: str) -> InputError:
+    def _unknown(self, name: str) -> InputError:
         return InputError(
-            f"{what} is unknown to {type(self).__name__}: it holds loads only; "
+            f"{name} is unknown to {type(self).__name__}: it holds loads only; "
             "a GreenwoodWilliamson surface or an AsperityPopulation knows its contacts"
         )
 
@@ -337,11 +337,11 @@ class NormalLaw(Parametric, ABC):
             raise InputError(
                 Argument("load"), f" must be one that the surface can carry, got {top:g} N"
             )
-        least = self._derivative_at(high, 0)
-        if loads.min() < least:
+        lightest = self._derivative_at(high, 0)
+        if loads.min() < lightest:
             raise InputError(
                 Argument("load"),
-                f" must be at least {least:.3g} N, the lightest this surface can tell from "
+                f" must be at least {lightest:.3g} N, the lightest this surface can tell from "
                 f"none, got {exact(loads.min())} N",
             )
         grid = np.linspace(low, high, 65)

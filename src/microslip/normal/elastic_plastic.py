@@ -141,8 +141,8 @@ MODELS: dict[str, type[SummitModel]] = {
 def model_of(name: str, pair: MaterialPair, yield_stress: float) -> SummitModel:
     """The model of a name."""
     if not isinstance(name, str) or name not in MODELS:
-        known = ", ".join(f'"{key}"' for key in MODELS)
-        raise InputError(Argument("model"), f" must be one of {known}, got {show(name)}")
+        names = ", ".join(f'"{key}"' for key in MODELS)
+        raise InputError(Argument("model"), f" must be one of {names}, got {show(name)}")
     return MODELS[name](pair, yield_stress)
 
 
@@ -168,16 +168,16 @@ def recovery_slope(r: Floats) -> Floats:
 
 def indentation_of(recovered: Floats) -> Floats:
     """Inverse of :func:`recovery`, by Newton in logarithms, where it is nearly straight."""
-    wanted = np.log(np.maximum(recovered, 1.0))
+    target = np.log(np.maximum(recovered, 1.0))
     starts, ends = _started()
-    u = np.where(wanted < ends[-1], np.interp(wanted, ends, starts), wanted / 0.72)
+    u = np.where(target < ends[-1], np.interp(target, ends, starts), target / 0.72)
     # From a table two steps are exact, from the slope of deep indentations six more.
-    for _ in range(2 if not wanted.size or wanted.max() < ends[-1] else 8):
+    for _ in range(2 if not target.size or target.max() < ends[-1] else 8):
         r = np.exp(u)
-        root, low, least = r**0.72, r**0.31, r**0.03
-        t = np.maximum(root + low - least, 1.0)
-        slope = 0.72 * root + 0.31 * low - 0.03 * least
-        u = np.maximum(u - (np.log(t) - wanted) * t / slope, 0.0)
+        root, low, lowest = r**0.72, r**0.31, r**0.03
+        t = np.maximum(root + low - lowest, 1.0)
+        slope = 0.72 * root + 0.31 * low - 0.03 * lowest
+        u = np.maximum(u - (np.log(t) - target) * t / slope, 0.0)
     return np.asarray(np.where(recovered > 1.0, np.exp(u), recovered))
 
 

@@ -50,10 +50,10 @@ def hertz_ellipse(curvature_ratio: float) -> HertzEllipse:
     low = math.log(curvature_ratio) - 1e-3
     t = 1.0 if curvature_ratio == 1.0 else math.exp(brentq(miss, low, 0.0, xtol=1e-15, rtol=1e-15))
     wide, narrow = float(elliprd(0.0, 1.0, t * t)), float(elliprd(0.0, t * t, 1.0))
-    whole = float(elliprf(0.0, t * t, 1.0))  # K
+    integral = float(elliprf(0.0, t * t, 1.0))  # K
     size = (4.0 / (3.0 * math.pi) * t**1.5 * math.sqrt(wide * narrow)) ** (1.0 / 3.0)  # F1
-    depth = 2.0 / math.pi * math.sqrt(t) * whole / size  # F2
-    return HertzEllipse(t, depth**-1.5, size * size / depth, narrow / (3.0 * whole))
+    depth = 2.0 / math.pi * math.sqrt(t) * integral / size  # F2
+    return HertzEllipse(t, depth**-1.5, size * size / depth, narrow / (3.0 * integral))
 
 
 def stiffness_ratio(pair: MaterialPair, along_motion: float) -> float:

@@ -95,8 +95,8 @@ class GreenwoodWilliamson(NormalLaw):
         return (self.heights.spread, name) if name else None
 
     def _standardised(self, separation: float) -> float | None:
-        found: float | None = self.heights._standardised(separation)
-        return found
+        ratio: float | None = self.heights._standardised(separation)
+        return ratio
 
     @property
     def _span(self) -> tuple[float, float]:
@@ -208,7 +208,7 @@ class GreenwoodWilliamson(NormalLaw):
         """Gaussian, exponential and given heights; the first is this project's worked example."""
         gaussian = cls(aluminium(), Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4)
         exponential = cls(aluminium(), Exponential(scale=8e-7), radius=1e-4, density=2e9, area=5e-4)
-        given = cls(
+        summits = cls(
             aluminium(), [0.0, 2e-7, -3e-7, 5e-7, 1e-7], radius=1e-3, density=1e6, area=1e-4
         )
-        return gaussian, exponential, given
+        return gaussian, exponential, summits

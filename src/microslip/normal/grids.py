@@ -81,12 +81,12 @@ def separations(law: NormalLaw, loads: Floats) -> Floats:
 
     Those of very many on a smooth law come from its profile.
     """
-    whole = pointwise_of(law)
-    if loads.size < _MANY or not whole.is_profile:
+    curve = pointwise_of(law)
+    if loads.size < _MANY or not curve.is_profile:
         return np.asarray(law.separation(loads))
     result = np.empty(loads.size)
     for part in _parts(loads.size, 1):
-        result[part] = whole.separations(loads[part])
+        result[part] = curve.separations(loads[part])
     return result
 
 
@@ -246,10 +246,10 @@ def _table_drop(law: TabulatedNormalLaw, d: Floats, u: Floats) -> Floats:
     """The drops: the piece of d and, of those that reach further, what comes after it."""
     knots, _, curvatures, _, _, ends = law._spline
     i = np.clip(np.searchsorted(knots, d, side="right") - 1, 0, knots.size - 2)
-    rest = knots[i + 1] - d
-    first = np.clip(rest, 0.0, u)
-    total = first * (curvatures[i] * (rest - 0.5 * first) - ends[i])
-    further = np.flatnonzero(u > rest)
+    ahead = knots[i + 1] - d
+    first = np.clip(ahead, 0.0, u)
+    total = first * (curvatures[i] * (ahead - 0.5 * first) - ends[i])
+    further = np.flatnonzero(u > ahead)
     if further.size:
         total[further] += _table_rest(law, i[further], d[further], u[further])
     return np.asarray(total)
@@ -261,15 +261,15 @@ def _table_rest(law: TabulatedNormalLaw, i: Integers, d: Floats, u: Floats) -> F
     last = knots.size - 1
     j = np.maximum(np.searchsorted(knots, d + u, side="right") - 1, i + 1)
     h = np.maximum(u - np.maximum(knots[j] - d, 0.0), 0.0)
-    falls = -0.5 * np.diff(knots) * (slopes[:-1] + ends)
+    drops = -0.5 * np.diff(knots) * (slopes[:-1] + ends)
     end = np.append(slopes[:-1], 0.0)  # past the last knot there is the tail, or nothing
     total = h * (-end[j] - 0.5 * curvatures[j] * h)
     between = np.flatnonzero(j > i + 1)
     if between.size:
-        one, other = i[between] + 1, j[between]
+        begin, stop = i[between] + 1, j[between]
         # One or two pieces by themselves; the loads at the ends of more differ by enough.
-        two = falls[one] + np.where(other > one + 1, falls[np.minimum(one + 1, last - 1)], 0.0)
-        total[between] += np.where(other > one + 2, loads[one] - loads[other], two)
+        two = drops[begin] + np.where(stop > begin + 1, drops[np.minimum(begin + 1, last - 1)], 0.0)
+        total[between] += np.where(stop > begin + 2, loads[begin] - loads[stop], two)
     if law.tail is not None:
         length = float(loads[-1] / -slopes[-1])
         past = np.flatnonzero(j == last)
@@ -302,10 +302,10 @@ class Pointwise:
         places = np.linspace(max(low, law._edge), high, 513)
         load, slope, bend = (law._derivative(places, k) for k in range(3))
         # Where nearly all summits touch, N tends to (-d)^(3/2) and no rule is short.
-        kept = places[(load > _FAINT * load[0]) & (load * bend > _ALL_TOUCH * slope * slope)]
-        if kept.size < 2:
+        smooth = places[(load > _FAINT * load[0]) & (load * bend > _ALL_TOUCH * slope * slope)]
+        if smooth.size < 2:
             return None
-        low, high = float(kept[0]), float(kept[-1])
+        low, high = float(smooth[0]), float(smooth[-1])
         reach = law._table_reach(high)
         if reach is None:
             return None
@@ -329,8 +329,8 @@ class Pointwise:
         if self._profile is None:
             return np.asarray(self.law.separation(load))
         profile, _ = self._profile
-        least, most = profile.span
-        inside = (load >= least) & (load <= most)
+        low_load, high_load = profile.span
+        inside = (load >= low_load) & (load <= high_load)
         if inside.all():
             return profile.separations(load)
         result = np.empty(load.size)
@@ -384,13 +384,13 @@ class Pointwise:
 
 
 @lru_cache(maxsize=8)
-def _kept(law: NormalLaw) -> Pointwise:
+def _cached(law: NormalLaw) -> Pointwise:
     return Pointwise(law)
 
 
 def pointwise_of(law: NormalLaw) -> Pointwise:
     """The law at pairs of separations and steps; its profile is made once."""
     try:
-        return _kept(law)
+        return _cached(law)
     except TypeError:  # one without a hash
         return Pointwise(law)

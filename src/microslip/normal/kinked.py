@@ -63,8 +63,8 @@ def excess(law: _Kinked, d: Floats | float, u: Floats) -> Floats:
     """Half the integral of v (u - v) N''(d + v) over [0, u]."""
     here, length = quadrature._decay(law, d)
     end = d + u
-    whole = quadrature._at(law, d, -1) - law._derivative(end, -1)
-    result: Floats = 0.5 * u * (here + law._derivative(end, 0)) - whole
+    area = quadrature._at(law, d, -1) - law._derivative(end, -1)
+    result: Floats = 0.5 * u * (here + law._derivative(end, 0)) - area
     small = u < _EXCESS * length
     if small.any():
         result[small] = quadrature.excess(_Pieces(law), _of(d, small), u[small])

@@ -177,13 +177,13 @@ class PerssonCurve(Locked, Parametric):
         if shortest is not None:
             high = 2.0 * math.pi / positive("shortest", shortest, "m", 1e-5)
         # What filters have left of the shortest waves is no part of any slope.
-        kept = (q >= low) & (q <= high) & (c > max(1e-20 * float(c.max()), 1e-39))
-        if np.count_nonzero(kept) < 2:
+        inside = (q >= low) & (q <= high) & (c > max(1e-20 * float(c.max()), 1e-39))
+        if np.count_nonzero(inside) < 2:
             raise InputError(
                 "PerssonCurve needs two rings of the spectrum or more between its wavelengths, "
-                f"got {np.count_nonzero(kept)}"
+                f"got {np.count_nonzero(inside)}"
             )
-        return cls(pair, q[kept], c[kept], area)
+        return cls(pair, q[inside], c[inside], area)
 
     @classmethod
     def self_affine(
@@ -262,16 +262,16 @@ class PerssonCurve(Locked, Parametric):
         share, weight = gauss_legendre(_PIECE)
         places = v[:-1, None] + np.diff(v)[:, None] * share
         # q(v) by Newton in each piece, where the spectrum is a power law.
-        wanted = places**2 - ends[:-1, None]
+        target = places**2 - ends[:-1, None]
         low, high = edges[:-1, None], edges[1:, None]
-        at = low + (high - low) * wanted / (ends[1:, None] - ends[:-1, None])
+        at = low + (high - low) * target / (ends[1:, None] - ends[:-1, None])
         for _ in range(60):
-            found = self._between(np.broadcast_to(low, at.shape), at, q, c)
+            reached = self._between(np.broadcast_to(low, at.shape), at, q, c)
             slope = np.exp(4.0 * at + np.interp(at, q, c))
-            new = np.clip(at - (found - wanted) / slope, low, high)
-            done = np.abs(new - at).max() < 1e-15 * max(abs(q[0]), abs(q[-1]), 1.0)
+            new = np.clip(at - (reached - target) / slope, low, high)
+            converged = np.abs(new - at).max() < 1e-15 * max(abs(q[0]), abs(q[-1]), 1.0)
             at = new
-            if done:
+            if converged:
                 break
         weights = 2.0 * np.diff(v)[:, None] * weight / np.exp(at)
         return places.reshape(-1), weights.reshape(-1)
@@ -314,11 +314,11 @@ class PerssonCurve(Locked, Parametric):
         for start in range(0, loads.size, 256):
             part = slice(start, start + 256)
             x = loads.reshape(-1)[part, None] / (scale * v)
-            rest = chebyshev.chebval(2.0 / _END * np.minimum(x, _END) - 1.0, series)
+            partial = chebyshev.chebval(2.0 / _END * np.minimum(x, _END) - 1.0, series)
             far = x < 26.0
             log = np.where(far, exp1(np.where(far, x * x, 1.0)), 0.0)
             inner = 0.5 * self.stored_share * log
-            inner += 3.0 * (1.0 - self.stored_share) * np.where(x < _END, rest, 0.0)
+            inner += 3.0 * (1.0 - self.stored_share) * np.where(x < _END, partial, 0.0)
             gaps[part] = inner @ weights
         return plain(gaps.reshape(loads.shape))
 
@@ -408,11 +408,11 @@ class PerssonSurface(TabulatedNormalLaw):
         return {PRESSURE: float(self.load(d)) / float(self.contact_area(d)) / hardness}
 
     def _solve(self, loads: Floats) -> Floats:
-        most = float(np.asarray(self.loads)[0])
-        if loads.max() > most:
+        heaviest = float(np.asarray(self.loads)[0])
+        if loads.max() > heaviest:
             raise InputError(
                 Argument("load"),
-                f" must be at most {most:.6g} N, half of full contact, to which the curve is "
+                f" must be at most {heaviest:.6g} N, half of full contact, to which the curve is "
                 f"computed, got {exact(loads.max())} N; give a larger area or a smaller load",
             )
         return super()._solve(loads)

@@ -21,9 +21,9 @@ DERIVATIVES = {-1: 0.4, 0: 1.0, 1: -1.5, 2: 0.75}
 """Factors of s^(3/2 - order) in the derivatives of s^(3/2) by the separation."""
 
 
-def blocks(rows: int, columns: int, most: int = _BLOCK) -> list[slice]:
-    """Slices of the rows of a matrix, each of ``most`` elements at most, or of one row."""
-    step = max(1, most // max(1, columns))
+def blocks(rows: int, columns: int, size: int = _BLOCK) -> list[slice]:
+    """Slices of the rows of a matrix, each of ``size`` elements at most, or of one row."""
+    step = max(1, size // max(1, columns))
     return [slice(i, i + step) for i in range(0, rows, step)]
 
 
@@ -68,8 +68,8 @@ class Contacts:
 
     def __init__(self, indentations: Floats, constants: Floats) -> None:
         # Summits of one height are one.
-        self._s, which = np.unique(indentations, return_inverse=True)
-        self._k: Floats = np.bincount(which, constants).astype(float)
+        self._s, groups = np.unique(indentations, return_inverse=True)
+        self._k: Floats = np.bincount(groups, constants).astype(float)
         self._tables: dict[float, Table] = {}
         self._panels = 0
         self._outer: Contacts | None = None
@@ -127,8 +127,8 @@ class Contacts:
             result[part] = total
         return result
 
-    def _terms(self, kind: Kind, v: Any, which: Integers) -> Floats:
-        return _terms(kind, v, self._s[which], self._k[which])
+    def _terms(self, kind: Kind, v: Any, summits: Integers) -> Floats:
+        return _terms(kind, v, self._s[summits], self._k[summits])
 
     def _far(self, kind: Kind) -> Table:
         """What the summits beyond the near panels give, over v to the power of its order."""
@@ -139,7 +139,7 @@ class Contacts:
         values = np.zeros((1, NODES.size))
         for level in range(levels + 1):
             shift = levels - level
-            own = self._panel >> shift
+            panel = self._panel >> shift
             width = self._width * (1 << shift)
             if level:
                 # A panel inherits what its parent has; then come the summits that are far from it
@@ -147,12 +147,12 @@ class Contacts:
                 values = np.stack([values @ half for half in halves], axis=1)
                 values = values.reshape(-1, NODES.size)
             for distance in range(_NEAR, 2 * _NEAR):
-                target = own - distance
+                target = panel - distance
                 new = (target >= 0) & (target < len(values))
                 if level:
-                    new &= (own >> 1) - (target >> 1) < _NEAR
+                    new &= (panel >> 1) - (target >> 1) < _NEAR
                 elif distance == _NEAR:  # the root takes all that is far from everything
-                    new, target = own >= _NEAR, np.zeros_like(own)
+                    new, target = panel >= _NEAR, np.zeros_like(panel)
                 else:
                     continue
                 if not new.any():
@@ -248,9 +248,9 @@ class Spheres:
             count = self.count(d)
             contacts = Contacts(self.heights[:count] - d, self.constants[:count])
             # A handful of loads at a time, in a new dictionary: other threads may read the old.
-            kept = dict(list(self._contacts.items())[-7:])
-            kept[d] = contacts
-            self._contacts = kept
+            cached = dict(list(self._contacts.items())[-7:])
+            cached[d] = contacts
+            self._contacts = cached
         return contacts.sum(kind, v)
 
     def count(self, separation: float) -> int:

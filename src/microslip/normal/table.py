@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, record, show
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip.errors import Argument, InputError
 from microslip.kernels import Integers
 from microslip.materials import MaterialPair
@@ -98,10 +98,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
                 f"got {d.size} and {n.size}"
             )
         _check_table(d, n, tail)
-        for name, value in (("separations", d.copy()), ("loads", n.copy())):
-            object.__setattr__(self, name, lock(value))
-        object.__setattr__(self, "pair", pair)
-        object.__setattr__(self, "tail", tail)
+        assign(self, pair=pair, separations=lock(d.copy()), loads=lock(n.copy()), tail=tail)
 
     def __repr__(self) -> str:
         d, n = np.asarray(self.separations), np.asarray(self.loads)
@@ -121,9 +118,9 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         """Integral of N from each knot to infinity [N m]."""
         knots, slopes, curvatures, loads = self._spline[:4]
         h = np.diff(knots)
-        whole = h * (loads[:-1] + h * (slopes[:-1] / 2.0 + h * curvatures[:-1] / 6.0))
+        areas = h * (loads[:-1] + h * (slopes[:-1] / 2.0 + h * curvatures[:-1] / 6.0))
         end = 0.0 if self.tail is None else loads[-1] ** 2 / -slopes[-1]
-        return np.append(np.cumsum(whole[::-1])[::-1] + end, end)
+        return np.append(np.cumsum(areas[::-1])[::-1] + end, end)
 
     @property
     def _span(self) -> tuple[float, float]:
@@ -171,19 +168,19 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         return np.asarray(np.where(past, -outer if order == -1 else outer, inner))
 
     def _solve(self, loads: Floats) -> Floats:
-        most = float(np.asarray(self.loads)[0])
-        if loads.max() > most:
+        heaviest = float(np.asarray(self.loads)[0])
+        if loads.max() > heaviest:
             raise InputError(
                 Argument("load"),
-                f" must be at most {exact(most)} N, where the table begins, "
+                f" must be at most {exact(heaviest)} N, where the table begins, "
                 f"got {exact(loads.max())} N",
             )
         knots, slopes, curvatures, ends_of, _, ends = self._spline
         i = np.clip(np.searchsorted(-ends_of, -loads, side="left"), 1, ends.size) - 1
         # The steps from the right ends of pieces, where the load is less, without cancellation.
-        more = np.maximum(loads - ends_of[i + 1], 0.0)
-        root = np.sqrt(ends[i] ** 2 + 2.0 * curvatures[i] * more)
-        d = np.maximum(knots[i + 1] - 2.0 * more / (root - ends[i]), knots[0])
+        surplus = np.maximum(loads - ends_of[i + 1], 0.0)
+        root = np.sqrt(ends[i] ** 2 + 2.0 * curvatures[i] * surplus)
+        d = np.maximum(knots[i + 1] - 2.0 * surplus / (root - ends[i]), knots[0])
         if self.tail is not None:
             past = loads < ends_of[-1]
             length = ends_of[-1] / -slopes[-1]
@@ -194,11 +191,11 @@ class TabulatedNormalLaw(Locked, NormalLaw):
     # Sums over the pieces from a separation on; every term is positive, none cancels another.
 
     def _run(self, d: float) -> _Run:
-        known = self.__dict__.get("_last_run")
-        if known is None or known[0] != d:
-            known = (d, self._make_run(d))
-            self.__dict__["_last_run"] = known  # one assignment: threads see this or another
-        run: _Run = known[1]
+        cached = self.__dict__.get("_last_run")
+        if cached is None or cached[0] != d:
+            cached = (d, self._make_run(d))
+            self.__dict__["_last_run"] = cached  # one assignment: threads see this or another
+        run: _Run = cached[1]
         return run
 
     def _make_run(self, d: float) -> _Run:
@@ -211,7 +208,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         if self.tail is None:
             slope[-1] = 0.0  # past the end
         h, v = np.diff(starts), starts[:-1]
-        falls = 0.5 * h * (-slope[:-1] - ends[first:])
+        drops = 0.5 * h * (-slope[:-1] - ends[first:])
         rises = 0.5 * curve[:-1] * (v + 0.5 * h) * h + 0.5 * starts[1:] * jumps[first + 1 :]
         rates = np.append(0.0, np.cumsum(rises))
         steps = h * rates[:-1] + 0.5 * curve[:-1] * h * h * (0.5 * v + h / 6.0)
@@ -219,7 +216,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
             starts,
             slope,
             curve,
-            np.append(0.0, np.cumsum(falls)),
+            np.append(0.0, np.cumsum(drops)),
             rates,
             np.append(0.0, np.cumsum(steps)),
         )
@@ -305,17 +302,19 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         )
 
 
-def _decayed(x: Floats, power: int, rest: int) -> Floats:
-    """Integral of w^power (x - w)^rest exp(-w) over [0, x], powers 0 or 1."""
+def _decayed(x: Floats, power: int, other_power: int) -> Floats:
+    """Integral of w^power (x - w)^other_power exp(-w) over [0, x], powers 0 or 1."""
     w = np.minimum(x, 1.0)[:, None] * _NODES
-    near = np.minimum(x, 1.0) * ((w**power * (x[:, None] - w) ** rest * np.exp(-w)) @ _WEIGHTS)
+    near = np.minimum(x, 1.0) * (
+        (w**power * (x[:, None] - w) ** other_power * np.exp(-w)) @ _WEIGHTS
+    )
     gone = np.exp(-x)
     far = {
         (0, 0): 1.0 - gone,
         (1, 0): 1.0 - (1.0 + x) * gone,
         (0, 1): x - 1.0 + gone,
         (1, 1): x - 2.0 + (x + 2.0) * gone,
-    }[power, rest]
+    }[power, other_power]
     return np.asarray(np.where(x <= 1.0, near, far))
 
 
@@ -326,18 +325,18 @@ def _check_table(d: Floats, n: Floats, tail: str | None) -> None:
         raise InputError(
             Argument("separation"), f" must rise, got {d[i]:g} then {d[i + 1]:g} at index {i + 1}"
         )
-    falls = -np.diff(n)
-    if falls.min() <= 0.0:
-        i = int(np.argmin(falls))
+    drops = -np.diff(n)
+    if drops.min() <= 0.0:
+        i = int(np.argmin(drops))
         raise InputError(
             Argument("load"), f" must fall, got {n[i]:g} then {n[i + 1]:g} at index {i + 1}"
         )
     if n[-1] < 0.0:
         raise InputError(Argument("load"), f" must not be negative, got {n[-1]:g} at the end")
-    bends = np.diff(-falls / steps)
+    bends = np.diff(-drops / steps)
     # Points on a straight line are convex, whatever rounding says.
     i = int(np.argmin(bends))
-    if bends[i] < -1e-9 * falls[i] / steps[i]:
+    if bends[i] < -1e-9 * drops[i] / steps[i]:
         raise InputError(
             Argument("load"),
             " must be convex (its fall must slow down: N'' < 0 would be a negative density of "
@@ -389,8 +388,8 @@ def _convex_spline(d: Floats, n: Floats, has_tail: bool) -> _Spline:
     k = np.array([*knots, d[-1]])
     s = np.array([*slopes, ends[-1]])
     # Loads from the end backwards, so that small ones near it keep their digits.
-    falls = -np.diff(k) * 0.5 * (s[:-1] + np.array(ends))
-    loads = np.append(np.cumsum(falls[::-1])[::-1] + n[-1], n[-1])
+    drops = -np.diff(k) * 0.5 * (s[:-1] + np.array(ends))
+    loads = np.append(np.cumsum(drops[::-1])[::-1] + n[-1], n[-1])
     after = np.append(s[1:-1], s[-1] if has_tail else 0.0)
     jump = after - np.array(ends)
     jumps = np.append(0.0, np.where(jump > -1e-12 * np.array(ends), jump, 0.0))  # not rounding

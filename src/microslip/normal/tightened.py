@@ -286,7 +286,7 @@ class TightenedSurface(NormalLaw):
         return (self.heights.spread, name) if name else None
 
     @cached_property
-    def _kept(self) -> tuple[Floats, Floats]:
+    def _relieved(self) -> tuple[Floats, Floats]:
         """Heights and flattenings of given summits after tightening."""
         values = np.asarray(self.heights.values)  # type: ignore[attr-defined]
         units = self._model.yield_indentation * np.asarray(self.radius)
@@ -298,7 +298,7 @@ class TightenedSurface(NormalLaw):
     def _spheres(self) -> Spheres | None:
         if not isinstance(self.heights, Discrete):
             return None
-        heights, flat = self._kept
+        heights, flat = self._relieved
         stiff = np.broadcast_to(self._stiff, flat.shape) * flat
         return Spheres(heights, stiff * (self.summit_count / flat.size))
 
@@ -379,7 +379,7 @@ class TightenedSurface(NormalLaw):
         if self._spheres is None:
             depth = self._areal._moment(2, d)
             return plain(math.pi * self.summit_count * float(self.radius) * depth)
-        heights, flat = self._kept
+        heights, flat = self._relieved
         radii = np.broadcast_to(np.asarray(self.radius), flat.shape) * flat**2
         depths = [float(np.maximum(heights - v, 0.0) @ radii) for v in d.reshape(-1)]
         share = math.pi * self.summit_count / flat.size
@@ -405,8 +405,8 @@ class TightenedSurface(NormalLaw):
         """The worked example of this project, of Al 2017, tightened to 5 kN; and few summits."""
         heights = Gaussian(std=5e-7)
         milled = cls(aluminium(), heights, 1e-3, 2e4, 5000.0, 250e6, area=2e-4)
-        few = Discrete(np.array([0.0, 2e-7, -3e-7, 5e-7, 1e-7]))
-        return milled, cls(aluminium(), few, 1e-3, 100.0, 40.0, 250e6, area=1e-4)
+        summits = Discrete(np.array([0.0, 2e-7, -3e-7, 5e-7, 1e-7]))
+        return milled, cls(aluminium(), summits, 1e-3, 100.0, 40.0, 250e6, area=1e-4)
 
 
 def yield_stress_of(yield_stress: float | None, hardness: float | None) -> float:

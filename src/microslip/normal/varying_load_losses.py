@@ -36,16 +36,16 @@ def means(spheres: Spheres, gap: Floats, until: Floats, first: Floats, last: Flo
     return result
 
 
-def _summits(y: Floats, gap: Floats, rest: Floats, first: Floats, last: Floats) -> Floats:
+def _summits(y: Floats, gap: Floats, until: Floats, first: Floats, last: Floats) -> Floats:
     """The same for each run and each summit of height y, over its load constant."""
     deep, low = y - first, y - last
     before = deep - gap  # what the front leaves of the indentation; it falls
-    after = np.minimum(low - rest, before)
+    after = np.minimum(low - until, before)
     span = before - after
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(span > 0.0, before / span, np.where(before > 0.0, 1.0, 0.0))
     share = np.clip(share, 0.0, 1.0)  # of the run, until the summit slips wholly
-    middle = np.where(share < 1.0, gap + (rest - gap) * share, 0.0)
+    middle = np.where(share < 1.0, gap + (until - gap) * share, 0.0)
     # From there on the whole load of the summit slips: to the power of 3/2 while there is any.
     here = np.where(before > 0.0, middle, deep)
     a, b = np.sqrt(np.maximum(here, 0.0)), np.sqrt(np.maximum(low, 0.0))
@@ -59,20 +59,20 @@ def _summits(y: Floats, gap: Floats, rest: Floats, first: Floats, last: Floats) 
         rows = at[0]
         inside = share[at]
         partly = inside < 1.0
-        left = before[at], np.where(partly, 0.0, after[at])
-        ahead = gap[rows, 0], np.where(partly, middle[at], rest[rows, 0])
+        remaining = before[at], np.where(partly, 0.0, after[at])
+        ahead = gap[rows, 0], np.where(partly, middle[at], until[rows, 0])
         under = deep[at], np.where(partly, middle[at], low[at])
-        total[at] += 0.25 * inside * _partly_slipped(*under, *left, *ahead)
+        total[at] += 0.25 * inside * _partly_slipped(*under, *remaining, *ahead)
     return total
 
 
 def _mean_cube(a: Floats, b: Floats) -> Floats:
     """Mean of x^(3/2) for x from a^2 to b^2, by their roots."""
-    both = a + b
+    total = a + b
     squares, product = a * a + b * b, a * b
     # (a^5 - b^5)/(a^2 - b^2) without cancellation.
     top = squares * squares - product * product + product * squares
-    return np.asarray(0.4 * np.divide(top, both, out=np.zeros_like(both), where=both > 0.0))
+    return np.asarray(0.4 * np.divide(top, total, out=np.zeros_like(total), where=total > 0.0))
 
 
 def _partly_slipped(
@@ -101,22 +101,22 @@ def _partly_slipped(
         g = g0 + (g1 - g0) * cut
         a = half + g
         result[at] += weight * cut * _rule(b0, half, g0, g)
-        more = np.flatnonzero(cut < 1.0)
-        at, weight = at[more], (weight * (1.0 - cut))[more]
-        a0, b0, g0 = a[more], half[more], g[more]
-        a1, b1, g1 = a1[more], b1[more], g1[more]
+        open_runs = np.flatnonzero(cut < 1.0)
+        at, weight = at[open_runs], (weight * (1.0 - cut))[open_runs]
+        a0, b0, g0 = a[open_runs], half[open_runs], g[open_runs]
+        a1, b1, g1 = a1[open_runs], b1[open_runs], g1[open_runs]
     return result
 
 
 def _closed(a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
     """The mean in closed form, with ends that differ by enough."""
     p, r = np.sqrt(b0), np.sqrt(b1)
-    both = p + r
+    total = p + r
     with np.errstate(divide="ignore", invalid="ignore"):
-        root = 2.0 / 3.0 * (p * p + p * r + r * r) / both
+        root = 2.0 / 3.0 * (p * p + p * r + r * r) / total
         # The mean of B times how far the run is.
-        late = (p * p * (4.0 * p + 8.0 * r) + r * r * (12.0 * p + 6.0 * r)) / (15.0 * both * both)
-    root, late = np.where(both > 0.0, root, 0.0), np.where(both > 0.0, late, 0.0)
+        late = (p * p * (4.0 * p + 8.0 * r) + r * r * (12.0 * p + 6.0 * r)) / (15.0 * total * total)
+    root, late = np.where(total > 0.0, root, 0.0), np.where(total > 0.0, late, 0.0)
     product = a0 * root + (a1 - a0) * late
     return 2.0 * _mean_cube(np.sqrt(a0), np.sqrt(a1)) - 3.0 * product + _mean_cube(p, r)
 

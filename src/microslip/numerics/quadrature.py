@@ -114,10 +114,10 @@ def _piecewise(g: Function, u: Floats, t: float, marks: Floats) -> Floats:
     total = np.zeros_like(u)
     for low, high in pairwise(marks):
         # Steps beyond a piece have its nodes in common.
-        whole = np.flatnonzero(u > high)
-        if whole.size:
+        beyond = np.flatnonzero(u > high)
+        if beyond.size:
             v = (low + (high - low) * _NODES)[None, :]
-            total[whole] += (high - low) * (g(v, u[whole, None], t) @ _WEIGHTS)
+            total[beyond] += (high - low) * (g(v, u[beyond, None], t) @ _WEIGHTS)
         at = np.flatnonzero((u > low) & (u <= high))
         if at.size:
             step = u[at]
@@ -156,8 +156,8 @@ def excess(f: Convex, t: Floats | float, u: Floats) -> Floats:
     """Half the integral of v (u - v) f''(t + v) over [0, u]."""
     here, length = _decay(f, t)
     end = t + u
-    whole = _at(f, t, -1) - f._derivative(end, -1)
-    result = 0.5 * u * (here + f._derivative(end, 0)) - whole
+    area = _at(f, t, -1) - f._derivative(end, -1)
+    result = 0.5 * u * (here + f._derivative(end, 0)) - area
     return _mend(
         result, u < length, f, u, t, lambda v, u, t: 0.5 * v * (u - v) * f._derivative(t + v, 2)
     )

@@ -56,10 +56,10 @@ def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | 
         count = int(np.count_nonzero(heights == value))
         if count < 2:
             continue
-        rest = heights[beyond(heights, value)]
-        if rest.size < max(4, count):
+        remainder = heights[beyond(heights, value)]
+        if remainder.size < max(4, count):
             continue
-        low, high = float(rest.min()), float(rest.max())
+        low, high = float(remainder.min()), float(remainder.max())
         size = high - low
         if max(low - value, value - high) > APART * size > 0.0:
             # Limits of few digits, from one to two ranges away.
@@ -91,15 +91,15 @@ def absurd(heights: NDArray[np.float64], pixel: tuple[float, ...]) -> list[str]:
     low, high = np.nanpercentile(heights[:: max(1, heights.shape[0] // 500)], (0.5, 99.5)).tolist()
     height, step = high - low, min(pixel)
     size = max(n * s for n, s in zip(heights.shape[::-1], pixel, strict=True))
-    told = []
+    questions = []
     if not 1e-11 < height < 5e-2 or height > 3.0 * size:
-        told.append(
+        questions.append(
             f"heights over {engineering(height, 'm')} on {engineering(size, 'm')}: is their unit "
             "right?"
         )
     if not 1e-10 < step < 5e-3:
-        told.append(f"a pixel of {engineering(step, 'm')}: is its unit right?")
-    return told
+        questions.append(f"a pixel of {engineering(step, 'm')}: is its unit right?")
+    return questions
 
 
 def enough(name: str, heights: NDArray[np.float64]) -> None:
@@ -130,32 +130,32 @@ def objection(heights: NDArray[np.float64]) -> Phrase:
     return Phrase()
 
 
-def pixel_of(given: Any, axes: int) -> tuple[float, ...]:
+def pixel_of(pixel: Any, axes: int) -> tuple[float, ...]:
     """Distance of neighbours [m] along each axis, from one for all or one for each."""
-    if isinstance(given, (list, tuple)):
-        steps = tuple(_step(one) for one in given)
-    elif isinstance(given, np.ndarray) and given.ndim:
-        steps = tuple(_step(step) for step in floats("pixel", given).ravel().tolist())
+    if isinstance(pixel, (list, tuple)):
+        steps = tuple(_step(distance) for distance in pixel)
+    elif isinstance(pixel, np.ndarray) and pixel.ndim:
+        steps = tuple(_step(step) for step in floats("pixel", pixel).ravel().tolist())
     else:
-        return (_step(given),) * axes
+        return (_step(pixel),) * axes
     if len(steps) != axes:
-        wanted = "one distance" if axes == 1 else "one distance, or (along x, along y)"
-        raise InputError(Argument("pixel"), f" must be {wanted}, got {len(steps)} of them")
+        shape = "one distance" if axes == 1 else "one distance, or (along x, along y)"
+        raise InputError(Argument("pixel"), f" must be {shape}, got {len(steps)} of them")
     return steps
 
 
-def length_of(name: str, given: Any, example: str) -> float:
+def length_of(name: str, value: Any, example: str) -> float:
     """A length [m], from a number in metres or text with a unit."""
-    if isinstance(given, str):
+    if isinstance(value, str):
         try:
-            return to_si(given, LENGTH, example)
+            return to_si(value, LENGTH, example)
         except QuantityError as error:
             raise InputError(Argument(name), f": {error}") from None
-    return positive(name, given, "m", 1e-5)
+    return positive(name, value, "m", 1e-5)
 
 
-def _step(given: Any) -> float:
-    step = length_of("pixel", given, "1.66 um")
+def _step(value: Any) -> float:
+    step = length_of("pixel", value, "1.66 um")
     if not 1e-15 <= step <= 1e3:
         raise InputError(
             Argument("pixel"), f" must be between 1e-15 m and 1000 m, got {exact(step)} m"
@@ -163,17 +163,17 @@ def _step(given: Any) -> float:
     return step
 
 
-def own(given: ArrayLike) -> NDArray[np.float64]:
+def height_array(heights: ArrayLike) -> NDArray[np.float64]:
     """Heights of our own, read-only, of a usable shape; NaN where they are missing."""
-    mask = np.ma.getmaskarray(given) if np.ma.isMaskedArray(given) else None
+    mask = np.ma.getmaskarray(heights) if np.ma.isMaskedArray(heights) else None
     try:
-        array = np.asarray(np.ma.getdata(given) if mask is not None else given)
+        array = np.asarray(np.ma.getdata(heights) if mask is not None else heights)
     except Exception:  # an object's own conversion may raise anything
         raise InputError(
-            Argument("heights"), f" must be an array of numbers, got {show(given)}"
+            Argument("heights"), f" must be an array of numbers, got {show(heights)}"
         ) from None
     if array.dtype.kind not in "iuf":
-        raise InputError(Argument("heights"), f" must be an array of numbers, got {show(given)}")
+        raise InputError(Argument("heights"), f" must be an array of numbers, got {show(heights)}")
     if array.ndim not in (1, 2):
         raise InputError(
             Argument("heights"),

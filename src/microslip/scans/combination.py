@@ -54,22 +54,22 @@ def combine(
         Two of different kinds, or of another.
     """
     if isinstance(a, Moments) and isinstance(b, Moments):
-        both = len(a.m2_axes) == len(b.m2_axes)
+        same_axes = len(a.m2_axes) == len(b.m2_axes)
         return Moments(
             a.m0 + b.m0,
             a.m2 + b.m2,
             a.m4 + b.m4,
-            _add(a.m2_axes, b.m2_axes) if both else (),
-            _add(a.m4_axes, b.m4_axes) if both else (),
-            a.m11 + b.m11 if both else 0.0,
+            _add(a.m2_axes, b.m2_axes) if same_axes else (),
+            _add(a.m4_axes, b.m4_axes) if same_axes else (),
+            a.m11 + b.m11 if same_axes else 0.0,
         )
     if isinstance(a, SummitStatistics) and isinstance(b, SummitStatistics):
-        found = combine(moments_from(a), moments_from(b)).mccool()
+        sums = combine(moments_from(a), moments_from(b)).mccool()
         label = a.estimate if a.estimate == b.estimate else f"{a.estimate} and {b.estimate}"
         by: RadiusBy = "load" if "load" in (a.radius_by, b.radius_by) else "curvature"
-        radius = found.radius * (BY_LOAD if by == "load" else 1.0)
+        radius = sums.radius * (BY_LOAD if by == "load" else 1.0)
         return SummitStatistics(
-            found.density, radius, found.std, found.mean_height, f"combined {label}", by
+            sums.density, radius, sums.std, sums.mean_height, f"combined {label}", by
         )
     raise InputError(
         "combine wants two Moments or two SummitStatistics, as scan.moments() and "

@@ -39,8 +39,8 @@ class Steps:
 def condition(scan: Map, steps: Steps) -> Map:
     """Remove outliers, level, fill and limit the band of wavelengths; the notes tell each step."""
     limit = _threshold(steps.outliers)
-    _word("level", steps.level, LEVELS)
-    _word("fill", steps.fill, ("interpolate",))
+    _check_choice("level", steps.level, LEVELS)
+    _check_choice("fill", steps.fill, ("interpolate",))
     short, long = band(scan, steps.cutoff, steps.long_cutoff)
     heights, notes = scan.heights, list(scan.notes)
     if limit is not None:
@@ -73,9 +73,9 @@ def condition(scan: Map, steps: Steps) -> Map:
         heights = smooth(heights, scan.pixel, short)
         # The exponents of two Gaussians add.
         cutoff = math.hypot(cutoff or 0.0, short)
-        both = "" if scan.cutoff is None else f", {engineering(cutoff, 'm')} with the one before"
+        sum_ = "" if scan.cutoff is None else f", {engineering(cutoff, 'm')} with the one before"
         notes.append(
-            f"cutoff: waves shorter than {engineering(short, 'm')} removed{both} (Gaussian filter, "
+            f"cutoff: waves shorter than {engineering(short, 'm')} removed{sum_} (Gaussian filter, "
             "half the amplitude there)."
         )
     if long is not None:
@@ -99,21 +99,22 @@ def condition(scan: Map, steps: Steps) -> Map:
 
 def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float | None]:
     """Both cut-offs [m], if this scan can be filtered so."""
-    least, most = 2.0 * max(scan.pixel), min(scan.size)
-    found: list[float | None] = []
-    for name, given in (("cutoff", cutoff), ("long_cutoff", long_cutoff)):
-        if given is None:
-            found.append(None)
+    shortest, longest = 2.0 * max(scan.pixel), min(scan.size)
+    cutoffs: list[float | None] = []
+    for name, value in (("cutoff", cutoff), ("long_cutoff", long_cutoff)):
+        if value is None:
+            cutoffs.append(None)
             continue
-        length = length_of(name, given, "10 um")
-        if not least < length < most:
+        length = length_of(name, value, "10 um")
+        if not shortest < length < longest:
+            where = _beside_bounds(length, shortest, longest)
             raise InputError(
                 Argument(name),
-                f" must be between two pixels ({_readable(least)}) and the size of the scan "
-                f"({_readable(most)}), got {_readable(length)}: {_where(length, least, most)}",
+                f" must be between two pixels ({_readable(shortest)}) and the size of the scan "
+                f"({_readable(longest)}), got {_readable(length)}: {where}",
             )
-        found.append(length)
-    short, long = found
+        cutoffs.append(length)
+    short, long = cutoffs
     if long is not None and (before := short or scan.cutoff) is not None and long <= before:
         raise InputError(
             *(Argument("long_cutoff"), " must be longer than ", Argument("cutoff")),
@@ -134,21 +135,21 @@ def remaining(scan: HeightMap, cutoff: float | None) -> float | None:
         return cutoff
     if math.isclose(cutoff, before, rel_tol=1e-9):
         return None
-    least = 2.0 * max(scan.pixel)
-    rest = math.sqrt(max(cutoff - before, 0.0) * (cutoff + before))
-    if rest > least:
-        return rest
-    got, had = engineering(cutoff, "m", 4, trim=True), engineering(before, "m", 4, trim=True)
+    shortest = 2.0 * max(scan.pixel)
+    length = math.sqrt(max(cutoff - before, 0.0) * (cutoff + before))
+    if length > shortest:
+        return length
+    came, applied = (engineering(value, "m", 4, trim=True) for value in (cutoff, before))
     if cutoff < before:
         raise InputError(
             Argument("cutoff"),
-            f" must not be shorter than the {had} that was applied before, got {got}: waves "
+            f" must not be shorter than the {applied} that was applied before, got {came}: waves "
             "that are gone do not come back; take None, or the scan as it was",
         )
-    next_one = engineering(math.hypot(before, 1.01 * least), "m", 4, trim=True)
+    next_one = engineering(math.hypot(before, 1.01 * shortest), "m", 4, trim=True)
     raise InputError(
         Argument("cutoff"),
-        f" must be the {had} that was applied before, or at least {next_one}, got {got}: "
+        f" must be the {applied} that was applied before, or at least {next_one}, got {came}: "
         "what is between takes a filter of two pixels or less",
     )
 
@@ -157,37 +158,37 @@ def _readable(length: float) -> str:
     return engineering(length, "m", 5, trim=True)
 
 
-def _where(length: float, least: float, most: float) -> str:
-    if math.isclose(length, least, rel_tol=1e-12):
+def _beside_bounds(length: float, shortest: float, longest: float) -> str:
+    if math.isclose(length, shortest, rel_tol=1e-12):
         return "exactly two pixels"
-    if math.isclose(length, most, rel_tol=1e-12):
+    if math.isclose(length, longest, rel_tol=1e-12):
         return "exactly the size of the scan"
-    return "below two pixels" if length < least else "beyond the size of the scan"
+    return "below two pixels" if length < shortest else "beyond the size of the scan"
 
 
-def _threshold(given: Any) -> float | None:
-    if given is None:
+def _threshold(value: Any) -> float | None:
+    if value is None:
         return None
-    limit: float = OUTLIERS.check(given)
+    limit: float = OUTLIERS.check(value)
     return limit
 
 
-def _word(name: str, given: Any, words: tuple[str, ...]) -> None:
-    if given is not None and (not isinstance(given, str) or given not in words):
-        hint = did_you_mean(given, words) if isinstance(given, str) else ""
+def _check_choice(name: str, value: Any, words: tuple[str, ...]) -> None:
+    if value is not None and (not isinstance(value, str) or value not in words):
+        hint = did_you_mean(value, words) if isinstance(value, str) else ""
         raise InputError(
-            Argument(name), f" must be {quoted(words)} or None, got {show(given)}{hint}"
+            Argument(name), f" must be {quoted(words)} or None, got {show(value)}{hint}"
         )
 
 
 def _without_outliers(scan: HeightMap, limit: float) -> tuple[np.ndarray, str]:
-    found = outliers(scan.heights, limit)
-    count = int(np.count_nonzero(found))
-    heights = np.where(found, np.nan, scan.heights) if count else scan.heights
-    least = 4 if scan.is_profile else 9
-    if (left := int(np.count_nonzero(~np.isnan(heights)))) < least:
+    spots = outliers(scan.heights, limit)
+    count = int(np.count_nonzero(spots))
+    heights = np.where(spots, np.nan, scan.heights) if count else scan.heights
+    minimum = 4 if scan.is_profile else 9
+    if (remaining_count := int(np.count_nonzero(~np.isnan(heights)))) < minimum:
         raise InputError(
-            Argument("outliers"), f": only {left} of {heights.size} points would be left"
+            Argument("outliers"), f": only {remaining_count} of {heights.size} points would be left"
         )
     return heights, (
         f"outliers: {count} of {heights.size} points farther than {limit:g} robust standard "

@@ -114,7 +114,7 @@ def over_cutoffs(
     prominence: float | str | None = None,
     window: int = 3,
     progress: Callable[[int, int], None] | None = None,
-    known: Summits | None = None,
+    counted_before: Summits | None = None,
 ) -> CutoffTable:
     """Every parameter against the short-wave cut-off.
 
@@ -132,7 +132,7 @@ def over_cutoffs(
         How they are counted: see :meth:`Scan.summits`.
     progress : callable, optional
         Called with the cut-offs done and those to do, after each.
-    known : Summits, optional
+    counted_before : Summits, optional
         Summits of this very scan, counted in this way before: at their cut-off they are taken.
 
     Returns
@@ -145,24 +145,28 @@ def over_cutoffs(
     InputError
         Cut-offs that cannot be used: below zero, two pixels or less, the size of the scan.
     """
-    wanted = default_cutoffs(scan) if cutoffs is None else _lengths(cutoffs)
-    if wanted.ndim != 1 or (wanted < 0.0).any():
+    lengths = default_cutoffs(scan) if cutoffs is None else _lengths(cutoffs)
+    if lengths.ndim != 1 or (lengths < 0.0).any():
         raise InputError(Argument("cutoffs"), " must be a series of lengths [m], or 0 for none")
-    wanted = np.unique(wanted)
+    lengths = np.unique(lengths)
     # Levelled once; the filter works on what is left.
     levelled = scan if level is None else condition(scan, Steps(level))
     notes = list(levelled.notes)
     names = [field.name for field in fields(CutoffTable)[1:-1]]
-    columns = {name: np.full(wanted.size, math.nan) for name in names}
-    for row, cutoff in enumerate(wanted):
+    columns = {name: np.full(lengths.size, math.nan) for name in names}
+    for row, cutoff in enumerate(lengths):
         short = float(cutoff) or None
         at = "no cut-off" if short is None else f"cut-off {engineering(short, 'm')}"
-        own = None
+        filtered = None
         if counted and not scan.is_profile:
             try:
                 # From the unfiltered scan: its noise decides which peaks are summits.
-                found = known if known is not None and _same(known.cutoff, short) else None
-                found = found or find_summits(
+                summits = (
+                    counted_before
+                    if counted_before is not None and _same_length(counted_before.cutoff, short)
+                    else None
+                )
+                summits = summits or find_summits(
                     levelled.measurable(),
                     short,
                     method=method,
@@ -170,54 +174,54 @@ def over_cutoffs(
                     level=None,
                     window=window,
                 )
-                own = found.scan
-                _count(found, columns, row)
+                filtered = summits.scan
+                _count(summits, columns, row)
             except InputError as error:
                 notes.append(Phrase(f"{at}: ", *error.parts))
         try:
-            own = own or condition(levelled, Steps(cutoff=remaining(levelled, short)))
-            _measure(own, columns, row)
+            filtered = filtered or condition(levelled, Steps(cutoff=remaining(levelled, short)))
+            _measure(filtered, columns, row)
         except InputError as error:
-            if cutoffs is not None and own is None:
+            if cutoffs is not None and filtered is None:
                 raise  # a cut-off of the user's that cannot be used
             notes.append(Phrase(f"{at}: ", *error.parts))
         if progress is not None:
-            progress(row + 1, wanted.size)
+            progress(row + 1, lengths.size)
     if scan.is_profile and counted:
         notes.append("a profile has no summits to count")
     arrays = {name: lock(values) for name, values in columns.items()}
-    return CutoffTable(lock(wanted), **arrays, notes=tuple(notes))
+    return CutoffTable(lock(lengths), **arrays, notes=tuple(notes))
 
 
-def _same(one: float | None, other: float | None) -> bool:
-    return one == other or (one is not None and other is not None and math.isclose(one, other))
+def _same_length(a: float | None, b: float | None) -> bool:
+    return a == b or (a is not None and b is not None and math.isclose(a, b))
 
 
-def _lengths(given: Any) -> Floats:
+def _lengths(cutoffs: Any) -> Floats:
     """Cut-offs [m], of numbers and of text."""
-    if isinstance(given, (str, list, tuple)):
-        given = [
+    if isinstance(cutoffs, (str, list, tuple)):
+        cutoffs = [
             0.0
-            if one is None
-            else length_of("cutoffs", one, "10 um")
-            if isinstance(one, str)
-            else one
-            for one in ([given] if isinstance(given, str) else given)
+            if item is None
+            else length_of("cutoffs", item, "10 um")
+            if isinstance(item, str)
+            else item
+            for item in ([cutoffs] if isinstance(cutoffs, str) else cutoffs)
         ]
-    return np.atleast_1d(sized("cutoffs", given))
+    return np.atleast_1d(sized("cutoffs", cutoffs))
 
 
 def _measure(scan: HeightMap, columns: dict[str, Floats], row: int) -> None:
-    found = scan.moments()
+    moments = scan.moments()
     for name in ("rms", "m0", "m2", "m4", "nayak"):
-        columns[name][row] = getattr(found, name)
-    summits = found.mccool()
+        columns[name][row] = getattr(moments, name)
+    summits = moments.mccool()
     for name in ("density", "radius", "std", "mean_height"):
         columns[f"mccool_{name}"][row] = getattr(summits, name)
 
 
-def _count(found: Summits, columns: dict[str, Floats], row: int) -> None:
-    summits = found.statistics("counted")
-    columns["counted"][row] = found.count
+def _count(counted: Summits, columns: dict[str, Floats], row: int) -> None:
+    summits = counted.statistics("counted")
+    columns["counted"][row] = counted.count
     for name in ("density", "radius", "std", "mean_height"):
         columns[f"counted_{name}"][row] = getattr(summits, name)

@@ -95,14 +95,14 @@ class Fit:
 
 def fits_of(levels: Floats, quantiles: Floats, numbers: Statistics) -> tuple[Fit, ...]:
     """Every law fitted to standardised quantiles, in metres; the one that misses least first."""
-    found = []
+    fits = []
     for family in _FAMILIES:
         for mirrored in (False, True) if family[0] not in ("gaussian", "student t") else (False,):
             fit = _fitted(family, levels, quantiles, mirrored)
             if fit is not None:
-                found.append(_in_metres(fit, numbers))
+                fits.append(_in_metres(fit, numbers))
     best: dict[str, Fit] = {}
-    for fit in sorted(found, key=lambda fit: fit.effect):
+    for fit in sorted(fits, key=lambda fit: fit.effect):
         best.setdefault(fit.name, fit)  # of a pair, the side that fits
     return tuple(best.values())
 
@@ -136,20 +136,21 @@ def _fitted(
             [np.inf, start[1] + 8.0, *(6.0 for _ in shapes)],
         )
         with np.errstate(all="ignore"):
-            found = optimize.least_squares(miss, start, bounds=bounds, x_scale="jac", max_nfev=100)
-        if not np.isfinite(found.x).all():
+            search = optimize.least_squares(miss, start, bounds=bounds, x_scale="jac", max_nfev=100)
+        if not np.isfinite(search.x).all():
             return None
-        place, scale = float(found.x[0]), math.exp(found.x[1])
-        shapes = tuple(float(value) for value in np.exp(found.x[2:]))
+        place, scale = float(search.x[0]), math.exp(search.x[1])
+        shapes = tuple(float(value) for value in np.exp(search.x[2:]))
     frozen = law(*shapes, loc=place, scale=scale)
     with np.errstate(all="ignore"):
         share = float(np.max(np.abs(frozen.cdf(x) - p)))
         # A few quantiles do: some laws have to search for them one by one.
-        some = np.unique(np.append(np.linspace(0, p.size - 1, 60).astype(int), _ends(p)))
-        off = np.abs(frozen.ppf(p[some]) - x[some])
-    own = 1.0 - p[some] if mirrored else p[some]
+        sample = np.unique(np.append(np.linspace(0, p.size - 1, 60).astype(int), _ends(p)))
+        off = np.abs(frozen.ppf(p[sample]) - x[sample])
+    ranks = 1.0 - p[sample] if mirrored else p[sample]
     middle, upper = (
-        float(off[(own > low - 1e-9) & (own < high + 1e-9)].max()) for low, high in (RANGE, TAIL)
+        float(off[(ranks > low - 1e-9) & (ranks < high + 1e-9)].max())
+        for low, high in (RANGE, TAIL)
     )
     if not math.isfinite(middle + upper):
         return None

@@ -74,8 +74,8 @@ def elliptic_surface(
     mean = float(weights[good] @ (along * cos2 + (1.0 - along) * (1.0 - cos2))[good])
     mean /= float(weights[good].sum())
     ratio = math.exp(float(weights @ logs))
-    whole = hertz_ellipse(ratio).along
-    share = 0.5 if whole <= 0.5 else (mean - (1.0 - whole)) / (2.0 * whole - 1.0)
+    aligned = hertz_ellipse(ratio).along
+    share = 0.5 if aligned <= 0.5 else (mean - (1.0 - aligned)) / (2.0 * aligned - 1.0)
     return EllipticSummits(
         pair,
         Gaussian(summits.std, summits.mean_height),

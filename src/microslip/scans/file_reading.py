@@ -14,7 +14,7 @@ from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.wording import shorten, show
 from microslip.errors import Argument, InputError, Phrase
 from microslip.readers.files import usable
-from microslip.scans.checks import absurd, exact_zeros, own, pixel_of, repeated, spikes
+from microslip.scans.checks import absurd, exact_zeros, height_array, pixel_of, repeated, spikes
 from microslip.scans.heights_in_files import RawHeights, Wishes, read_heights
 
 SUSPECT = "suspect: "
@@ -62,31 +62,31 @@ def _check(wishes: Wishes) -> None:
         raise InputError(
             Argument("limit"), f" must be a number of points above zero, got {show(limit)}"
         )
-    for name, given in (("format", wishes.format), ("key", wishes.key)):
-        if given is not None and not isinstance(given, str):
-            raise InputError(Argument(name), f" must be text, got {show(given)}")
+    for name, value in (("format", wishes.format), ("key", wishes.key)):
+        if value is not None and not isinstance(value, str):
+            raise InputError(Argument(name), f" must be text, got {show(value)}")
 
 
-def _format(given: str | None) -> str | None:
+def _format(name: str | None) -> str | None:
     """The name of a format, from what can stand for it: an ending, or in capitals."""
-    if given is None:
+    if name is None:
         return None
-    word = given.strip().lower().removeprefix(".")
+    word = name.strip().lower().removeprefix(".")
     return "text" if word in _TEXTS else word
 
 
 def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
     raw = _line(raw)
     factors, notes = _units(raw, wishes)
-    pixel, told = _pixel(raw, wishes, factors[0])
+    pixel, origin = _pixel(raw, wishes, factors[0])
     heights = _metres(raw.values, factors[1])
     notes += _valid(heights, wishes.valid)
-    heights = own(heights)
+    heights = height_array(heights)
     pixel = pixel_of(pixel, heights.ndim)
     name = shorten(path.name, 100)
     counts = " x ".join(str(n) for n in heights.shape[::-1])
     steps = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(pixel))
-    first = f"{name}: {raw.kind}, {counts} points, pixel {steps} {told}."
+    first = f"{name}: {raw.kind}, {counts} points, pixel {steps} {origin}."
     low, high = np.nanmin(heights), np.nanmax(heights)
     if low == high:
         raise ValueError(
@@ -105,13 +105,13 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
         notes.append(spiky)
     elif atom := repeated(heights):
         value, count, *limits = atom
-        least, most = (engineering(limit, "m", 6, trim=True) for limit in limits)
-        told = Phrase(
+        lowest, highest = (engineering(limit, "m", 6, trim=True) for limit in limits)
+        origin = Phrase(
             f"{SUSPECT}{count} points are all {_length(value)}, far from all others; if that "
             'stands for "nothing measured", leave them out by ',
-            *(Argument("valid", (least, most)), "."),
+            *(Argument("valid", (lowest, highest)), "."),
         )
-        notes.append(told)
+        notes.append(origin)
     if (zeros := exact_zeros(heights)) is not None:
         notes.append(
             Phrase(
@@ -131,13 +131,13 @@ def _line(raw: RawHeights) -> RawHeights:
     if len(shape) != 2 or min(shape) != 1 or max(shape) < 4:
         return raw
     row = shape[0] == 1
-    what = "one row" if row else "one column"
+    lines = "one row" if row else "one column"
     pixel = raw.pixel if raw.pixel is None or len(raw.pixel) == 1 else raw.pixel[int(not row) :][:1]
     return replace(
         raw,
         values=raw.values.reshape(-1),
         pixel=pixel,
-        notes=(*raw.notes, f"profile: {what} of {max(shape)} points, taken for a profile."),
+        notes=(*raw.notes, f"profile: {lines} of {max(shape)} points, taken for a profile."),
     )
 
 
@@ -164,7 +164,7 @@ def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[s
                 f'the file says that heights are in "{up}", but not the unit of coordinates; ',
                 *("write ", Argument("unit", ("mm", up)), ", say"),
             )
-        return _by((across or up, up), raw, "as the file says")
+        return _factors((across or up, up), raw, "as the file says")
     pair = wishes.unit if isinstance(wishes.unit, (list, tuple)) else (wishes.unit,) * 2
     if len(pair) != 2:
         raise InputError(
@@ -172,20 +172,22 @@ def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[s
             ': wanted one such as "um", or one of the coordinates and one of the heights, ',
             *(Argument("unit", ("mm", "um")), f", got {show(wishes.unit)}"),
         )
-    for what, said, given in zip(("coordinates", "heights"), (across, up), pair, strict=True):
-        if said is not None and _factor(said) != _factor(given):
-            both = Argument("unit", (across or pair[0], up or pair[1]))
+    for axis, file_unit, stated in zip(("coordinates", "heights"), (across, up), pair, strict=True):
+        if file_unit is not None and _factor(file_unit) != _factor(stated):
+            argument = Argument("unit", (across or pair[0], up or pair[1]))
             raise InputError(
-                f'the file says that {what} are in "{said}", not "{shorten(given, 20)}"; ',
-                *(("leave out ", Argument("unit")) if across and up else ("write ", both)),
+                f'the file says that {axis} are in "{file_unit}", not "{shorten(stated, 20)}"; ',
+                *(("leave out ", Argument("unit")) if across and up else ("write ", argument)),
             )
-    return _by((pair[0], pair[1]), raw, "as stated")
+    return _factors((pair[0], pair[1]), raw, "as stated")
 
 
-def _by(pair: tuple[Any, Any], raw: RawHeights, told: str) -> tuple[tuple[float, float], list[str]]:
-    notes = [f"heights: in {shorten(str(pair[1]), 20)}, {told}."]
+def _factors(
+    pair: tuple[Any, Any], raw: RawHeights, source: str
+) -> tuple[tuple[float, float], list[str]]:
+    notes = [f"heights: in {shorten(str(pair[1]), 20)}, {source}."]
     if raw.steps is not None and pair[0] != pair[1]:
-        notes.append(f"coordinates: in {shorten(str(pair[0]), 20)}, {told}.")
+        notes.append(f"coordinates: in {shorten(str(pair[0]), 20)}, {source}.")
     return (_factor(pair[0]), _factor(pair[1])), notes
 
 
@@ -207,11 +209,11 @@ def _pixel(raw: RawHeights, wishes: Wishes, factor: float) -> tuple[tuple[float,
         if axes not in (1, 2):
             axes = 2
         before = raw.pixel
-        told = "as stated"
+        source = "as stated"
         if before is not None:
             steps = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(before))
-            told += f" (the file says {steps})"
-        return pixel_of(wishes.pixel, axes), told
+            source += f" (the file says {steps})"
+        return pixel_of(wishes.pixel, axes), source
     if raw.pixel is not None:
         return raw.pixel, "as the file says"
     if raw.steps is not None:
@@ -231,24 +233,24 @@ def _metres(heights: np.ndarray, factor: float) -> np.ndarray:
     values = values.astype(np.float64, copy=False)  # first: shorter floats would round
     with np.errstate(all="ignore"):  # what overflows is refused as a height
         # Through the reciprocal where it is whole: 0.3 um becomes 3e-7 and not its neighbour.
-        whole = round(1.0 / factor) if factor < 1.0 else 0
-        exact = whole and math.isclose(whole * factor, 1.0, rel_tol=1e-15)
-        result = values / float(whole) if exact else values * factor
+        reciprocal = round(1.0 / factor) if factor < 1.0 else 0
+        exact = reciprocal and math.isclose(reciprocal * factor, 1.0, rel_tol=1e-15)
+        result = values / float(reciprocal) if exact else values * factor
     result = np.ascontiguousarray(result, dtype=np.float64)
     if mask is not None and mask.any():
         result[mask] = np.nan
     return result
 
 
-def _valid(heights: np.ndarray, given: Any) -> list[str]:
+def _valid(heights: np.ndarray, limits: Any) -> list[str]:
     """Make what is beyond the possible heights missing, in place."""
-    if given is None:
+    if limits is None:
         return []
-    if not isinstance(given, (list, tuple)) or len(given) != 2:
+    if not isinstance(limits, (list, tuple)) or len(limits) != 2:
         raise InputError(
-            Argument("valid"), f' must be two heights such as ("-1 mm", "1 mm"), got {show(given)}'
+            Argument("valid"), f' must be two heights such as ("-1 mm", "1 mm"), got {show(limits)}'
         )
-    low, high = (_height(limit) for limit in given)
+    low, high = (_height(limit) for limit in limits)
     if not low < high:
         raise InputError(
             Argument("valid"),
@@ -266,14 +268,14 @@ def _length(value: float) -> str:
     return engineering(value, "m", 4, trim=True)
 
 
-def _height(given: Any) -> float:
-    if isinstance(given, str):
+def _height(value: Any) -> float:
+    if isinstance(value, str):
         try:
-            return to_si(given, LENGTH, "1 mm", sign="any")
+            return to_si(value, LENGTH, "1 mm", sign="any")
         except QuantityError as error:
             raise InputError(Argument("valid"), f": {error}") from None
-    if isinstance(given, numbers.Real) and not isinstance(given, bool) and not math.isnan(given):
-        return float(given)
+    if isinstance(value, numbers.Real) and not isinstance(value, bool) and not math.isnan(value):
+        return float(value)
     raise InputError(
-        Argument("valid"), f': wanted a height [m] or such as "1 mm", got {show(given)}'
+        Argument("valid"), f': wanted a height [m] or such as "1 mm", got {show(value)}'
     )

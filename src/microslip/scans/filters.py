@@ -52,8 +52,8 @@ def weights(cutoff: float) -> Floats:
 
         guess = float(brentq(excess, 0.5 * guess, 4.0 * guess, xtol=1e-15, rtol=1e-14))
     side = np.exp(-guess * square)
-    whole = np.concatenate([side[::-1], [1.0], side])
-    return lock(whole / whole.sum())
+    kernel = np.concatenate([side[::-1], [1.0], side])
+    return lock(kernel / kernel.sum())
 
 
 def smooth(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:

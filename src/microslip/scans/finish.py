@@ -116,9 +116,9 @@ class SurfaceFinish:
                 object.__setattr__(self, name, positive(name, value, "m", 1e-6))
         if self.process is not None:
             object.__setattr__(self, "process", process_named(self.process))
-        given = [name for name in ("ra", "rq", "rz") if getattr(self, name) is not None]
-        if len(given) > 1 or (not given and self.process is None):
-            came = quoted(given, "and") if given else "nothing of it"
+        heights = [name for name in ("ra", "rq", "rz") if getattr(self, name) is not None]
+        if len(heights) > 1 or (not heights and self.process is None):
+            came = quoted(heights, "and") if heights else "nothing of it"
             raise InputError(
                 f"one of ra, rq and rz must be given, or a process such as ground, got {came}"
             )
@@ -146,8 +146,8 @@ class SurfaceFinish:
         if self.ra is not None:
             average = Range(self.ra, self.ra, self.ra)
         else:
-            left = PROCESSES[str(self.process)]
-            average = Range(left.low, math.sqrt(left.low * left.high), left.high)
+            process = PROCESSES[str(self.process)]
+            average = Range(process.low, math.sqrt(process.low * process.high), process.high)
         return average.times(1.11, GAUSSIAN_RQ, 1.5)
 
     @property
@@ -159,7 +159,8 @@ class SurfaceFinish:
         """
         assert self.rz is not None
         sampling = next(
-            (length for most, length in _SAMPLING if self.rz <= 5.0 * most), _SAMPLING[-1][1]
+            (length for ra, length in _SAMPLING if self.rz <= 5.0 * ra),
+            _SAMPLING[-1][1],
         )
         waves = 10.0 if self.rsm is None else max(sampling / self.rsm, 2.0)
         root = math.sqrt(2.0 * math.log(waves))
@@ -174,8 +175,8 @@ class SurfaceFinish:
             return Range(middle, middle, middle).times(0.7, 1.0, 1.5)
         rms = 1e6 * self.rms.middle
         # Mean absolute slopes, as of Gaussian ones: of a profile sqrt(2/pi) of its rms.
-        both = [GAUSSIAN_RQ * slope for slope in (0.076 * rms**0.52, 0.124 * rms**0.743)]
-        low, high = min(both), max(both)
+        slopes = [GAUSSIAN_RQ * slope for slope in (0.076 * rms**0.52, 0.124 * rms**0.743)]
+        low, high = min(slopes), max(slopes)
         return Range(low / 1.5, math.sqrt(low * high), high * 1.5)
 
     @property
@@ -195,9 +196,9 @@ class SurfaceFinish:
     @cached_property
     def statistics(self) -> SummitStatistics:
         """Summits in the middle of the ranges: density [1/m^2], radius [m], std [m]."""
-        found = self.moments.mccool()
+        mccool = self.moments.mccool()
         return SummitStatistics(
-            found.density, found.radius, found.std, found.mean_height, "drawing"
+            mccool.density, mccool.radius, mccool.std, mccool.mean_height, "drawing"
         )
 
     @cached_property
@@ -206,11 +207,11 @@ class SurfaceFinish:
 
         Slope and height rise together, so the slope is scaled with the height.
         """
-        found = [moments.mccool() for moments in self._corners()]
+        corners = [moments.mccool() for moments in self._corners()]
         return {
             name: (min(values), max(values))
             for name in ("std", "radius", "density")
-            if (values := [getattr(item, name) for item in found])
+            if (values := [getattr(item, name) for item in corners])
         }
 
     def _corners(self) -> Iterator[Moments]:
@@ -219,8 +220,8 @@ class SurfaceFinish:
             self.rms, (slope.low / slope.middle, 1.0, slope.high / slope.middle), self.alpha
         ):
             # At a given RSm the slope goes with the height.
-            own = slope.middle * (rms / self.rms.middle if self.rsm is not None else 1.0)
-            yield _moments(rms, own * factor, alpha)
+            middle = slope.middle * (rms / self.rms.middle if self.rsm is not None else 1.0)
+            yield _moments(rms, middle * factor, alpha)
 
     def to_surface(self, pair: MaterialPair, area: float | str) -> GreenwoodWilliamson:
         """A rough surface with these summits against a smooth one.

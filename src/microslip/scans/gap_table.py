@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, positive, show
 from microslip._core.files import sparse_of_either_kind
+from microslip._core.frozen import assign
 from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import Argument, InputError
 from microslip.heights import TabulatedHeights
@@ -60,8 +61,8 @@ class GapTable:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("radius", self.radius, "m", 1e-3))
-        object.__setattr__(self, "density", positive("density", self.density, "1/m^2", 1e6))
+        radius = positive("radius", self.radius, "m", 1e-3)
+        assign(self, radius=radius, density=positive("density", self.density, "1/m^2", 1e6))
         if not isinstance(self.heights, TabulatedHeights):
             raise InputError(
                 Argument("heights"), f" must be TabulatedHeights, got {show(self.heights)}"
@@ -131,9 +132,9 @@ def read_gap_table(
         table of gaps.
     """
     file = Path(path)
-    wanted = [v for v in (gap, probability, scale, radius, density) if isinstance(v, str)]
+    names = [v for v in (gap, probability, scale, radius, density) if isinstance(v, str)]
     try:
-        arrays = _arrays(file, wanted)
+        arrays = _arrays(file, names)
     except OSError as error:
         raise InputError(f"{file.name}: cannot be read: {error.strerror or error}") from None
     except ValueError as error:
@@ -158,14 +159,14 @@ def read_gap_table(
     return GapTable(_value(arrays, radius, file), _value(arrays, density, file), heights, notes)
 
 
-def _value(arrays: dict[str, Floats], given: str | float, file: Path) -> float:
+def _value(arrays: dict[str, Floats], name_or_value: str | float, file: Path) -> float:
     """A number by its name, or as it is."""
-    if not isinstance(given, str):
-        return given
-    array = arrays[given]
+    if not isinstance(name_or_value, str):
+        return name_or_value
+    array = arrays[name_or_value]
     # A column of a text repeats its number.
     if array.size == 0 or np.any(array != array.flat[0]):
-        raise InputError(f'{file.name}: "{given}" must be one number, got {array.size}')
+        raise InputError(f'{file.name}: "{name_or_value}" must be one number, got {array.size}')
     return float(array.flat[0])
 
 
@@ -192,9 +193,9 @@ def _mat(file: Path, names: list[str]) -> dict[str, Any]:
     from scipy import io
 
     try:
-        held = {name: shape for name, shape, _ in io.whosmat(file)}
-        _check(names, held)
-        _small({name: 8 * int(np.prod(held[name], dtype=float)) for name in names})
+        shapes = {name: shape for name, shape, _ in io.whosmat(file)}
+        _check(names, shapes)
+        _small({name: 8 * int(np.prod(shapes[name], dtype=float)) for name in names})
         with sparse_of_either_kind():
             content = io.loadmat(file, variable_names=names)
         return {name: content[name] for name in names}
@@ -241,13 +242,13 @@ def _text(file: Path, names: list[str]) -> dict[str, NDArray[np.float64]]:
     return {name: table[:, k] for k, name in enumerate(names)}
 
 
-def _check(names: list[str], held: Iterable[str]) -> None:
-    held = list(held)
+def _check(names: list[str], available: Iterable[str]) -> None:
+    available = list(available)
     for name in names:
-        if name not in held:
-            listed = ", ".join(shorten(h, 30) for h in held[:12]) or "nothing"
+        if name not in available:
+            listed = ", ".join(shorten(h, 30) for h in available[:12]) or "nothing"
             raise ValueError(
-                f'has no "{shorten(name, 40)}"{did_you_mean(name, held)}; it has {listed}'
+                f'has no "{shorten(name, 40)}"{did_you_mean(name, available)}; it has {listed}'
             )
 
 

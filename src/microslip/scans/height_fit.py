@@ -69,23 +69,23 @@ class HeightFit(Locked):
     @property
     def verdict(self) -> str:
         """What the heights are, in a sentence."""
-        own, best, rms = self.gaussian, self.best, self.statistics.rms
+        gauss, best, rms = self.gaussian, self.best, self.statistics.rms
         text = {
             "ok": "The heights are Gaussian for all that matters",
             "watch": "The heights are roughly Gaussian",
             "outside": "The heights are not Gaussian",
-        }[own.word]
+        }[gauss.word]
         text += (
-            f": that with their mean and rms misses {100.0 * own.share:.2g} % of the points at "
-            f"most, and quantiles by up to {engineering(own.shift * rms, 'm', 2)}"
+            f": that with their mean and rms misses {100.0 * gauss.share:.2g} % of the points at "
+            f"most, and quantiles by up to {engineering(gauss.shift * rms, 'm', 2)}"
         )
-        if own.word != "ok" and best.share < own.share and best.effect < 0.8 * own.effect:
+        if gauss.word != "ok" and best.share < gauss.share and best.effect < 0.8 * gauss.effect:
             mirrored = "mirrored " if best.mirrored else ""
             text += f"; {mirrored}{best.name} misses {100.0 * best.share:.2g} %"
-        if own.tail > 0.5:
+        if gauss.tail > 0.5:
             text += (
                 "; the Gaussian misses the highest tenth, which touches first, by up to "
-                f"{own.tail:.2g} rms"
+                f"{gauss.tail:.2g} rms"
             )
         return f"{text}."
 
@@ -97,12 +97,12 @@ class HeightFit(Locked):
         tuple of Verdict
             On the share of points, on the quantiles, and on those of the highest tenth.
         """
-        own = self.gaussian
+        gaussian = self.gaussian
         return judged(
             {
-                "points missed by a Gaussian": own.share,
-                "quantiles missed by a Gaussian, over rms": own.shift,
-                "the same of the highest tenth": own.tail,
+                "points missed by a Gaussian": gaussian.share,
+                "quantiles missed by a Gaussian, over rms": gaussian.shift,
+                "the same of the highest tenth": gaussian.tail,
             }
         )
 

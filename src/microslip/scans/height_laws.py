@@ -87,11 +87,11 @@ class HeightLaws:
     def verdicts(self) -> tuple[Verdict, ...]:
         """On the tail of the Gaussian, how far it misses the stiffness, and the summits in it."""
         values: dict[str, float | None] = {}
-        own = self.laws.get("gaussian")
-        if own is not None:
-            values[TAIL] = own.above
+        gaussian = self.laws.get("gaussian")
+        if gaussian is not None:
+            values[TAIL] = gaussian.above
             values["stiffness by Gaussian heights against counted, as a factor"] = math.exp(
-                abs(self._miss(own))
+                abs(self._miss(gaussian))
             )
         values["measured summits in contact"] = float(self.measured_contacts)
         return judged(values)
@@ -111,13 +111,13 @@ def height_laws(
 ) -> HeightLaws:
     """Compare the surfaces of some summits, their heights and radii [m], by each law at a load."""
     highest = float(heights.max())
-    found: dict[str, LawAtLoad] = {}
+    laws: dict[str, LawAtLoad] = {}
     for name, surface in surfaces.items():
         joint = Interface(surface, friction_coefficient, normal_load=normal_load)
         above = 0.0
         if isinstance(surface, MeasuredSurface):
             above = surface.load_share_above(highest, joint.separation)
-        found[name] = LawAtLoad(
+        laws[name] = LawAtLoad(
             joint.separation,
             float(surface.contact_count(joint.separation)),
             float(surface.contact_area(joint.separation)) / float(surface.area),
@@ -125,27 +125,27 @@ def height_laws(
             None if amplitude is None else float(joint.loss_factor(amplitude)),
             above,
         )
-    separation = found["population"].separation
+    separation = laws["population"].separation
     touching = int(np.count_nonzero(heights > separation))
     scatter = _scatter(heights - separation, radii)
     choice: Heights = "population"
-    own = found.get("gaussian")
+    gauss = laws.get("gaussian")
     miss = math.inf
-    if own is not None:
-        miss = math.log(own.tangential_stiffness / found["population"].tangential_stiffness)
-    if own is None:
+    if gauss is not None:
+        miss = math.log(gauss.tangential_stiffness / laws["population"].tangential_stiffness)
+    if gauss is None:
         reason = "all heights are one"
-    elif abs(miss) <= min(max(ALIKE, 2.0 * scatter), 3.0 * ALIKE) and own.above <= 0.05:
+    elif abs(miss) <= min(max(ALIKE, 2.0 * scatter), 3.0 * ALIKE) and gauss.above <= 0.05:
         choice = "gaussian"
         reason = (
             f"Gaussian heights give {_percent(miss)} of the stiffness of the summits themselves, "
-            f"within what {touching} measured contacts can tell, and {100.0 * own.above:.2g} % of "
-            "the load is above the highest measured summit"
+            f"within what {touching} measured contacts can tell, and {100.0 * gauss.above:.2g} % "
+            "of the load is above the highest measured summit"
         )
     else:
         reason = (
             f"Gaussian heights give {_percent(miss)} of the stiffness of the summits themselves, "
-            f"and put {100.0 * own.above:.2g} % of the load above the highest that was measured, "
+            f"and put {100.0 * gauss.above:.2g} % of the load above the highest that was measured, "
             f"{engineering(highest, 'm')} above the mean"
         )
     if touching < FEW:
@@ -157,7 +157,7 @@ def height_laws(
     return HeightLaws(
         float(normal_load),
         float(surfaces["population"].area),
-        MappingProxyType(found),
+        MappingProxyType(laws),
         touching,
         scatter,
         choice,

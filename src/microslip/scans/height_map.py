@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import positive, show
-from microslip._core.frozen import Locked
+from microslip._core.frozen import Locked, assign
 from microslip._core.units import engineering
 from microslip.errors import Argument, InputError, Phrase
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
-from microslip.scans.checks import enough, length_of, objection, own, pixel_of
+from microslip.scans.checks import enough, height_array, length_of, objection, pixel_of
 from microslip.scans.moments import Moments, moments_of
 from microslip.scans.noise import noise_passed, noise_std, rough_share
 from microslip.scans.statistics import Statistics, statistics_of
@@ -52,22 +52,16 @@ class HeightMap(Locked, Plottable):
         cutoff: float | None = None,
         long_cutoff: float | None = None,
     ) -> None:
-        array = own(heights)
+        array = height_array(heights)
         if not isinstance(name, str):
             raise InputError(Argument("name"), f" must be text, got {show(name)}")
         if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
             raise InputError(Argument("notes"), f" must be a tuple of texts, got {show(notes)}")
-        for key, value in (
-            ("heights", array),
-            ("pixel", pixel_of(pixel, array.ndim)),
-            ("name", name),
-            ("notes", tuple(notes)),
-            ("cutoff", cutoff),
-            ("long_cutoff", long_cutoff),
-        ):
-            if key.endswith("cutoff") and value is not None:
-                value = positive(key, value, "m", 1e-5)
-            object.__setattr__(self, key, value)
+        assign(self, heights=array, pixel=pixel_of(pixel, array.ndim), name=name)
+        assign(self, notes=tuple(notes))
+        for key, length in (("cutoff", cutoff), ("long_cutoff", long_cutoff)):
+            checked = None if length is None else positive(key, length, "m", 1e-5)
+            assign(self, **{key: checked})
 
     def changed(self, heights: ArrayLike, **changes: Any) -> Self:
         """The same with other heights, and whatever else changes with them."""
@@ -75,8 +69,7 @@ class HeightMap(Locked, Plottable):
         unfiltered = changes.pop("unfiltered", self._unfiltered)
         about = {key: getattr(self, key) for key in ("name", "notes", "cutoff", "long_cutoff")}
         result = type(self)(heights, self.pixel, **{**about, **changes})
-        object.__setattr__(result, "_noise_before", noise)
-        object.__setattr__(result, "_unfiltered", unfiltered)
+        assign(result, _noise_before=noise, _unfiltered=unfiltered)
         return result
 
     def __repr__(self) -> str:
@@ -187,17 +180,17 @@ class HeightMap(Locked, Plottable):
         """
         if cutoff is not None:
             cutoff = length_of("cutoff", cutoff, "10 um")
-            least, most = 2.0 * min(self.pixel), max(self.size)
-            if not least <= cutoff <= most:
+            shortest, longest = 2.0 * min(self.pixel), max(self.size)
+            if not shortest <= cutoff <= longest:
                 raise InputError(
                     Argument("cutoff"),
-                    f" must be between two pixels, {least:g} m, and the size of the scan, "
-                    f"{most:g} m, got {cutoff:g} m",
+                    f" must be between two pixels, {shortest:g} m, and the size of the scan, "
+                    f"{longest:g} m, got {cutoff:g} m",
                 )
         if self._noise_before is None:
             return noise_passed(self.noise, self.pixel, cutoff)
-        whole = math.hypot(self.cutoff or 0.0, cutoff or 0.0)
-        return noise_passed(self._noise_before, self.pixel, whole or None)
+        combined = math.hypot(self.cutoff or 0.0, cutoff or 0.0)
+        return noise_passed(self._noise_before, self.pixel, combined or None)
 
     @cached_property
     def noise(self) -> float:

@@ -157,23 +157,23 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
         form = "profile" if count < 3 else "xyz" if count == 3 else "matrix"
         if count > 3 and (file.path.suffix.lower() == ".xyz" or are_points):
             form = "xyz"
-    each = 1 if form == "matrix" else count
-    refuse_beyond((file.most_rows, count), wishes.limit * each)
+    columns_read = 1 if form == "matrix" else count
+    refuse_beyond((file.most_rows, count), wishes.limit * columns_read)
     above = [line.text.strip() for line in file.above]
     header = next((line for line in above if line and not is_comment(line)), None)
     notes = () if header is None else (f'skipped above: "{shorten(header, 60)}".',)
     if form == "matrix":
         return _matrix(file.matrix(), above, notes)
-    least, most, wanted = (3, count, "3") if form == "xyz" else (1, 2, "1 or 2")
-    if not least <= count <= most:
-        raise InputError(Argument("format", form), f": wanted {wanted} columns, got {count}")
-    order, told = _order(called, count)
+    fewest, limit, expected = (3, count, "3") if form == "xyz" else (1, 2, "1 or 2")
+    if not fewest <= count <= limit:
+        raise InputError(Argument("format", form), f": wanted {expected} columns, got {count}")
+    order, order_notes = _order(called, count)
     columns: tuple[str | None, str | None] = (None, None)
     for place in order:
         _refuse_other(file.columns[place].heading, file.columns[place].unit)
     if any(units):
         columns, notes = _units(tuple(units[place] for place in order)), ()
-    notes = (*notes, *told)
+    notes = (*notes, *order_notes)
     kind = "text, columns x, y, z" if form == "xyz" else "text, a profile"
     if count == 1:
         return RawHeights(kind, file.matrix()[:, 0], columns=columns, notes=notes)
@@ -195,33 +195,33 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
             Argument("format", "matrix"),
         ) from None
     if count > 3:
-        other = "1 column" if count == 4 else f"{count - 3} columns"
-        notes = (*notes, f"not read: {other} beyond x, y and z.")
+        ignored = "1 column" if count == 4 else f"{count - 3} columns"
+        notes = (*notes, f"not read: {ignored} beyond x, y and z.")
     return RawHeights(kind, heights, steps=steps, columns=columns, notes=notes)
 
 
 def _order(called: list[str], count: int) -> tuple[list[int], tuple[str, ...]]:
     """Which columns are x, y and z, or x and z, by their names; by their places without names."""
-    wanted = ["x", "y", "z"] if count > 2 else ["x", "z"][2 - count :]
-    places = list(range(len(wanted)))
-    if sorted(called) == wanted:
-        order = [called.index(name) for name in wanted]
+    axes = ["x", "y", "z"] if count > 2 else ["x", "z"][2 - count :]
+    places = list(range(len(axes)))
+    if sorted(called) == axes:
+        order = [called.index(name) for name in axes]
         if order != places:
             return order, (f"columns: {', '.join(called)}, by their names.",)
         return order, ()
     for place, name in enumerate(called):
-        if count > 1 and name in ("x", "y", "z") and wanted[place] != name:
+        if count > 1 and name in ("x", "y", "z") and axes[place] != name:
             raise ValueError(
-                f'column {place + 1} is named "{name}", where {wanted[place]} is expected: wanted '
-                f"columns {', '.join(wanted)}, or names for all of them"
+                f'column {place + 1} is named "{name}", where {axes[place]} is expected: wanted '
+                f"columns {', '.join(axes)}, or names for all of them"
             )
     return places, ()
 
 
 def _refuse_other(heading: str, unit: str | None) -> None:
     """Refuse a column whose unit is none of length."""
-    name, own = name_and_unit(heading)
-    unit = unit or own
+    name, heading_unit = name_and_unit(heading)
+    unit = unit or heading_unit
     if unit is not None and is_unit(unit) and not fits(unit, LENGTH):
         raise ValueError(
             f'column "{shorten(name, 40)}" is in "{shorten(unit, 20)}": wanted a length such as '
@@ -253,8 +253,8 @@ def _is_number(cell: str) -> bool:
 
 def _length_unit(heading: str, unit: str | None) -> tuple[str, str | None]:
     """Name of a column, and its unit if that is one of length."""
-    name, own = name_and_unit(heading)
-    unit = unit or own
+    name, heading_unit = name_and_unit(heading)
+    unit = unit or heading_unit
     if unit is None and (match := _BY_SLASH.fullmatch(heading.strip())):
         name, unit = match[1], match[2]
     return (name, unit) if fits(unit, LENGTH) else (heading, None)

@@ -129,10 +129,10 @@ class JointOverCutoffs(Locked):
         Far from one the quantity hangs on the size of the scan: waves longer than a patch are form
         in it.
         """
-        found = self.patches[quantity]
-        found = found[np.isfinite(found) & (found > 0.0)]
-        whole = float(self.values[quantity][self.chosen])
-        return float(np.exp(np.log(found).mean())) / whole if found.size else math.nan
+        ratios = self.patches[quantity]
+        ratios = ratios[np.isfinite(ratios) & (ratios > 0.0)]
+        scan_value = float(self.values[quantity][self.chosen])
+        return float(np.exp(np.log(ratios).mean())) / scan_value if ratios.size else math.nan
 
     def verdicts(self) -> tuple[Verdict, ...]:
         """Whether the cut-offs and the size of the scan decide the stiffness."""
@@ -186,34 +186,34 @@ def joint_over_cutoffs(
     levelled = scan if level is None else condition(scan, Steps(level))
     shorts = _around(short, cutoffs, 2.0 * max(scan.pixel), min(scan.size) / 4.0)
     longs = _longs(scan, long, long_cutoffs, shorts)
-    given = {"method": method, "prominence": prominence}
+    counting = {"method": method, "prominence": prominence}
     joint = _JointOf(pair, load, area, friction_coefficient, amplitude, heights)
     values = {name: np.full((longs.size, shorts.size), math.nan) for name in WANTED}
     notes: list[str] = []
-    total, done = values["real_area"].size + 4, 0
+    total, count = values["real_area"].size + 4, 0
     whole_area = 0.0
-    for row, most in enumerate(longs):
-        kept = levelled
-        if math.isfinite(most) and most != scan.long_cutoff:
-            kept = condition(levelled, Steps(long_cutoff=float(most)))
-        for column, least in enumerate(shorts):
+    for row, long_wave in enumerate(longs):
+        filtered = levelled
+        if math.isfinite(long_wave) and long_wave != scan.long_cutoff:
+            filtered = condition(levelled, Steps(long_cutoff=float(long_wave)))
+        for column, short_wave in enumerate(shorts):
             at = (
-                f"cut-off {_text(least)}, long-wave "
-                f"{'none' if math.isinf(most) else engineering(float(most), 'm')}"
+                f"cut-off {_text(short_wave)}, long-wave "
+                f"{'none' if math.isinf(long_wave) else engineering(float(long_wave), 'm')}"
             )
             try:
-                if least >= 0.8 * most:
+                if short_wave >= 0.8 * long_wave:
                     raise InputError("nothing is left between the cut-offs")
-                found = find_summits(kept.measurable(), float(least) or None, **given)  # type: ignore[arg-type]
-                whole_area = joint.put(values, (row, column), found, float(least))
+                summits = find_summits(filtered.measurable(), float(short_wave) or None, **counting)  # type: ignore[arg-type]
+                whole_area = joint.put(values, (row, column), summits, float(short_wave))
             except InputError as error:
                 notes.append(Phrase(f"{at}: ", *error.parts))
-            done += 1
+            count += 1
             if progress is not None:
-                progress(done, total)
-    chosen = int(np.argmin(np.abs(longs - (long or math.inf)))) if long else longs.size - 1
-    place = chosen, int(np.argmin(np.abs(shorts - (short or 0.0))))
-    patches = _patches(scan, joint, level, short, long, given)
+                progress(count, total)
+    row_of_long = int(np.argmin(np.abs(longs - (long or math.inf)))) if long else longs.size - 1
+    place = row_of_long, int(np.argmin(np.abs(shorts - (short or 0.0))))
+    patches = _patches(scan, joint, level, short, long, counting)
     if progress is not None:
         progress(total, total)
     return JointOverCutoffs(
@@ -230,38 +230,42 @@ def joint_over_cutoffs(
     )
 
 
-def _around(chosen: float | None, given: ArrayLike | None, least: float, most: float) -> Floats:
+def _around(
+    cutoff: float | None, values: ArrayLike | None, shortest: float, longest: float
+) -> Floats:
     """The cut-off that was asked for, half and twice of it; or those that were given."""
-    if given is not None:
-        own = _lengths("cutoffs", given, "10 um")
-        return np.unique(np.append(own, chosen or 0.0))
-    first = chosen or 0.0
-    start = first or 2.0 * least
-    found = start * _STEP ** np.arange(-1.0, 3.0)
-    return np.unique(np.append(found[(found > least) & (found < most)], first))
+    if values is not None:
+        lengths = _lengths("cutoffs", values, "10 um")
+        return np.unique(np.append(lengths, cutoff or 0.0))
+    first = cutoff or 0.0
+    start = first or 2.0 * shortest
+    series = start * _STEP ** np.arange(-1.0, 3.0)
+    return np.unique(np.append(series[(series > shortest) & (series < longest)], first))
 
 
-def _lengths(name: str, given: Any, example: str) -> list[float]:
+def _lengths(name: str, values: Any, example: str) -> list[float]:
     """Cut-offs [m] from numbers or texts with units, in a list or alone."""
-    if isinstance(given, str):
-        return [length_of(name, given, example)]
-    if isinstance(given, (list, tuple)) and any(isinstance(item, str) for item in given):
-        return [length_of(name, item, example) for item in given]
-    return positives(name, given, "m").reshape(-1).tolist()
+    if isinstance(values, str):
+        return [length_of(name, values, example)]
+    if isinstance(values, (list, tuple)) and any(isinstance(item, str) for item in values):
+        return [length_of(name, item, example) for item in values]
+    return positives(name, values, "m").reshape(-1).tolist()
 
 
 def _longs(
-    scan: HeightMap, chosen: float | None, given: ArrayLike | None, shorts: Floats
+    scan: HeightMap, cutoff: float | None, values: ArrayLike | None, shorts: Floats
 ) -> Floats:
-    if given is not None:
-        own = _lengths("long_cutoffs", given, "0.8 mm")
+    if values is not None:
+        series = _lengths("long_cutoffs", values, "0.8 mm")
     else:
-        start = chosen or min(scan.size)
-        powers = np.arange(-2.0, 2.0) if chosen else np.arange(-3.0, 0.0)
-        own = [one for one in start * _STEP**powers if 2.0 * shorts[0] < one < min(scan.size)]
-    if chosen is None or scan.long_cutoff is None:
-        own.append(math.inf)
-    return np.unique(np.append(own, chosen or math.inf))
+        start = cutoff or min(scan.size)
+        powers = np.arange(-2.0, 2.0) if cutoff else np.arange(-3.0, 0.0)
+        series = [
+            value for value in start * _STEP**powers if 2.0 * shorts[0] < value < min(scan.size)
+        ]
+    if cutoff is None or scan.long_cutoff is None:
+        series.append(math.inf)
+    return np.unique(np.append(series, cutoff or math.inf))
 
 
 @dataclass(frozen=True)
@@ -291,7 +295,7 @@ class _JointOf:
         real = float(surface.contact_area(joint.separation))
         area = float(surface.area)
         unit = cutoff or math.sqrt(math.prod(summits.scan.pixel))
-        found = {
+        quantities = {
             # Per joint of the whole area, so that patches compare with it.
             "tangential_stiffness": joint.tangential_stiffness
             / (share if self.area is None else 1.0),
@@ -302,7 +306,7 @@ class _JointOf:
             else None,
             "loss_factor": None if self.amplitude is None else joint.loss_factor(self.amplitude),
         }
-        for name, value in found.items():
+        for name, value in quantities.items():
             values[name][place] = math.nan if value is None else float(value)
         return area
 
@@ -313,21 +317,21 @@ def _patches(
     level: Level | None,
     short: float | None,
     long: float | None,
-    given: Mapping[str, Any],
+    counting: Mapping[str, Any],
 ) -> dict[str, Floats]:
     """The joint on two by two patches at the same pressure, each as if it were the scan."""
-    found = {name: np.full(4, math.nan) for name in WANTED}
+    values = {name: np.full(4, math.nan) for name in WANTED}
     parts: list[HeightMap] = []
     with suppress(InputError):  # too small for patches
         parts = cut(scan, (2, 2))
     for index, part in enumerate(parts):
         with suppress(InputError):  # too small for the cut-off, or without a summit
-            own = condition(part, Steps(level or "plane"))
+            levelled = condition(part, Steps(level or "plane"))
             if long is not None and scan.long_cutoff is None:
-                own = condition(own, Steps(long_cutoff=long))
-            summits = find_summits(own.measurable(), short, **given)
-            joint.put(found, index, summits, short or 0.0, part.area / scan.area)
-    return found
+                levelled = condition(levelled, Steps(long_cutoff=long))
+            summits = find_summits(levelled.measurable(), short, **counting)
+            joint.put(values, index, summits, short or 0.0, part.area / scan.area)
+    return values
 
 
 def _text(cutoff: float) -> str:

@@ -111,7 +111,7 @@ def _cylinder(
 
     flat, bent, mixed = matrix[:3, :3], matrix[3:, 3:], matrix[:3, 3:]
     reduced = bent - mixed.T @ np.linalg.solve(flat, mixed)
-    wanted = right[3:] - mixed.T @ np.linalg.solve(flat, right[:3])
+    moments = right[3:] - mixed.T @ np.linalg.solve(flat, right[:3])
     half = [0.5 * (n - 1) * step for n, step in zip(shape[::-1], pixel, strict=True)]
     longer = max(half)
     a, b = half[0] / longer, half[1] / longer
@@ -123,13 +123,13 @@ def _cylinder(
 
     def lost(angle: float) -> float:
         p = parabola(angle)
-        return -float((p @ wanted) ** 2 / (p @ reduced @ p))
+        return -float((p @ moments) ** 2 / (p @ reduced @ p))
 
     angles = np.linspace(0.0, math.pi, 181)
     best = float(angles[int(np.argmin([lost(angle) for angle in angles]))])
-    found = minimize_scalar(
+    solution = minimize_scalar(
         lost, bounds=(best - 0.02, best + 0.02), method="bounded", options={"xatol": 1e-10}
     )
-    p = parabola(float(found.x))
-    p = p * float((p @ wanted) / (p @ reduced @ p))
+    p = parabola(float(solution.x))
+    p = p * float((p @ moments) / (p @ reduced @ p))
     return np.concatenate([np.linalg.solve(flat, right[:3] - mixed @ p), p])

@@ -178,22 +178,22 @@ def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
     m0 = variance(heights)
     m2x, m4x = _Mean(), _Mean()
     m2y, m4y, m11 = _Mean(), _Mean(), _Mean()
-    for own, below in _blocks(grid):
+    for rows, below in _blocks(grid):
         # With the row below the block, which its last cells reach to.
-        along = np.diff(below[: own.shape[0] + 1], axis=1)
-        step = along[: own.shape[0]]
+        along = np.diff(below[: rows.shape[0] + 1], axis=1)
+        step = along[: rows.shape[0]]
         m2x.add(step)
         m4x.add(np.diff(step, axis=1))
         if profile:
             continue
         # Rows of the next block are here too, for the differences that reach into it.
         down = np.diff(below, axis=0)
-        m2y.add(down[: own.shape[0]])
+        m2y.add(down[: rows.shape[0]])
         m4y.add(np.diff(down, axis=0))
         # Twice the mean slopes of a cell along x and y, at its centre, if all its corners are here:
         # the same cells on either side, or the lay of the gaps would be taken for that of slopes.
         m11.add_products(
-            along[1:] + along[:-1], down[: own.shape[0], 1:] + down[: own.shape[0], :-1]
+            along[1:] + along[:-1], down[: rows.shape[0], 1:] + down[: rows.shape[0], :-1]
         )
     dx = pixel[0]
     second, fourth = [m2x.value(dx, 2, "x")], [m4x.value(dx, 4, "x")]
@@ -217,13 +217,13 @@ def lost_to_pixel(heights: Floats, pixel: tuple[float, ...]) -> float:
     profile = heights.ndim == 1
     grid = heights[None, :] if profile else heights
     thirds, fourths = [_Mean(), _Mean()], [_Mean(), _Mean()]
-    for own, below in _blocks(grid, 3):
-        along = np.diff(own, 2, axis=1)
+    for rows, below in _blocks(grid, 3):
+        along = np.diff(rows, 2, axis=1)
         fourths[0].add(along)
         thirds[0].add(np.diff(along, axis=1))
         if not profile:
             down = np.diff(below, 2, axis=0)
-            fourths[1].add(down[: own.shape[0]])
+            fourths[1].add(down[: rows.shape[0]])
             thirds[1].add(np.diff(down, axis=0))
     m6, m4 = 0.0, 0.0
     for third, fourth, step in zip(thirds, fourths, pixel, strict=False):
@@ -238,8 +238,8 @@ def variance(heights: Floats) -> float:
     count, total, square = 0, 0.0, 0.0
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
     for part in parts:
-        own = present(part)
-        count, total = count + own.size, total + float(own.sum())
+        values = present(part)
+        count, total = count + values.size, total + float(values.sum())
     mean = total / max(count, 1)
     for part in parts:
         off = present(part) - mean
@@ -253,9 +253,9 @@ def present(values: Floats) -> Floats:
     return values[~missing] if missing.any() else values
 
 
-def dot(one: Floats, other: Floats) -> float:
+def dot(a: Floats, b: Floats) -> float:
     """Sum of products, in this thread: a product of vectors starts others, which wait."""
-    return float(np.einsum("i,i->", one, other))
+    return float(np.einsum("i,i->", a, b))
 
 
 class _Mean:
@@ -268,14 +268,14 @@ class _Mean:
         flat = values.reshape(-1)
         self.add_products(flat, flat)
 
-    def add_products(self, one: Floats, other: Floats) -> None:
-        one, other = one.reshape(-1), other.reshape(-1)
-        total, count = dot(one, other), one.size
+    def add_products(self, a: Floats, b: Floats) -> None:
+        a, b = a.reshape(-1), b.reshape(-1)
+        total, count = dot(a, b), a.size
         if math.isnan(total):
-            both = one * other
-            missing = np.isnan(both)
-            np.copyto(both, 0.0, where=missing)
-            total, count = float(both.sum()), count - int(np.count_nonzero(missing))
+            products = a * b
+            missing = np.isnan(products)
+            np.copyto(products, 0.0, where=missing)
+            total, count = float(products.sum()), count - int(np.count_nonzero(missing))
         self.total += total
         self.count += count
 
@@ -289,9 +289,9 @@ class _Mean:
         return self.total / self.count / step**power
 
 
-def _blocks(grid: Floats, more: int = 2) -> Iterator[tuple[Floats, Floats]]:
+def _blocks(grid: Floats, overlap: int = 2) -> Iterator[tuple[Floats, Floats]]:
     """Blocks of rows, and the same with some rows of the next."""
     rows, columns = grid.shape
     height = max(1, _BLOCK // columns)
     for start in range(0, rows, height):
-        yield grid[start : start + height], grid[start : start + height + more]
+        yield grid[start : start + height], grid[start : start + height + overlap]

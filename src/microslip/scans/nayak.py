@@ -148,11 +148,11 @@ class NayakSummits:
         # Simpson's rule, and within a step the integral of the same parabola.
         share = np.append(0.0, np.cumsum(step / 6.0 * (first + 4.0 * middle + last)))
         at = (np.clip(xi, low, high) - low) / step
-        left = np.minimum(at.astype(np.intp), count - 1)
-        at = at - left
-        f, m, e = first[left], middle[left], last[left]
+        cell = np.minimum(at.astype(np.intp), count - 1)
+        at = at - cell
+        f, m, e = first[cell], middle[cell], last[cell]
         rise = f + at * ((4.0 * m - 3.0 * f - e) / 2.0 + at * (2.0 * f - 4.0 * m + 2.0 * e) / 3.0)
-        return plain(np.clip((share[left] + step * at * rise) / share[-1], 0.0, 1.0))
+        return plain(np.clip((share[cell] + step * at * rise) / share[-1], 0.0, 1.0))
 
     def curvature_at(self, height: ArrayLike) -> Any:
         """Mean curvature of the summits of a height: the high ones are the sharp ones.
@@ -195,14 +195,14 @@ class NayakSummits:
         xi = z / math.sqrt(self.m0)
         r2 = min(1.5 / self.nayak, 1.0)
         mean, s = xi * math.sqrt(2.0 * r2), max(math.sqrt(2.0 * (1.0 - r2)), 1e-9)
-        none, one, two, three = _above_zero(mean, s, ndtr)
+        zeroth, first_moment, two, three = _above_zero(mean, s, ndtr)
         # exp(-t^2/2) times the normal density of t is a narrower one, times a number.
         wide = 1.0 + s * s
         factor = np.exp(-0.5 * mean * mean / wide) / math.sqrt(wide)
         tight = _above_zero(mean / wide, s / math.sqrt(wide), ndtr)
         phi = math.sqrt(3.0 / (2.0 * math.pi)) * np.exp(-0.5 * xi * xi)
-        weight = phi * (two - 2.0 * none + 2.0 * factor * tight[0])
-        first = phi * (three - 2.0 * one + 2.0 * factor * tight[1])
+        weight = phi * (two - 2.0 * zeroth + 2.0 * factor * tight[0])
+        first = phi * (three - 2.0 * first_moment + 2.0 * factor * tight[1])
         # Far below the mean plane nothing is left but rounding of terms that cancel.
         near = xi > -9.0
         return (
@@ -216,7 +216,7 @@ def _above_zero(mean: Floats, s: float, ndtr: Any) -> tuple[Floats, Floats, Floa
     x = mean / s
     below = ndtr(x)
     edge = s * np.exp(-0.5 * x * x) / math.sqrt(2.0 * math.pi)
-    one = mean * below + edge
-    two = mean * one + s * s * below
-    three = mean * two + 2.0 * s * s * one
-    return below, one, two, three
+    first = mean * below + edge
+    two = mean * first + s * s * below
+    three = mean * two + 2.0 * s * s * first
+    return below, first, two, three

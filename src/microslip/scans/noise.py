@@ -26,9 +26,9 @@ def noise_std(heights: Floats, step: int = 1) -> float:
     # Whole rows in even steps: a million points tell a median well enough.
     middle = np.arange(step, heights.shape[0] - step, max(1, heights.size // _BLOCK))
     across = heights[middle - step] - 2.0 * heights[middle] + heights[middle + step]
-    both = np.abs(across[:, 2 * step :] - 2.0 * across[:, step:-step] + across[:, : -2 * step])
-    both = both[~np.isnan(both)]
-    return float(np.median(both)) / 0.6744897501960817 / 6.0 if both.size else 0.0
+    bends = np.abs(across[:, 2 * step :] - 2.0 * across[:, step:-step] + across[:, : -2 * step])
+    bends = bends[~np.isnan(bends)]
+    return float(np.median(bends)) / 0.6744897501960817 / 6.0 if bends.size else 0.0
 
 
 def rough_share(heights: Floats) -> float:

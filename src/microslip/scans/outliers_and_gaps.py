@@ -16,13 +16,13 @@ def outliers(heights: Floats, threshold: float) -> np.ndarray:
     from scipy.ndimage import median_filter
 
     gaps = np.isnan(heights)
-    whole = fill(heights) if gaps.any() else heights
-    whole = _untilted(whole)
-    away = np.abs(whole - median_filter(whole, size=5, mode="mirror"))
+    filled = fill(heights) if gaps.any() else heights
+    filled = _untilted(filled)
+    away = np.abs(filled - median_filter(filled, size=5, mode="mirror"))
     away[gaps] = 0.0
     usual = float(np.median(away[~gaps]))
     if usual == 0.0:  # few digits: most points are their neighbours' median
-        steps = np.concatenate([np.diff(whole, axis=a).ravel() for a in range(whole.ndim)])
+        steps = np.concatenate([np.diff(filled, axis=a).ravel() for a in range(filled.ndim)])
         steps = np.abs(steps[steps != 0.0])
         usual = float(np.median(steps)) if steps.size else 0.0
     return np.asarray(away > threshold * 1.4826 * usual)
@@ -73,9 +73,9 @@ def _extended(grid: Floats, flat: Floats, gaps: np.ndarray) -> Floats:
     if there.size > 10_000:
         there = there[:: there.size // 10_000]
     row, column = np.divmod(there, grid.shape[1])
-    given = grid.ravel()[there] - flat.ravel()[there]
+    removed = grid.ravel()[there] - flat.ravel()[there]
     basis = np.stack([np.ones(there.size), columns[column], rows[row]], axis=1)
-    a, b, c = np.linalg.lstsq(basis, given, rcond=1e-12)[0]
+    a, b, c = np.linalg.lstsq(basis, removed, rcond=1e-12)[0]
     return np.asarray(a + b * columns[None, :] + c * rows[:, None])
 
 
@@ -119,35 +119,35 @@ def _relax(values: Floats, gaps: np.ndarray) -> None:
     count = int(np.count_nonzero(gaps))
     number = np.full(gaps.shape, -1, dtype=np.int32)
     number[gaps] = np.arange(count, dtype=np.int32)
-    degree, known = np.zeros(count), np.zeros(count)
+    degree, fixed = np.zeros(count), np.zeros(count)
     entries = []
     for axis in (0, 1):
         for ours, theirs in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
             here = (ours, slice(None)) if axis == 0 else (slice(None), ours)
             there = (theirs, slice(None)) if axis == 0 else (slice(None), theirs)
             mine = gaps[here]
-            row, other = number[here][mine], number[there][mine]
+            row, neighbour = number[here][mine], number[there][mine]
             degree[row] += 1.0  # each point has at most one neighbour on each side
-            inside = other >= 0
-            known[row[~inside]] += values[there][mine][~inside]
-            entries.append((row[inside], other[inside]))
+            inside = neighbour >= 0
+            fixed[row[~inside]] += values[there][mine][~inside]
+            entries.append((row[inside], neighbour[inside]))
     rows, columns = (np.concatenate(part) for part in zip(*entries, strict=True))
     # The parts are counted, not stored as numbers of eight bytes: a scan may have millions.
     links = coo_matrix((np.ones(rows.size, dtype=np.float32), (rows, columns)), (count, count))
     links = links.tocsr().astype(float)
     guess = values[gaps]
-    rest = known - degree * guess + links @ guess
+    residual = fixed - degree * guess + links @ guess
     # Those with the most known neighbours are the surest: scale each row to one.
-    step = rest / degree
-    size = first = float(rest @ step)
+    step = residual / degree
+    size = first = float(residual @ step)
     for _ in range(_PASSES):
         if size <= _ENOUGH**2 * first:
             break
         image = degree * step - links @ step
         share = size / float(step @ image)
         guess += share * step
-        rest -= share * image
-        scaled = rest / degree
-        size, before = float(rest @ scaled), size
+        residual -= share * image
+        scaled = residual / degree
+        size, before = float(residual @ scaled), size
         step = scaled + (size / before) * step
     values[gaps] = guess

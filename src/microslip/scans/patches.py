@@ -167,7 +167,7 @@ def patch_errors(
             Argument("parameter"), f" must be a name or a function of a scan, got {show(parameter)}"
         )
     parts = cut(scan, patches)
-    wanted = math.prod(_counts(patches, scan.heights.ndim))
+    total = math.prod(_counts(patches, scan.heights.ndim))
     value = number("the parameter", function(scan))
     values = []
     for part in parts:
@@ -177,11 +177,11 @@ def patch_errors(
             continue
     if len(values) < 2:
         raise InputError(
-            f"only {len(values)} of {wanted} patches give a number; choose fewer, larger ones"
+            f"only {len(values)} of {total} patches give a number; choose fewer, larger ones"
         )
     powers = _BY_WAVES.get(parameter, 0.0) if isinstance(parameter, str) else 0.0
     waves = powers * value * long_wave_error(scan) if powers else 0.0
-    return PatchErrors(value, lock(np.array(values)), wanted - len(values), waves)
+    return PatchErrors(value, lock(np.array(values)), total - len(values), waves)
 
 
 _BY_WAVES = {"rms": 0.5, "mean_deviation": 0.5, "m0": 1.0}
@@ -218,7 +218,7 @@ def cut(scan: Map, patches: tuple[int, int] | int = (3, 3)) -> list[Map]:
         np.linspace(0, n, count + 1).astype(int)
         for n, count in zip(scan.heights.shape, counts, strict=True)
     ]
-    found = []
+    parts = []
     for index in np.ndindex(*counts):
         where = tuple(
             slice(int(edge[i]), int(edge[i + 1])) for edge, i in zip(edges, index, strict=True)
@@ -231,22 +231,22 @@ def cut(scan: Map, patches: tuple[int, int] | int = (3, 3)) -> list[Map]:
             name=f"{scan.name}, patch {index}",
             notes=(*scan.notes, f"patch {index} of {counts}"),
         )
-        found.append(patch)
-    return found
+        parts.append(patch)
+    return parts
 
 
 def _counts(patches: Any, axes: int) -> tuple[int, ...]:
-    given = patches if isinstance(patches, (tuple, list)) else (patches,) * axes
+    counts = patches if isinstance(patches, (tuple, list)) else (patches,) * axes
     # The default is for an area; along a profile it makes as many patches.
-    if axes == 1 and len(given) == 2 and all(_is_count(n) for n in given):
-        given = (int(given[0]) * int(given[1]),)
-    if len(given) != axes or not all(_is_count(n) for n in given):
+    if axes == 1 and len(counts) == 2 and all(_is_count(n) for n in counts):
+        counts = (int(counts[0]) * int(counts[1]),)
+    if len(counts) != axes or not all(_is_count(n) for n in counts):
         raise InputError(
             Argument("patches"),
             f" must be whole numbers above zero, one for each axis, got {show(patches)}",
         )
-    return tuple(int(n) for n in given)
+    return tuple(int(n) for n in counts)
 
 
-def _is_count(given: Any) -> bool:
-    return isinstance(given, (int, np.integer)) and not isinstance(given, bool) and int(given) > 0
+def _is_count(value: Any) -> bool:
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and int(value) > 0

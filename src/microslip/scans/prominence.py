@@ -101,10 +101,10 @@ def _higher(heights: Floats) -> Codes:
         for k in range(4, 8):
             down, right = _AROUND[k]
             start = max(0, -right)
-            one = here[: count + 2 - down, start : columns + 2 - max(0, right)]
-            other = here[down:, max(0, right) : columns + 2 - start]
+            near = here[: count + 2 - down, start : columns + 2 - max(0, right)]
+            far = here[down:, max(0, right) : columns + 2 - start]
             # Of equal heights the later place counts as the higher one.
-            later = (other >= one).view(np.uint8)
+            later = (far >= near).view(np.uint8)
             code |= later[1 : 1 + count, 1 - start : 1 - start + columns] << np.uint8(k)
             # The same pair as the other point has it: what is not higher than it is lower.
             place = 1 - start - right
@@ -126,14 +126,14 @@ def _meetings(
     hill = np.full(members.shape, -1, dtype=np.intp)
     hill[rows, parts] = _hills(flat, codes, peaks, feet, offsets)
     rows, parts = np.nonzero((hill != hill[:, :1]) & (hill >= 0))
-    first, other, place = hill[rows, 0], hill[rows, parts], saddles[rows]
-    one, two = np.minimum(first, other), np.maximum(first, other)
+    first, second, place = hill[rows, 0], hill[rows, parts], saddles[rows]
+    high, two = np.minimum(first, second), np.maximum(first, second)
     order = np.lexsort((place, flat[place]))[::-1]
-    one, two, place = one[order], two[order], place[order]
+    high, two, place = high[order], two[order], place[order]
     # A pair that meets again lower down is joined already.
-    _, new = np.unique(one * np.intp(max(peaks.size, 1)) + two, return_index=True)
+    _, new = np.unique(high * np.intp(max(peaks.size, 1)) + two, return_index=True)
     new.sort()
-    return one[new], two[new], flat[place[new]]
+    return high[new], two[new], flat[place[new]]
 
 
 def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Places) -> Places:
@@ -180,7 +180,7 @@ def _uphill(flat: Floats, codes: Codes, places: Places, offsets: Places) -> Plac
     return result
 
 
-def _merge(count: int, one: Places, two: Places, saddle: Floats) -> Floats:
+def _merge(count: int, high: Places, two: Places, saddle: Floats) -> Floats:
     """Height of the saddle at which each hill ends; -inf for those that never do.
 
     Hills are numbered from the highest peak down: of two that meet the larger number ends.
@@ -190,19 +190,19 @@ def _merge(count: int, one: Places, two: Places, saddle: Floats) -> Floats:
     # Most hills end at their own first meeting, with a higher hill, whatever happens elsewhere:
     # those all at once, then the same with the larger hills that are left.
     for _ in range(_ROUNDS):
-        if one.size < _FEW:
+        if high.size < _FEW:
             break
-        ending = _at_first_meeting(count, one, two)
+        ending = _at_first_meeting(count, high, two)
         ends[two[ending]] = saddle[ending]
-        parent[two[ending]] = one[ending]
+        parent[two[ending]] = high[ending]
         while not np.array_equal(further := parent[parent], parent):
             parent = further
-        one, two = parent[one], parent[two]
-        apart = one != two
-        one, two, saddle = one[apart], two[apart], saddle[apart]
-        one, two = np.minimum(one, two), np.maximum(one, two)
+        high, two = parent[high], parent[two]
+        separate = high != two
+        high, two, saddle = high[separate], two[separate], saddle[separate]
+        high, two = np.minimum(high, two), np.maximum(high, two)
     end, root = ends.tolist(), parent.tolist()
-    for a, b, height in zip(one.tolist(), two.tolist(), saddle.tolist(), strict=True):
+    for a, b, height in zip(high.tolist(), two.tolist(), saddle.tolist(), strict=True):
         while root[a] != a:
             root[a] = a = root[root[a]]
         while root[b] != b:
@@ -216,11 +216,11 @@ def _merge(count: int, one: Places, two: Places, saddle: Floats) -> Floats:
     return np.array(end)
 
 
-def _at_first_meeting(count: int, one: Places, two: Places) -> Places:
+def _at_first_meeting(count: int, high: Places, two: Places) -> Places:
     """Meetings, ordered from the highest down, that are the first of the lower of the two hills."""
-    numbers = np.arange(one.size)
-    firsts = np.full((2, count), one.size)
-    for first, hills in zip(firsts, (one, two), strict=True):
+    numbers = np.arange(high.size)
+    firsts = np.full((2, count), high.size)
+    for first, hills in zip(firsts, (high, two), strict=True):
         first[hills[::-1]] = numbers[::-1]  # of several the last one stays, the highest
     first_of = firsts.min(axis=0)
     return np.flatnonzero(first_of[two] == numbers)

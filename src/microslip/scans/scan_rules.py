@@ -17,12 +17,13 @@ _OWN = "a convention of this project: a resolved Gaussian isotropic surface is f
 _GAUSSIAN = "the heights are as good as Gaussian"
 
 
-def _share_rule(moment: str, what: str) -> Rule:
+def _share_rule(moment: str, values: str) -> Rule:
     return Rule(
         f"share of {moment} in 0.1 % of points",
         0.05,
         0.2,
-        f"{what} are of the whole surface, not of a few points ({GAUSSIAN_SHARE:.3f} if Gaussian)",
+        f"{values} are of the whole surface, not of a few points ({GAUSSIAN_SHARE:.3f} if "
+        "Gaussian)",
         _OWN,
         "leave the extreme points out, or scan a place without scratches",
     )

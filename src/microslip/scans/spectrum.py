@@ -100,8 +100,8 @@ class Spectrum(Locked):
         of them are one.
         """
         alike = _HANN_ALIKE if self.window else 1.0
-        apart = np.maximum(0.5 * self.waves / alike, 1.0)
-        return np.asarray(1.0 / np.sqrt(apart))
+        independent = np.maximum(0.5 * self.waves / alike, 1.0)
+        return np.asarray(1.0 / np.sqrt(independent))
 
     def self_affine_fit(
         self, shortest: float | None = None, longest: float | None = None
@@ -220,26 +220,28 @@ class SelfAffineFit:
 _HANN_ALIKE = 35.0 / 18.0  # n sum w^8 / (sum w^4)^2 of the taper w = sin^2
 
 
-def _power_law(found: Spectrum, inside: NDArray[np.bool_]) -> SelfAffineFit:
+def _power_law(spectrum: Spectrum, inside: NDArray[np.bool_]) -> SelfAffineFit:
     """Weighted least squares of logarithms; the mean of the logarithm of few waves is low."""
     from scipy.special import digamma
 
-    wavelength, error = found.wavelength[inside], found.relative_error[inside]
-    apart = 1.0 / (error * error)
+    wavelength, error = spectrum.wavelength[inside], spectrum.relative_error[inside]
+    independent = 1.0 / (error * error)
     low, high = float(wavelength.min()), float(wavelength.max())
     x = np.log(wavelength / math.sqrt(low * high))
-    y = np.log(found.density[inside]) - (digamma(apart) - np.log(apart))
-    weight = apart  # the variance of a logarithm is that of the relative error, at first order
+    y = np.log(spectrum.density[inside]) - (digamma(independent) - np.log(independent))
+    weight = (
+        independent  # the variance of a logarithm is that of the relative error, at first order
+    )
     mean_x, mean_y = np.average(x, weights=weight), np.average(y, weights=weight)
     square = float(weight @ (x - mean_x) ** 2)
     slope = float(weight @ ((x - mean_x) * (y - mean_y))) / square
     level = mean_y + slope * (x - mean_x)
     misfit = math.sqrt(float(weight @ (y - level) ** 2) / (x.size - 2))
-    areal = len(found.axes) == 2
+    areal = len(spectrum.axes) == 2
     return SelfAffineFit(
         0.5 * slope - (1.0 if areal else 0.5),
         # The taper makes neighbouring rings alike, too.
-        0.5 * max(misfit, 1.0) * math.sqrt(_HANN_ALIKE if found.window else 1.0) / square**0.5,
+        0.5 * max(misfit, 1.0) * math.sqrt(_HANN_ALIKE if spectrum.window else 1.0) / square**0.5,
         math.exp(float(mean_y - slope * mean_x)),
         low,
         high,
@@ -257,11 +259,11 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
     tapers = [_taper(n, window) for n in heights.shape]
     weight: Any = tapers[0] if heights.ndim == 1 else tapers[0][:, None]
     missing = np.isnan(heights)
-    some = bool(missing.any())
-    z = np.where(missing, 0.0, heights) if some else heights.copy()
-    here = [(~missing).astype(float) if some else None]
+    has_gaps = bool(missing.any())
+    z = np.where(missing, 0.0, heights) if has_gaps else heights.copy()
+    here = [(~missing).astype(float) if has_gaps else None]
     z -= _weighted_mean(z, tapers, here[0])
-    if some:
+    if has_gaps:
         z[missing] = 0.0
     z *= weight
     if heights.ndim == 2:
@@ -291,10 +293,10 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
     del waves
     full *= _sides(columns) / (rows * columns * square)
     along_x = full.sum(axis=0)
-    both = full.sum(axis=1)
+    rows_power = full.sum(axis=1)
     # Fold negative wavenumbers along y onto the positive ones.
-    along_y = both[: rows // 2 + 1].copy()
-    along_y[1 : (rows + 1) // 2] += both[: rows // 2 : -1]
+    along_y = rows_power[: rows // 2 + 1].copy()
+    along_y[1 : (rows + 1) // 2] += rows_power[: rows // 2 : -1]
     q, power, count = _rings(full, (dx, dy), columns)
     cell = (2.0 * math.pi) ** 2 / (rows * dx * columns * dy)
     return Spectrum(
@@ -340,9 +342,9 @@ def _sides(count: int) -> Floats:
 
 def _axis(power: Floats, count: int, step: float) -> AxisSpectrum:
     unit = 2.0 * math.pi / (count * step)
-    own = power[1:].copy()  # without what does not vary along this axis
-    q = unit * np.arange(1, own.size + 1)
-    return AxisSpectrum(lock(q), lock(own), lock(own / unit), step)
+    varying = power[1:].copy()  # without what does not vary along this axis
+    q = unit * np.arange(1, varying.size + 1)
+    return AxisSpectrum(lock(q), lock(varying), lock(varying / unit), step)
 
 
 def _rings(full: Floats, steps: tuple[float, float], columns: int) -> tuple[Floats, Floats, Floats]:

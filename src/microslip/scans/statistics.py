@@ -59,10 +59,10 @@ def statistics_of(heights: Floats) -> Statistics:
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
     count, total, low, high = 0, 0.0, math.inf, -math.inf
     for part in parts:
-        own = present(part)
-        if own.size:
-            count, total = count + own.size, total + float(own.sum())
-            low, high = min(low, float(own.min())), max(high, float(own.max()))
+        values = present(part)
+        if values.size:
+            count, total = count + values.size, total + float(values.sum())
+            low, high = min(low, float(values.min())), max(high, float(values.max()))
     # No spread means one height for all: the sums below would be rounding only.
     if not high > low:
         raise InputError(f"the heights must vary, got {count} that are all the same")

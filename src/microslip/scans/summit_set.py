@@ -263,9 +263,9 @@ class Summits(Locked, Plottable):
                 f"heights must be {quoted(LAWS_OF_HEIGHTS)} or a height distribution, got "
                 f"{show(heights)}"
             )
-        made = statistics.to_surface(pair, area, heights=law)
+        fitted = statistics.to_surface(pair, area, heights=law)
         return MeasuredSurface(
-            *(pair, made.heights, made.radius, made.density, area, float(self.heights.max()))
+            *(pair, fitted.heights, fitted.radius, fitted.density, area, float(self.heights.max()))
         )
 
     def height_laws(
@@ -371,10 +371,10 @@ class Summits(Locked, Plottable):
         return max(mccool / self.mean_radius, self.mean_radius / mccool)
 
     def _population(self, pair: MaterialPair, area: float) -> AsperityPopulation:
-        wanted = self.density * area
-        if wanted < 0.5:
+        count = self.density * area
+        if count < 0.5:
             raise InputError(
                 Argument("area"),
                 f" must hold at least one summit, {1.0 / self.density:.3g} m^2, got {area:g} m^2",
             )
-        return AsperityPopulation(pair, self.heights, self.radii, wanted / self.count, area)
+        return AsperityPopulation(pair, self.heights, self.radii, count / self.count, area)

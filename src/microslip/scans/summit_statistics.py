@@ -137,11 +137,11 @@ class SummitStatistics:
         )
 
 
-def area_of(given: Any) -> float:
+def area_of(area: Any) -> float:
     """Apparent area [m^2], from a number in square metres or text such as "2 cm^2"."""
-    if isinstance(given, str):
+    if isinstance(area, str):
         try:
-            return to_si(given, AREA, "2 cm^2")
+            return to_si(area, AREA, "2 cm^2")
         except QuantityError as error:
             raise InputError(Argument("area"), f": {error}") from None
-    return positive("area", given, "m^2", 1e-4)
+    return positive("area", area, "m^2", 1e-4)

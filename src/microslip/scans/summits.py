@@ -71,10 +71,10 @@ def find_summits(
     peaks = find_peaks(heights)
     # What rises by less may be a plateau that levelling tilted.
     rounding = 16.0 * np.finfo(float).eps * float(np.nanmax(np.abs(heights)))
-    peaks = _keep(peaks, peaks.prominences > rounding)
+    peaks = _selected(peaks, peaks.prominences > rounding)
     inner = present(heights, 1).reshape(-1)
-    whole = _keep(peaks, inner[peaks.places])
-    if not whole.places.size:
+    maxima = _selected(peaks, inner[peaks.places])
+    if not maxima.places.size:
         raise InputError(
             f"{scan.name[:60]}: no point is above its eight neighbours: no summit; is it levelled? "
             "",
@@ -83,12 +83,12 @@ def find_summits(
     pixel_area = math.prod(scan.pixel)
     flat = heights.reshape(-1)
     mean = float(np.nanmean(heights))
-    axes = by_differences(heights, whole.places, scan.pixel)
+    axes = by_differences(heights, maxima.places, scan.pixel)
     every = SummitStatistics(
-        whole.places.size / (np.count_nonzero(inner) * pixel_area),
+        maxima.places.size / (np.count_nonzero(inner) * pixel_area),
         1.0 / float(axes.mean()),
-        float(flat[whole.places].std()),
-        float(flat[whole.places].mean()) - mean,
+        float(flat[maxima.places].std()),
+        float(flat[maxima.places].mean()) - mean,
         "neighbours",
     )
     by_fit = method == "watershed"
@@ -96,7 +96,7 @@ def find_summits(
     reach = window // 2 if by_fit else 1
     if reach > 1:
         inner = present(heights, reach).reshape(-1)
-    candidates = _keep(whole, inner[whole.places] & (whole.prominences >= threshold))
+    candidates = _selected(maxima, inner[maxima.places] & (maxima.prominences >= threshold))
     places = candidates.places
     shifts, rises = np.zeros((places.size, 2)), np.zeros(places.size)
     clamped = 0
@@ -114,7 +114,7 @@ def find_summits(
         radii = np.divide(1.0, middle, out=np.zeros_like(middle), where=good)
     if not good.any():
         raise InputError(
-            f"{scan.name[:60]}: none of {whole.places.size} peaks rises "
+            f"{scan.name[:60]}: none of {maxima.places.size} peaks rises "
             f"{engineering(threshold, 'm')} above the saddle to a higher one and is round; try a "
             "smaller prominence or another cut-off"
         )
@@ -123,7 +123,7 @@ def find_summits(
     notes = (
         *scan.notes,
         *_notes(scan, method, int(window), threshold, rise is None, noise),
-        f"summits: {np.count_nonzero(good)} counted of {whole.places.size} points above their "
+        f"summits: {np.count_nonzero(good)} counted of {maxima.places.size} points above their "
         f"eight neighbours; {np.count_nonzero(~good)} dropped as not round; {clamped} kept where "
         "they are, since their fit puts the top outside its points.",
     )
@@ -144,11 +144,11 @@ def find_summits(
     )
 
 
-def _rise(given: float | str) -> float:
+def _rise(prominence: float | str) -> float:
     """Prominence [m]; zero is one, too."""
-    if isinstance(given, str):
-        return length_of("prominence", given, "2 nm")
-    rise = number("prominence", given, "m")
+    if isinstance(prominence, str):
+        return length_of("prominence", prominence, "2 nm")
+    rise = number("prominence", prominence, "m")
     if rise < 0.0:
         raise InputError(Argument("prominence"), f" must not be below zero [m], got {rise:g}")
     if rise > LARGEST:
@@ -156,12 +156,12 @@ def _rise(given: float | str) -> float:
     return rise
 
 
-def _keep(peaks: Peaks, which: NDArray[np.bool_]) -> Peaks:
-    return Peaks(peaks.places[which], peaks.prominences[which])
+def _selected(peaks: Peaks, selection: NDArray[np.bool_]) -> Peaks:
+    return Peaks(peaks.places[selection], peaks.prominences[selection])
 
 
 def _notes(
-    scan: HeightMap, method: str, window: int, threshold: float, chosen: bool, noise: float
+    scan: HeightMap, method: str, window: int, threshold: float, by_noise: bool, noise: float
 ) -> tuple[str, ...]:
     pixel = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(scan.pixel))
     band = (
@@ -176,7 +176,7 @@ def _notes(
         return band, f"{how}{why}."
     why = (
         f", {significant(TIMES_NOISE, 1)} times the noise of {engineering(noise, 'm')}"
-        if chosen
+        if by_noise
         else ""
     )
     return band, (

@@ -172,38 +172,38 @@ class _Band:
         """
         from scipy.optimize import brentq
 
-        wanted, slope = m4 / m2, m2 / m0
-        least, most = self.least, self.most
+        target, slope = m4 / m2, m2 / m0
+        first_q, last_q = self.least, self.most
 
         def upper(low: float) -> float:
             def excess(high: float) -> float:
                 _, second, fourth = self.moments(low, high)
-                return math.log(fourth / second / wanted)
+                return math.log(fourth / second / target)
 
             start = low + 2.0 * self.edge
-            if start >= most or excess(start) >= 0.0:
+            if start >= last_q or excess(start) >= 0.0:
                 return start
-            if excess(most) <= 0.0:
-                return most
-            return float(brentq(excess, start, most, rtol=1e-10))
+            if excess(last_q) <= 0.0:
+                return last_q
+            return float(brentq(excess, start, last_q, rtol=1e-10))
 
         def off(low: float) -> float:
             first, second, _ = self.moments(low, upper(low))
             return math.log(second / first / slope)
 
-        top = most - 3.0 * self.edge
-        alpha = m0 / m2 * wanted
-        within = self._ratio(least, least + 2.0 * self.edge), self._ratio(top, most)
-        if not within[0] < wanted < within[1]:
+        top = last_q - 3.0 * self.edge
+        alpha = m0 / m2 * target
+        within = self._ratio(first_q, first_q + 2.0 * self.edge), self._ratio(top, last_q)
+        if not within[0] < target < within[1]:
             raise InputError(
-                f"m4/m2 = {exact(wanted)} 1/m^2 cannot be had on this grid: its waves give from "
+                f"m4/m2 = {exact(target)} 1/m^2 cannot be had on this grid: its waves give from "
                 f"{within[0]:.3g} to {within[1]:.3g} 1/m^2; choose another pixel or more points"
             )
-        if self._ratio(least, most) < wanted:
+        if self._ratio(first_q, last_q) < target:
             # Even up to the shortest waves the band has to begin higher.
-            least = float(brentq(lambda low: self._ratio(low, most) - wanted, least, top))
-        if off(least) > 0.0:
-            first, second, fourth = self.moments(least, upper(least))
+            first_q = float(brentq(lambda low: self._ratio(low, last_q) - target, first_q, top))
+        if off(first_q) > 0.0:
+            first, second, fourth = self.moments(first_q, upper(first_q))
             reach = first / second * (fourth / second)
             raise InputError(
                 f"Nayak's alpha = m0 m4/m2^2 = {alpha:.4g} cannot be had on this grid: with this "
@@ -215,11 +215,11 @@ class _Band:
                 f"Nayak's alpha = m0 m4/m2^2 must be above 1.5 for an isotropic surface, "
                 f"got {alpha:.4g}"
             )
-        low = float(brentq(off, least, top, rtol=1e-10))
+        low = float(brentq(off, first_q, top, rtol=1e-10))
         high = upper(low)
         first, second, fourth = self.moments(low, high)
         if not (
-            0.995 < second / first / slope < 1.005 and 0.995 < fourth / second / wanted < 1.005
+            0.995 < second / first / slope < 1.005 and 0.995 < fourth / second / target < 1.005
         ):
             raise InputError(
                 f"Nayak's alpha = m0 m4/m2^2 = {alpha:.4g} is below 1.5, which no isotropic "
@@ -285,9 +285,13 @@ def paraboloids(
         )
     count = at.shape[0]
     tops = _per_summit("heights", floats("heights", heights), count)
-    given = floats("radii", radii)
-    both = given if given.shape == (count, 2) else _per_summit("radii", given, count)[:, None]
-    curved = np.broadcast_to(both, (count, 2))
+    curvature = floats("radii", radii)
+    per_summit = (
+        curvature
+        if curvature.shape == (count, 2)
+        else _per_summit("radii", curvature, count)[:, None]
+    )
+    curved = np.broadcast_to(per_summit, (count, 2))
     if not (curved > 0.0).all():
         raise InputError(Argument("radii"), f" must be above zero [m], got {curved.min():g}")
     if not (tops > base).all():
@@ -308,14 +312,14 @@ def paraboloids(
         ys = np.arange(i.start, i.start + part.shape[0]) * dy - y
         xs = np.arange(j.start, j.start + part.shape[1]) * dx - x
         np.maximum(part, top - (ys * ys / (2.0 * ry))[:, None] - xs * xs / (2.0 * rx), out=part)
-    for own in range(count):
-        off = at[own] - at
-        other = tops - (off * off / (2.0 * curved)).sum(axis=1)
-        other[own] = -math.inf
-        if count > 1 and other.max() >= tops[own]:
+    for summit in range(count):
+        off = at[summit] - at
+        neighbours = tops - (off * off / (2.0 * curved)).sum(axis=1)
+        neighbours[summit] = -math.inf
+        if count > 1 and neighbours.max() >= tops[summit]:
             raise InputError(
-                f"summit {own} at ({at[own, 0]:g}, {at[own, 1]:g}) m is buried by summit "
-                f"{int(other.argmax())}: place them farther apart, or sharper"
+                f"summit {summit} at ({at[summit, 0]:g}, {at[summit, 1]:g}) m is buried by summit "
+                f"{int(neighbours.argmax())}: place them farther apart, or sharper"
             )
     return Scan(lock(z), (dx, dy), name=name, notes=(f"{count} paraboloids on a plane",))
 

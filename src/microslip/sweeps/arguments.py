@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import LARGEST, exact, floats, positives, show
+from microslip._core.checks import LARGEST, check_one_of, exact, floats, positives, show
 from microslip.errors import Argument, InputError
 from microslip.normal import NormalLaw
 
@@ -17,41 +17,38 @@ NO_ARRAYS = ("heights", "surface", "samples", "quantities")
 _OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
 
 
-def checked(given: Given) -> Given:
+def checked(args: Given) -> Given:
     """Arrays within their ranges; no argument too many and none missing."""
     needs = ["friction_coefficient"]
     of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
-    if "surface" in given:
-        if not isinstance(given["surface"], NormalLaw):
+    if "surface" in args:
+        if not isinstance(args["surface"], NormalLaw):
             raise InputError(
-                Argument("surface"), f" must be a normal load law, got {show(given['surface'])}"
+                Argument("surface"), f" must be a normal load law, got {show(args['surface'])}"
             )
-        extra = [name for name in (*of_surface, "mean", "heights", *_OTHER_BODY) if name in given]
+        extra = [name for name in (*of_surface, "mean", "heights", *_OTHER_BODY) if name in args]
         if extra:
             raise InputError(Argument(extra[0]), " must be left out: the surface has its own")
     else:
-        needs += of_surface[: 5 if "heights" in given else 6]
+        needs += of_surface[: 5 if "heights" in args else 6]
     for name in needs:
-        if name not in given:
+        if name not in args:
             raise InputError(
                 Argument(name), " must be given" + ("" if name == "std" else "; it is missing")
             )
-    if ("normal_load" in given) == ("separation" in given):
-        came = "both" if "normal_load" in given else "neither"
-        raise InputError(
-            f"normal_load [N] or separation [m] must be given, one of them, got {came}"
-        )
-    if "mean" in given and "heights" in given:
+    load, separation = (args.get(name) for name in ("normal_load", "separation"))
+    check_one_of("normal_load [N] or separation [m]", load, separation)
+    if "mean" in args and "heights" in args:
         raise InputError(Argument("mean"), " must be left out: the heights have their own")
-    result: Given = {k: v for k, v in given.items() if k in ("surface", "heights", "samples")}
-    for name, value in given.items():
+    result: Given = {k: v for k, v in args.items() if k in ("surface", "heights", "samples")}
+    for name, value in args.items():
         if name in NO_ARRAYS:
             continue
         if name in ("separation", "mean"):
             length = result[name] = floats(name, value)
-            if (most := np.abs(length).max()) > LARGEST:
+            if (largest := np.abs(length).max()) > LARGEST:
                 raise InputError(
-                    Argument(name), f" must be at most {LARGEST:g} m in size, got {most:g}"
+                    Argument(name), f" must be at most {LARGEST:g} m in size, got {largest:g}"
                 )
         elif name in ("poisson_ratio", "other_poisson_ratio"):
             ratio = result[name] = floats(name, value)
@@ -77,8 +74,8 @@ def checked(given: Given) -> Given:
     try:
         result["shape"] = np.broadcast_shapes(*shapes.values())
     except ValueError:
-        said = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
-        raise InputError(f"arguments must have shapes that broadcast, got {said}") from None
+        listing = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise InputError(f"arguments must have shapes that broadcast, got {listing}") from None
     return result
 
 

@@ -90,8 +90,8 @@ class Sweep:
             if isinstance(name, str) and name in group:
                 values = group[name].values
                 return float(values) if values.ndim == 0 else values
-        known = ", ".join((*self.variables, *self.coords))
-        raise InputError(Argument("name"), f" must be one of {known}, got {show(name)}")
+        names = ", ".join((*self.variables, *self.coords))
+        raise InputError(Argument("name"), f" must be one of {names}, got {show(name)}")
 
     def __contains__(self, name: object) -> bool:
         return name in self.variables or name in self.coords
@@ -207,9 +207,9 @@ class Sweep:
         columns = {}
         for name, (dims, values, about) in {**self.coords, **self.variables}.items():
             places = [slice(None) if dim in dims else None for dim in self.dims]
-            whole = np.broadcast_to(values[tuple(places)] if self.dims else values, shape)
+            column = np.broadcast_to(values[tuple(places)] if self.dims else values, shape)
             unit = "-" if about["units"] == "1" else about["units"]
-            columns[f"{name} [{unit}]"] = whole.reshape(-1)
+            columns[f"{name} [{unit}]"] = column.reshape(-1)
         count = math.prod(shape)
         with (
             whole_file(path, overwrite) as stage,
@@ -224,5 +224,5 @@ class Sweep:
 
 
 def _range(values: NDArray[Any]) -> tuple[float, float]:
-    known = values[np.isfinite(values)]
-    return (float(known.min()), float(known.max())) if known.size else (math.nan, math.nan)
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (math.nan, math.nan)

@@ -16,19 +16,19 @@ QUANTITIES = ("damping_ratio", "loss_factor", "dissipated_energy", "secant_stiff
 
 
 def log_derivatives(
-    quantity: str, given: Mapping[str, Any], names: Sequence[str]
+    quantity: str, args: Mapping[str, Any], names: Sequence[str]
 ) -> dict[str, Floats]:
     """D ln q / d ln p of a quantity at an amplitude, for arguments of :func:`microslip.evaluate`.
 
     With N = C sigma^(3/2) F(h) and x = a/(kappa sigma) the force is mu N [F(h) - F(h + x)]/F(h)
     (19.15) and the energy 8 mu N kappa sigma X(h, x)/F(h), X half the integral of v (x - v) F''.
     """
-    given = checked(dict(given))
-    joints = Joints(given)
-    shape = given["shape"]
+    args = checked(dict(args))
+    joints = Joints(args)
+    shape = args["shape"]
     place, unit, amplitude = (
         np.ascontiguousarray(np.broadcast_to(v, shape), dtype=float).reshape(-1)
-        for v in (joints.place, joints.kappa * joints.length, given["amplitude"])
+        for v in (joints.place, joints.kappa * joints.length, args["amplitude"])
     )
     step = amplitude / unit
     law = joints.law
@@ -43,7 +43,7 @@ def log_derivatives(
     h = dict.fromkeys(("normal_load",), -load / fall)
     h |= dict.fromkeys(("density", "area"), load / fall)
     h |= {"radius": 0.5 * load / fall, "std": 1.5 * load / fall}
-    found = {}
+    derivatives = {}
     for name in names:
         by_h = h.get(name, np.zeros_like(place))
         by_x = -1.0 if name in ("friction_coefficient", "std") else 0.0
@@ -57,5 +57,5 @@ def log_derivatives(
             "damping_ratio": energy - force,
             "loss_factor": energy - force,
         }
-        found[name] = np.asarray(answers[quantity].reshape(shape))
-    return found
+        derivatives[name] = np.asarray(answers[quantity].reshape(shape))
+    return derivatives

@@ -127,35 +127,35 @@ def evaluate(
     normal law after Greenwood and Williamson (1966), DOI 10.1098/rspa.1966.0242. A Gaussian joint
     depends on (d/sigma, delta/(kappa sigma)) alone: one profile of F_3/2 serves all of them.
     """
-    given = {name: value for name, value in locals().items() if value is not None}
-    wanted = _wanted(given)
-    arrays = {name: value for name, value in given.items() if name not in NO_ARRAYS}
-    others = {name: value for name, value in given.items() if name in NO_ARRAYS}
+    arguments = {name: value for name, value in locals().items() if value is not None}
+    names = _quantity_names(arguments)
+    arrays = {name: value for name, value in arguments.items() if name not in NO_ARRAYS}
+    settings = {name: value for name, value in arguments.items() if name in NO_ARRAYS}
     if any(type(value).__module__.startswith(("xarray", "dask")) for value in arrays.values()):
         from microslip.sweeps.labelled import evaluate_labelled
 
-        return evaluate_labelled(evaluate, arrays, others, wanted)
-    return _evaluated(checked(given), wanted)
+        return evaluate_labelled(evaluate, arrays, settings, names)
+    return _evaluated(checked(arguments), names)
 
 
 _ARRAYS = frozenset(evaluate.__kwdefaults__ or ()) - {*NO_ARRAYS}
 
 
-def _wanted(given: Given) -> tuple[str, ...]:
+def _quantity_names(args: Given) -> tuple[str, ...]:
     """Names of the results."""
-    if "amplitude" in given and "force_amplitude" in given:
+    if "amplitude" in args and "force_amplitude" in args:
         raise InputError("amplitude [m] or force_amplitude [N] must be given, not both")
-    cycles = "amplitude" in given or "force_amplitude" in given
-    known = (*_OF_JOINTS, *(_OF_POINTS if cycles else ()))
-    quantities = given.get("quantities")
+    cycles = "amplitude" in args or "force_amplitude" in args
+    names = (*_OF_JOINTS, *(_OF_POINTS if cycles else ()))
+    quantities = args.get("quantities")
     loops: tuple[str, ...] = ()
-    if "samples" in given:
-        whole("samples", given["samples"], 5, MOST_SAMPLES)
+    if "samples" in args:
+        whole("samples", args["samples"], 5, MOST_SAMPLES)
         if not cycles:
             raise InputError(Argument("samples"), " must stand beside amplitude, got none")
         loops = _LOOPS
     if quantities is None:
-        return (*(name for name in known if name not in _DEAR), *loops)
+        return (*(name for name in names if name not in _DEAR), *loops)
     if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
         raise InputError(
             Argument("quantities"),
@@ -163,10 +163,11 @@ def _wanted(given: Given) -> tuple[str, ...]:
             'for example quantities=["loss_factor"]',
         )
     for name in quantities:
-        if name not in known:
+        if name not in names:
             hint = " beside amplitude" if name in _OF_POINTS else ""
             raise InputError(
-                Argument("quantities"), f" must be of {', '.join(known)}, got {show(name)}{hint}"
+                Argument("quantities"),
+                f" must be of {', '.join(names)}, got {show(name)}{hint}",
             )
     return (*dict.fromkeys(quantities), *loops)
 
@@ -188,36 +189,36 @@ def _unit(heights: Any) -> GreenwoodWilliamson:
 class Joints:
     """Joints of one shape of surface: loads over ``scale`` and separations over ``length``."""
 
-    def __init__(self, given: Given) -> None:
+    def __init__(self, args: Given) -> None:
         self.surface: NormalLaw
-        self.friction: Floats = given["friction_coefficient"]
+        self.friction: Floats = args["friction_coefficient"]
         self.origin: Floats = np.zeros(())
         self.length: Floats = np.ones(())
         self.scale: Floats = np.ones(())
         self.count: Floats = np.ones(())
         self.disc: Floats = np.ones(())
-        if "surface" in given:
-            self.surface = given["surface"]
+        if "surface" in args:
+            self.surface = args["surface"]
             ratio = np.asarray(self.surface.stiffness_ratio)
         else:
-            composite, shear = _composite(given)
+            composite, shear = _composite(args)
             ratio = composite / (4.0 * shear)
-            self._of_summits(given, composite)
+            self._of_summits(args, composite)
         self.ratio = ratio
         self.law: Pointwise = pointwise_of(self.surface)
         self.kappa = self.friction * ratio
-        if "separation" in given:
-            self.place = (given["separation"] - self.origin) / self.length
+        if "separation" in args:
+            self.place = (args["separation"] - self.origin) / self.length
             self.unit_load, self.fall = self._at_places()
             self.load = self.scale * self.unit_load
             if float(self.load.min()) < FAINTEST:
                 raise InputError(
                     Argument("separation"),
                     " must be one at which the surface carries a load, and at "
-                    f"{float(np.max(given['separation'])):g} m it carries none",
+                    f"{float(np.max(args['separation'])):g} m it carries none",
                 )
         else:
-            self.load = given["normal_load"]
+            self.load = args["normal_load"]
             unit = np.asarray(self.load / self.scale)
             flat = np.ascontiguousarray(unit).reshape(-1)
             place = [
@@ -229,19 +230,19 @@ class Joints:
         # As in an interface: with it the limit is met exactly.
         self.factor = self.limit / self.unit_load
 
-    def _of_summits(self, given: Given, composite: Floats) -> None:
-        if "heights" in given:
-            heights = as_heights(given["heights"])
+    def _of_summits(self, args: Given, composite: Floats) -> None:
+        if "heights" in args:
+            heights = as_heights(args["heights"])
             self.surface = _unit(heights)
-            if "std" in given:
-                self.length = given["std"] / heights.spread
+            if "std" in args:
+                self.length = args["std"] / heights.spread
         else:
             self.surface = _unit_gaussian()
-            self.length = given["std"]
-            self.origin = given.get("mean", self.origin)
-        self.count = given["density"] * given["area"]
-        self.disc = self.count * given["radius"] * self.length
-        stiff = 4.0 / 3.0 * composite * np.sqrt(given["radius"])
+            self.length = args["std"]
+            self.origin = args.get("mean", self.origin)
+        self.count = args["density"] * args["area"]
+        self.disc = self.count * args["radius"] * self.length
+        stiff = 4.0 / 3.0 * composite * np.sqrt(args["radius"])
         self.scale = (
             self.count * stiff * self.length * np.sqrt(self.length) / self.surface._constant
         )
@@ -269,51 +270,51 @@ class Joints:
         if name in ("contact_count", "contact_area"):
             share = np.asarray(getattr(self.surface, name)(self.place))
             return np.asarray(share * (self.count if name == "contact_count" else self.disc))
-        found = {
+        attributes = {
             "normal_load": "load",
             "standardised_separation": "place",
             "slip_per_indentation": "kappa",
             "force_limit": "limit",
         }
-        return np.asarray(getattr(self, found.get(name, name)))
+        return np.asarray(getattr(self, attributes.get(name, name)))
 
 
-def _composite(given: Given) -> tuple[Floats, Floats]:
+def _composite(args: Given) -> tuple[Floats, Floats]:
     """E* (19.4) and G* (19.11) [Pa]."""
-    first: Floats = given["young_modulus"]
-    ratio: Floats = given["poisson_ratio"]
-    second: Floats = given.get("other_young_modulus", first)
+    first: Floats = args["young_modulus"]
+    ratio: Floats = args["poisson_ratio"]
+    second: Floats = args.get("other_young_modulus", first)
     soft, shear = np.zeros(()), np.zeros(())
-    for e, nu in ((first, ratio), (second, given.get("other_poisson_ratio", ratio))):
+    for e, nu in ((first, ratio), (second, args.get("other_poisson_ratio", ratio))):
         soft = soft + (1.0 - nu * nu) / e
         shear = shear + (2.0 - nu) * 2.0 * (1.0 + nu) / e
     return np.asarray(1.0 / soft), np.asarray(1.0 / shear)
 
 
-def _evaluated(given: Given, wanted: tuple[str, ...]) -> Mapping[str, Any]:
-    shape = given["shape"]
-    arrays = {name: value for name, value in given.items() if name in _ARRAYS}
+def _evaluated(args: Given, names: tuple[str, ...]) -> Mapping[str, Any]:
+    shape = args["shape"]
+    arrays = {name: value for name, value in args.items() if name in _ARRAYS}
     driven = {"amplitude", "force_amplitude"}
     of_joints = [np.shape(value) for name, value in arrays.items() if name not in driven]
     count, size = math.prod(np.broadcast_shapes(*of_joints)), math.prod(shape)
     if count < size or size <= _BLOCK:
-        found = _block(given, wanted, shape)
+        results = _block(args, names, shape)
     else:
         # Each point is a joint of its own: from its arguments to its answers in one go.
-        whole = {name: np.empty(shape) for name in wanted if name not in _LOOPS}
-        whole |= {name: np.empty((*shape, given["samples"])) for name in wanted if name in _LOOPS}
+        buffers = {name: np.empty(shape) for name in names if name not in _LOOPS}
+        buffers |= {name: np.empty((*shape, args["samples"])) for name in names if name in _LOOPS}
         rows = {
-            name: array.reshape(size, *array.shape[len(shape) :]) for name, array in whole.items()
+            name: array.reshape(size, *array.shape[len(shape) :]) for name, array in buffers.items()
         }
-        done = 0
+        begin = 0
         for block in _blocks(list(arrays.values()), shape):
-            here = slice(done, done + block[0].size)
-            done = here.stop
-            part = {**given, **dict(zip(arrays, block, strict=True)), "shape": block[0].shape}
-            for name, values in _block(part, wanted, part["shape"]).items():
+            here = slice(begin, begin + block[0].size)
+            begin = here.stop
+            part = {**args, **dict(zip(arrays, block, strict=True)), "shape": block[0].shape}
+            for name, values in _block(part, names, part["shape"]).items():
                 rows[name][here] = values
-        found = whole
-    return MappingProxyType({name: plain(lock(np.asarray(found[name]))) for name in wanted})
+        results = buffers
+    return MappingProxyType({name: plain(lock(np.asarray(results[name]))) for name in names})
 
 
 def _blocks(arrays: Sequence[Floats], shape: tuple[int, ...]) -> Iterator[list[Floats]]:
@@ -329,41 +330,45 @@ def _blocks(arrays: Sequence[Floats], shape: tuple[int, ...]) -> Iterator[list[F
         yield [np.ascontiguousarray(part) for part in (block if len(arrays) > 1 else (block,))]
 
 
-def _block(given: Given, wanted: tuple[str, ...], shape: tuple[int, ...]) -> dict[str, Any]:
-    joints = Joints(given)
-    points = tuple(name for name in wanted if name in _OF_POINTS)
-    loops = given["samples"] if _LOOPS[0] in wanted else None
-    found: dict[str, Any] = {}
+def _block(args: Given, names: tuple[str, ...], shape: tuple[int, ...]) -> dict[str, Any]:
+    joints = Joints(args)
+    points = tuple(name for name in names if name in _OF_POINTS)
+    loops = args["samples"] if _LOOPS[0] in names else None
+    results: dict[str, Any] = {}
     if points or loops:
-        found = _points(joints, given, points, shape, loops)
-    for name in wanted:
+        results = _points(joints, args, points, shape, loops)
+    for name in names:
         if name in _OF_JOINTS:
-            found[name] = np.broadcast_to(joints.joint(name), shape)
-    return {name: found[name] for name in wanted}
+            results[name] = np.broadcast_to(joints.joint(name), shape)
+    return {name: results[name] for name in names}
 
 
 def _points(
-    joints: Joints, given: Given, wanted: tuple[str, ...], shape: tuple[int, ...], loops: int | None
+    joints: Joints,
+    args: Given,
+    names: tuple[str, ...],
+    shape: tuple[int, ...],
+    loops: int | None,
 ) -> dict[str, Floats]:
     """What belongs to an amplitude, block by block of all points."""
-    by_force = "force_amplitude" in given
-    driven = given["force_amplitude" if by_force else "amplitude"]
+    by_force = "force_amplitude" in args
+    driven = args["force_amplitude" if by_force else "amplitude"]
     stretch = joints.kappa * joints.length
-    held = joints.tangential_stiffness
-    inputs = (driven, joints.place, stretch, joints.factor, joints.limit, held)
-    made = {name: np.empty(shape) for name in wanted if name != "backbone"}
-    if "backbone" in wanted:
-        made.setdefault("force_amplitude", np.empty(shape))
-    flat = {name: array.reshape(-1) for name, array in made.items()}
-    size, done = math.prod(shape), 0
+    stiffness = joints.tangential_stiffness
+    inputs = (driven, joints.place, stretch, joints.factor, joints.limit, stiffness)
+    results = {name: np.empty(shape) for name in names if name != "backbone"}
+    if "backbone" in names:
+        results.setdefault("force_amplitude", np.empty(shape))
+    flat = {name: array.reshape(-1) for name, array in results.items()}
+    size, begin = math.prod(shape), 0
     curves: list[Floats] = []
     if loops:
         for name in _LOOPS:
-            made[name] = np.empty((*shape, loops))
-        curves = [made[name].reshape(size, loops) for name in _LOOPS]
-    for value, place, unit, factor, limit, held in _blocks(inputs, shape):
-        here = slice(done, done + value.size)
-        done = here.stop
+            results[name] = np.empty((*shape, loops))
+        curves = [results[name].reshape(size, loops) for name in _LOOPS]
+    for value, place, unit, factor, limit, stiffness in _blocks(inputs, shape):
+        here = slice(begin, begin + value.size)
+        begin = here.stop
         if by_force:
             _below(value, limit)
             step = _inverse(joints.law, place, value / factor)
@@ -371,7 +376,7 @@ def _points(
         else:
             a, step = value, np.minimum(value, 1e200) / unit
             force = np.minimum(factor * joints.law.sum("drop", place, step), limit)
-        answers = _cycles(joints.law, flat, a, step, force, place, unit, factor, held)
+        answers = _cycles(joints.law, flat, a, step, force, place, unit, factor, stiffness)
         for name, answer in answers.items():
             flat[name][here] = answer
         for i in range(value.size) if curves else ():
@@ -380,41 +385,41 @@ def _points(
             )
             for curve, values in zip(curves, moved, strict=True):
                 curve[here.start + i] = values
-    if "backbone" in wanted:
-        made["backbone"] = made["force_amplitude"]
-    return made
+    if "backbone" in names:
+        results["backbone"] = results["force_amplitude"]
+    return results
 
 
 def _cycles(
     law: Pointwise,
-    wanted: Mapping[str, Any],
+    names: Mapping[str, Any],
     a: Floats,
     step: Floats,
     force: Floats,
     place: Floats,
     unit: Floats,
     factor: Floats,
-    held: Floats,
+    stiffness: Floats,
 ) -> dict[str, Floats]:
     """The cyclic quantities of a block."""
-    found = {"amplitude": a, "force_amplitude": force}
-    if wanted.keys() & {"dissipated_energy", "dissipation_exponent", *_RATIOS}:
-        lost = found["dissipated_energy"] = 8.0 * factor * unit * law.sum("excess", place, step)
-        if wanted.keys() & _RATIOS.keys():
+    results = {"amplitude": a, "force_amplitude": force}
+    if names.keys() & {"dissipated_energy", "dissipation_exponent", *_RATIOS}:
+        lost = results["dissipated_energy"] = 8.0 * factor * unit * law.sum("excess", place, step)
+        if names.keys() & _RATIOS.keys():
             box = 4.0 * a * force
             ratio = np.divide(lost, box, out=np.zeros(a.size), where=box > 0.0)
-            found |= {name: ratio * scale for name, scale in _RATIOS.items() if name in wanted}
-    if "secant_stiffness" in wanted:
-        found["secant_stiffness"] = np.divide(force, a, out=held.copy(), where=a > 0.0)
-    if "tangent_stiffness" in wanted:
-        found["tangent_stiffness"] = factor / unit * law.sum("fall", place, step)
-    if "dissipation_exponent" in wanted:
+            results |= {name: ratio * scale for name, scale in _RATIOS.items() if name in names}
+    if "secant_stiffness" in names:
+        results["secant_stiffness"] = np.divide(force, a, out=stiffness.copy(), where=a > 0.0)
+    if "tangent_stiffness" in names:
+        results["tangent_stiffness"] = factor / unit * law.sum("fall", place, step)
+    if "dissipation_exponent" in names:
         slope = 8.0 * factor * law.sum("excess_slope", place, step)
-        none = np.full(a.size, np.nan)
-        exponent = np.divide(a * slope, lost, out=none, where=lost > 0.0)
+        nothing = np.full(a.size, np.nan)
+        exponent = np.divide(a * slope, lost, out=nothing, where=lost > 0.0)
         bends = law.law._derivative(place, 2) > 0.0
-        found["dissipation_exponent"] = np.where(np.isnan(exponent) & bends, 3.0, exponent)
-    return {name: found[name] for name in wanted if name in found}
+        results["dissipation_exponent"] = np.where(np.isnan(exponent) & bends, 3.0, exponent)
+    return {name: results[name] for name in names if name in results}
 
 
 def _below(force: Floats, limit: Floats) -> None:
@@ -435,9 +440,9 @@ def _inverse(law: Pointwise, place: Floats, drop: Floats) -> Floats:
         at, u = place[active], step[active]
         miss = drop[active] - law.sum("drop", at, u)
         slope = law.sum("fall", at, u)
-        more = np.divide(miss, slope, out=np.zeros(u.size), where=(miss > 0.0) & (slope > 0.0))
-        step[active] = u + more
-        active = active[(more > 4e-16 * u) & (miss > 2e-16 * drop[active])]
+        gain = np.divide(miss, slope, out=np.zeros(u.size), where=(miss > 0.0) & (slope > 0.0))
+        step[active] = u + gain
+        active = active[(gain > 4e-16 * u) & (miss > 2e-16 * drop[active])]
         if not active.size:
             break
     return step

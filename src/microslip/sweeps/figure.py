@@ -19,8 +19,8 @@ _MOST_POINTS = 5000
 def sweep_figure(sweep: Any, quantity: Any, along: Any) -> Plot:
     """Lines along one dimension; a few, evenly, of all combinations of the others."""
     if not isinstance(quantity, str) or quantity not in sweep.variables:
-        known = ", ".join(sweep.variables)
-        raise InputError(Argument("quantity"), f" must be one of {known}, got {show(quantity)}")
+        names = ", ".join(sweep.variables)
+        raise InputError(Argument("quantity"), f" must be one of {names}, got {show(quantity)}")
     dims, values, about = sweep.variables[quantity]
     if not dims:
         raise InputError(Argument("quantity"), f" must have a dimension, {quantity} is one number")
@@ -30,24 +30,24 @@ def sweep_figure(sweep: Any, quantity: Any, along: Any) -> Plot:
         raise InputError(Argument("along"), f" must be one of {', '.join(dims)}, got {show(along)}")
     place = dims.index(along)
     lines = np.moveaxis(values, place, -1).reshape(-1, values.shape[place])
-    others = [dim for dim in dims if dim != along]
-    shown = evenly(len(lines), MOST_LINES)
+    rows = [dim for dim in dims if dim != along]
+    selection = evenly(len(lines), MOST_LINES)
     x = np.asarray(sweep.coords[along].values, dtype=float)
     order = np.argsort(x)[evenly(x.size, _MOST_POINTS)]
     x_axis, x_unit = _axis(along, x, sweep.coords[along].attributes["units"])
-    y_axis, y_unit = _axis(quantity, lines[shown], about["units"])
+    y_axis, y_unit = _axis(quantity, lines[selection], about["units"])
     panel = Panel(x_axis, y_axis)
     legend = []
-    for number, line in enumerate(shown):
+    for number, line in enumerate(selection):
         look = COLORS[number % 6], DASHES[number % 6]
         panel.line(x[order] / x_unit, lines[line][order] / y_unit, look[0], dash=look[1])
-        index = np.unravel_index(line, [sweep.sizes[dim] for dim in others]) if others else ()
-        legend.append(Entry(_named(sweep, others, index), *look))
-    left_out = len(lines) - len(shown)
+        index = np.unravel_index(line, [sweep.sizes[dim] for dim in rows]) if rows else ()
+        legend.append(Entry(_named(sweep, rows, index), *look))
+    left_out = len(lines) - len(selection)
     return Plot(
         [panel],
         4.4,
-        legend=tuple(legend) if others else (),
+        legend=tuple(legend) if rows else (),
         legend_title=f"{left_out} more are in the arrays" if left_out else "",
     )
 
@@ -59,9 +59,9 @@ def _axis(name: str, values: Any, unit: str) -> tuple[Axis, float]:
     simple = unit in ("m", "N", "J", "Hz", "Pa", "N/m")
     scale, letter = prefix(largest) if simple and largest > 0.0 else (1.0, "")
     text = name.replace("_", " ").capitalize()
-    shown = f"{text} [{letter}{unit}]" if unit not in ("", "1", "-") else text
+    label = f"{text} [{letter}{unit}]" if unit not in ("", "1", "-") else text
     log = bool(fine.size and fine.min() > 0.0 and largest > 10.0 * fine.min())
-    return Axis(shown, log=log, margin=0.02, unit=scale), scale
+    return Axis(label, log=log, margin=0.02, unit=scale), scale
 
 
 def _named(sweep: Any, dims: list[str], index: Any) -> str:

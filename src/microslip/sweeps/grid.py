@@ -40,9 +40,9 @@ class Grid:
         self.passes = 1
         self.progress = progress
 
-    def values(self, wanted: Sequence[str]) -> dict[str, Floats]:
-        """All that is wanted, by name."""
-        needed = set(wanted)
+    def values(self, names: Sequence[str]) -> dict[str, Floats]:
+        """The quantities of these names."""
+        needed = set(names)
         ratios = needed & {"energy_ratio", "loss_factor", "damping_ratio"}
         backbone = bool(ratios or needed & {"force_amplitude", "secant_stiffness"})
         energy = bool(ratios or needed & {"dissipated_energy", "dissipation_exponent"})
@@ -66,7 +66,7 @@ class Grid:
         if energy:
             lost = 8.0 * (self.factor * self.kappa[:, None])[..., None] * self._sum("excess")
         result: dict[str, Floats] = {}
-        for name in wanted:
+        for name in names:
             if name == "amplitude":
                 result[name] = a
             elif name == "force_amplitude":
@@ -79,8 +79,8 @@ class Grid:
                 scale = {"energy_ratio": 1.0, "loss_factor": 4.0, "damping_ratio": 2.0}[name]
                 result[name] = ratio if scale == 1.0 else scale / math.pi * ratio
             elif name == "secant_stiffness":
-                rest = np.broadcast_to(self._held()[:, None], a.shape).copy()
-                result[name] = np.divide(force, a, out=rest, where=a > 0.0)
+                stiffness = np.broadcast_to(self._stiffness()[:, None], a.shape).copy()
+                result[name] = np.divide(force, a, out=stiffness, where=a > 0.0)
             elif name == "dissipation_exponent":
                 result[name] = self._exponent(lost)
             elif name == "tangent_stiffness":
@@ -98,7 +98,7 @@ class Grid:
         if name == "normal_stiffness":
             return np.asarray(self.surface.stiffness(self.separation))
         if name == "tangential_stiffness":
-            return self._held()
+            return self._stiffness()
         if name == "force_limit":
             return self.limit
         if name == "slip_per_indentation":
@@ -108,7 +108,7 @@ class Grid:
             return np.asarray(self.surface.contact_area(self.separation[:, None] + steps))
         return np.asarray(getattr(self.surface, name)(self.separation))
 
-    def _held(self) -> Floats:
+    def _stiffness(self) -> Floats:
         return np.asarray(self.surface.stiffness(self.separation) / self.surface.stiffness_ratio)
 
     def _report(self, share: float) -> None:
@@ -133,12 +133,12 @@ class Grid:
     def _amplitudes(self) -> Floats:
         """Displacement amplitudes that belong to the given forces."""
         i, j = np.unravel_index(int(np.argmin(self.limit)), self.limit.shape)
-        most = float(self.given.max())
-        if most >= self.limit[i, j]:
+        largest = float(self.given.max())
+        if largest >= self.limit[i, j]:
             raise InputError(
                 Argument("force_amplitude"),
                 f" must stay below the force limit at every load, and at "
-                f"{exact(self.load[j])} N it is {self.limit[i, j]:.10g} N; got {most:.10g} N",
+                f"{exact(self.load[j])} N it is {self.limit[i, j]:.10g} N; got {largest:.10g} N",
             )
         drops = self.given / self.factor[..., None]
         rows = np.tile(self.separation, self.friction.size)

@@ -13,24 +13,24 @@ _LAST = "sample"  # the axis of loops
 def evaluate_labelled(
     evaluate: Callable[..., Mapping[str, Any]],
     arrays: Mapping[str, Any],
-    others: Mapping[str, Any],
-    wanted: tuple[str, ...],
+    settings: Mapping[str, Any],
+    outputs: tuple[str, ...],
 ) -> dict[str, Any]:
     """The results as DataArrays or Dask arrays, lazy where the arguments are."""
     names = tuple(arrays)
-    keys = {**others, "quantities": [name for name in wanted if not name.startswith("loop_")]}
+    keys = {**settings, "quantities": [name for name in outputs if not name.startswith("loop_")]}
 
     def blockwise(*values: Any) -> tuple[Any, ...]:
         shape = np.broadcast_shapes(*map(np.shape, values))
         if 0 in shape:  # Dask asks once for nothing
             return tuple(
-                np.zeros((*shape, *(others["samples"],) * n.startswith("loop_"))) for n in wanted
+                np.zeros((*shape, *(settings["samples"],) * n.startswith("loop_"))) for n in outputs
             )
-        found = evaluate(**dict(zip(names, values, strict=True)), **keys)
-        return tuple(np.asarray(found[name]) for name in wanted)
+        answers = evaluate(**dict(zip(names, values, strict=True)), **keys)
+        return tuple(np.asarray(answers[name]) for name in outputs)
 
-    sizes = {_LAST: others["samples"]} if "samples" in others else {}
-    last = [(_LAST,) if name.startswith("loop_") else () for name in wanted]
+    sizes = {_LAST: settings["samples"]} if "samples" in settings else {}
+    last = [(_LAST,) if name.startswith("loop_") else () for name in outputs]
     if any(type(value).__module__.startswith("xarray") for value in arrays.values()):
         import xarray
 
@@ -39,7 +39,7 @@ def evaluate_labelled(
             *arrays.values(),
             output_core_dims=last,
             dask="parallelized",
-            output_dtypes=[float] * len(wanted),
+            output_dtypes=[float] * len(outputs),
             dask_gufunc_kwargs={"output_sizes": sizes},
         )
     else:
@@ -49,8 +49,8 @@ def evaluate_labelled(
             blockwise,
             ",".join("()" for _ in names) + "->" + ",".join(f"({','.join(d)})" for d in last),
             *arrays.values(),
-            output_dtypes=[float] * len(wanted),
+            output_dtypes=[float] * len(outputs),
             output_sizes=sizes,
         )
     results = results if isinstance(results, tuple) else (results,)
-    return dict(zip(wanted, results, strict=True))
+    return dict(zip(outputs, results, strict=True))

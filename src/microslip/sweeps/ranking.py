@@ -12,12 +12,12 @@ def ranking(scores: Floats, logs: Floats) -> tuple[Floats, float]:
 
     And the share of the scatter that the regression explains. What is not finite is left out.
     """
-    known = np.isfinite(logs)
-    matrix = np.column_stack([np.ones(int(known.sum())), scores[known]])
-    wanted = logs[known]
-    solved = np.linalg.lstsq(matrix, wanted, rcond=None)[0]
+    finite = np.isfinite(logs)
+    matrix = np.column_stack([np.ones(int(finite.sum())), scores[finite]])
+    target = logs[finite]
+    solved = np.linalg.lstsq(matrix, target, rcond=None)[0]
     squares = np.asarray(solved[1:] ** 2, dtype=np.float64)
-    whole = float(((wanted - wanted.mean()) ** 2).sum())
-    rest = float(((wanted - matrix @ solved) ** 2).sum())
+    scatter = float(((target - target.mean()) ** 2).sum())
+    residual = float(((target - matrix @ solved) ** 2).sum())
     shares: Floats = np.asarray(squares / (squares.sum() or 1.0), dtype=np.float64)
-    return shares, 1.0 - rest / whole if whole > 0.0 else 1.0
+    return shares, 1.0 - residual / scatter if scatter > 0.0 else 1.0

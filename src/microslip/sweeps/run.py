@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import LARGEST, Floats, floats, positives, show
+from microslip._core.checks import LARGEST, Floats, check_one_of, floats, positives, show
 from microslip._core.netcdf import Variable
 from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._version import __version__
@@ -104,37 +104,33 @@ def sweep(
             f" must be an Interface or another backbone law, got {show(joint)}; "
             "write sweep(joint, normal_load=[...], amplitude=[...])",
         )
-    if (amplitude is None) == (force_amplitude is None):
-        came = "neither" if amplitude is None else "both"
-        raise InputError(
-            "amplitude=[...] [m] or force_amplitude=[...] [N] must be given, one of them, "
-            f"got {came}"
-        )
-    name, given = "amplitude", amplitude
-    if given is None:
-        name, given = "force_amplitude", force_amplitude
-    along = _axis(name, given)
+    wording = "amplitude=[...] [m] or force_amplitude=[...] [N]"
+    check_one_of(wording, amplitude, force_amplitude)
+    name, values_along = "amplitude", amplitude
+    if values_along is None:
+        name, values_along = "force_amplitude", force_amplitude
+    along = _axis(name, values_along)
     if along.min() < 0.0:
         raise InputError(Argument(name), f" must not be negative, got {along.min():g}")
     if name == "amplitude" and along.max() > LARGEST:
         raise InputError(Argument(name), f" must be at most {LARGEST:g} m, got {along.max():g} m")
-    wanted = _wanted(quantities, name)
+    names = _quantity_names(quantities, name)
     if progress is not None and not callable(progress):
         raise InputError(
             Argument("progress"), f" must be a function of the share done, got {show(progress)}"
         )
     axes = {name: np.abs(along)}  # -0.0 is 0.0 here
     if not isinstance(joint, Interface):
-        for other, value in (
+        for key, value in (
             ("friction_coefficient", friction_coefficient),
             ("normal_load", normal_load),
         ):
             if value is not None:
                 raise InputError(
-                    f"{other} has no meaning for {type(joint).__name__}, "
+                    f"{key} has no meaning for {type(joint).__name__}, "
                     "only an Interface has one; sweep its amplitudes alone"
                 )
-        values = _of_law(joint, axes, wanted)
+        values = _of_law(joint, axes, names)
         if progress is not None:
             progress(1.0)
         return _labelled(joint, axes, values, name)
@@ -145,7 +141,7 @@ def sweep(
         "normal_load": _positive_axis("normal_load", load, "N"),
         **axes,
     }
-    return _labelled(joint, axes, Grid(joint, axes, name, progress).values(wanted), name)
+    return _labelled(joint, axes, Grid(joint, axes, name, progress).values(names), name)
 
 
 def _axis(name: str, value: Any) -> Floats:
@@ -161,11 +157,11 @@ def _positive_axis(name: str, value: Any, unit: str) -> Floats:
     return positives(name, _axis(name, value), unit)
 
 
-def _wanted(quantities: Any, name: str) -> tuple[str, ...]:
-    other = "force_amplitude" if name == "amplitude" else "amplitude"
+def _quantity_names(quantities: Any, name: str) -> tuple[str, ...]:
+    converse = "force_amplitude" if name == "amplitude" else "amplitude"
     if quantities is None:
-        return (other, *_DEFAULT)
-    known = [quantity for quantity in DIMENSIONS if quantity != name]
+        return (converse, *_DEFAULT)
+    available = [quantity for quantity in DIMENSIONS if quantity != name]
     if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
         raise InputError(
             Argument("quantities"),
@@ -177,9 +173,9 @@ def _wanted(quantities: Any, name: str) -> tuple[str, ...]:
             raise InputError(
                 Argument("quantities"), f" must not name {name}: it is a coordinate already"
             )
-        if quantity not in known:
+        if quantity not in available:
             raise InputError(
-                Argument("quantities"), f" must be of {', '.join(known)}, got {show(quantity)}"
+                Argument("quantities"), f" must be of {', '.join(available)}, got {show(quantity)}"
             )
     if len(set(quantities)) < len(quantities):
         twice = next(q for q in quantities if list(quantities).count(q) > 1)
@@ -213,11 +209,11 @@ def _labelled(
 
 
 def _of_law(
-    joint: BackboneLaw, axes: Mapping[str, Floats], wanted: Sequence[str]
+    joint: BackboneLaw, axes: Mapping[str, Floats], names: Sequence[str]
 ) -> dict[str, Floats]:
     """What a law without a load says of its amplitudes."""
-    given = {name: axis.reshape(-1) for name, axis in axes.items()}
-    a = joint._amplitudes(given.get("amplitude"), given.get("force_amplitude"))
+    amplitudes = {name: axis.reshape(-1) for name, axis in axes.items()}
+    a = joint._amplitudes(amplitudes.get("amplitude"), amplitudes.get("force_amplitude"))
     calls: dict[str, Callable[[], Any]] = {
         "amplitude": lambda: a,
         "force_amplitude": lambda: joint.backbone(a),
@@ -234,10 +230,10 @@ def _of_law(
         "dissipation_exponent",
     ):
         calls[name] = partial(getattr(joint, name), a)
-    for name in wanted:
+    for name in names:
         if name not in calls:
             raise InputError(
                 Argument("quantities"),
                 f" must be what {type(joint).__name__} knows, which has no {name}",
             )
-    return {name: np.asarray(calls[name](), dtype=float) for name in wanted}
+    return {name: np.asarray(calls[name](), dtype=float) for name in names}

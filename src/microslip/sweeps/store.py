@@ -28,7 +28,7 @@ def evaluate_to_zarr(
     *,
     region: int = _REGION,
     progress: Callable[[float], None] | None = None,
-    **given: Any,
+    **arguments: Any,
 ) -> Path:
     """A grid of joints of any size as a Zarr store, in bounded memory; a second call goes on.
 
@@ -45,7 +45,7 @@ def evaluate_to_zarr(
         Points at a time.
     progress : callable, optional
         Called now and then with the share that is done, 0 … 1.
-    **given : object
+    **arguments : object
         The other arguments of :func:`evaluate`, numbers.
 
     Returns
@@ -75,10 +75,10 @@ def evaluate_to_zarr(
     blocks = _blocks(shape, size)
     # Refused before anything is written.
     first = tuple(slice(0, 1) for _ in lines)
-    evaluate(**given, **_spread(lines, first), quantities=quantities)
-    store = _opened(zarr, Path(path), lines, shape, tuple(quantities), given, blocks)
-    done: Any = store[_DONE]
-    finished = np.asarray(done[:])
+    evaluate(**arguments, **_spread(lines, first), quantities=quantities)
+    store = _opened(zarr, Path(path), lines, shape, tuple(quantities), arguments, blocks)
+    finished_regions: Any = store[_DONE]
+    finished = np.asarray(finished_regions[:])
     counts = [math.ceil(n / b) for n, b in zip(shape, blocks, strict=True)]
     places = list(itertools.product(*map(range, counts)))
     for number, place in enumerate(places):
@@ -87,10 +87,10 @@ def evaluate_to_zarr(
                 slice(i * b, min((i + 1) * b, n))
                 for i, b, n in zip(place, blocks, shape, strict=True)
             )
-            found = evaluate(**given, **_spread(lines, part), quantities=quantities)
+            results = evaluate(**arguments, **_spread(lines, part), quantities=quantities)
             for name in quantities:
-                store[name][part] = np.asarray(found[name])
-            done[number] = True
+                store[name][part] = np.asarray(results[name])
+            finished_regions[number] = True
         if progress is not None:
             progress((number + 1) / len(places))
     return Path(path)
@@ -108,23 +108,23 @@ def _lines(axes: Mapping[str, ArrayLike]) -> dict[str, Floats]:
     return lines
 
 
-def _blocks(shape: tuple[int, ...], most: int) -> tuple[int, ...]:
+def _blocks(shape: tuple[int, ...], limit: int) -> tuple[int, ...]:
     """Lengths of a region: whole along the last axes, as far as they fit."""
-    blocks, left = [], most
+    blocks, room = [], limit
     for length in reversed(shape):
-        blocks.append(max(1, min(length, left)))
-        left //= blocks[-1]
+        blocks.append(max(1, min(length, room)))
+        room //= blocks[-1]
     return tuple(reversed(blocks))
 
 
 def _spread(lines: Mapping[str, Floats], part: tuple[slice, ...]) -> dict[str, Any]:
     """The axes of a region, each along its own dimension."""
-    found = {}
+    arguments = {}
     for index, (name, line) in enumerate(lines.items()):
         shape = [1] * len(lines)
         shape[index] = -1
-        found[name] = line[part[index]].reshape(shape)
-    return found
+        arguments[name] = line[part[index]].reshape(shape)
+    return arguments
 
 
 def _opened(
@@ -133,13 +133,13 @@ def _opened(
     lines: Mapping[str, Floats],
     shape: tuple[int, ...],
     quantities: tuple[str, ...],
-    given: Mapping[str, Any],
+    arguments: Mapping[str, Any],
     blocks: tuple[int, ...],
 ) -> Any:
     """The store, made anew or gone on with."""
     about = {
         "source": f"microslip {__version__}",
-        "arguments": {name: repr(value) for name, value in given.items()},
+        "arguments": {name: repr(value) for name, value in arguments.items()},
         "axes": {
             name: [line.size, float(line[0]), float(line[-1])] for name, line in lines.items()
         },
@@ -149,10 +149,10 @@ def _opened(
     if path.exists():
         try:
             store = zarr.open_group(str(path), mode="r+")
-            same = dict(store.attrs).get("sweep") == about
+            continues = dict(store.attrs).get("sweep") == about
         except Exception:  # whatever else lies there
-            same = False
-        if not same:
+            continues = False
+        if not continues:
             raise InputError(f"{path}: exists, and is no unfinished sweep of these arguments")
         return store
     store = zarr.open_group(str(path), mode="w")

@@ -326,7 +326,7 @@ def _over_cutoffs(
         method=request.method,
         prominence=request.prominence,
         progress=lambda done, count: report(done / count),
-        known=summits,
+        counted_before=summits,
     )
 
 

@@ -82,12 +82,12 @@ def command(*words: str) -> list[str]:
 
 def checked(folder: Path, count: int, failed: int) -> str:
     """One outcome an item, and one row block each in the table over all."""
-    kept = len(list((folder / "items").glob("*.json")))
+    outcomes = len(list((folder / "items").glob("*.json")))
     with (folder / "items.csv").open(encoding="utf-8") as file:
         names = [row[0] for row in csv.reader(file)][1:]
     different = len(set(names))
-    right = kept == count + failed and different == count
-    return f"{kept:,} outcomes, {different:,} items in the table, {failed} failed: " + (
+    right = outcomes == count + failed and different == count
+    return f"{outcomes:,} outcomes, {different:,} items in the table, {failed} failed: " + (
         "none lost, none doubled" if right else "WRONG"
     )
 
@@ -145,8 +145,10 @@ def swept(folder: Path, points: int) -> tuple[float, float]:
         f"print({side * side}, "
         "resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    count, megabytes = map(float, done.stdout.split())
+    process = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    )
+    count, megabytes = map(float, process.stdout.split())
     return count, megabytes
 
 
@@ -156,13 +158,13 @@ def speed_up(folder: Path, study: list[str], workers: int, count: int) -> tuple[
     here.mkdir()
     changes, times = table(here, count), {1: [], workers: []}
     for turn in range(5):
-        for number, found in times.items():
+        for number, seconds in times.items():
             words = [str(changes), *study, "-o", str(here / f"{turn}-{number}")]
             begin = time.perf_counter()
             subprocess.run(
                 command(*words, "--workers", str(number)), check=True, stdout=subprocess.DEVNULL
             )
-            found.append(time.perf_counter() - begin)
+            seconds.append(time.perf_counter() - begin)
     ratios = np.sort(np.array(times[1]) / np.array(times[workers]))
     return (
         f"{count:,} predictions five times, with 1 and {workers} processes in turns",
@@ -186,10 +188,10 @@ class Report:
         spent = resource.getrusage(resource.RUSAGE_CHILDREN)
         return spent.ru_utime + spent.ru_stime
 
-    def add(self, what: str, outcome: str, *, has_cpu: bool = True) -> float:
+    def add(self, task: str, outcome: str, *, has_cpu: bool = True) -> float:
         """Close a row; its wall time."""
         wall, cpu = time.perf_counter() - self.wall, self._children() - self.cpu
-        row = (what, f"{wall:.3g} s", f"{cpu:.3g} s" if has_cpu else "", outcome)
+        row = (task, f"{wall:.3g} s", f"{cpu:.3g} s" if has_cpu else "", outcome)
         self.rows.append(row)
         print(" | ".join(row), flush=True)
         return wall
@@ -212,43 +214,46 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--dask", action="store_true")
     parser.add_argument("--page", action="store_true", help="write the table into docs/batches.md")
-    given = parser.parse_args()
+    options = parser.parse_args()
     report = Report()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "study.toml").write_text(STUDY, encoding="utf-8")
         study = ["--study", str(folder / "study.toml")]
-        changes, rig = table(folder, given.predictions), records(folder, given.records)
-        predictions, measured = f"{given.predictions:,} predictions", f"{given.records:,} records"
-        for workers in (1, given.workers):
+        changes, rig = table(folder, options.predictions), records(folder, options.records)
+        predictions, measured = (
+            f"{options.predictions:,} predictions",
+            f"{options.records:,} records",
+        )
+        for workers in (1, options.workers):
             out = folder / f"once-{workers}"
             words = [str(changes), *study, "-o", str(out), "--workers", str(workers)]
             report.begin()
             subprocess.run(command(*words), check=True, stdout=subprocess.DEVNULL)
             process = "process" if workers == 1 else "processes"
-            outcome = checked(out, given.predictions, 0)
+            outcome = checked(out, options.predictions, 0)
             report.add(f"{predictions}, {workers} {process}", outcome)
         report.begin()
-        report.add(*speed_up(folder, study, given.workers, max(50, given.predictions // 10)))
-        many = ["--workers", str(given.workers)]
-        kinds = ((changes, study, predictions, given.predictions, 0),
-                 (rig, [], measured, given.records, 1))  # fmt: skip
-        for source, more, what, count, failed in kinds:
+        report.add(*speed_up(folder, study, options.workers, max(50, options.predictions // 10)))
+        parallel = ["--workers", str(options.workers)]
+        kinds = ((changes, study, predictions, options.predictions, 0),
+                 (rig, [], measured, options.records, 1))  # fmt: skip
+        for source, study_words, task, count, failed in kinds:
             out = folder / f"killed-{count}"
             report.begin()
-            interrupted([str(source), *more, "-o", str(out), *many], out, 0.4, count)
-            report.add(f"{what}, the command killed at 40 % and started again",
+            interrupted([str(source), *study_words, "-o", str(out), *parallel], out, 0.4, count)
+            report.add(f"{task}, the command killed at 40 % and started again",
                        checked(out, count, failed))  # fmt: skip
-        for source, more, what, count, failed in kinds if given.dask else ():
+        for source, study_words, task, count, failed in kinds if options.dask else ():
             out = folder / f"dask-{count}"
             report.begin()
-            on_dask([str(source), *more, "-o", str(out)], out, count)
-            report.add(f"{what}, on a local Dask cluster of two whose worker was killed at 30 %",
+            on_dask([str(source), *study_words, "-o", str(out)], out, count)
+            report.add(f"{task}, on a local Dask cluster of two whose worker was killed at 30 %",
                        checked(out, count, failed), has_cpu=False)  # fmt: skip
         report.begin()
-        count, megabytes = swept(folder, int(given.points))
+        count, megabytes = swept(folder, int(options.points))
         report.add(f"sweep of {count:.3g} points to Zarr", f"{megabytes:.0f} MB of memory at most")
-    if given.page:
+    if options.page:
         report.page()
 
 

@@ -56,15 +56,15 @@ def cpu_time(command: str, words: tuple[str, ...], folder: Path) -> float:
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     # The first run compiles, as after an installation; the best is of the others.
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    done = subprocess.run(
+    process = subprocess.run(
         [command, *words, "--overwrite"],
         cwd=folder,
         env=environment,
         capture_output=True,
         text=True,
     )
-    if done.returncode:
-        raise SystemExit(f"{command} {' '.join(words)}: {done.stderr}")
+    if process.returncode:
+        raise SystemExit(f"{command} {' '.join(words)}: {process.stderr}")
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
@@ -79,13 +79,13 @@ def table(commands: list[str], repeats: int) -> list[str]:
         text = (Path(__file__).parents[1] / "examples" / "al2017.toml").read_text("utf-8")
         # What is written by default: before, pixels as well.
         (folder / "joint.toml").write_text(text[: text.index("[output]")], encoding="utf-8")
-        for what, words in COMMANDS.items():
+        for label, words in COMMANDS.items():
             best = [float("inf")] * len(commands)
             for _ in range(repeats):
                 for number, command in enumerate(commands):
                     best[number] = min(best[number], cpu_time(command, words, folder))
             share = f"{best[0] / best[1]:.2f}" if len(best) > 1 else ""
-            command, _, detail = what.partition(",")
+            command, _, detail = label.partition(",")
             rows.append(f"| `{command}`,{detail} | {best[0]:.2f} s | {share} | ≤ 0.33 |")
             print(rows[-1], flush=True)
     return rows
@@ -97,10 +97,10 @@ def main() -> None:
     parser.add_argument("--against", help="command of another environment")
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--page", action="store_true")
-    given = parser.parse_args()
-    own = str(Path(sys.executable).with_name("microslip"))
-    rows = table([own, *([given.against] if given.against else [])], given.repeats)
-    if given.page:
+    options = parser.parse_args()
+    here = str(Path(sys.executable).with_name("microslip"))
+    rows = table([here, *([options.against] if options.against else [])], options.repeats)
+    if options.page:
         before, _, after = PAGE.read_text("utf-8").partition(BEGIN)
         _, _, after = after.partition(END)
         body = "\n".join(rows)

@@ -310,11 +310,11 @@ class ExplicitPopulation:
         if (self._displacement - self._next_end) * sense < 0.0:
             return
         before = self._depth.copy()
-        done = np.flatnonzero((self._displacement - self._end) * sense >= 0.0)
-        while done.size:
-            self._depth[done] -= np.minimum(self._depth[done], 2)
-            self._set_ends(done)
-            done = done[(self._displacement - self._end[done]) * sense >= 0.0]
+        closed = np.flatnonzero((self._displacement - self._end) * sense >= 0.0)
+        while closed.size:
+            self._depth[closed] -= np.minimum(self._depth[closed], 2)
+            self._set_ends(closed)
+            closed = closed[(self._displacement - self._end[closed]) * sense >= 0.0]
         changed = np.flatnonzero(self._depth != before)
         self._load_first(changed[self._depth[changed] == 0])
         resumed = changed[self._depth[changed] > 0]
@@ -323,30 +323,30 @@ class ExplicitPopulation:
         self._base[resumed] = self._bases[place]
         self._update_sums()
 
-    def _load_first(self, which: NDArray[np.int64]) -> None:
+    def _load_first(self, index: NDArray[np.int64]) -> None:
         """Put asperities that remember no reversal on first loading, (19.19) and its mirror.
 
         One that slid before has no such curve to go back to: it slides on.
         """
-        sense, friction = self._direction, self._friction_forces[which]
-        sliding = self._slid[which]
-        self._constant[which] = np.where(sliding, 0.0, 1.0)
-        self._slope[which] = np.where(sliding, 0.0, -sense / self.slip_limits[which])
-        self._amplitude[which] = -sense * friction
-        self._base[which] = sense * friction
+        sense, friction = self._direction, self._friction_forces[index]
+        sliding = self._slid[index]
+        self._constant[index] = np.where(sliding, 0.0, 1.0)
+        self._slope[index] = np.where(sliding, 0.0, -sense / self.slip_limits[index])
+        self._amplitude[index] = -sense * friction
+        self._base[index] = sense * friction
 
-    def _set_ends(self, which: NDArray[np.int64]) -> None:
+    def _set_ends(self, index: NDArray[np.int64]) -> None:
         """Find the displacement at which the present branch of each asperity closes a loop.
 
         That is the reversal before the last. Before the first reversal there is the first loading,
         met again at the mirror point; sliding as a whole ends in nothing.
         """
-        depth = self._depth[which]
-        end = self._turned_at[np.maximum(depth - 2, 0) * self._column.size + which]
+        depth = self._depth[index]
+        end = self._turned_at[np.maximum(depth - 2, 0) * self._column.size + index]
         np.negative(end, out=end, where=depth == 1)
-        endless = (depth == 0) | ((depth == 1) & self._slid[which])
+        endless = (depth == 0) | ((depth == 1) & self._slid[index])
         end[endless] = self._direction * np.inf
-        self._end[which] = end
+        self._end[index] = end
 
     def _update_sums(self) -> None:
         self._base_sum = float(self._base.sum())

@@ -62,7 +62,7 @@ def compare(z: np.ndarray, loads: tuple[float, ...] = LOADS) -> dict[str, np.nda
         "gaussian": summits.to_surface(PAIR),
         "population": summits.to_surface(PAIR, heights="population"),
     }
-    found: dict[str, list[tuple[float, float]]] = {way: [] for way in WAYS}
+    curves: dict[str, list[tuple[float, float]]] = {way: [] for way in WAYS}
     p = None
     for share in loads:
         pressure = share * MODULUS * curve.rms_slope
@@ -70,31 +70,31 @@ def compare(z: np.ndarray, loads: tuple[float, ...] = LOADS) -> dict[str, np.nda
         _, near = solve(z, STEP * pressure, p)
         middle = 0.5 * (1.0 + STEP) * pressure * scan.area
         rise = (STEP - 1.0) * pressure * scan.area / middle
-        found["solved"].append((0.5 * (far + near) / rms, rise * rms / (far - near)))
+        curves["solved"].append((0.5 * (far + near) / rms, rise * rms / (far - near)))
         for way, law in laws.items():
             d = float(law.separation(middle))
-            found[way].append((d / rms, float(law.stiffness(d)) * rms / middle))
-    return {way: np.array(rows) for way, rows in found.items()}
+            curves[way].append((d / rms, float(law.stiffness(d)) * rms / middle))
+    return {way: np.array(rows) for way, rows in curves.items()}
 
 
 def all_surfaces(folder: Path | None) -> dict[str, np.ndarray]:
     """A self-affine surface, and pieces of the scans that are there."""
     surfaces = {"self-affine, H = 0.8": surface(256, 4, 32, 1)}
-    for name, said in SCANS.items():
+    for name, title in SCANS.items():
         if folder is not None and (folder / name).is_file():
-            surfaces[said] = measured(folder / name)
+            surfaces[title] = measured(folder / name)
     return surfaces
 
 
-def draw(found: dict[str, dict[str, np.ndarray]], path: Path) -> None:
+def draw(curves: dict[str, dict[str, np.ndarray]], path: Path) -> None:
     """Stiffness over load of every surface, by each way."""
     from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
     from microslip.report.svg import svg
 
     panels = []
-    for place, (name, ways) in enumerate(found.items()):
+    for place, (name, ways) in enumerate(curves.items()):
         row, column = divmod(place, 2)
-        below = row == 0 and len(found) > 2
+        below = row == 0 and len(curves) > 2
         panel = Panel(
             Axis("" if below else "Mean pressure over E* h′ [–]", log=True, bare=below),
             Axis("" if column else "Stiffness × rms height / load [–]", log=True),
@@ -109,7 +109,9 @@ def draw(found: dict[str, dict[str, np.ndarray]], path: Path) -> None:
                 panel.line(np.array(LOADS), values, COLORS[index - 1], dash=DASHES[index - 1])
         panels.append(panel)
     legend = [Entry(WAYS["solved"], "#222222", marker="o", line=False)]
-    legend += [Entry(said, COLORS[i], DASHES[i]) for i, said in enumerate(list(WAYS.values())[1:])]
+    legend += [
+        Entry(title, COLORS[i], DASHES[i]) for i, title in enumerate(list(WAYS.values())[1:])
+    ]
     rows = (len(panels) + 1) // 2
     plot = Plot(
         panels,
@@ -124,17 +126,17 @@ def draw(found: dict[str, dict[str, np.ndarray]], path: Path) -> None:
 
 def main() -> None:
     """Print the comparison of every surface and draw it."""
-    found = {}
+    curves = {}
     for name, z in all_surfaces(Path(sys.argv[1]) if len(sys.argv) > 1 else None).items():
-        found[name] = compare(z)
+        curves[name] = compare(z)
         print(f"{name}: kurtosis {float((z**4).mean() / (z**2).mean() ** 2):.3g}")
-        print("  p/E*h'   " + "".join(f"{said:>22}" for said in WAYS.values()))
+        print("  p/E*h'   " + "".join(f"{title:>22}" for title in WAYS.values()))
         for index, share in enumerate(LOADS):
             cells = (
-                f"{ways[index, 0]:>12.3f} {ways[index, 1]:>9.3f}" for ways in found[name].values()
+                f"{ways[index, 0]:>12.3f} {ways[index, 1]:>9.3f}" for ways in curves[name].values()
             )
             print(f"  {share:<9g}" + "".join(cells))
-    draw(found, Path(__file__).parents[1] / "docs/images/normal_laws.svg")
+    draw(curves, Path(__file__).parents[1] / "docs/images/normal_laws.svg")
 
 
 if __name__ == "__main__":

@@ -148,8 +148,8 @@ class Row:
     def verdict(self) -> str:
         if self.wanted is None:
             return ""
-        met = self.value >= self.wanted if self.rate else self.value <= self.wanted
-        return "ok" if met else "missed"
+        reached = self.value >= self.wanted if self.rate else self.value <= self.wanted
+        return "ok" if reached else "missed"
 
     @property
     def measured_text(self) -> str:
@@ -203,16 +203,16 @@ def measure_kernel(name: str) -> list[Row]:
     joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=2000.0)
     rows: list[Row] = []
 
-    def add(task: str, seconds: float, wanted: float | None = None) -> None:
-        rows.append(Row(task, name, seconds, wanted=wanted if compiled else None))
+    def add(task: str, seconds: float, target: float | None = None) -> None:
+        rows.append(Row(task, name, seconds, wanted=target if compiled else None))
 
-    for task, history, wanted in (
+    for task, history, target in (
         ("force(), 1e6 samples of a sine", sine(SAMPLES, 1000), 50e6),
         ("force(), 1e6 samples of Gaussian noise", gaussian_noise(SAMPLES), None),
         ("force(), 1e6 samples, each a reversal", turning_noise(SAMPLES), 20e6),
     ):
         seconds = best(lambda x=history: joint.force(x), 7 if compiled else 3)
-        rows.append(Row(task, name, SAMPLES / seconds, True, wanted if compiled else 2e6))
+        rows.append(Row(task, name, SAMPLES / seconds, True, target if compiled else 2e6))
 
     rows += measure_varying_load(joint, name)
     rows += measure_fields(name)
@@ -240,12 +240,12 @@ def measure_kernel(name: str) -> list[Row]:
 
     task = "dissipated_energy() of a new joint, 1e5 amplitudes"
     add(task, best(energies, 5) / 25, 20e-3)
-    for what, make in (
+    for variant, make in (
         ("load", other_loads),
         ("friction coefficient", other_coefficients),
         ("roughness", other_roughnesses),
     ):
-        add(f"new Interface of another {what}, first loop()", best(make, 5) / 25, 1e-3)
+        add(f"new Interface of another {variant}, first loop()", best(make, 5) / 25, 1e-3)
 
     state, path = joint.start(), sine(20_000, 100).tolist()
 
@@ -285,7 +285,7 @@ def measure_varying_load(joint: ms.Interface, name: str) -> list[Row]:
         return response(x, separation=separation).dissipated_energy
 
     rows = []
-    for task, call, wanted in (
+    for task, call, target in (
         (
             "coupled_force() of normal loads, a sine",
             lambda: joint.coupled_force(x, normal_load=load),
@@ -309,7 +309,7 @@ def measure_varying_load(joint: ms.Interface, name: str) -> list[Row]:
         ),
     ):
         seconds = best(call, 5 if compiled else 1)
-        rows.append(Row(task, name, samples / seconds, True, wanted if compiled else None))
+        rows.append(Row(task, name, samples / seconds, True, target if compiled else None))
 
     state, path = joint.start(), list(zip(x[:5000].tolist(), load[:5000].tolist(), strict=True))
 
@@ -339,15 +339,15 @@ def measure_fields(name: str) -> list[Row]:
     x = 4e-7 * shape * rng.normal(size=(1000, 7))
     d = 1e-7 * shape * rng.normal(size=(1000, 7))
     d[:, 0] += field.separations
-    for what, separations, seconds in (("a held load", None, 0.02), ("separations", d, 0.1)):
+    for case, separations, seconds in (("a held load", None, 0.02), ("separations", d, 0.1)):
         call = functools.partial(
             field.harmonics, x, (0, 1, 2, 3), separations=separations, samples=128
         )
-        task = f"harmonics() with Jacobian, 1000 nodes of 128 samples, {what}"
+        task = f"harmonics() with Jacobian, 1000 nodes of 128 samples, {case}"
         rows.append(Row(task, name, best(call, 5), wanted=wanted(seconds)))
     moves = 2e-7 * np.sin(0.1 * np.arange(64)[:, None] + rng.uniform(0.0, 6.0, 1000))
     breathing = field.separations + 0.5 * moves
-    for what, paths, rate in (("a held load", None, 1e7), ("separations", breathing, 2e6)):
+    for case, paths, rate in (("a held load", None, 1e7), ("separations", breathing, 2e6)):
 
         def steps(paths: Floats | None = paths) -> None:
             state = field.start()
@@ -355,7 +355,7 @@ def measure_fields(name: str) -> list[Row]:
                 state.try_(move, None if paths is None else paths[i])
                 state.commit()
 
-        task = f"try_() and commit() of 1000 nodes, a node step, {what}"
+        task = f"try_() and commit() of 1000 nodes, a node step, {case}"
         rows.append(Row(task, name, moves.size / best(steps, 5), True, wanted(rate)))
     two = ms.IsotropicJoint(ms.Interface(surface, 0.55, normal_load=2000.0))
     plane = 2e-7 * rng.normal(size=(8, 1000, 2))
@@ -380,11 +380,11 @@ def measure_varying_laws() -> list[Row]:
     heights = np.random.default_rng(5).normal(0.0, 5e-7, 5000)
     bounded = ms.TabulatedHeights(np.linspace(0.0, 2e-6, 40), np.linspace(1.0, 0.0, 40))
 
-    def rough(given: Any) -> ms.GreenwoodWilliamson:
-        return ms.GreenwoodWilliamson(pair, given, radius=1e-3, density=1e8, area=2e-4)
+    def rough(profile: Any) -> ms.GreenwoodWilliamson:
+        return ms.GreenwoodWilliamson(pair, profile, radius=1e-3, density=1e8, area=2e-4)
 
     rows = []
-    for what, law, first, samples in (
+    for case, law, first, samples in (
         ("a sphere", ms.SphereOnFlat(pair, 5e-3), -1e-7, 200_000),
         (
             "a table of 20 loads",
@@ -400,14 +400,14 @@ def measure_varying_laws() -> list[Row]:
         angle = 2.0 * math.pi / 1000 * np.arange(1, samples + 1)
         x = 0.9 * joint.force_limit / joint.tangential_stiffness * np.sin(angle)
         load = joint.normal_load * (1.0 + 0.5 * np.cos(angle))
-        some = slice(0, min(samples, 2000))  # what takes tens of microseconds a sample
+        leading = slice(0, min(samples, 2000))  # what takes tens of microseconds a sample
         d = law.separation(load)
         force = 0.4 * joint.coupled_force(x, separation=d)
 
-        def losses(joint: Any = joint, x: Floats = x[some], d: Floats = d[some]) -> Floats:
+        def losses(joint: Any = joint, x: Floats = x[leading], d: Floats = d[leading]) -> Floats:
             return joint.coupled_response(x, separation=d).dissipated_energy
 
-        def hold(joint: Any = joint, f: Floats = force[some], d: Floats = d[some]) -> Floats:
+        def hold(joint: Any = joint, f: Floats = force[leading], d: Floats = d[leading]) -> Floats:
             return joint.coupled_displacement(f, separation=d)
 
         for task, call, count in (
@@ -416,10 +416,10 @@ def measure_varying_laws() -> list[Row]:
                 lambda joint=joint, x=x, n=load: joint.coupled_force(x, normal_load=n),
                 samples,
             ),
-            ("coupled_response() with dissipated_energy", losses, d[some].size),
-            ("coupled_displacement()", hold, d[some].size),
+            ("coupled_response() with dissipated_energy", losses, d[leading].size),
+            ("coupled_displacement()", hold, d[leading].size),
         ):
-            rows.append(Row(f"{task}, {what}", kernels.NAME, count / best(call, 2), True))
+            rows.append(Row(f"{task}, {case}", kernels.NAME, count / best(call, 2), True))
     return rows
 
 
@@ -428,7 +428,7 @@ def measure_others() -> tuple[list[list[str]], dict[str, Any]]:
     joint = ms.Interface(make_surface(), friction_coefficient=0.55, normal_load=2000.0)
     population = explicit_population(joint)
     rows, numbers = [], {}
-    for kind, short, middle, whole in (
+    for kind, short, middle, full in (
         ("sine, 100 samples a cycle", sine(400, 100), sine(20_000, 100), sine(SAMPLES, 100)),
         ("Gaussian noise", *(gaussian_noise(n) for n in (200, 20_000, SAMPLES))),
         ("every sample a reversal", *(turning_noise(n) for n in (200, 20_000, SAMPLES))),
@@ -437,20 +437,20 @@ def measure_others() -> tuple[list[list[str]], dict[str, Any]]:
         explicit = population.force(short)
         a_step = (time.perf_counter() - begin) / short.size
         python = best(lambda x=middle: naive_force(joint, x), 1) / middle.size
-        ours = best(lambda x=whole: joint.force(x), 5) / whole.size
+        ours = best(lambda x=full: joint.force(x), 5) / full.size
         forces = joint.force(middle)
         numbers[kind] = {
             "explicit_seconds_a_sample": a_step,
             "explicit_samples": short.size,
             "naive_python_seconds_a_sample": python,
             "microslip_seconds_a_sample": ours,
-            "turning_share": turning_share(whole),
+            "turning_share": turning_share(full),
             "explicit_difference": difference(explicit, forces[: short.size], joint),
             "naive_python_difference": difference(naive_force(joint, middle), forces, joint),
         }
         rows.append(
             [
-                f"{kind} ({100.0 * turning_share(whole):.0f} % turn)",
+                f"{kind} ({100.0 * turning_share(full):.0f} % turn)",
                 quantity(a_step, False),
                 quantity(python, False),
                 quantity(ours, False),
@@ -473,19 +473,19 @@ def measure_sweeps() -> tuple[list[list[str]], dict[str, Any]]:
             quantities = ["dissipated_energy"]
             return ms.sweep(joint, normal_load=loads, amplitude=amplitudes, quantities=quantities)
 
-        some = loads[:: max(1, count // 100)]
+        sampled = loads[:: max(1, count // 100)]
 
-        def one_by_one(loads: Floats = some, amplitudes: Floats = amplitudes) -> list[Floats]:
+        def one_by_one(loads: Floats = sampled, amplitudes: Floats = amplitudes) -> list[Floats]:
             return [joint.at(normal_load=load).dissipated_energy(amplitudes) for load in loads]
 
         ours = best(swept, 2)
-        theirs = best(one_by_one, 2) * count / some.size
+        theirs = best(one_by_one, 2) * count / sampled.size
         energies = swept()["dissipated_energy"][:: max(1, count // 100)]
         shape = f"{count} x {SWEPT // count}"
         numbers[shape] = {
             "sweep_seconds": ours,
             "interfaces_seconds": theirs,
-            "interfaces_measured": some.size,
+            "interfaces_measured": sampled.size,
             "difference": float(np.abs(energies / np.array(one_by_one()) - 1.0).max()),
         }
         counted = f"{count:,} x {SWEPT // count:,}".replace(",", " ")
@@ -533,23 +533,23 @@ def measure_identify() -> list[Row]:
         for number, load in enumerate(loads)
     ]
     long = rigs[2].record(amplitude=6e-6, frequency=5.12, cycles=100)
-    many = [
+    loops = [
         rig.record(amplitude=top, frequency=10.0, cycles=20)
         for rig in rigs
         for top in np.geomspace(1e-6, 12e-6, 10)
     ]
     tasks = (
         ("identify: one 1e5-sample record", long, 1.0),
-        ("identify: 50 loops at 5 loads", many, 5.0),
+        ("identify: 50 loops at 5 loads", loops, 5.0),
     )
     return [
-        Row(task, kernels.NAME, best(lambda r=given: ms.identify(r), 2), wanted=wanted)
-        for task, given, wanted in tasks
+        Row(task, kernels.NAME, best(lambda r=records: ms.identify(r), 2), wanted=target)
+        for task, records, target in tasks
     ]
 
 
-def difference(one: Floats, other: Floats, joint: ms.Interface) -> float:
-    return float(np.abs(one - other).max()) / joint.force_limit
+def difference(forces: Floats, reference: Floats, joint: ms.Interface) -> float:
+    return float(np.abs(forces - reference).max()) / joint.force_limit
 
 
 def kernels_differ() -> float:
@@ -558,8 +558,8 @@ def kernels_differ() -> float:
     worst = 0.0
     for history in (sine(100_000, 1000), gaussian_noise(100_000), turning_noise(100_000)):
         with kernel("numpy"):
-            other = joint.force(history)
-        worst = max(worst, difference(joint.force(history), other, joint))
+            twin_force = joint.force(history)
+        worst = max(worst, difference(joint.force(history), twin_force, joint))
     return worst
 
 
@@ -578,11 +578,11 @@ def measure_starts() -> tuple[list[Row], bool]:
         child("from microslip.cli import main; main(['--help'])")
         shortest["help"] = min(shortest["help"], time.perf_counter() - begin)
     loads_numpy = child(_HELP).splitlines()[-1] == "True"
-    wanted = shortest["numpy"] + 0.1
+    target = shortest["numpy"] + 0.1
     return [
         Row("import numpy", "process", shortest["numpy"]),
-        Row("import microslip", "process", shortest["microslip"], wanted=wanted),
-        Row("from microslip import Interface", "process", shortest["Interface"], wanted=wanted),
+        Row("import microslip", "process", shortest["microslip"], wanted=target),
+        Row("from microslip import Interface", "process", shortest["Interface"], wanted=target),
         Row("microslip --help, whole process", "process", shortest["help"]),
     ], loads_numpy
 
@@ -599,8 +599,10 @@ finally:
 
 
 def child(code: str) -> str:
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return done.stdout.strip()
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    return process.stdout.strip()
 
 
 # -- what is shown --------------------------------------------------------------------------------
@@ -668,7 +670,7 @@ SWEEPS_HEAD = (
 
 def page_text(
     rows: Sequence[Row],
-    others: Sequence[Sequence[str]],
+    comparisons: Sequence[Sequence[str]],
     about: str,
     sweeps: Sequence[Sequence[str]] = (),
 ) -> str:
@@ -687,11 +689,17 @@ def page_text(
 
     # Where the kernel plays no part, there is one number.
     lines = [
-        [task, *pair(found.get("compiled") or found.get("process")), *pair(found.get("numpy"))]
-        for task, found in tasks.items()
+        [
+            task,
+            *pair(by_kernel.get("compiled") or by_kernel.get("process")),
+            *pair(by_kernel.get("numpy")),
+        ]
+        for task, by_kernel in tasks.items()
     ]
     head = ("task", "wanted", KERNELS["compiled"], "wanted", KERNELS["numpy"])
-    tables = [(head, lines), (OTHERS_HEAD, others)] + ([(SWEEPS_HEAD, sweeps)] if sweeps else [])
+    tables = [(head, lines), (OTHERS_HEAD, comparisons)] + (
+        [(SWEEPS_HEAD, sweeps)] if sweeps else []
+    )
     return "\n\n".join([about, *(markdown_table(*table) for table in tables)])
 
 
@@ -699,8 +707,8 @@ def write_page(text: str) -> None:
     before = PAGE.read_text(encoding="utf-8")
     if before.count(BEGIN) != 1 or before.count(END) != 1:
         sys.exit(f"error: docs/timings.md must hold these two lines once each:\n{BEGIN}\n{END}")
-    head, rest = before.split(BEGIN)
-    tail = rest.split(END)[1]
+    head, after = before.split(BEGIN)
+    tail = after.split(END)[1]
     PAGE.write_text(f"{head}{BEGIN}\n{text}\n{END}{tail}", encoding="utf-8")
 
 
@@ -717,7 +725,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with kernel(name):
             rows += measure_kernel(name)
     rows += measure_varying_laws()
-    others, other_numbers = measure_others()
+    comparisons, other_numbers = measure_others()
     sweeps, sweep_numbers = measure_sweeps()
     rows += measure_scan()
     rows += measure_identify()
@@ -737,13 +745,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     ]
     print(plain_table(("task", "kernel", "wanted", "measured", "verdict"), lines))
     print()
-    print(plain_table(OTHERS_HEAD, others))
+    print(plain_table(OTHERS_HEAD, comparisons))
     print()
     print(plain_table(SWEEPS_HEAD, sweeps))
     print()
     differ = kernels_differ() if kernels.NAME == "compiled" else 0.0
-    apart = max(n["explicit_difference"] for n in other_numbers.values())
-    print(f"The kernels differ by {differ:.1g} of the force limit, the asperities by {apart:.1g}.")
+    error = max(n["explicit_difference"] for n in other_numbers.values())
+    print(f"The kernels differ by {differ:.1g} of the force limit, the asperities by {error:.1g}.")
     print(f"microslip --help {'loads' if loads_numpy else 'does not load'} NumPy.")
     if kernels.NAME != "compiled":
         print("The compiled kernel is not here (or switched off): only the twin was measured.")
@@ -769,10 +777,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         }
         options.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     if options.page:
-        write_page(page_text(rows, others, about, sweeps))
-    missed = sum(row.verdict == "missed" for row in rows) + loads_numpy
-    missed += sum(row[-1] == "missed" for row in sweeps)
-    return 1 if options.strict and missed else 0
+        write_page(page_text(rows, comparisons, about, sweeps))
+    misses = sum(row.verdict == "missed" for row in rows) + loads_numpy
+    misses += sum(row[-1] == "missed" for row in sweeps)
+    return 1 if options.strict and misses else 0
 
 
 if __name__ == "__main__":

@@ -32,15 +32,15 @@ def drawn(count: int) -> dict[str, Any]:
         "young_modulus": (69e9, 0.03), "std": (5e-7, 0.15), "radius": (1e-3, 0.2),
         "density": (1e8, 0.2), "friction_coefficient": (0.55, 0.15), "normal_load": (2e3, 0.3),
     }  # fmt: skip
-    given = {name: mean * rng.lognormal(0.0, cv, count) for name, (mean, cv) in middles.items()}
-    given["poisson_ratio"] = rng.uniform(0.25, 0.35, count)
-    given["amplitude"] = 10.0 ** rng.uniform(-8.5, -5.0, count)
-    return {**given, "area": 2e-4}
+    values = {name: mean * rng.lognormal(0.0, cv, count) for name, (mean, cv) in middles.items()}
+    values["poisson_ratio"] = rng.uniform(0.25, 0.35, count)
+    values["amplitude"] = 10.0 ** rng.uniform(-8.5, -5.0, count)
+    return {**values, "area": 2e-4}
 
 
-def one(given: dict[str, Any], i: int) -> float:
+def one(arguments: dict[str, Any], i: int) -> float:
     """The loss factor of one joint, by an object."""
-    v = {name: float(x[i]) if np.ndim(x) else float(x) for name, x in given.items()}
+    v = {name: float(x[i]) if np.ndim(x) else float(x) for name, x in arguments.items()}
     metal = ms.Material(v["young_modulus"], v["poisson_ratio"])
     surface = ms.GreenwoodWilliamson(
         ms.MaterialPair(metal, metal), ms.Gaussian(v["std"]), v["radius"], v["density"], v["area"]
@@ -62,23 +62,23 @@ def seconds(call: Callable[[], Any], times: int = 3) -> float:
 def main() -> None:
     """Print the table."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
-    given = drawn(count)
+    points = drawn(count)
     ms.evaluate(**drawn(10))
-    objects = seconds(lambda: [one(given, i) for i in range(OBJECTS)], 1) / OBJECTS
-    found = ms.evaluate(**given)["loss_factor"]
-    worst = max(abs(found[i] / one(given, i) - 1.0) for i in range(OBJECTS))
+    objects = seconds(lambda: [one(points, i) for i in range(OBJECTS)], 1) / OBJECTS
+    factors = ms.evaluate(**points)["loss_factor"]
+    worst = max(abs(factors[i] / one(points, i) - 1.0) for i in range(OBJECTS))
     grid = {**drawn(1), "amplitude": np.geomspace(1e-9, 1e-5, 1000)}
     grid["normal_load"] = np.geomspace(100.0, 5e3, max(1, count // 1000))[:, None]
     cases: dict[str, tuple[dict[str, Any], Any]] = {
-        "each point a joint, 14 results": (given, None),
-        "each point a joint, loss factor": (given, ["loss_factor"]),
+        "each point a joint, 14 results": (points, None),
+        "each point a joint, loss factor": (points, ["loss_factor"]),
         "loads by 1000 amplitudes, loss factor": (grid, ["loss_factor"]),
     }
     print(f"{'one Interface after the other':40} {1e6 * objects:10.2f} us a point")
-    for name, (arguments, wanted) in cases.items():
-        each = seconds(lambda: ms.evaluate(**arguments, quantities=wanted)) / count  # noqa: B023
-        print(f"{name:40} {1e6 * each:10.3f} us a point, {objects / each:6.0f} times faster, "
-              f"{1e-6 / each:.1f} million a second")  # fmt: skip
+    for name, (arguments, quantities) in cases.items():
+        a_point = seconds(lambda: ms.evaluate(**arguments, quantities=quantities)) / count  # noqa: B023
+        print(f"{name:40} {1e6 * a_point:10.3f} us a point, {objects / a_point:6.0f} times faster, "
+              f"{1e-6 / a_point:.1f} million a second")  # fmt: skip
     print(f"largest difference to Interface of {OBJECTS} loss factors: {worst:.1e}")
     sweeps()
 
@@ -107,8 +107,8 @@ def sweeps() -> None:
         for amplitudes in ([1e-7], np.geomspace(1e-9, 1e-5, 10)):
             start = time.process_time()
             ms.sweep(joint, normal_load=loads, amplitude=amplitudes)
-            told = f"{name}, 1e5 loads by {len(amplitudes)}"
-            print(f"{told:40} {time.process_time() - start:10.2f} s")
+            label = f"{name}, 1e5 loads by {len(amplitudes)}"
+            print(f"{label:40} {time.process_time() - start:10.2f} s")
 
 
 if __name__ == "__main__":

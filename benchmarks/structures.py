@@ -132,9 +132,9 @@ def growth(repeats: int, structures: list[tuple[str, ms.Structure, np.ndarray]])
     """The table of structures."""
     rows = [f"| | patches | degrees of freedom | {' | '.join(COLUMNS)} |"]
     rows += ["| --- |" + " ---: |" * (2 + len(COLUMNS)), WANTED]
-    most = {"beam": AMPLITUDES[-1], "bar": 1e-5}  # further up, modes of the bars meet
+    largest = {"beam": AMPLITUDES[-1], "bar": 1e-5}  # further up, modes of the bars meet
     for name, structure, force in structures:
-        cells = [text(seconds) for seconds in measure(structure, force, most[name], repeats)]
+        cells = [text(seconds) for seconds in measure(structure, force, largest[name], repeats)]
         patches = structure.attachments[0].columns.shape[1] // 3
         rows.append(f"| {name} | {patches} | {force.size} | {' | '.join(cells)} |")
         print(rows[-1], flush=True)
@@ -162,10 +162,10 @@ def bolted_beam() -> tuple[list[str], list[tuple[str, ms.Structure, np.ndarray]]
     # Kilobytes on Linux; of the whole process, its imports included.
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
     rng = np.random.default_rng(0)
-    drawn = np.stack([rng.uniform(0.1, 0.6, 200), rng.lognormal(np.log(12.25e3), 0.15, 200)], 1)
+    scatter = np.stack([rng.uniform(0.1, 0.6, 200), rng.lognormal(np.log(12.25e3), 0.15, 200)], 1)
 
     def samples() -> None:
-        for friction, tension in drawn:
+        for friction, tension in scatter:
             pressed = joint.with_tension(tension).tightened(surface, friction)
             pressed.modes(0, AMPLITUDES[::3], method="quasi-static")
 
@@ -178,7 +178,10 @@ def bolted_beam() -> tuple[list[str], list[tuple[str, ms.Structure, np.ndarray]]
     ]
     print("\n".join(rows), flush=True)
     finer = (joint, *(lap.reduce(steel, 7784.3, patches) for patches in ((30, 2), (41, 3))))
-    structures = [("beam", one.structure(surface, 0.3), one.static_force(surface)) for one in finer]
+    structures = [
+        ("beam", reduced_joint.structure(surface, 0.3), reduced_joint.static_force(surface))
+        for reduced_joint in finer
+    ]
     return rows, structures
 
 
@@ -188,13 +191,13 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=2, help="runs, the best of which counts")
     parser.add_argument("--quick", action="store_true", help="two small bars, and no beam")
     parser.add_argument("--page", action="store_true")
-    given = parser.parse_args()
+    options = parser.parse_args()
     # The beam first: memory is told at its peak.
-    beam, structures = ([], []) if given.quick else bolted_beam()
-    sizes = [(60, 15), (60, 30), *([] if given.quick else [(120, 30), (240, 30), (380, 30)])]
+    beam, structures = ([], []) if options.quick else bolted_beam()
+    sizes = [(60, 15), (60, 30), *([] if options.quick else [(120, 30), (240, 30), (380, 30)])]
     structures += [("bar", *bar(*size)) for size in sizes]
-    rows = growth(given.repeats, structures)
-    if given.page:
+    rows = growth(options.repeats, structures)
+    if options.page:
         before, _, after = PAGE.read_text("utf-8").partition(BEGIN)
         _, _, after = after.partition(END)
         body = "\n".join([*rows, "", *beam])

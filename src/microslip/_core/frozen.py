@@ -50,6 +50,16 @@ class Locked:
         self.__dict__.update({key: _shut(value) for key, value in state.items()})
 
 
+class LockedArrays(Locked):
+    """A frozen dataclass of results, whose arrays are read-only from the beginning."""
+
+    def __post_init__(self) -> None:
+        for value in vars(self).values():
+            for item in value if isinstance(value, tuple) else (value,):
+                if isinstance(item, np.ndarray):
+                    lock(item)
+
+
 def _open(value: Any) -> Any:
     if isinstance(value, MappingProxyType):
         return _Proxied(value)

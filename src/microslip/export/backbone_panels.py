@@ -137,10 +137,10 @@ def _panel(
     left_out = float(np.abs(series[kernels.TERMS - 1 :]).max()) * size
     fits = left_out <= 2.0 * _ROUNDING * scale or left_out <= 0.01 * floor
     # Straight pieces stay straight: what is rounding is taken off from the end on.
-    kept = kernels.TERMS
-    while kept > 1 and small[kept - 1]:
-        kept -= 1
-    series[kept:] = 0.0
+    terms = kernels.TERMS
+    while terms > 1 and small[terms - 1]:
+        terms -= 1
+    series[terms:] = 0.0
     return series[: kernels.TERMS] @ TO_POWERS, fits
 
 

@@ -77,9 +77,9 @@ def _bouc_wen(order: Order) -> tuple[BoucWen, dict[str, float], Accuracy]:
         return BoucWen(stiffness, force, n=1.0 + sharpness, beta=0.5, gamma=0.5)
 
     def misfits(point: Floats) -> Floats:
-        made = model(point)
+        candidate = model(point)
         off = [
-            (made.loop(loop_amplitude, samples=_SAMPLES).force - loop.force) / loop.force.max()
+            (candidate.loop(loop_amplitude, samples=_SAMPLES).force - loop.force) / loop.force.max()
             for loop_amplitude, loop in zip(amplitudes.tolist(), loops, strict=True)
         ]
         return np.asarray(np.concatenate(off))
@@ -87,14 +87,14 @@ def _bouc_wen(order: Order) -> tuple[BoucWen, dict[str, float], Accuracy]:
     first = np.log([law.tangential_stiffness, start.force_limit * share, max(start.n - 1.0, 0.05)])
     low, high = [*(first[:2] - 5.0), -12.0], [*(first[:2] + 5.0), 4.0]
     best = least_squares(misfits, first, bounds=(low, high), xtol=1e-10, ftol=1e-10)
-    made = model(best.x)
+    best_model = model(best.x)
     forces, energies = [], []
     for a, loop in zip(amplitudes.tolist(), loops, strict=True):
-        own = made.loop(a, samples=_SAMPLES)
-        forces.append(float(abs(own.force.max() / loop.force.max() - 1.0)))
-        energies.append(abs(own.dissipated_energy / loop.dissipated_energy - 1.0))
+        fitted_loop = best_model.loop(a, samples=_SAMPLES)
+        forces.append(float(abs(fitted_loop.force.max() / loop.force.max() - 1.0)))
+        energies.append(abs(fitted_loop.dissipated_energy / loop.dissipated_energy - 1.0))
     misfit = {
         "rms_force_over_largest": float(np.sqrt(np.mean(best.fun**2))),
         "largest_force_over_largest": float(np.abs(best.fun).max()),
     }
-    return made, misfit, Accuracy(*order.span, max(forces), max(energies))
+    return best_model, misfit, Accuracy(*order.span, max(forces), max(energies))

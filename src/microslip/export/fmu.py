@@ -61,13 +61,13 @@ def _binary(name: str, source: str) -> dict[str, bytes]:
         file.write_text(source, encoding="utf-8")
         library = Path(scratch) / f"{name}{ending}"
         command = [compiler, "-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden"]
-        done = subprocess.run(
+        process = subprocess.run(
             [*command, "-o", str(library), str(file), "-lm"],
             capture_output=True,
             text=True,
             check=False,
         )
-        if done.returncode:
-            what = (done.stderr.strip().splitlines() or ["it says nothing"])[0]
-            raise InputError(f"the C compiler {compiler} does not make a library: {what}")
+        if process.returncode:
+            complaint = (process.stderr.strip().splitlines() or ["it says nothing"])[0]
+            raise InputError(f"the C compiler {compiler} does not make a library: {complaint}")
         return {f"binaries/{folder}/{name}{ending}": library.read_bytes()}

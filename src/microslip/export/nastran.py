@@ -19,9 +19,9 @@ def write(order: Order) -> tuple[dict[str, str], Accuracy]:
     point = first
     for index, patch in numbered_cells(order):
         ends = point, point + 1
-        for place, (own, mesh) in enumerate(zip(ends, patch[0].nodes, strict=True)):
-            lines += _card("GRID", own, "", float(place), 0.0, 0.0, "", 23456)
-            lines += _card("MPC", first, own, 1, 1.0, mesh, order.direction, -1.0)
+        for place, (grid_point, mesh) in enumerate(zip(ends, patch[0].nodes, strict=True)):
+            lines += _card("GRID", grid_point, "", float(place), 0.0, 0.0, "", 23456)
+            lines += _card("MPC", first, grid_point, 1, 1.0, mesh, order.direction, -1.0)
         for cell in patch:
             # Of unit length, and of unit area.
             lines += _card("CROD", cell.number, cell.number, *ends)

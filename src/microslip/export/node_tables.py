@@ -20,8 +20,8 @@ def read_nodes(file: str | Path) -> Floats:
         with usable(path, "a table of nodes"):
             text = path.read_text(encoding="utf-8-sig")
     except ValueError as error:
-        what = f"wanted {_WANTED}, got no text" if isinstance(error, UnicodeError) else error
-        raise InputError(f"{path}: {what}") from None
+        problem = f"wanted {_WANTED}, got no text" if isinstance(error, UnicodeError) else error
+        raise InputError(f"{path}: {problem}") from None
     rows: list[list[float]] = []
     for number, line in enumerate(text.splitlines(), 1):
         words = line.split("#")[0].replace(",", " ").split()

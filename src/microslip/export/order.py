@@ -124,14 +124,14 @@ class Order:
 
     def header(self, accuracy: Accuracy | None = None) -> list[str]:
         """What each file says of itself, line by line; SI units."""
-        found = accuracy or self.accuracy
-        low, high = found.smallest_amplitude, found.largest_amplitude
+        errors = accuracy or self.accuracy
+        low, high = errors.smallest_amplitude, errors.largest_amplitude
         lines = [
             f"Written by microslip {__version__}, kind {self.kind}. Units: m, N, J.",
             f"Law: {self.described}",
             f"Amplitudes: {low:.6g} m to {high:.6g} m.",
-            f"Largest error over them, backbone {found.backbone_error:.2g}, "
-            f"energy of a cycle {found.energy_error:.2g} (relative).",
+            f"Largest error over them, backbone {errors.backbone_error:.2g}, "
+            f"energy of a cycle {errors.energy_error:.2g} (relative).",
         ]
         if self.kind in ELEMENTS:
             count = sum(model.cell_count for model in self.cell_models)

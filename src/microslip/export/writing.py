@@ -94,8 +94,8 @@ def write(
     Cells are tangents of the backbone at geometric places (Iwan 1966, DOI 10.1115/1.3625199). The
     exact kinds hold the backbone in panels of polynomials and follow Masing's rules.
     """
-    chosen = next((item for item in FORMATS if item.kind == kind), None)
-    if chosen is None:
+    file_format = next((item for item in FORMATS if item.kind == kind), None)
+    if file_format is None:
         near = did_you_mean(kind, KINDS) if isinstance(kind, str) else ""
         raise InputError(
             Argument("kind"), f" must be one of {', '.join(KINDS)}, got {show(kind)}{near}"
@@ -104,13 +104,13 @@ def write(
         path = Path(file)
     except TypeError:
         raise InputError(Argument("file"), f" must be a path, got {show(file)}") from None
-    suffix = path.suffix if path.suffix in chosen.suffixes else chosen.suffixes[0]
+    suffix = path.suffix if path.suffix in file_format.suffixes else file_format.suffixes[0]
     stem = path.stem if path.suffix == suffix else path.name
     if not stem or stem.startswith("."):
         raise InputError(Argument("file"), f" must be the name of a file, got {show(str(file))}")
     order = read_order(
         kind,
-        chosen.run,
+        file_format.run,
         law,
         stem,
         suffix,
@@ -125,10 +125,10 @@ def write(
             "first_number": first_number,
         },
     )
-    texts, accuracy = chosen.write(order)
+    texts, accuracy = file_format.write(order)
     paths = [path.parent / text for text in texts]
     with ExitStack() as stack:
         stages = [stack.enter_context(whole_file(item, overwrite)) for item in paths]
         for stage, content in zip(stages, texts.values(), strict=True):
             stage.write_bytes(content.encode() if isinstance(content, str) else content)
-    return Exported(kind, tuple(paths), accuracy, chosen.run, order.described)
+    return Exported(kind, tuple(paths), accuracy, file_format.run, order.described)

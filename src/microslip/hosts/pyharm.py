@@ -134,8 +134,8 @@ class JointElement(_Element):
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
         """Harmonics of the settled cycle."""
         if self.exact:
-            found = self.law.harmonics(motion[0], self.harmonics, self.rest)
-            return found.force[None], found.jacobian[None, None]
+            harmonics = self.law.harmonics(motion[0], self.harmonics, self.rest)
+            return harmonics.force[None], harmonics.jacobian[None, None]
         to_time, to_harmonics = self.D["ft"], self.D["tf"]
         cycle = self.law.periodic(motion[0] @ to_time, self.rest)
         slopes = to_harmonics.T @ cycle.derivative(to_time.T)

@@ -102,7 +102,7 @@ class JointForce(HystereticForce):  # type: ignore[misc]
         force = np.zeros_like(coefficients)
         jacobian = np.zeros((coefficients.size, coefficients.size))
         for i, motion in enumerate(local):
-            found = self.law.harmonics(motion, numbers, self.rest[i])
-            force += np.kron(found.force, self.T[:, i])
-            jacobian += np.kron(found.jacobian, np.outer(self.T[:, i], self.Q[i]))
+            harmonics = self.law.harmonics(motion, numbers, self.rest[i])
+            force += np.kron(harmonics.force, self.T[:, i])
+            jacobian += np.kron(harmonics.jacobian, np.outer(self.T[:, i], self.Q[i]))
         return force, jacobian, np.zeros_like(coefficients)

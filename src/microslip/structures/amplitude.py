@@ -33,10 +33,10 @@ class AmplitudeMeasure:
         if self.sensor is None:
             by_q[:, 1:3] = 2.0 * q[:, 1:3]
             return float(np.sum(q[:, 1:3] ** 2)), by_q, 0.0
-        seen = self.sensor @ q[:, 1:3]
+        signal = self.sensor @ q[:, 1:3]
         factor = omega ** (2 * self.power)
-        value = factor * float(seen @ seen)
-        by_q[:, 1:3] = 2.0 * factor * self.sensor[:, None] * seen
+        value = factor * float(signal @ signal)
+        by_q[:, 1:3] = 2.0 * factor * self.sensor[:, None] * signal
         return value, by_q, 2.0 * self.power * value / omega
 
     def of(self, q: Floats, omega: float) -> float:
@@ -59,8 +59,8 @@ def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> Amp
         A quantity that is none, a sensor that does not fit or does not see the mode.
     """
     if quantity not in _UNITS:
-        wanted = ", ".join(f'"{name}"' for name in get_args(Quantity))
-        raise InputError(f"quantity must be one of {wanted}, got {show(quantity)}")
+        quantities = ", ".join(f'"{name}"' for name in get_args(Quantity))
+        raise InputError(f"quantity must be one of {quantities}, got {show(quantity)}")
     if at is None:
         if quantity != "displacement":
             raise InputError(
@@ -71,16 +71,16 @@ def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> Amp
     sensor = direction_matrix("at", at, shapes.shape[0])
     if sensor.shape[1] != 1:
         raise InputError(f"at must be one direction, got {sensor.shape[1]}")
-    seen = shapes.T @ sensor[:, 0]
+    readings = shapes.T @ sensor[:, 0]
     if index not in moving_modes(sensor[:, 0], shapes):
         raise InputError(f"at must be where mode {index} moves; it has a node there")
-    return AmplitudeMeasure(seen, list(_UNITS).index(quantity))
+    return AmplitudeMeasure(readings, list(_UNITS).index(quantity))
 
 
 def moving_modes(sensor: Floats, shapes: Floats) -> list[int]:
     """The modes that a sensor sees: those without a node there."""
-    seen = np.abs(shapes.T @ sensor)
-    return [int(i) for i in np.flatnonzero(seen >= _NODE * seen.max())]
+    readings = np.abs(shapes.T @ sensor)
+    return [int(i) for i in np.flatnonzero(readings >= _NODE * readings.max())]
 
 
 def checked_amplitudes(value: ArrayLike) -> Floats:
@@ -95,6 +95,6 @@ def checked_amplitudes(value: ArrayLike) -> Floats:
     if a.ndim > 1:
         raise InputError(f"amplitudes must be one-dimensional, got shape {a.shape}")
     if a.min() < SMALLEST:
-        wanted = "above zero" if a.min() <= 0.0 else f"at least {SMALLEST:g}"
-        raise InputError(f"amplitudes must be {wanted}, got {a.min():g}")
+        bound = "above zero" if a.min() <= 0.0 else f"at least {SMALLEST:g}"
+        raise InputError(f"amplitudes must be {bound}, got {a.min():g}")
     return a.reshape(-1)

@@ -8,7 +8,6 @@ DOI 10.1016/j.compstruc.2015.03.008, in which -2 zeta omega x' takes out what th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,14 +15,6 @@ from microslip._core.checks import Floats
 from microslip.structures.harmonic_basis import HarmonicBasis
 from microslip.structures.joint_groups import HarmonicForces
 from microslip.structures.modal_model import ModalJoints, ModalModel
-
-
-class Linearised(NamedTuple):
-    """Joint forces beyond those of sticking joints, projected, and their tangent in pieces."""
-
-    force: Floats
-    """(modes, size)."""
-    answers: list[HarmonicForces]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,24 +30,16 @@ class Balance:
         """Of the coefficients."""
         return self.model.size, self.basis.size
 
-    def joint_answers(self, coefficients: Floats) -> list[HarmonicForces]:
-        """What each group of joints answers to modal coefficients."""
-        motions = self.joints.split(self.joints.flat.T @ coefficients)
-        return [
-            group.harmonic_forces(motion, self.basis)
-            for group, motion in zip(self.joints.groups, motions, strict=True)
-        ]
-
-    def joint_forces(self, coefficients: Floats) -> Linearised:
-        """Joint forces less those of sticking joints."""
-        answers = self.joint_answers(coefficients)
-        total = np.concatenate(
-            [answer.force.reshape(-1, self.basis.size) for answer in answers]
-            or [np.zeros((0, self.basis.size))]
-        )
+    def joint_forces(self, coefficients: Floats) -> tuple[Floats, list[HarmonicForces]]:
+        """Joint forces less those of sticking joints (modes, size), and each group's answer."""
         motion = self.joints.flat.T @ coefficients
-        short = total - self.joints.stuck[:, None] * motion
-        return Linearised(self.joints.flat @ short, answers)
+        answers = [
+            group.harmonic_forces(part, self.basis)
+            for group, part in zip(self.joints.groups, self.joints.split(motion), strict=True)
+        ]
+        forces = [answer.force.reshape(-1, self.basis.size) for answer in answers]
+        total = np.concatenate([np.zeros((0, self.basis.size)), *forces])
+        return self.joints.flat @ (total - self.joints.stuck[:, None] * motion), answers
 
     def linear(self, coefficients: Floats, omega: float, damping: Floats | float) -> Floats:
         """Inertia, damping and sticking stiffness: forces (modes, size).
@@ -102,10 +85,7 @@ class Balance:
             answers, self.joints.directions, self.joints.groups, strict=True
         ):
             joints, width = group.stuck.shape
-            blocks = answer.jacobian.copy()
-            for c in range(width):
-                for k in range(size):
-                    blocks[:, c, k, c, k] -= group.stuck[:, c]
+            blocks = answer.beyond(group.stuck)
             # (joints, c, k, c', l) with the directions of c' -> (joints, c, k, l, modes)
             half = np.matmul(
                 blocks.transpose(0, 1, 2, 4, 3).reshape(joints, -1, width),
@@ -119,9 +99,9 @@ class Balance:
         """Derivative of :meth:`linear` by the coefficients, (modes, size, modes, size)."""
         modes, size = self.shape
         result = np.zeros((modes, size, modes, size))
-        each = np.arange(modes)
+        index = np.arange(modes)
         for k, order in enumerate(self.basis.orders):
-            result[each, k, each, k] = self.model.squares - (order * omega) ** 2
+            result[index, k, index, k] = self.model.squares - (order * omega) ** 2
         damper = damping * np.eye(modes)
         if self.model.damping is not None:
             damper = damper + self.model.damping

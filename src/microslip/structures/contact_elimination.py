@@ -60,8 +60,8 @@ def solve(
     drag = np.broadcast_to(damping * omega * orders, stiff.shape)
     scale = np.maximum(squares, omega**2)[:, None]
     weight = stiff**2 + drag**2
-    kept = weight < (_NEAR * scale) ** 2
-    inverse = np.where(kept, 0.0, 1.0 / np.where(kept, 1.0, weight))
+    resonant = weight < (_NEAR * scale) ** 2
+    inverse = np.where(resonant, 0.0, 1.0 / np.where(resonant, 1.0, weight))
     soft, lag = stiff * inverse, drag * inverse
 
     def comply(force: Floats) -> Floats:
@@ -83,17 +83,17 @@ def solve(
         crossed = flat.T @ (lag[:, k, None] * flat)
         compliance[:, k, :, k + 1] -= crossed
         compliance[:, k + 1, :, k] += crossed
-    own = np.argwhere(kept)
+    retained = np.argwhere(resonant)
     borders = system.below.size
-    extra = own.shape[0] + borders
+    extra = retained.shape[0] + borders
     # What the other unknowns do to the loose coordinates: own coefficients and borders.
     moved = np.zeros((count, size, extra))
-    for place, (mode, k) in enumerate(own):
+    for place, (mode, k) in enumerate(retained):
         moved[:, k, place] = flat[mode]
     by_border = comply(system.columns)
-    moved[:, :, own.shape[0] :] = -np.tensordot(flat, by_border, axes=(0, 0))
-    given = comply(system.right)
-    start = np.tensordot(flat, given, axes=(0, 0))
+    moved[:, :, retained.shape[0] :] = -np.tensordot(flat, by_border, axes=(0, 0))
+    response = comply(system.right)
+    start = np.tensordot(flat, response, axes=(0, 0))
     total = count * size
     matrix = np.zeros((total + extra, total + extra))
     right = np.zeros(total + extra)
@@ -112,36 +112,36 @@ def solve(
         first += coordinates
     matrix[np.arange(total), np.arange(total)] += 1.0
     # The equations of the coefficients that are kept.
-    for place, (mode, k) in enumerate(own):
+    for place, (mode, k) in enumerate(retained):
         row = total + place
         matrix[row].reshape(-1)[k:total:size] = flat[mode]
-        matrix[row, total + own.shape[0] :] = system.columns[mode, k]
+        matrix[row, total + retained.shape[0] :] = system.columns[mode, k]
         matrix[row, row] += stiff[mode, k]
         right[row] = system.right[mode, k]
         if k:
-            other = k + 1 if k % 2 else k - 1
+            partner_index = k + 1 if k % 2 else k - 1
             sign = 1.0 if k % 2 else -1.0
-            partner = np.flatnonzero((own[:, 0] == mode) & (own[:, 1] == other))
+            partner = np.flatnonzero((retained[:, 0] == mode) & (retained[:, 1] == partner_index))
             matrix[row, total + int(partner[0])] += sign * drag[mode, k]
     # The borders, with the coefficients expressed by forces.
     for border in range(borders):
-        row, weights = total + own.shape[0] + border, system.rows[border]
+        row, weights = total + retained.shape[0] + border, system.rows[border]
         turned = _transposed(soft, lag, weights)
         matrix[row, :total] = -(flat.T @ turned).ravel()
-        for place, (mode, k) in enumerate(own):
+        for place, (mode, k) in enumerate(retained):
             matrix[row, total + place] = weights[mode, k]
-        matrix[row, total + own.shape[0] :] = system.corner[border] - np.tensordot(
+        matrix[row, total + retained.shape[0] :] = system.corner[border] - np.tensordot(
             turned, system.columns, axes=([0, 1], [0, 1])
         )
         right[row] = system.below[border] - float(np.sum(turned * system.right))
-    found = _balanced_solve(matrix, right)
-    if found is None:
+    unknowns = _balanced_solve(matrix, right)
+    if unknowns is None:
         return None
-    pull, others = found[:total].reshape(count, size), found[total:]
-    y = others[own.shape[0] :]
+    pull, outer = unknowns[:total].reshape(count, size), unknowns[total:]
+    y = outer[retained.shape[0] :]
     x = comply(system.right - flat @ pull - system.columns @ y)
-    for place, (mode, k) in enumerate(own):
-        x[mode, k] = others[place]
+    for place, (mode, k) in enumerate(retained):
+        x[mode, k] = outer[place]
     return x, y
 
 
@@ -176,17 +176,14 @@ def _loose(balance: Balance, answers: list[HarmonicForces]) -> list[_Loose]:
     for answer, directions, group in zip(
         answers, balance.joints.directions, balance.joints.groups, strict=True
     ):
-        blocks = answer.jacobian.copy()
-        for c in range(group.stuck.shape[1]):
-            for k in range(size):
-                blocks[:, c, k, c, k] -= group.stuck[:, c]
+        blocks = answer.beyond(group.stuck)
         by_row = np.abs(blocks).max(axis=(2, 3, 4), initial=0.0)
         by_column = np.abs(blocks).max(axis=(1, 2, 4), initial=0.0)
         free = np.maximum(by_row, by_column) > _STUCK * group.stuck.max(initial=0.0)
         joints, coordinates = np.flatnonzero(free.any(axis=1)), np.flatnonzero(free.any(axis=0))
-        each = np.arange(size)
-        held = blocks[np.ix_(joints, coordinates, each, coordinates, each)]
+        harmonics = np.arange(size)
+        selected = blocks[np.ix_(joints, coordinates, harmonics, coordinates, harmonics)]
         width = coordinates.size * size
-        chosen = directions[:, joints][:, :, coordinates].reshape(directions.shape[0], -1)
-        result.append(_Loose(chosen, held.reshape(joints.size, width, width)))
+        columns = directions[:, joints][:, :, coordinates].reshape(directions.shape[0], -1)
+        result.append(_Loose(columns, selected.reshape(joints.size, width, width)))
     return result

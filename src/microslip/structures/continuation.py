@@ -43,8 +43,8 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Followed:
         if track and target == track[-1][0]:  # asked for twice
             solution = solutions[before]
         elif not track:
-            solution, spent, tried = _begin(equations, target)
-            iterations, steps = iterations + spent, steps + tried
+            solution, spent, trials = _begin(equations, target)
+            iterations, steps = iterations + spent, steps + trials
         else:
             solution = None
             stride = math.log(target / track[-1][0])
@@ -53,12 +53,12 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Followed:
                 ahead = min(stride, gap)
                 at = target if ahead == gap else track[-1][0] * math.exp(ahead)
                 guess = _predicted(track, at)
-                found = equations.solve(guess, at)
-                iterations, steps = iterations + found.iterations, steps + 1
-                if found.converged and _same_mode(found.point, guess):
-                    track.append((at, found.point))
+                candidate = equations.solve(guess, at)
+                iterations, steps = iterations + candidate.iterations, steps + 1
+                if candidate.converged and _same_mode(candidate.point, guess):
+                    track.append((at, candidate.point))
                     if at == target:
-                        solution = found
+                        solution = candidate
                         break
                     stride = 1.5 * ahead
                 else:
@@ -82,11 +82,11 @@ def _begin(equations: ModeEquations, target: float) -> tuple[Solution | None, in
     start = target
     while start > 0.9 * _SMALLEST * target:
         guess = _stuck(equations, start)
-        found = equations.solve(guess, start)
-        iterations, steps = iterations + found.iterations, steps + 1
-        if found.converged and _same_mode(found.point, guess):
+        candidate = equations.solve(guess, start)
+        iterations, steps = iterations + candidate.iterations, steps + 1
+        if candidate.converged and _same_mode(candidate.point, guess):
             if start == target:
-                return found, iterations, steps
+                return candidate, iterations, steps
             climb = follow(
                 equations, np.geomspace(start, target, 2 + round(math.log10(target / start)))
             )

@@ -14,8 +14,8 @@ from microslip.report.scales import force_prefix, length_prefix
 
 def modal_figure(curve: Any) -> Plot:
     """Frequency and damping ratio against the amplitude that was asked for."""
-    known = curve.amplitude[np.isfinite(curve.amplitude)]
-    unit, letter = prefix(float(known.max()))
+    solved = curve.amplitude[np.isfinite(curve.amplitude)]
+    unit, letter = prefix(float(solved.max()))
     at_sensor = not np.array_equal(curve.amplitude, curve.modal_amplitude)
     label = (
         f"Amplitude at the sensor [{letter}m]"

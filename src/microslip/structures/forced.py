@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
 from microslip.structures.balance import Balance
-from microslip.structures.harmonic_basis import HarmonicBasis, harmonic_basis
+from microslip.structures.harmonic_basis import harmonic_basis
 from microslip.structures.modal_model import ModalModel
 
 _ITERATIONS = 25
@@ -27,7 +27,7 @@ _FINEST = 1e-6  # shortest arc step, beside the range of frequencies
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ForcedResponse(Locked, PlottableAtSensor):
+class ForcedResponse(LockedArrays, PlottableAtSensor):
     """Periodic motions along a range of frequencies; made by ``structure.forced_response(...)``.
 
     By the balance of harmonics with arc length (Keller's continuation), as in Krack and Gross
@@ -116,9 +116,9 @@ class _Path:
         """Residual and its derivatives, (count,) and (count, count + 1), scaled."""
         balance = self._balance
         modes, size = balance.shape
-        short = balance.joint_forces(point.coefficients)
-        gap = balance.linear(point.coefficients, point.omega, 0.0) + short.force - self._force
-        inner = balance.linear_matrix(point.omega, 0.0) + balance.tangent_matrix(short.answers)
+        forces, answers = balance.joint_forces(point.coefficients)
+        gap = balance.linear(point.coefficients, point.omega, 0.0) + forces - self._force
+        inner = balance.linear_matrix(point.omega, 0.0) + balance.tangent_matrix(answers)
         velocity = balance.velocity(point.coefficients, point.omega)
         by_omega = -2.0 * point.omega * balance.basis.orders**2 * point.coefficients
         by_omega = by_omega + balance.damped(velocity, 0.0) / point.omega
@@ -140,9 +140,9 @@ class _Path:
         last = math.inf
         for iterations in range(1, _ITERATIONS + 1):
             gap, matrix = self._system(point)
-            whole = np.concatenate([matrix, border[None]])
+            system = np.concatenate([matrix, border[None]])
             try:
-                step = np.linalg.solve(whole, np.append(gap, 0.0))
+                step = np.linalg.solve(system, np.append(gap, 0.0))
             except np.linalg.LinAlgError:
                 return None
             length = float(np.abs(step).max())
@@ -155,14 +155,14 @@ class _Path:
             point = _Point(point.coefficients - move, omega)
             relative = length / max(1e-3, float(np.abs(point.coefficients).max()) / self._unit)
             if relative < _STEP or (relative < 1e-8 and relative >= last):
-                return _Solved(point, self._along(whole), iterations)
+                return _Solved(point, self._along(system), iterations)
             last = relative
         return None
 
-    def _along(self, whole: Floats) -> Floats:
-        right = np.zeros(len(whole))
+    def _along(self, system: Floats) -> Floats:
+        right = np.zeros(len(system))
         right[-1] = 1.0
-        tangent = np.linalg.solve(whole, right)
+        tangent = np.linalg.solve(system, right)
         return np.asarray(tangent / np.linalg.norm(tangent))
 
     def ahead(self, solved: _Solved, step: float) -> _Point:
@@ -198,8 +198,8 @@ def forced_response(
         real = np.stack([real, np.zeros_like(real)])
     if real.shape != (2, size):
         raise InputError(f"force must have the shape ({size},), got {real.shape[1:]}")
-    asked = floats("frequencies", frequencies)
-    if asked.ndim != 1 or asked.size < 2 or asked.min() <= 0.0 or not _monotone(asked):
+    targets = floats("frequencies", frequencies)
+    if targets.ndim != 1 or targets.size < 2 or targets.min() <= 0.0 or not _monotone(targets):
         raise InputError(
             "frequencies must be at least two above zero that rise or fall [Hz], such as "
             "np.linspace(150.0, 200.0, 101)"
@@ -208,22 +208,31 @@ def forced_response(
     modal = np.zeros((model.size, basis.size))
     # Re(F exp(i w t)) = Re F cos - Im F sin.
     modal[:, 1], modal[:, 2] = real[0] @ model.shapes, -(real[1] @ model.shapes)
-    middle = (2.0 * math.pi * float(np.median(asked))) ** 2
+    middle = (2.0 * math.pi * float(np.median(targets))) ** 2
     gain = np.abs(model.squares - middle) + 1e-3 * middle
     line = modal[:, 1] / gain if np.any(modal[:, 1]) else modal[:, 2] / gain
     if not np.any(line):
         raise InputError("force must push some elastic mode, not only move the structure")
     balance = Balance(model, model.joints(line), basis)
-    omegas = 2.0 * math.pi * asked
+    omegas = 2.0 * math.pi * targets
     points, marks, iterations, stopped = _follow(balance, modal, omegas)
     message = f"solved at {len(points)} points in {iterations} iterations"
     if stopped:
-        where = points[-1].omega / (2.0 * math.pi) if points else asked[0]
+        where = points[-1].omega / (2.0 * math.pi) if points else targets[0]
         message = (
             f"stopped at {where:.6g} Hz after {iterations} iterations: {stopped}; try more "
             "samples, other harmonics, some damping, or less force"
         )
-    return _told(model, basis, points, marks, real, iterations, message)
+    motion = np.zeros((len(points), size, len(basis.harmonics)), dtype=complex)
+    rigid = model.free @ (model.free.T @ (real[0] + 1j * real[1]))
+    for i, (q, omega) in enumerate(points):
+        motion[i, :, 0] = model.shapes @ q[:, 0]
+        motion[i, :, 1:] = model.shapes @ (q[:, 1::2] - 1j * q[:, 2::2])
+        motion[i, :, 1] -= rigid / omega**2
+    frequency = np.array([point.omega / (2.0 * math.pi) for point in points])
+    return ForcedResponse(
+        frequency, motion, basis.harmonics, np.array(marks, dtype=bool), iterations, message
+    )
 
 
 def _monotone(values: Floats) -> bool:
@@ -318,31 +327,3 @@ def _rescaled(tangent: Floats, growth: float) -> Floats:
     """A tangent in coefficients of another unit."""
     result = np.append(tangent[:-1] / growth, tangent[-1])
     return np.asarray(result / np.linalg.norm(result))
-
-
-def _told(
-    model: ModalModel,
-    basis: HarmonicBasis,
-    points: list[_Point],
-    marks: list[bool],
-    force: Floats,
-    iterations: int,
-    message: str,
-) -> ForcedResponse:
-    """The result, rigid motion included."""
-    size = model.shapes.shape[0]
-    motion = np.zeros((len(points), size, len(basis.harmonics)), dtype=complex)
-    rigid = model.free @ (model.free.T @ (force[0] + 1j * force[1]))
-    for i, point in enumerate(points):
-        q = point.coefficients
-        motion[i, :, 0] = model.shapes @ q[:, 0]
-        motion[i, :, 1:] = model.shapes @ (q[:, 1::2] - 1j * q[:, 2::2])
-        motion[i, :, 1] -= rigid / point.omega**2
-    return ForcedResponse(
-        lock(np.array([point.omega / (2.0 * math.pi) for point in points])),
-        lock(motion),
-        basis.harmonics,
-        lock(np.array(marks, dtype=bool)),
-        iterations,
-        message,
-    )

@@ -51,11 +51,11 @@ def gaps_at(form: Any, places: Floats) -> Floats:
             "form must be a function of x and y, or a table with the columns x, y and gap [m], got "
             f"{show(form) if table.ndim != 2 else f'shape {table.shape}'}"
         )
-    known = table[np.isfinite(table).all(axis=1)]
-    if len(known) < 4:
-        raise InputError(f"form must know at least 4 places, got {len(known)}")
-    floats("form", known)
-    return _interpolated(known, places)
+    measured = table[np.isfinite(table).all(axis=1)]
+    if len(measured) < 4:
+        raise InputError(f"form must know at least 4 places, got {len(measured)}")
+    floats("form", measured)
+    return _interpolated(measured, places)
 
 
 def _interpolated(table: Floats, places: Floats) -> Floats:

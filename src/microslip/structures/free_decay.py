@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, record
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FreeDecay(Locked):
+class FreeDecay(LockedArrays):
     """Amplitude, frequency and damping ratio along a decaying signal; made by ``read_decay``.
 
     By zero crossings, and by the analytic signal (Feldman 2011, DOI 10.1016/j.ymssp.2010.07.018).
@@ -94,11 +94,10 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
     middle = 0.5 * (rising[:-1] + rising[1:])[1:-1]
     frequency = 1.0 / period[1:-1]
     smooth_frequency, smooth_damping = _analytic(t, x, middle, period[1:-1])
-    values = (
+    return FreeDecay(
         middle, amplitude[1:-1], frequency, damping,
         np.abs(frequency - smooth_frequency), np.abs(damping - smooth_damping),
     )  # fmt: skip
-    return FreeDecay(*(lock(np.ascontiguousarray(v)) for v in values))
 
 
 def _crossings(t: Floats, x: Floats) -> Floats:

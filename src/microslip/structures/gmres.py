@@ -10,16 +10,16 @@ from microslip._core.checks import Floats
 
 
 def gmres(
-    product: Callable[[Floats], Floats], right: Floats, tolerance: float, most: int
+    product: Callable[[Floats], Floats], right: Floats, tolerance: float, iterations: int
 ) -> Floats | None:
     """Saad and Schultz's method without restarts; None where it does not get there."""
     start = float(np.linalg.norm(right))
     if start == 0.0:
         return np.zeros_like(right)
-    basis = np.empty((most + 1, right.size))
+    basis = np.empty((iterations + 1, right.size))
     basis[0] = right / start
-    upper = np.zeros((most + 1, most))
-    for j in range(most):
+    upper = np.zeros((iterations + 1, iterations))
+    for j in range(iterations):
         vector = product(basis[j])
         for _ in range(2):  # once more, for orthogonality to rounding
             parts = basis[: j + 1] @ vector
@@ -28,7 +28,7 @@ def gmres(
         upper[j + 1, j] = np.linalg.norm(vector)
         if upper[j + 1, j] > 0.0:
             basis[j + 1] = vector / upper[j + 1, j]
-        if j % 8 == 7 or j == most - 1 or upper[j + 1, j] <= 1e-14:
+        if j % 8 == 7 or j == iterations - 1 or upper[j + 1, j] <= 1e-14:
             head = np.zeros(j + 2)
             head[0] = start
             weights, *_ = np.linalg.lstsq(upper[: j + 2, : j + 1], head, rcond=None)

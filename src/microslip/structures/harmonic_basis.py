@@ -36,27 +36,6 @@ class HarmonicBasis:
         """The harmonic of each coefficient."""
         return lock(np.repeat(np.array(self.harmonics, dtype=float), 2)[1:])
 
-    @cached_property
-    def values(self) -> Floats:
-        """Motion at the samples from its coefficients, (samples, size)."""
-        phase = 2.0 * math.pi * np.arange(self.samples) / self.samples
-        columns = [np.ones(self.samples)]
-        for order in self.harmonics[1:]:
-            columns += [np.cos(order * phase), np.sin(order * phase)]
-        return lock(np.column_stack(columns))
-
-    @cached_property
-    def coefficients(self) -> Floats:
-        """Coefficients of a force from its samples, (size, samples)."""
-        weights = np.full(self.size, 2.0 / self.samples)
-        weights[0] *= 0.5
-        return lock(np.ascontiguousarray(weights[:, None] * self.values.T))
-
-    @property
-    def fundamental(self) -> slice:
-        """Where cos 1 and sin 1 stand."""
-        return slice(1, 3)
-
     def work(self, force: Floats, displacement: Floats) -> Floats:
         """Work of a force over a period, of coefficients in the last axis."""
         cosines, sines = slice(1, None, 2), slice(2, None, 2)

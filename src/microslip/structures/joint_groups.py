@@ -1,20 +1,24 @@
-"""The joints of a structure, seen by its solvers: relative motions in, forces and tangents out.
+"""The joints of a structure: as they are attached, about a static state, and in time.
 
-A group is a set of joints of one kind. Each joint of it moves in one or more coordinates: a law in
-one, a node of a field in three (along its line, across, opening). Displacements are arrays
-(joints, coordinates), Fourier coefficients (joints, coordinates, coefficients).
+An attachment is a set of joints of one kind: a law along directions, or a field of nodes. About a
+static state it becomes a group, whose joints move in one or more coordinates each: a law in one, a
+node of a field in three (along its line, across, opening). Displacements of a group are arrays
+(joints, coordinates), Fourier coefficients (joints, coordinates, coefficients), both counted from
+the static state.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
-from microslip.friction import BackboneLaw
+from microslip.friction import BackboneLaw, JointField
 from microslip.structures.harmonic_basis import HarmonicBasis
 
 
@@ -26,69 +30,72 @@ class HarmonicForces(NamedTuple):
     jacobian: Floats
     """(joints, coordinates, size, coordinates, size)."""
 
+    def beyond(self, stuck: Floats) -> Floats:
+        """The Jacobian beyond that of sticking joints."""
+        blocks = self.jacobian.copy()
+        coordinate, k = np.ogrid[: stuck.shape[1], : blocks.shape[2]]
+        blocks[:, coordinate, k, coordinate, k] -= stuck[:, :, None]
+        return blocks
 
-class JointState(Protocol):
-    """Joints in time: trials move nothing until they are committed."""
 
-    def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Forces (joints, coordinates) and tangents (joints, coordinates, coordinates)."""
+# -- a law along directions ------------------------------------------------------------------------
 
-    def commit(self) -> None:
-        """Make the last trial the state."""
+
+@dataclass(frozen=True, eq=False)
+class LawAttachment:
+    """One law along one or more directions; it rests where the structure is undeformed."""
+
+    law: BackboneLaw
+    columns: Floats
+    """All directions side by side, (degrees of freedom, coordinates)."""
+
+    held_load = 0.0
+    """Largest load that is there without static forces [N]: what rounding stands beside."""
 
     @property
-    def lost(self) -> Floats:
-        """Energies lost so far (joints,) [J], those of the way to the static state included."""
+    def holding(self) -> Floats:
+        """A stiffness for each column that is of the size of the joint's own at work [N/m].
 
-
-class JointGroup(Protocol):
-    """Joints of one kind about a static state; displacements count from that state."""
-
-    directions: Floats
-    """(degrees of freedom, joints, coordinates)."""
-    stuck: Floats
-    """Stiffness at rest (joints, coordinates) [N/m]."""
-
-    def forces(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """First loading along a straight path: forces and tangents (joints, c, c)."""
-
-    def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """The settled cycle of a periodic motion."""
-
-    def loop_energies(self, amplitudes: Floats) -> Floats:
-        """Energies (cycles, joints) [J] of cycles of displacement amplitudes (cycles, joints, c).
-
-        By the closed form.
+        It tells which motions the joints hold at all; columns that hold nothing have a zero.
         """
+        return np.full(self.columns.shape[1], self.law.tangential_stiffness)
 
-    def start(self) -> JointState:
-        """A state at rest."""
+    def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
+        """Forces [N] and stiffnesses [N/m] by column at a static motion by column [m]."""
+        return self.law.backbone(motion), self.law.backbone_stiffness(motion)
+
+    def stuck(self, motion: Floats) -> Floats:
+        """Stiffnesses by column about a static motion by column, all joints sticking [N/m]."""
+        return np.full(motion.size, self.law.tangential_stiffness)
+
+    def group(self, motion: Floats, line: Floats) -> LawGroup:
+        """The joints about a static motion, their tangential lines along that of ``line``."""
+        del line  # a law has its own
+        return LawGroup(self.law, self.columns, motion)
 
 
 class LawGroup:
-    """One backbone law acting along several directions."""
+    """One backbone law acting along several directions, about a static state."""
 
     def __init__(self, law: BackboneLaw, directions: Floats, static: Floats) -> None:
         self.law = law
         self.directions = directions[:, :, None]
+        """(degrees of freedom, joints, coordinates)."""
         self.static = static
         self._loaded = law.backbone(static)
         self.stuck = np.full((static.size, 1), law.tangential_stiffness)
+        """Stiffness at rest (joints, coordinates) [N/m]."""
 
     def forces(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """See :class:`JointGroup`."""
+        """First loading along a straight path: forces and tangents (joints, c, c)."""
+        if self.static.any():
+            return self.start().try_(displacement)
         u = displacement[:, 0]
-        if not self.static.any():
-            force, slope = self.law.backbone(u), self.law.backbone_stiffness(u)
-        else:
-            trials = [
-                state.try_(x) for state, x in zip(self._states(), self.static + u, strict=True)
-            ]
-            force, slope = np.array(trials).T
+        force, slope = self.law.backbone(u), self.law.backbone_stiffness(u)
         return (force - self._loaded)[:, None], slope[:, None, None]
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """See :class:`JointGroup`."""
+        """The settled cycle of a periodic motion."""
         count = self.static.size
         force = np.empty((count, 1, basis.size))
         jacobian = np.empty((count, 1, basis.size, 1, basis.size))
@@ -102,52 +109,221 @@ class LawGroup:
         return HarmonicForces(force, jacobian)
 
     def loop_energies(self, amplitudes: Floats) -> Floats:
-        """See :class:`JointGroup`."""
+        """Energies (cycles, joints) [J] of cycles of displacement amplitudes (cycles, joints, c).
+
+        By the closed form.
+        """
         return np.asarray(self.law.dissipated_energy(np.abs(amplitudes[..., 0])))
 
-    def _states(self) -> list[Any]:
-        states = [self.law.start() for _ in self.static]
-        for state, x in zip(states, self.static, strict=True):
+    def start(self) -> LawStates:
+        """A state at rest."""
+        return LawStates(self.law, self.static, self._loaded)
+
+
+class LawStates:
+    """States of laws in time: trials move nothing until they are committed."""
+
+    def __init__(self, law: BackboneLaw, static: Floats, loaded: Floats) -> None:
+        self._states: list[Any] = [law.start() for _ in static]
+        self._static, self._loaded = static, loaded
+        for state, x in zip(self._states, static, strict=True):
             state.advance(x)
-        return states
-
-    def start(self) -> JointState:
-        """See :class:`JointGroup`."""
-        return _LawStates(self._states(), self.static, self._loaded)
-
-
-class _LawStates:
-    """States of laws, displacements counted from the static ones."""
-
-    def __init__(self, states: list[Any], static: Floats, loaded: Floats) -> None:
-        self._states, self._static, self._loaded = states, static, loaded
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
-        trials = np.array(
-            [
-                state.try_(x)
-                for state, x in zip(self._states, self._static + displacement[:, 0], strict=True)
-            ]
-        )
+        """Forces (joints, coordinates) and tangents (joints, coordinates, coordinates)."""
+        places = self._static + displacement[:, 0]
+        trials = np.array([s.try_(x) for s, x in zip(self._states, places, strict=True)])
         return (trials[:, 0] - self._loaded)[:, None], trials[:, 1, None, None]
 
     def commit(self) -> None:
+        """Make the last trial the state."""
         for state in self._states:
             state.commit()
 
     @property
     def lost(self) -> Floats:
+        """Energies lost so far (joints,) [J], those of the way to the static state included."""
         return np.array([state.dissipated_energy for state in self._states])
 
 
-def checked_law(law: BackboneLaw) -> BackboneLaw:
-    """A law that is not rigid at rest.
+# -- a field of nodes ------------------------------------------------------------------------------
 
-    Raises
-    ------
-    InputError
-        An infinite stiffness at rest.
+
+@dataclass(frozen=True, eq=False)
+class FieldAttachment:
+    """Nodes of a field, each with two tangential directions and an opening.
+
+    Its members mean what those of :class:`LawAttachment` do.
     """
+
+    field: JointField
+    directions: Floats
+
+    @property
+    def columns(self) -> Floats:
+        """All directions side by side."""
+        return self.directions.reshape(self.directions.shape[0], -1)
+
+    @property
+    def holding(self) -> Floats:
+        """One for an opening, for how stiffly it will hold is not known before it is pressed."""
+        result = np.zeros(self.directions.shape[1:])
+        result[:, 2] = 1.0
+        return result.reshape(-1)
+
+    @property
+    def held_load(self) -> float:
+        """The largest load that was given, without gaps."""
+        return 0.0 if self.field.gaps is not None else float(self.field.normal_loads.max())
+
+    def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
+        """There is no friction while a structure is put together.
+
+        A field that was given its loads is at rest under them: only what they change by counts.
+        """
+        loads, slopes = self.field.load(self.separations(motion))
+        force, stiffness = np.zeros((2, loads.size, 3))
+        force[:, 2] = -loads if self.field.gaps is not None else self.field.normal_loads - loads
+        stiffness[:, 2] = -slopes
+        return force.reshape(-1), stiffness.reshape(-1)
+
+    def separations(self, motion: Floats) -> Floats:
+        """Separations of the nodes [m] at a motion by column."""
+        undeformed = self.field.separations if self.field.gaps is None else self.field.gaps
+        return np.asarray(undeformed + motion.reshape(-1, 3)[:, 2])
+
+    def stuck(self, motion: Floats) -> Floats:
+        """Along and across the stiffness at rest of each node, then that of its normal law."""
+        return _stuck(self.field.at(separations=self.separations(motion))).reshape(-1)
+
+    def group(self, motion: Floats, line: Floats) -> FieldGroup:
+        """The nodes, each along its own line."""
+        field = self.field.at(separations=self.separations(motion))
+        return FieldGroup(field, self.directions, line.reshape(-1, 3)[:, :2])
+
+
+class FieldGroup:
+    """Nodes that move along a tangential line each, across it, and apart.
+
+    Along its line a node follows the exact coupled law of a joint whose separation varies. Across
+    it sticks: a linear spring of the node's stiffness at rest, since in a mode the motion across
+    the line of largest motion is small. Its members mean what those of :class:`LawGroup` do.
+    """
+
+    def __init__(self, field: JointField, directions: Floats, line: Floats) -> None:
+        self.field = field
+        along = _unit(line)
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        tangential = [np.einsum("npt,pt->np", directions[:, :, :2], way) for way in (along, across)]
+        self.directions = np.stack([*tangential, directions[:, :, 2]], axis=2)
+        self.stuck = _stuck(field)
+        self._across = self.stuck[:, 1]
+
+    def forces(self, displacement: Floats) -> tuple[Floats, Floats]:
+        """First loading along a straight path."""
+        separation = self.field.separations + displacement[:, 2]
+        return self.assembled(
+            displacement, self.field.first_loading(displacement[:, 0], separation)
+        )
+
+    def assembled(self, displacement: Floats, answer: Any) -> tuple[Floats, Floats]:
+        """Forces and tangents by coordinate, from tangential and normal ones."""
+        forces = np.stack(
+            [
+                answer.force,
+                self._across * displacement[:, 1],
+                self.field.normal_loads - answer.load,
+            ],
+            axis=1,
+        )
+        tangents, tangent = np.zeros((len(forces), 3, 3)), answer.tangent
+        tangents[:, 0, 0], tangents[:, 0, 2] = tangent[:, 0, 0], tangent[:, 0, 1]
+        tangents[:, 1, 1] = self._across
+        tangents[:, 2, 0], tangents[:, 2, 2] = -tangent[:, 1, 0], -tangent[:, 1, 1]
+        return forces, tangents
+
+    def loop_energies(self, amplitudes: Floats) -> Floats:
+        """Under the load at rest."""
+        return self.field.dissipated_energy(np.abs(amplitudes[..., 0]))
+
+    def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
+        """The settled cycle of a periodic motion."""
+        separations = coefficients[:, 2].copy()
+        separations[:, 0] += self.field.separations
+        tangential, normal, tangent = self.field.harmonics(
+            coefficients[:, 0],
+            list(basis.harmonics),
+            separations=separations,
+            samples=basis.samples,
+        )
+        nodes, size = len(self._across), basis.size
+        force = np.empty((nodes, 3, size))
+        force[:, 0], force[:, 2] = tangential, -normal
+        force[:, 1] = self._across[:, None] * coefficients[:, 1]
+        force[:, 2, 0] += self.field.normal_loads
+        jacobian = np.zeros((nodes, 3, size, 3, size))
+        index = np.arange(size)
+        jacobian[:, 0, :, 0], jacobian[:, 0, :, 2] = tangent[:, 0, 0], tangent[:, 0, 1]
+        jacobian[:, 1, index, 1, index] = self._across[:, None]
+        jacobian[:, 2, :, 0], jacobian[:, 2, :, 2] = -tangent[:, 1, 0], -tangent[:, 1, 1]
+        return HarmonicForces(force, jacobian)
+
+    def start(self) -> FieldState:
+        """A state at rest."""
+        return FieldState(self)
+
+
+class FieldState:
+    """The state of the nodes in time, in the coordinates of the group; else as LawStates."""
+
+    def __init__(self, group: FieldGroup) -> None:
+        self._group = group
+        self._state = group.field.start(energies=True)
+
+    def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
+        """Forces and tangents of a trial."""
+        separation = self._group.field.separations + displacement[:, 2]
+        answer = self._state.try_(displacement[:, 0], separations=separation)
+        return self._group.assembled(displacement, answer)
+
+    def commit(self) -> None:
+        """Make the last trial the state."""
+        self._state.commit()
+
+    @property
+    def lost(self) -> Floats:
+        """Energies lost so far [J]."""
+        return np.asarray(self._state.dissipated_energy)
+
+
+def _stuck(field: JointField) -> Floats:
+    """Stiffnesses of sticking nodes (nodes, 3) [N/m]."""
+    tangential, normal = field.tangential_stiffnesses, -field.load(field.separations)[1]
+    return np.stack([tangential, tangential, normal], axis=1)
+
+
+def _unit(line: Floats) -> Floats:
+    """Directions of motion in the tangential plane; the first axis where nothing moves."""
+    length = np.linalg.norm(line, axis=1)
+    moves = length > 1e-9 * length.max(initial=0.0)
+    safe = np.where(moves, length, 1.0)[:, None]
+    return np.where(moves[:, None], line / safe, np.array([1.0, 0.0]))
+
+
+# -- either of them --------------------------------------------------------------------------------
+
+Attachment = LawAttachment | FieldAttachment
+JointGroup = LawGroup | FieldGroup
+JointState = LawStates | FieldState
+
+
+def all_columns(attachments: Sequence[Attachment], size: int) -> Floats:
+    """The directions of all attachments side by side."""
+    return np.concatenate([np.zeros((size, 0)), *(a.columns for a in attachments)], axis=1)
+
+
+def checked_law(law: BackboneLaw) -> BackboneLaw:
+    """A law that is not rigid at rest, or an error."""
     if not math.isfinite(law.tangential_stiffness):
         raise InputError(
             f"law must have a finite stiffness at rest, {type(law).__name__} friction is rigid "

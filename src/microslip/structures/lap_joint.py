@@ -143,14 +143,17 @@ class LapJoint:
         below, above = np.linspace(-arm, 0.0, layers + 1), np.linspace(0.0, arm, layers + 1)
         solids = Solids(scale)
         arm_cells = [*lap.plate, *(quad for ring in lap.washer for quad in ring)]
-        left = list(solids.extrude(lap.points, arm_cells, below, ["left"] * len(below)))
-        right = list(solids.extrude(lap.points, arm_cells, above, ["right"] * len(above)))
-        whole = np.concatenate([below, above[1:]]) if self.style == "half-lap" else None
-        for sign, held, name, own in ((-1.0, left, "left", below), (1.0, right, "right", above)):
-            heights = own if whole is None else whole
+        left_cells = list(solids.extrude(lap.points, arm_cells, below, ["left"] * len(below)))
+        right_cells = list(solids.extrude(lap.points, arm_cells, above, ["right"] * len(above)))
+        full_height = np.concatenate([below, above[1:]]) if self.style == "half-lap" else None
+        for sign, body_cells, name, half_height in (
+            (-1.0, left_cells, "left", below),
+            (1.0, right_cells, "right", above),
+        ):
+            heights = half_height if full_height is None else full_height
             grid = widening(sign * end, sign * 0.5 * self.length, size, 5.0 * size)
             points, quads = _grid(np.sort(grid), rows)
-            held += solids.extrude(points, quads, heights, [name] * len(heights))
+            body_cells += solids.extrude(points, quads, heights, [name] * len(heights))
         fixings: list[int] = []
         head = bolts.head or 0.0
         shanks = []
@@ -167,16 +170,16 @@ class LapJoint:
             shanks.append(Shank(f"bolt {k + 1}", np.array(shank), np.array([0.0, 0.0, 1.0])))
         cells = np.array(solids.cells)
         across = len(arm_cells)
-        tops = cells[np.array(left[: across * layers])]
-        bottoms = cells[np.array(right[: across * layers])]
+        tops = cells[np.array(left_cells[: across * layers])]
+        bottoms = cells[np.array(right_cells[: across * layers])]
         contact = ContactFaces(
             "lap",
             tops[layers - 1 :: layers, 4:],
             bottoms[::layers, :4],
         )
         bodies = (
-            Body("left", np.array(left), material, density),
-            Body("right", np.array(right), material, density),
+            Body("left", np.array(left_cells), material, density),
+            Body("right", np.array(right_cells), material, density),
             Body("bolts", np.array(fixings), bolts.material or material, bolts.density or density),
         )
         return JointMesh(solids.points, cells, "hexahedron", bodies, (contact,), tuple(shanks))

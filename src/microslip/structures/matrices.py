@@ -90,7 +90,7 @@ def check_mass(mass: Any) -> None:
             f"mass must be positive definite, but degree of freedom {i} has the mass "
             f"{diagonal[i]:.6g}; condense out what has no mass"
         )
-    if lowest_sign(mass) <= 0:
+    if not positive_definite(mass):
         raise InputError(
             "mass must be positive definite: some motion has no kinetic energy, or a negative one"
         )
@@ -106,7 +106,7 @@ def check_stiffness(stiffness: Any, mass: Any) -> None:
     """
     # Beside the largest stiffness to mass ratio, which bounds the rounding of all others.
     rate = fastest_rate(stiffness, mass) or 1.0
-    if lowest_sign(stiffness + 1e-10 * rate * mass) <= 0:
+    if not positive_definite(stiffness + 1e-10 * rate * mass):
         raise InputError(
             "stiffness must not be negative in any direction: it has an eigenvalue below zero; "
             "it holds the structure without its joints, and no negative springs"
@@ -118,27 +118,32 @@ def fastest_rate(stiffness: Any, mass: Any) -> float:
     return float((abs(stiffness).sum(axis=0) / mass.diagonal()).max())
 
 
-def lowest_sign(matrix: Any) -> int:
-    """1 for a positive definite matrix, else 0."""
-    if is_sparse(matrix):
-        from scipy.sparse.linalg import splu
+def factorised(matrix: Any, pivot_threshold: float | None = None) -> Any:
+    """The triangular factors of a sparse symmetric matrix."""
+    from scipy.sparse.linalg import splu
 
+    return splu(
+        matrix.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=pivot_threshold,
+        options={"SymmetricMode": True},
+    )
+
+
+def positive_definite(matrix: Any) -> bool:
+    """Whether all eigenvalues are above zero."""
+    if is_sparse(matrix):
         try:
             # Without pivoting the signs of the pivots are those of the eigenvalues.
-            factors = splu(
-                matrix.tocsc(),
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
-            )
+            factors = factorised(matrix, 0.0)
         except RuntimeError:
-            return 0
-        return int(bool((factors.U.diagonal() > 0.0).all()))
+            return False
+        return bool((factors.U.diagonal() > 0.0).all())
     try:
         np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:
-        return 0
-    return 1
+        return False
+    return True
 
 
 def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ()) -> Any:
@@ -150,19 +155,19 @@ def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ())
         Another number of rows, other axes, a direction that moves nothing.
     """
     array = floats(name, value.toarray() if is_sparse(value) else value)
-    wanted = f"({size},) or ({size}, joints)" if not last else f"({size}, nodes, {last[0]})"
+    expected = f"({size},) or ({size}, joints)" if not last else f"({size}, nodes, {last[0]})"
     came = array.shape
     if array.ndim == 1 and not last:
         array = array[:, None]
     if array.ndim != 2 + len(last) or array.shape[0] != size or array.shape[2:] != tuple(last):
         raise InputError(
-            f"{name} must have the shape {wanted}, one row for each degree of freedom, got {came}"
+            f"{name} must have the shape {expected}, one row for each degree of freedom, got {came}"
         )
     idle = np.flatnonzero(~np.any(array.reshape(size, -1), axis=0))
     if idle.size:
-        which = np.unravel_index(int(idle[0]), array.shape[1:])
+        column = np.unravel_index(int(idle[0]), array.shape[1:])
         raise InputError(
-            f"{name} must move something: column {show(tuple(int(i) for i in which))} is all zeros"
+            f"{name} must move something: column {show(tuple(int(i) for i in column))} is all zeros"
         )
     return lock(np.array(array))
 
@@ -182,16 +187,11 @@ def linear_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[F
 
 
 def _few_modes(stiffness: Any, mass: Any, count: int) -> tuple[Floats, Floats]:
-    from scipy.sparse.linalg import LinearOperator, eigsh, splu
+    from scipy.sparse.linalg import LinearOperator, eigsh
 
     # A small shift below zero, that rigid modes do not make the matrix singular.
     shift = -1e-10 * fastest_rate(stiffness, mass)
-    factors = splu(
-        (stiffness - shift * mass).tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.01,
-        options={"SymmetricMode": True},
-    )
+    factors = factorised(stiffness - shift * mass, 0.01)
     solve = LinearOperator(stiffness.shape, matvec=factors.solve, dtype=float)
     start = np.cos(np.arange(mass.shape[0], dtype=float))  # the same each time
     squares, shapes = eigsh(stiffness, count, M=mass, sigma=shift, OPinv=solve, v0=start, tol=1e-12)

@@ -140,16 +140,16 @@ class MeshedJoint(Locked):
         from microslip.structures.reduction_elements import Elements
         from microslip.structures.reduction_patches import contact_frame
 
-        given = _direction(along)
-        elements, found = Elements(self.mesh), []
+        direction = _direction(along)
+        elements, sections = Elements(self.mesh), []
         for shank in self.mesh.shanks:
             corners = self.mesh.points[self.mesh.cells[shank.cells]]
             number = _nearest(self.mesh, corners.mean(axis=(0, 1)))
-            frame = contact_frame(self.mesh, self.mesh.contacts[number], given)
+            frame = contact_frame(self.mesh, self.mesh.contacts[number], direction)
             x, y, _ = frame.axes @ (corners.mean(axis=(0, 1)) - frame.origin)
             section = elements.volume(shank.cells) / float(np.ptp(corners @ shank.axis))
-            found.append((float(x), float(y), float(np.sqrt(4.0 / np.pi * section)), number))
-        return found
+            sections.append((float(x), float(y), float(np.sqrt(4.0 / np.pi * section)), number))
+        return sections
 
     def reduce(
         self,
@@ -227,9 +227,9 @@ def _read(
     scale: float,
 ) -> tuple[JointMesh, tuple[float, ...]]:
     scale = positive("scale", scale, "m", 1e-3)
-    for what, names in (("bodies", bodies), ("contacts", contacts), ("bolts", bolts)):
+    for role, names in (("bodies", bodies), ("contacts", contacts), ("bolts", bolts)):
         if not names:
-            raise InputError(f"{what} must be named, got none")
+            raise InputError(f"{role} must be named, got none")
     file = _meshio(path)
     kind, cells, numbers = _solids(path, file)
     named = _Names(path, file, numbers)
@@ -244,21 +244,21 @@ def _read(
     renamed[used] = np.arange(len(used))
     solids = inverse.reshape(cells.shape).astype(np.int64)
     parts, owner = [], np.full(len(cells), -1)
-    for number, (name, given) in enumerate(bodies.items()):
+    for number, (name, properties) in enumerate(bodies.items()):
         try:
-            material, density = given
+            material, density = properties
         except (TypeError, ValueError):
             raise InputError(
                 f'body "{name}" must have a material and a density [kg/m^3], such as (steel, '
-                f"7850.0), got {show(given)}"
+                f"7850.0), got {show(properties)}"
             ) from None
         check_elastic(material)
-        held = named.volume(name)
-        if (owner[held] >= 0).any():
+        members = named.volume(name)
+        if (owner[members] >= 0).any():
             raise InputError(f'{path.name}: body "{name}" shares cells with another body')
-        owner[held] = number
+        owner[members] = number
         density = positive(f'the density of body "{name}"', density, "kg/m^3", 7850.0)
-        parts.append(Body(name, held, material, density))
+        parts.append(Body(name, members, material, density))
     if (owner < 0).any():
         raise InputError(
             f"{path.name}: {int((owner < 0).sum())} of {len(owner)} cells belong to none of the "
@@ -279,8 +279,8 @@ def _read(
     mesh = JointMesh(points[used], solids, kind, tuple(parts), tuple(faces), ())
     shanks = []
     for name in bolts:
-        held = named.volume(name)
-        shanks.append(Shank(name, held, _axis(mesh, held)))
+        members = named.volume(name)
+        shanks.append(Shank(name, members, _axis(mesh, members)))
     tension = tuple(
         positive(f'the tension of bolt "{name}"', value, "N", 12e3) for name, value in bolts.items()
     )
@@ -296,10 +296,10 @@ def _nearest(mesh: JointMesh, place: Floats) -> int:
     return int(np.argmin(distances))
 
 
-def _axis(mesh: JointMesh, held: Indices) -> Floats:
+def _axis(mesh: JointMesh, members: Indices) -> Floats:
     from microslip.structures.reduction_patches import contact_frame
 
-    nearest = mesh.contacts[_nearest(mesh, mesh.points[mesh.cells[held]].mean(axis=(0, 1)))]
+    nearest = mesh.contacts[_nearest(mesh, mesh.points[mesh.cells[members]].mean(axis=(0, 1)))]
     axis: Floats = contact_frame(mesh, nearest, None).axes[2]
     return axis
 
@@ -312,8 +312,8 @@ def _meshio(path: Path) -> Any:
             'meshes are read by meshio, which is not installed; pip install "microslip[structure]"'
         ) from None
     if not path.is_file():
-        what = "wanted a file, got a folder" if path.is_dir() else "there is no such file"
-        raise InputError(f"{path.name or path}: {what}")
+        problem = "wanted a file, got a folder" if path.is_dir() else "there is no such file"
+        raise InputError(f"{path.name or path}: {problem}")
     try:
         return meshio.read(path)
     except SystemExit:  # what meshio does with suffixes that it does not know
@@ -327,11 +327,11 @@ def _meshio(path: Path) -> Any:
 def _solids(path: Path, file: Any) -> tuple[str, Indices, list[Indices]]:
     """The kind of the solid cells, their corners, and the numbers of those of each block."""
     kinds = {_SOLIDS[block.type] for block in file.cells if block.type in _SOLIDS}
-    other = {b.type for b in file.cells if b.type.startswith(("wedge", "pyramid"))}
-    if len(kinds) != 1 or other:
-        found = ", ".join(sorted(kinds | other)) or "none"
+    unsupported = {b.type for b in file.cells if b.type.startswith(("wedge", "pyramid"))}
+    if len(kinds) != 1 or unsupported:
+        listed = ", ".join(sorted(kinds | unsupported)) or "none"
         raise InputError(
-            f"{path.name}: wanted hexahedra or tetrahedra, one kind of them, got {found}"
+            f"{path.name}: wanted hexahedra or tetrahedra, one kind of them, got {listed}"
         )
     (kind,) = kinds
     cells, numbers, count = [], [], 0
@@ -374,11 +374,11 @@ class _Names:
         names = sorted({*self._sets, *self._nodes})
         return quoted(names[:12], "and") + (" and more" if len(names) > 12 else "")
 
-    def _missing(self, name: str, what: str) -> InputError:
-        known = {*self._sets, *self._nodes}
+    def _missing(self, name: str, role: str) -> InputError:
+        names = {*self._sets, *self._nodes}
         return InputError(
-            f'{self._path.name}: has no {what} "{shorten(str(name), 40)}"'
-            f"{did_you_mean(str(name), known)}; it has {self.listed()}"
+            f'{self._path.name}: has no {role} "{shorten(str(name), 40)}"'
+            f"{did_you_mean(str(name), names)}; it has {self.listed()}"
         )
 
     def volume(self, name: str) -> Indices:
@@ -386,8 +386,8 @@ class _Names:
         if name not in self._sets:
             raise self._missing(name, "volume")
         pairs = zip(self._numbers, self._sets[name], strict=True)
-        held = [numbers[index] for numbers, index in pairs if len(numbers)]
-        result = np.concatenate(held) if held else np.zeros(0, dtype=np.int64)
+        members = [numbers[index] for numbers, index in pairs if len(numbers)]
+        result = np.concatenate(members) if members else np.zeros(0, dtype=np.int64)
         if result.size == 0:
             raise InputError(f'{self._path.name}: "{name}" holds no solid cells')
         return np.asarray(result, dtype=np.int64)

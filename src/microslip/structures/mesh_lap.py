@@ -83,11 +83,11 @@ def plan(columns: Floats, rows: Floats, bolts: Bolts, half: float, scale: float)
     angles = -0.75 * math.pi + 2.0 * math.pi * np.arange(count) / count
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     along = np.linspace(-1.0, 1.0, SIDE + 1)[:-1]
-    one = np.ones(SIDE)
+    ones = np.ones(SIDE)
     square = np.concatenate(
         [
             np.stack(pair, axis=1)
-            for pair in ((along, -one), (one, along), (-along, one), (-one, -along))
+            for pair in ((along, -ones), (ones, along), (-along, ones), (-ones, -along))
         ]
     )
     washer, clearance, shank = [], [], []
@@ -125,11 +125,11 @@ def _core(at: _Points, centre: Floats, border: Floats) -> list[tuple[int, ...]]:
     n = SIDE
     bottom, right = border[: n + 1], border[n : 2 * n + 1]
     top = border[2 * n : 3 * n + 1][::-1]
-    left = np.concatenate([border[3 * n :], border[:1]])[::-1]
+    left_side = np.concatenate([border[3 * n :], border[:1]])[::-1]
     u = np.linspace(0.0, 1.0, n + 1)[:, None, None]
     v = np.linspace(0.0, 1.0, n + 1)[None, :, None]
     grid = (
-        (1 - v) * bottom[:, None] + v * top[:, None] + (1 - u) * left[None] + u * right[None]
+        (1 - v) * bottom[:, None] + v * top[:, None] + (1 - u) * left_side[None] + u * right[None]
     ) - (
         (1 - u) * (1 - v) * bottom[0]
         + u * (1 - v) * bottom[-1]
@@ -159,11 +159,11 @@ def _steps(start: float, stop: float, size: float) -> Floats:
     return np.linspace(start, stop, count + 1)
 
 
-def widening(start: float, stop: float, size: float, most: float) -> Floats:
+def widening(start: float, stop: float, size: float, largest: float) -> Floats:
     """Grid lines from start to stop, in either direction, cells growing by 1.4 up to a size."""
     span, cells = abs(stop - start), [size]
     while sum(cells) < span:
-        cells.append(min(1.4 * cells[-1], most))
+        cells.append(min(1.4 * cells[-1], largest))
     marks = np.concatenate([[0.0], np.cumsum(cells)]) * (span / sum(cells))
     return start + math.copysign(1.0, stop - start) * marks
 

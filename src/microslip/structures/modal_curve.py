@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, whole
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModalCurve(Locked, Plottable):
+class ModalCurve(LockedArrays, Plottable):
     """A nonlinear mode along amplitudes; made by ``structure.modes(...)``.
 
     Amplitudes that the solver did not reach hold NaN; ``message`` says where and why.
@@ -84,11 +84,10 @@ class ModalCurve(Locked, Plottable):
         return self._difference("damping_ratio")
 
     def _difference(self, name: str) -> Floats:
-        own: Floats = getattr(self, name)
-        other: Floats = getattr(self.other_method, name)
-        quick, exact = (own, other) if self.method == "quasi-static" else (other, own)
+        curves = (self, self.other_method)
+        quick, exact = curves if self.method == "quasi-static" else curves[::-1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(quick / exact - 1.0)
+            return np.asarray(getattr(quick, name) / getattr(exact, name) - 1.0)
 
     @property
     def loss_share(self) -> Floats:
@@ -157,9 +156,9 @@ class ModalCurve(Locked, Plottable):
             )
         end = int(np.argmin(there))
         half = np.sqrt(inside[:end])
-        left, right = middle[:end] - half, middle[:end] + half
-        swings = left > 0.0
-        squares = np.concatenate([left[swings], right[::-1]])
+        below, above = middle[:end] - half, middle[:end] + half
+        swings = below > 0.0
+        squares = np.concatenate([below[swings], above[::-1]])
         amplitudes = np.concatenate([grid[:end][swings], grid[:end][::-1]])
         return np.sqrt(squares) / (2.0 * math.pi), amplitudes
 
@@ -176,11 +175,3 @@ class ModalCurve(Locked, Plottable):
 
     def __getstate__(self) -> dict[str, Any]:
         return {**super().__getstate__(), "_other": None}
-
-
-def locked_curve(**values: Any) -> ModalCurve:
-    """A curve whose arrays stay as they are."""
-    for value in values.values():
-        if isinstance(value, np.ndarray):
-            lock(value)
-    return ModalCurve(**values)

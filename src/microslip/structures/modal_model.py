@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.structures.attachments import Attachment, all_columns
-from microslip.structures.joint_groups import JointGroup
+from microslip.structures.joint_groups import Attachment, JointGroup, all_columns
 from microslip.structures.matrices import (
     dense,
+    factorised,
     fastest_rate,
     is_sparse,
     linear_modes,
@@ -139,14 +139,14 @@ def modal_model(
     stuck = np.concatenate(
         [a.stuck(u) for a, u in zip(attachments, motions, strict=True)] or [np.zeros(0)]
     )
-    held = stuck_stiffness(stiffness, columns, stuck)
+    stuck_matrix = stuck_stiffness(stiffness, columns, stuck)
     if mass.shape[0] <= LARGEST_WHOLE:
-        squares, shapes = linear_modes(held, mass)
-        rigid = rigid_count(squares, held, mass)
+        squares, shapes = linear_modes(stuck_matrix, mass)
+        rigid = rigid_count(squares, stuck_matrix, mass)
         free = np.ascontiguousarray(shapes[:, :rigid])
         squares, shapes = squares[rigid:], shapes[:, rigid:]
     else:
-        squares, shapes, free = _reduced(held, mass, columns)
+        squares, shapes, free = _reduced(stuck_matrix, mass, columns)
     modal_damping = None
     if damping is not None:
         modal_damping = np.asarray(shapes.T @ (damping @ shapes))
@@ -165,7 +165,7 @@ def stuck_stiffness(stiffness: Any, columns: Floats, stuck: Floats) -> Any:
     return stiffness + (columns * stuck) @ columns.T
 
 
-def _reduced(held: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, Floats]:
+def _reduced(stiffness: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, Floats]:
     """The lowest modes and the static answers to each joint's force (mode acceleration).
 
     Their span holds the static deflection under any joint forces exactly.
@@ -173,37 +173,31 @@ def _reduced(held: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, Flo
     from scipy.linalg import eigh
 
     count = _KEPT + 6
-    squares, shapes = linear_modes(held, mass, count)
-    rigid = rigid_count(squares, held, mass)
+    squares, shapes = linear_modes(stiffness, mass, count)
+    rigid = rigid_count(squares, stiffness, mass)
     free = shapes[:, :rigid]
-    kept = shapes[:, rigid : rigid + _KEPT]
-    answers = _answers(held, mass, columns)
+    lowest = shapes[:, rigid : rigid + _KEPT]
+    answers = _answers(stiffness, mass, columns)
     answers -= free @ (free.T @ (mass @ answers))
-    answers -= kept @ (kept.T @ (mass @ answers))
+    answers -= lowest @ (lowest.T @ (mass @ answers))
     answers /= np.sqrt(np.einsum("ij,ij->j", answers, np.asarray(mass @ answers)))
     overlap = answers.T @ (mass @ answers)
     weights, vectors = np.linalg.eigh(overlap)
     sound = weights > 1e-12 * weights[-1]  # what several directions share is kept once
-    basis = np.concatenate([kept, answers @ (vectors[:, sound] / np.sqrt(weights[sound]))], axis=1)
-    small_stiffness = basis.T @ (held @ basis)
+    basis = np.concatenate(
+        [lowest, answers @ (vectors[:, sound] / np.sqrt(weights[sound]))], axis=1
+    )
+    small_stiffness = basis.T @ (stiffness @ basis)
     small_mass = basis.T @ (mass @ basis)
     squares, mix = eigh(small_stiffness, small_mass)
     return squares, basis @ mix, free
 
 
-def _answers(held: Any, mass: Any, columns: Floats) -> Floats:
+def _answers(stiffness: Any, mass: Any, columns: Floats) -> Floats:
     """Static displacements under a unit force along each column."""
     # A shift far below the first frequency makes up for rigid motions.
-    shift = 1e-10 * fastest_rate(held, mass)
-    matrix = held + shift * mass
+    shift = 1e-10 * fastest_rate(stiffness, mass)
+    matrix = stiffness + shift * mass
     if is_sparse(matrix):
-        from scipy.sparse.linalg import splu
-
-        factors = splu(
-            matrix.tocsc(),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.01,
-            options={"SymmetricMode": True},
-        )
-        return np.asarray(factors.solve(np.ascontiguousarray(columns)))
+        return np.asarray(factorised(matrix, 0.01).solve(np.ascontiguousarray(columns)))
     return np.asarray(np.linalg.solve(dense(matrix), columns))

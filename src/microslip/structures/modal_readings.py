@@ -34,10 +34,10 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
     if t.size == x.size and t.size > 16:
         x = x - x.mean()
         step = float(t[-1] - t[0]) / (t.size - 1)
-        even = np.linspace(t[0], t[-1], t.size)
-        if not step > 0.0 or float(np.abs(t - even).max()) > 0.5 * step:
+        even_times = np.linspace(t[0], t[-1], t.size)
+        if not step > 0.0 or float(np.abs(t - even_times).max()) > 0.5 * step:
             raise InputError("time must rise in even steps")
-        t = even  # what differs by less than half a step is rounding of the file
+        t = even_times  # what differs by less than half a step is rounding of the file
         if band is None:
             part = _sounding(_alone(x, step), 0, _noise(x, step, 0.5 / step))
         else:
@@ -100,8 +100,8 @@ def stepped_sine(
             "frequency and phase do not fit one mode: the two sides of the resonance contradict "
             "each other; take a narrower range of frequencies"
         )
-    own = np.sqrt(square)
-    return _levels(a, own / (2.0 * math.pi), p * sine / (2.0 * omega * own), points)
+    natural = np.sqrt(square)
+    return _levels(a, natural / (2.0 * math.pi), p * sine / (2.0 * omega * natural), points)
 
 
 def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
@@ -113,8 +113,8 @@ def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
     middle = float(np.mean(omega**2))
     scale = float(np.abs(cosine).max())
     matrix = np.column_stack([-cosine / scale, hats])
-    found = np.linalg.lstsq(matrix, omega**2 / middle, rcond=None)[0]
-    return float(found[0]) * middle / scale
+    solution = np.linalg.lstsq(matrix, omega**2 / middle, rcond=None)[0]
+    return float(solution[0]) * middle / scale
 
 
 def _falling(
@@ -131,16 +131,16 @@ def _falling(
     place = np.clip(np.searchsorted(edges, lowest, side="right") - 1, 0, points - 1)
     rows = []
     for k in np.unique(place):
-        held = place == k
-        f = float(frequency[held].mean())
-        zeta = float(damping[held].mean())
-        if held.sum() > 2:
-            rate = -float(np.polyfit(time[held], level[held], 1)[0]) / (2.0 * math.pi * f)
+        stretch = place == k
+        f = float(frequency[stretch].mean())
+        zeta = float(damping[stretch].mean())
+        if stretch.sum() > 2:
+            rate = -float(np.polyfit(time[stretch], level[stretch], 1)[0]) / (2.0 * math.pi * f)
             zeta = rate / math.sqrt(1.0 + rate * rate)
         if zeta > 0.0:
-            rows.append((math.exp(float(level[held].mean())), f, zeta))
-    made = np.array(rows).reshape(-1, 3).T
-    return made[0], made[1], made[2]
+            rows.append((math.exp(float(level[stretch].mean())), f, zeta))
+    columns = np.array(rows).reshape(-1, 3).T
+    return columns[0], columns[1], columns[2]
 
 
 def _levels(amplitude: Floats, frequency: Floats, damping: Floats, points: int) -> Values:
@@ -149,18 +149,20 @@ def _levels(amplitude: Floats, frequency: Floats, damping: Floats, points: int) 
     count = min(points, level.size)
     edges = np.linspace(level.min(), level.max(), count + 1)
     place = np.clip(np.searchsorted(edges, level, side="right") - 1, 0, count - 1)
-    held = np.unique(place)
-    made = [
-        np.array([np.exp(np.log(values[place == k]).mean()) for k in held])
+    occupied = np.unique(place)
+    means = [
+        np.array([np.exp(np.log(values[place == k]).mean()) for k in occupied])
         for values in (amplitude, frequency, damping)
     ]
-    return made[0], made[1], made[2]
+    return means[0], means[1], means[2]
 
 
 def _power(quantity: Any) -> int:
     if not isinstance(quantity, str) or quantity not in POWERS:
-        wanted = ", ".join(f'"{name}"' for name in POWERS)
-        raise InputError(Argument("quantity"), f" must be one of {wanted}, got {show(quantity)}")
+        quantities = ", ".join(f'"{name}"' for name in POWERS)
+        raise InputError(
+            Argument("quantity"), f" must be one of {quantities}, got {show(quantity)}"
+        )
     return POWERS[quantity]
 
 
@@ -205,8 +207,8 @@ def _alone(x: Floats, step: float) -> Floats:
     inside = (places > places[peak] / 1.4) & (places < places[peak] * 1.4)
     share = 1.0 - float(power[inside].sum()) / float(power.sum())
     if share > _SHARE:
-        others = np.where(inside, 0.0, power)
-        second = float(places[int(np.argmax(others))])
+        outside = np.where(inside, 0.0, power)
+        second = float(places[int(np.argmax(outside))])
         raise InputError(
             f"signal must be of one mode, got {share:.0%} of its energy elsewhere: it rings at "
             f"{places[peak]:.5g} Hz and at {second:.5g} Hz; give ",

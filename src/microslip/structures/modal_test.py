@@ -86,7 +86,7 @@ class ModalTest(Locked):
         points: int = 12,
         quantity: str = "displacement",
         band: tuple[float, float] | None = None,
-        **given: Any,
+        **attributes: Any,
     ) -> ModalTest:
         """Read a test from the ring-down after a hammer's blow or a release.
 
@@ -118,7 +118,7 @@ class ModalTest(Locked):
         """
         from microslip.structures.modal_readings import ring_down
 
-        return cls(*ring_down(time, signal, points, quantity, band), **given)
+        return cls(*ring_down(time, signal, points, quantity, band), **attributes)
 
     @classmethod
     def from_stepped_sine(
@@ -130,7 +130,7 @@ class ModalTest(Locked):
         *,
         points: int = 12,
         quantity: str = "displacement",
-        **given: Any,
+        **attributes: Any,
     ) -> ModalTest:
         """Read a test from settled answers to a sine, stepped through a resonance.
 
@@ -171,7 +171,9 @@ class ModalTest(Locked):
         """
         from microslip.structures.modal_readings import stepped_sine
 
-        return cls(*stepped_sine(frequency, amplitude, phase, force, points, quantity), **given)
+        return cls(
+            *stepped_sine(frequency, amplitude, phase, force, points, quantity), **attributes
+        )
 
     @classmethod
     def read(
@@ -181,7 +183,7 @@ class ModalTest(Locked):
         band: tuple[float, float] | None = None,
         points: int = 12,
         columns: dict[str, str] | None = None,
-        **given: Any,
+        **attributes: Any,
     ) -> ModalTest:
         """Read a test from a file: a curve, a ring-down or a stepped sine, by its columns.
 
@@ -213,4 +215,4 @@ class ModalTest(Locked):
         from microslip.structures.modal_test_files import read
 
         name, notes, values = read(path, band, points, columns or {})
-        return cls(*values, **{"name": name, "notes": notes, **given})
+        return cls(*values, **{"name": name, "notes": notes, **attributes})

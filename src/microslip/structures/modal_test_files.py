@@ -105,23 +105,23 @@ def _table(path: Path) -> Table:
 
 def _roles(columns: list[Named], stated: Mapping[str, str]) -> dict[str, Named]:
     """Columns by what they are; the first that is called so."""
-    taken = {role: find(columns, text, role) for role, text in stated.items()}
+    roles = {role: find(columns, text, role) for role, text in stated.items()}
     for role, words in _WORDS.items():
         for column in columns:
             called = column.name.casefold().replace("_", " ").strip()
-            if role in taken or column in taken.values() or not re.fullmatch(words, called):
+            if role in roles or column in roles.values() or not re.fullmatch(words, called):
                 continue
             if column.unit is None or role == "damping_ratio" or _fits(column.unit, role):
-                taken[role] = column
+                roles[role] = column
     # The amplitude of a stepped sine may be of any quantity, which its unit tells.
     for column in columns:
         called = column.name.casefold()
         for role in POWERS:
-            if column in taken.values() or role in taken or column.unit is None:
+            if column in roles.values() or role in roles or column.unit is None:
                 continue
             if re.match(r"(response|amp|sensor)", called) and _fits(column.unit, role):
-                taken[role] = column
-    return taken
+                roles[role] = column
+    return roles
 
 
 def _fits(unit: str, role: str) -> bool:
@@ -147,16 +147,16 @@ def _values(kind: str, table: Table, roles: dict[str, Named], band: Any, points:
         raise InputError(Argument("band"), f" is for a ring-down, this is a {kind}")
     if kind == "curve":
         return tuple(_column(table, roles, r) for r in ("amplitude", "frequency", "damping_ratio"))  # type: ignore[return-value]
-    shown = [role for role in POWERS if role in roles]
-    if len(shown) > 1:
+    signals = [role for role in POWERS if role in roles]
+    if len(signals) > 1:
         raise InputError(
-            f"wanted one signal of the sensor, got {quoted(shown, 'and')}; take the others out"
+            f"wanted one signal of the sensor, got {quoted(signals, 'and')}; take the others out"
         )
     if kind == "ring-down":
-        time, signal = _column(table, roles, "time"), _column(table, roles, shown[0])
-        return ring_down(time, signal, points, shown[0], band)
-    quantity = shown[0] if shown else "displacement"
-    size = _column(table, roles, shown[0] if shown else "amplitude")
+        time, signal = _column(table, roles, "time"), _column(table, roles, signals[0])
+        return ring_down(time, signal, points, signals[0], band)
+    quantity = signals[0] if signals else "displacement"
+    size = _column(table, roles, signals[0] if signals else "amplitude")
     force: Any = _column(table, roles, "force") if "force" in roles else 1.0
     phase = _column(table, roles, "phase")
     return stepped_sine(_column(table, roles, "frequency"), size, phase, force, points, quantity)

@@ -35,7 +35,7 @@ def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tup
     if not file.exists():
         raise InputError(f"{file.name}: there is no such file")
     if file.is_dir():
-        held = _folder(file)
+        content = _folder(file)
     else:
         kinds = {".npz": _npz, ".mat": _mat, **dict.fromkeys((".pch", ".op2", ".op4"), _nastran)}
         read = kinds.get(file.suffix.lower())
@@ -45,7 +45,7 @@ def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tup
                 f"mass.mtx, stiffness.mtx and damping.mtx, got {show(file.suffix)}"
             )
         try:
-            held = read(file)
+            content = read(file)
         except InputError:
             raise
         except OSError as error:
@@ -55,29 +55,29 @@ def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tup
         except Exception as error:  # damaged files break NumPy's and SciPy's readers in many ways
             text = shorten(str(error) or type(error).__name__, 120)
             raise InputError(f"{file.name}: cannot be read: {text}") from None
-    found = {kind: _pick(file, held, kind, names.get(kind)) for kind in _NAMES}
-    if any(hasattr(matrix, "index") for matrix in found.values()):
-        found = _aligned(file, found)
-    return found["mass"], found["stiffness"], found["damping"]
+    matrices = {kind: _pick(file, content, kind, names.get(kind)) for kind in _NAMES}
+    if any(hasattr(matrix, "index") for matrix in matrices.values()):
+        matrices = _aligned(file, matrices)
+    return matrices["mass"], matrices["stiffness"], matrices["damping"]
 
 
-def _pick(file: Path, held: Mapping[str, Any], kind: str, name: str | None) -> Any:
+def _pick(file: Path, content: Mapping[str, Any], kind: str, name: str | None) -> Any:
     """One matrix by its name."""
     if name is not None:
-        if name not in held:
-            raise InputError(f"{file.name}: {_missing(name, held)}")
-        return held[name]
+        if name not in content:
+            raise InputError(f"{file.name}: {_missing(name, content)}")
+        return content[name]
     for usual in _NAMES[kind]:
-        if usual in held:
-            return held[usual]
+        if usual in content:
+            return content[usual]
     if kind == "damping":
         return None
-    raise InputError(f"{file.name}: {_missing(kind, held)}; write {kind}=... with its name")
+    raise InputError(f"{file.name}: {_missing(kind, content)}; write {kind}=... with its name")
 
 
-def _missing(name: str, held: Mapping[str, Any]) -> str:
-    listed = ", ".join(shorten(h, 30) for h in list(held)[:12]) or "nothing"
-    return f'has no "{shorten(name, 40)}"{did_you_mean(name, list(held))}; it has {listed}'
+def _missing(name: str, content: Mapping[str, Any]) -> str:
+    listed = ", ".join(shorten(h, 30) for h in list(content)[:12]) or "nothing"
+    return f'has no "{shorten(name, 40)}"{did_you_mean(name, list(content))}; it has {listed}'
 
 
 def _npz(file: Path) -> dict[str, Any]:
@@ -98,8 +98,8 @@ def _mat(file: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
     with sparse_of_either_kind():
-        held = loadmat(file)
-    return {name: value for name, value in held.items() if not name.startswith("__")}
+        content = loadmat(file)
+    return {name: value for name, value in content.items() if not name.startswith("__")}
 
 
 def _nastran(file: Path) -> dict[str, Any]:
@@ -112,21 +112,21 @@ def _nastran(file: Path) -> dict[str, Any]:
             'pip install "microslip[nastran]"'
         ) from None
     kind, path = file.suffix.lower(), str(file)
-    held: dict[str, Any] = {}
+    content: dict[str, Any] = {}
     if kind == ".op4":
-        held = dict(op4.read(path))
+        content = dict(op4.read(path))
     elif kind == ".op2":
         with op2.OP2(path) as output:
-            held = output.rdop2mats()
-    if kind == ".pch" or (kind == ".op2" and not held):
-        more = {} if kind == ".op2" else {"follow_includes": False}
-        held = dict(bulk.rddmig(path, **more))
-    return {str(name).upper(): matrix for name, matrix in held.items()}
+            content = output.rdop2mats()
+    if kind == ".pch" or (kind == ".op2" and not content):
+        options = {} if kind == ".op2" else {"follow_includes": False}
+        content = dict(bulk.rddmig(path, **options))
+    return {str(name).upper(): matrix for name, matrix in content.items()}
 
 
-def _aligned(file: Path, found: dict[str, Any]) -> dict[str, Any]:
+def _aligned(file: Path, matrices: dict[str, Any]) -> dict[str, Any]:
     """Matrices over all degrees of freedom that one of them has: by grid, then by component."""
-    frames = {kind: matrix for kind, matrix in found.items() if matrix is not None}
+    frames = {kind: matrix for kind, matrix in matrices.items() if matrix is not None}
     for kind, frame in frames.items():
         if frame.index.nlevels != 2 or not frame.index.equals(frame.columns):
             raise InputError(f"{file.name}: the {kind} matrix must be square, form 1 or 6 of DMIG")
@@ -135,7 +135,7 @@ def _aligned(file: Path, found: dict[str, Any]) -> dict[str, Any]:
         kind: None
         if matrix is None
         else matrix.reindex(index, columns=index, fill_value=0.0).values
-        for kind, matrix in found.items()
+        for kind, matrix in matrices.items()
     }
 
 

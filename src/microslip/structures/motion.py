@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,18 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, record, show
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
 from microslip.structures.modal_model import ModalModel
 from microslip.structures.time_steps import TimeSteps
 
-Force = Callable[[float], ArrayLike]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion(Locked, PlottableAtSensor):
+class Motion(LockedArrays, PlottableAtSensor):
     """A motion in time; made by ``structure.integrate(...)``. Displacements count from rest.
 
     By the generalised-alpha method (Chung and Hulbert 1993, DOI 10.1115/1.2900803).
@@ -129,7 +126,7 @@ def integrate(
     rows = [np.empty((count, width)) for width in (q.size, q.size, stepper.motion.size)]
     rows.append(np.empty_like(rows[2]))
     rows.append(np.empty((count, stepper.lost.size)))
-    done = 0
+    reached = 0
     for i in range(count):
         if i:
             moved = stepper.advance(q, v, a, modal_force[i - 1], modal_force[i])
@@ -139,60 +136,31 @@ def integrate(
         total = stepper.short + joints.stuck * stepper.motion
         for row, value in zip(rows, (q, v, stepper.motion, total, stepper.lost), strict=True):
             row[i] = value
-        done = i + 1
+        reached = i + 1
     message = f"solved in {count - 1} steps"
-    if done < count:
+    if reached < count:
         message = (
-            f"stopped at {times[done - 1]:.6g} s: the joints' motion in the next step was not "
+            f"stopped at {times[reached - 1]:.6g} s: the joints' motion in the next step was not "
             "found; try shorter steps"
         )
-    modal, speeds, motion, pull, lost = (row[:done] for row in rows)
-    return _told(
-        times[:done],
-        modal,
-        speeds,
-        motion,
-        pull,
-        lost,
-        forces[:done],
-        shapes,
-        stiffness,
-        stepper,
-        message,
-    )
-
-
-def _told(
-    times: Floats,
-    modal: Floats,
-    speeds: Floats,
-    motion: Floats,
-    pull: Floats,
-    lost: Floats,
-    forces: Floats,
-    shapes: Floats,
-    stiffness: Any,
-    stepper: TimeSteps,
-    message: str,
-) -> Motion:
-    """The result, with its energies by the trapezoidal rule."""
+    modal, speeds, motion, pull, lost = (row[:reached] for row in rows)
     x, speed = modal @ shapes.T, speeds @ shapes.T
     kinetic = 0.5 * np.sum(speeds**2, axis=1)
     elastic = 0.5 * np.sum(x * np.asarray(stiffness @ x.T).T, axis=1)
-
-    def along(force: Floats, path: Floats) -> Floats:
-        means = 0.5 * (force[1:] + force[:-1])
-        return np.append(0.0, np.cumsum(np.sum(means * np.diff(path, axis=0), axis=1)))
-
-    start = motion[0] if motion.size else np.zeros(0)
-    joint = along(pull, motion) + 0.5 * float(pull[0] @ start)
-    viscous = along(speeds @ stepper.damping, modal)
-    work = along(forces, x) + kinetic[0] + elastic[0] + joint[0]
-    for values in (times, x, speed, motion, pull, work, kinetic, elastic, joint, lost, viscous):
-        lock(values)
+    beginning = motion[0] if motion.size else np.zeros(0)
+    joint = _work(pull, motion) + 0.5 * float(pull[0] @ beginning)
+    viscous = _work(speeds @ stepper.damping, modal)
+    work = _work(forces[:reached], x) + kinetic[0] + elastic[0] + joint[0]
     return Motion(
-        times, x, speed, motion, pull, work, kinetic, elastic, joint, lost, viscous, message
-    )
+        times[:reached], x, speed, motion, pull, work, kinetic, elastic, joint, lost, viscous,
+        message,
+    )  # fmt: skip
+
+
+def _work(force: Floats, path: Floats) -> Floats:
+    """Work of a force along a path up to each time, by the trapezoidal rule."""
+    means = 0.5 * (force[1:] + force[:-1])
+    return np.append(0.0, np.cumsum(np.sum(means * np.diff(path, axis=0), axis=1)))
 
 
 def _line(model: ModalModel, q: Floats, v: Floats, force: Floats) -> Floats:

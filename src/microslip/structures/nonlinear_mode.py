@@ -88,15 +88,15 @@ class ModeEquations:
     def _residual(self, point: ModePoint, amplitude: float) -> _Residual:
         balance = self.balance
         q, omega, zeta = point
-        short = balance.joint_forces(q)
-        forces = balance.linear(q, omega, -2.0 * zeta * omega) + short.force
+        joint_forces, answers = balance.joint_forces(q)
+        forces = balance.linear(q, omega, -2.0 * zeta * omega) + joint_forces
         measured, by_q, by_omega = self.measure.square(q, omega)
         border = np.array([measured / amplitude**2 - 1.0, q[self.index, 2]])
         size = math.sqrt(float(np.sum(q[:, 1:3] ** 2)))
         scale = np.maximum(balance.model.squares, omega**2)[:, None] * size
         merit = math.sqrt(float(np.sum((forces / scale) ** 2)) + border[0] ** 2)
         return _Residual(
-            forces, border, merit, short.answers, by_q / amplitude**2, by_omega / amplitude**2
+            forces, border, merit, answers, by_q / amplitude**2, by_omega / amplitude**2
         )
 
     def _newton_step(
@@ -121,12 +121,12 @@ class ModeEquations:
         if self.balance.model.damping is None:
             unknowns = min(modes, self.balance.joints.flat.shape[1])
         direct = unknowns * size <= LARGEST_DIRECT
-        found = system.eliminate() if direct else system.iterate()
-        if found is None and not direct:
-            found = system.eliminate()
-        if found is None or not np.isfinite(found).all():
+        change = system.eliminate() if direct else system.iterate()
+        if change is None and not direct:
+            change = system.eliminate()
+        if change is None or not np.isfinite(change).all():
             return None
-        return ModePoint(found[:-2].reshape(modes, size), float(found[-2]), float(found[-1]))
+        return ModePoint(change[:-2].reshape(modes, size), float(change[-2]), float(change[-1]))
 
     def _moved(self, point: ModePoint, step: ModePoint, share: float) -> ModePoint:
         # A frequency does not change sign, however bad a guess was.
@@ -198,12 +198,12 @@ class _Bordered:
             [self.current.border[0], self.current.border[1] / unit],
         )
         try:
-            found = np.linalg.solve(matrix, right)
+            step = np.linalg.solve(matrix, right)
         except np.linalg.LinAlgError:
             return None
-        found[:count] *= unit
-        found[-2] *= omega
-        return found
+        step[:count] *= unit
+        step[-2] *= omega
+        return step
 
     def _by_joints(self) -> Floats | None:
         phase = np.zeros(self.balance.shape)
@@ -216,8 +216,8 @@ class _Bordered:
             self.current.border,
         )
         answers = self.current.answers
-        found = solve(self.balance, answers, self.point.omega, self._damping, system)
-        return None if found is None else np.append(found[0].reshape(-1), found[1])
+        step = solve(self.balance, answers, self.point.omega, self._damping, system)
+        return None if step is None else np.append(step[0].reshape(-1), step[1])
 
     def iterate(self) -> Floats | None:
         """By GMRES, preconditioned with the structure whose joints stick."""
@@ -249,9 +249,9 @@ class _Bordered:
         y = gmres(product, right, 1e-9 if self.current.merit < 1e-4 else 1e-4, 160)
         if y is None:
             return None
-        found = solve(y)
-        found[-2] *= omega
-        return found
+        step = solve(y)
+        step[-2] *= omega
+        return step
 
     def _preconditioner(self, unit: float) -> Callable[[Floats], Floats]:
         """Solves with sticking joints; the mode's own four unknowns with their joint forces."""
@@ -260,10 +260,10 @@ class _Bordered:
         omega, scale = self.point.omega, self._scale
         orders = self.balance.basis.orders
         square = (self.balance.model.squares[:, None] - (orders * omega) ** 2) / scale
-        own: Floats | float = self._damping
+        damping: Floats | float = self._damping
         if self.balance.model.damping is not None:
-            own = own + self.balance.model.damping.diagonal()[:, None]
-        rate = np.broadcast_to(orders * omega * own / scale, square.shape)
+            damping = damping + self.balance.model.damping.diagonal()[:, None]
+        rate = np.broadcast_to(orders * omega * damping / scale, square.shape)
         weight = 1.0 / np.maximum(square**2 + rate**2, 1e-8)
         cosine, sine = np.arange(1, size, 2), np.arange(2, size, 2)
         core = np.zeros((4, 4))

@@ -5,35 +5,30 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import LARGEST, Floats, exact, number, plain, positive, show, whole
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import LockedArrays
+from microslip._core.wording import quoted
 from microslip.errors import Argument, InputError
 from microslip.friction import LAWS, BackboneLaw
 from microslip.kernels import Integers
 from microslip.numerics.inversion import adaptive
 from microslip.structures.ring_down import RingDown, ring_down
-from microslip.structures.slow_flow import MOST_CYCLES, slow_flow
 
 Method = Literal["quasi-static", "harmonic-balance"]
 
-_METHODS = ("quasi-static", "harmonic-balance")
 _BLOCK = 2000  # amplitudes a pass of the harmonic balance
-
-
-class _Length(NamedTuple):
-    """How long a motion is followed: one of the two."""
-
-    cycles: int | None
-    duration: float | None
+_MOST_CYCLES = 10_000_000
+_STEEPEST = 0.5  # share of its amplitude that a cycle may lose and still be slow
+_FAINTEST = 1e-90  # of the first amplitude: what is smaller is nothing
 
 
 @dataclass(frozen=True, eq=False)
-class Decay(Locked):
+class Decay(LockedArrays):
     """The envelope of a free oscillation, at its beginning and after each cycle.
 
     Parameters
@@ -62,10 +57,6 @@ class Decay(Locked):
     amplitude: NDArray[np.float64]
     frequency: NDArray[np.float64]
     damping_ratio: NDArray[np.float64]
-
-    def __post_init__(self) -> None:
-        for name in ("time", "amplitude", "frequency", "damping_ratio"):
-            lock(getattr(self, name))
 
     def __repr__(self) -> str:
         return (
@@ -143,8 +134,8 @@ class Oscillator:
     def _stuck(self) -> float:
         """Angular frequency that the dashpot is measured by [rad/s]."""
         joint = self.joint.tangential_stiffness
-        held = self.stiffness + (joint if math.isfinite(joint) else 0.0)
-        return math.sqrt(held / self.mass)
+        stiffness = self.stiffness + (joint if math.isfinite(joint) else 0.0)
+        return math.sqrt(stiffness / self.mass)
 
     @property
     def viscous_coefficient(self) -> float:
@@ -246,15 +237,13 @@ class Oscillator:
 
     def _joint_stiffness(self, a: Floats, method: str) -> Floats:
         """The joint's stiffness in the mode [N/m]."""
-        if method not in _METHODS:
-            wanted = " or ".join(f'"{name}"' for name in _METHODS)
-            raise InputError(Argument("method"), f" must be {wanted}, got {show(method)}")
+        if method not in get_args(Method):
+            methods = quoted(get_args(Method))
+            raise InputError(Argument("method"), f" must be {methods}, got {show(method)}")
         if method == "quasi-static" or a.size == 0:
             return np.asarray(self.joint.secant_stiffness(a))
-        parts = [
-            balanced_stiffness(self.joint, a[i : i + _BLOCK]) for i in range(0, a.size, _BLOCK)
-        ]
-        return np.concatenate(parts)
+        blocks = np.split(a, range(_BLOCK, a.size, _BLOCK))
+        return np.concatenate([balanced_stiffness(self.joint, block) for block in blocks])
 
     # -- the free oscillation ---------------------------------------------------------------------
 
@@ -298,9 +287,7 @@ class Oscillator:
         decay is exact. Times follow from the frequency of the harmonic balance.
         """
         a = positive("amplitude", amplitude, "m", 1e-6)
-        length = _length("decay", cycles, duration)
-
-        return Decay(*slow_flow(self, a, length.cycles, length.duration))
+        return Decay(*_slow_flow(self, a, *_length("decay", cycles, duration)))
 
     def ring_down(
         self,
@@ -350,7 +337,8 @@ class Oscillator:
         a = positive("amplitude", amplitude, "m", 1e-6)
         length = _length("ring_down", cycles, duration)
         per_cycle = whole("samples_per_cycle", samples_per_cycle, 8, 1_000_000)
-        return ring_down(self, a, length.cycles, length.duration, per_cycle)
+        system = self.joint, self.mass, self.stiffness, self.viscous_coefficient, self._stuck
+        return ring_down(*system, a, *length, per_cycle)
 
 
 def balanced_stiffness(joint: BackboneLaw, a: Floats) -> Floats:
@@ -367,8 +355,8 @@ def balanced_stiffness(joint: BackboneLaw, a: Floats) -> Floats:
     peak = joint._backbone(amplitude)
 
     # In gross slip all happens soon after the turning point.
-    def integrand(phi: Floats, which: Integers) -> Floats:
-        below = peak[which] - joint._backbone(amplitude[which] * np.sin(0.5 * phi) ** 2)
+    def integrand(phi: Floats, index: Integers) -> Floats:
+        below = peak[index] - joint._backbone(amplitude[index] * np.sin(0.5 * phi) ** 2)
         return np.asarray(below * np.cos(phi))
 
     total = adaptive(integrand, np.full(moved.size, math.pi), 1e-13, 50)
@@ -376,10 +364,87 @@ def balanced_stiffness(joint: BackboneLaw, a: Floats) -> Floats:
     return result
 
 
-def _length(name: str, cycles: Any, duration: Any) -> _Length:
+def _slow_flow(
+    oscillator: Oscillator, amplitude: float, cycles: int | None, duration: float | None
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Times, amplitudes, frequencies and damping ratios after 0, 1, 2 ... cycles."""
+    from scipy.integrate import solve_ivp
+    from scipy.interpolate import CubicSpline
+
+    joint, dashpot = oscillator.joint, oscillator.viscous_coefficient
+    stuck = oscillator._stuck
+    periods = math.inf if duration is None else duration * stuck / (2.0 * math.pi)
+    places = np.linspace(math.log(amplitude) - 20.0, math.log(amplitude), 257)
+    balanced = oscillator.angular_frequency(np.exp(places), method="harmonic-balance")
+    omega = CubicSpline(places, balanced)
+
+    def rates(a: Floats) -> tuple[Floats, Floats, Floats]:
+        """What a cycle takes of an amplitude, its angular frequency and its damping ratio."""
+        stiffness = oscillator.stiffness + joint._slope(a)
+        natural = omega(np.maximum(np.log(a), places[0]))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            friction = joint._energy(a) / a / stiffness
+            viscous = 0.5 * dashpot * natural / stiffness
+            slowed = np.sqrt(1.0 - viscous**2)
+            lost = friction + 2.0 * math.pi * a * viscous / slowed
+        # As a logarithmic decrement would show it.
+        decrement = 0.5 * friction / math.pi / a
+        return lost, natural * slowed, viscous + decrement
+
+    def flow(_: float, state: Floats) -> tuple[float, float]:
+        """Per cycle: of the amplitude over the first one, of the time in periods when stuck."""
+        lost, swing, _ratio = rates(amplitude * np.maximum(state[:1], _FAINTEST))
+        return -float(lost[0]) / amplitude, stuck / float(swing[0])
+
+    def slow(_: float, state: Floats) -> float:
+        share = max(float(state[0]), _FAINTEST)
+        return _STEEPEST + flow(0.0, np.array([share]))[0] / share
+
+    def there(_: float, state: Floats) -> float:
+        return float(state[0]) - _FAINTEST
+
+    def within(_: float, state: Floats) -> float:
+        return periods - float(state[1])
+
+    if not slow(0.0, np.ones(1)) > 0.0:
+        raise InputError(
+            Argument("amplitude"),
+            f" must be one that decays slowly: of {exact(amplitude)} m a cycle would lose "
+            "more than half; ring_down(...) follows any motion",
+        )
+    if duration is not None and not periods <= _MOST_CYCLES:
+        raise InputError(
+            Argument("duration"),
+            f" must be at most {_MOST_CYCLES} periods of the oscillator, "
+            f"got {exact(duration)} s, which are {periods:.3g}",
+        )
+    limit = periods + 1.0 if cycles is None else float(cycles)
+    events = [slow, there] + ([within] if cycles is None else [])
+    for event in events:
+        event.terminal = True  # type: ignore[attr-defined]  # as SciPy wants it
+    solution = solve_ivp(
+        flow,
+        (0.0, limit),
+        (1.0, 0.0),
+        method="DOP853",
+        rtol=1e-10,
+        atol=(1e-3 * _FAINTEST, 1e-10),
+        dense_output=True,
+        events=events,
+    )
+    count = math.floor(float(solution.t[-1]) * (1.0 + 1e-12))
+    share, time = solution.sol(np.arange(count + 1.0))
+    share[0], time[0] = 1.0, 0.0
+    a = amplitude * np.maximum(share, _FAINTEST)
+    _, swing, ratio = rates(a)
+    return time * (2.0 * math.pi / stuck), a, swing / (2.0 * math.pi), ratio
+
+
+def _length(name: str, cycles: Any, duration: Any) -> tuple[int | None, float | None]:
+    """How long a motion is followed: by cycles or by a duration [s]."""
     if (cycles is None) == (duration is None):
         came = "neither" if cycles is None else "both"
         raise InputError(f"{name} needs cycles=... or duration=... [s], one of them, got {came}")
     if cycles is None:
-        return _Length(None, positive("duration", duration, "s"))
-    return _Length(whole("cycles", cycles, 1, MOST_CYCLES), None)
+        return None, positive("duration", duration, "s")
+    return whole("cycles", cycles, 1, _MOST_CYCLES), None

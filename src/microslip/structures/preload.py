@@ -6,23 +6,24 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, number, show, whole
 from microslip._core.frozen import lock
+from microslip._core.wording import quoted
 from microslip.errors import InputError
 from microslip.numerics.threads import single_threaded
 from microslip.structures.amplitude import Quantity, amplitude_measure, checked_amplitudes
-from microslip.structures.attachments import Attachment, FieldAttachment, all_columns
 from microslip.structures.forced import ForcedResponse, forced_response
 from microslip.structures.harmonic_basis import harmonic_basis
+from microslip.structures.joint_groups import Attachment, FieldAttachment, all_columns
 from microslip.structures.matrices import linear_modes
 from microslip.structures.modal_curve import ModalCurve
-from microslip.structures.modal_model import ModalModel, modal_model
-from microslip.structures.mode_solvers import balanced_curve, quasi_static_curve
+from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
+from microslip.structures.mode_solvers import ModeSolver
 from microslip.structures.motion import Motion, integrate
 from microslip.structures.static import StaticState
 
@@ -148,8 +149,6 @@ class Preload:
         count = whole("count", count, 1, _MOST_MODES)
         stiffness = self.stiffness
         if joints == "stuck":
-            from microslip.structures.modal_model import stuck_stiffness
-
             stuck = [a.stuck(u) for a, u in zip(self.attachments, self._motions, strict=True)]
             stiffness = stuck_stiffness(
                 stiffness,
@@ -215,10 +214,8 @@ class Preload:
         that varies; across that line it sticks.
         """
         index = whole("index", index, 0, _MOST_MODES)
-        if method not in ("harmonic-balance", "quasi-static"):
-            raise InputError(
-                f'method must be "harmonic-balance" or "quasi-static", got {show(method)}'
-            )
+        if method not in get_args(Method):
+            raise InputError(f"method must be {quoted(get_args(Method))}, got {show(method)}")
         a = checked_amplitudes(amplitudes)
         basis = harmonic_basis(harmonics, samples)
         base = number("damping_ratio", damping_ratio, example=0.001)
@@ -229,13 +226,8 @@ class Preload:
             raise InputError(f"index must be below {model.size}, the elastic modes, got {index}")
         measure = amplitude_measure(at, quantity, model.shapes, index)
 
-        def balanced() -> ModalCurve:
-            return balanced_curve(model, index, a, measure, basis, base, quick)
-
-        def quick() -> ModalCurve:
-            return quasi_static_curve(model, index, a, measure, base, balanced)
-
-        return balanced() if method == "harmonic-balance" else quick()
+        solver = ModeSolver(model, index, a, measure, basis, base)
+        return solver.balanced() if method == "harmonic-balance" else solver.quasi_static()
 
     @single_threaded
     def forced_response(

@@ -76,10 +76,10 @@ class QuasiStatic:
                 sides, reached = moved, q
                 point = self._point(sides, q)
                 factor = self.measure.factor(point.shape / q, point.omega)
-                wanted = float(amplitudes[place]) / factor
-                if abs(wanted / q - 1.0) < 1e-9:
+                target = float(amplitudes[place]) / factor
+                if abs(target / q - 1.0) < 1e-9:
                     break
-                q = wanted
+                q = target
             result[place] = point
         return result
 
@@ -149,8 +149,11 @@ class QuasiStatic:
                 x = y * scale
                 x[:modes] /= weights
                 # The mode's own row gives lambda, the row of the amplitude the mode's own motion.
-                own = shape[index]
-                x[index], x[modes] = y[modes] / (2.0 * own), -y[index] * scale[index] / own
+                coordinate = shape[index]
+                x[index], x[modes] = (
+                    y[modes] / (2.0 * coordinate),
+                    -y[index] * scale[index] / coordinate,
+                )
                 return np.asarray(x)
 
             def product(y: Floats) -> Floats:

@@ -12,6 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats, floats, positive, show, whole
 from microslip.errors import InputError
 from microslip.numerics.threads import single_threaded
+from microslip.structures.matrices import factorised
 from microslip.structures.mesh import FACETS, JointMesh, check_count
 from microslip.structures.reduction_elements import Elements
 from microslip.structures.reduction_model import ReducedJoint, Surface
@@ -36,7 +37,6 @@ class FreeBody:
 
     def __init__(self, elements: Elements, masses: Any) -> None:
         from scipy import linalg
-        from scipy.sparse.linalg import splu
 
         self.stiffness, mass = elements.matrices()
         self.mass = mass + masses if masses is not None else mass
@@ -47,12 +47,7 @@ class FreeBody:
         _, _, order = linalg.qr(self.rigid.T, mode="economic", pivoting=True)
         self._free = np.ones(elements.size, dtype=bool)
         self._free[order[:6]] = False
-        self._factors = splu(
-            self.stiffness[self._free][:, self._free].tocsc(),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
+        self._factors = factorised(self.stiffness[self._free][:, self._free], 0.0)
 
     def solve(self, forces: Any) -> Floats:
         """Displacements under forces (columns, sparse or dense), both without their rigid part."""
@@ -197,10 +192,10 @@ def _check_joined(mesh: JointMesh) -> None:
     parts, label = connected_components(graph @ graph.T, directed=False)
     if parts > 1:
         first = label[mesh.bodies[0].cells[0]]
-        apart = [body.name for body in mesh.bodies if (label[body.cells] != first).any()]
+        loose = [body.name for body in mesh.bodies if (label[body.cells] != first).any()]
         raise InputError(
             f"all bodies must be joined by corners that they share, got {parts} separate parts: "
-            f"nothing holds {', '.join(apart) or 'a part of ' + mesh.bodies[0].name} to "
+            f"nothing holds {', '.join(loose) or 'a part of ' + mesh.bodies[0].name} to "
             f"{mesh.bodies[0].name}"
         )
 
@@ -216,8 +211,8 @@ def _axial(mesh: JointMesh, elements: Elements, shank: Any) -> tuple[Floats, flo
     force = elements.axial_force(shank.cells, owner.material, shank.axis, length)
     modulus = owner.material
     shear, ratio = modulus.shear_modulus, modulus.poisson_ratio
-    held = 2.0 * shear * (1.0 - ratio) / (1.0 - 2.0 * ratio)
-    stiff = held * elements.volume(shank.cells) / length**2
+    constrained_modulus = 2.0 * shear * (1.0 - ratio) / (1.0 - 2.0 * ratio)
+    stiff = constrained_modulus * elements.volume(shank.cells) / length**2
     return force / stiff, stiff
 
 
@@ -241,21 +236,21 @@ def _fixed_modes(
     return squares, modes
 
 
-def _place(given: Any, what: str) -> Floats:
-    place = floats(what, given)
+def _place(raw_place: Any, label: str) -> Floats:
+    place = floats(label, raw_place)
     if place.shape != (3,):
-        raise InputError(f"{what} must be a place (x, y, z) [m], got {show(given)}")
+        raise InputError(f"{label} must be a place (x, y, z) [m], got {show(raw_place)}")
     return place
 
 
-def _point_rows(elements: Elements, place: Floats, what: str) -> Any:
+def _point_rows(elements: Elements, place: Floats, label: str) -> Any:
     """The three displacements at a place as functionals."""
     every = np.arange(len(elements.mesh.cells))
     point = elements.locate(place[None], every, nearest=24)
     extent = float(np.ptp(elements.mesh.points, axis=0).max())
     if point.distances[0] > 1e-3 * extent:
         raise InputError(
-            f"{what} must lie on the bodies, got {tuple(map(float, place))}, "
+            f"{label} must lie on the bodies, got {tuple(map(float, place))}, "
             f"{float(point.distances[0]):.3g} m away from them"
         )
     return elements.rows(point, np.ones(1), np.zeros(1, dtype=np.int64), 1)
@@ -263,8 +258,8 @@ def _point_rows(elements: Elements, place: Floats, what: str) -> Any:
 
 def _point_masses(elements: Elements, masses: Mapping[Any, float] | None) -> Any:
     parts = []
-    for given, value in (masses or {}).items():
-        rows = _point_rows(elements, _place(given, "an added mass"), "an added mass")
+    for place, value in (masses or {}).items():
+        rows = _point_rows(elements, _place(place, "an added mass"), "an added mass")
         parts.append(positive("an added mass", value, "kg", 0.01) * (rows.T @ rows))
     return sum(parts[1:], parts[0]).tocsc() if parts else None
 
@@ -274,13 +269,13 @@ def _sensors(elements: Elements, sensors: Mapping[str, Any] | None) -> tuple[tup
     from scipy import sparse
 
     names, rows = [], []
-    for name, given in (sensors or {}).items():
+    for name, position in (sensors or {}).items():
         try:
-            place, direction = given
+            place, direction = position
         except (TypeError, ValueError):
             raise InputError(
                 f'sensor "{name}" must be a place and a direction, such as ((0.36, 0, 0), "z"), '
-                f"got {show(given)}"
+                f"got {show(position)}"
             ) from None
         if isinstance(direction, str):
             if direction not in _DIRECTIONS:
@@ -293,8 +288,8 @@ def _sensors(elements: Elements, sensors: Mapping[str, Any] | None) -> tuple[tup
         length = math.sqrt(float(way @ way))
         if length == 0.0:
             raise InputError(f'the direction of sensor "{name}" must not be zero')
-        what = f'sensor "{name}"'
-        point = _point_rows(elements, _place(place, what), what)
+        label = f'sensor "{name}"'
+        point = _point_rows(elements, _place(place, label), label)
         rows.append(sparse.csr_matrix(way / length) @ point)
         names.append(str(name))
     if not rows:

@@ -132,72 +132,72 @@ def converge(
     """Refine patches by their share of the loss, then change one thing at a time."""
     reducer = Reducer(mesh_of(element_size), masses, along)
 
-    def tried(boxes: Any, with_: Reducer = reducer, kept: int = 14) -> _Trial:
-        joint = with_.reduce(
-            tension=tension, patches=boxes, form=form, kept_modes=kept, sensors=sensors
+    def trial(boxes: Any, refined: Reducer = reducer, kept_modes: int = 14) -> _Trial:
+        joint = refined.reduce(
+            tension=tension, patches=boxes, form=form, kept_modes=kept_modes, sensors=sensors
         )
         state = joint.tightened(surface, friction_coefficient)
         return _Trial(joint, state.modes(mode, amplitudes, method="quasi-static"))
 
     # Elements are quadratic: more than two patches in a row in each of them say nothing new.
-    least = 0.9 * element_size
-    now = tried(patches)
-    steps = [_step(now)]
+    narrowest = 0.9 * element_size
+    current = trial(patches)
+    steps = [_step(current)]
     while True:
-        boxes = now.joint.patch_boxes
-        wide = {axis: np.diff(boxes)[:, 2 * axis] > least for axis in (0, 1)}
-        halved = {axis: tried(halves(boxes, wide[axis], axis)) for axis in (0, 1)}
-        moved = {axis: _change(now.curve, fine.curve) for axis, fine in halved.items()}
+        boxes = current.joint.patch_boxes
+        wide = {axis: np.diff(boxes)[:, 2 * axis] > narrowest for axis in (0, 1)}
+        halved = {axis: trial(halves(boxes, wide[axis], axis)) for axis in (0, 1)}
+        moved = {axis: _change(current.curve, fine.curve) for axis, fine in halved.items()}
         worse = max(moved, key=lambda axis: abs(moved[axis][1]))
-        chosen = losing(now.curve.loss, _SHARE) & wide[worse]
-        if not chosen.any():  # those are as fine as the elements: then the others
-            chosen = wide[worse]
+        losers = losing(current.curve.loss, _SHARE) & wide[worse]
+        if not losers.any():  # those are as fine as the elements: then the others
+            losers = wide[worse]
         enough = abs(moved[worse][1]) <= tolerance
-        if enough or not chosen.any() or len(boxes) + chosen.sum() > most_patches:
+        if enough or not losers.any() or len(boxes) + losers.sum() > most_patches:
             break
-        now = tried(halves(boxes, chosen, worse))
-        steps.append(_step(now))
-    count = now.joint.patches
+        current = trial(halves(boxes, losers, worse))
+        steps.append(_step(current))
+    count = current.joint.patches
     changes, untried = [], []
     for axis, word in ((0, "along"), (1, "across")):
-        finer, what = halved[axis].joint.patches, f"patches halved {word}"
+        finer, aspect = halved[axis].joint.patches, f"patches halved {word}"
         if finer > count:
-            changes.append(Change(what, str(count), str(finer), *moved[axis]))
+            changes.append(Change(aspect, str(count), str(finer), *moved[axis]))
         else:
-            untried.append(what)
-    richer = tried(boxes, kept=28)
-    changes.append(Change("kept modes", "14", "28", *_change(now.curve, richer.curve)))
+            untried.append(aspect)
+    richer = trial(boxes, kept_modes=28)
+    changes.append(Change("kept modes", "14", "28", *_change(current.curve, richer.curve)))
     coarse = _coarser(
-        now, lambda factor: tried(boxes, Reducer(mesh_of(factor * element_size), masses, along))
+        current, lambda factor: trial(boxes, Reducer(mesh_of(factor * element_size), masses, along))
     )
     if coarse is None:
         untried.append("finite elements")
     else:
-        sizes = (f"{coarse.joint.full_size} degrees of freedom", str(now.joint.full_size))
-        changes.append(Change("finite elements", *sizes, *_change(coarse.curve, now.curve)))
-    state = now.joint.tightened(surface, friction_coefficient)
+        sizes = (f"{coarse.joint.full_size} degrees of freedom", str(current.joint.full_size))
+        changes.append(Change("finite elements", *sizes, *_change(coarse.curve, current.curve)))
+    state = current.joint.tightened(surface, friction_coefficient)
     changes.append(_harmonics(state, mode, amplitudes[-1:]))
     return Convergence(
-        now.joint, now.curve, tuple(changes), tuple(steps), tolerance, tuple(untried)
+        current.joint, current.curve, tuple(changes), tuple(steps), tolerance, tuple(untried)
     )
 
 
-def _coarser(now: _Trial, tried: Callable[[float], _Trial]) -> _Trial | None:
+def _coarser(current: _Trial, trial: Callable[[float], _Trial]) -> _Trial | None:
     """The model on a mesh that is coarser, where there is one that the patches bear."""
     for factor in (1.4, 2.0, 2.8):
         try:
-            coarse = tried(factor)
+            coarse = trial(factor)
         except InputError:
             return None
-        if coarse.joint.full_size < now.joint.full_size:
+        if coarse.joint.full_size < current.joint.full_size:
             return coarse
     return None
 
 
 def _harmonics(state: Preload, mode: int, amplitude: Floats) -> Change:
-    coarse, fine = (state.modes(mode, amplitude, harmonics=held) for held in _HARMONICS)
-    few, more = (", ".join(map(str, held)) for held in _HARMONICS)
-    return Change("harmonics", few, more, *_change(coarse, fine))
+    coarse, fine = (state.modes(mode, amplitude, harmonics=orders) for orders in _HARMONICS)
+    coarse_orders, fine_orders = (", ".join(map(str, orders)) for orders in _HARMONICS)
+    return Change("harmonics", coarse_orders, fine_orders, *_change(coarse, fine))
 
 
 def _step(trial: _Trial) -> tuple[int, float, float]:
@@ -224,17 +224,17 @@ def _change(coarse: ModalCurve, fine: ModalCurve) -> tuple[float, float]:
 
 def losing(loss: Floats, share: float) -> Any:
     """The patches that lose most, together this share at any of the amplitudes."""
-    chosen = np.zeros(loss.shape[1], dtype=bool)
+    selected = np.zeros(loss.shape[1], dtype=bool)
     for row in loss:
         order = np.argsort(-row)
         until = np.searchsorted(np.cumsum(row[order]), share * row.sum()) + 1
-        chosen[order[:until]] = True
-    return chosen
+        selected[order[:until]] = True
+    return selected
 
 
-def halves(boxes: Floats, chosen: Any, axis: int) -> Floats:
+def halves(boxes: Floats, selected: Any, axis: int) -> Floats:
     """Boxes with the chosen ones cut in two along an axis."""
     low, high = 2 * axis, 2 * axis + 1
-    first, second = boxes[chosen].copy(), boxes[chosen].copy()
-    first[:, high] = second[:, low] = 0.5 * (boxes[chosen, low] + boxes[chosen, high])
-    return np.concatenate([boxes[~chosen], first, second])
+    first, second = boxes[selected].copy(), boxes[selected].copy()
+    first[:, high] = second[:, low] = 0.5 * (boxes[selected, low] + boxes[selected, high])
+    return np.concatenate([boxes[~selected], first, second])

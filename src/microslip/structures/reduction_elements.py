@@ -25,10 +25,10 @@ class Points(NamedTuple):
     distances: Floats
     """How far those asked for lie from them [m]."""
 
-    def some(self, which: Any) -> Points:
+    def some(self, index: Any) -> Points:
         """Some of the points."""
         return Points(
-            self.cells[which], self.values[which], self.places[which], self.distances[which]
+            self.cells[index], self.values[index], self.places[index], self.distances[index]
         )
 
 
@@ -73,8 +73,8 @@ class Elements:
         stiff = np.empty((total, 3 * count, 3 * count))
         heavy = np.empty((total, count, count))
         order = np.empty(total, dtype=np.int64)
-        done = 0
-        same = np.eye(3)
+        filled = 0
+        identity = np.eye(3)
         for body in self.mesh.bodies:
             shear, lame = _lame(body.material)
             for part, gradients, values, weights in self._chunks(np.asarray(body.cells)):
@@ -83,14 +83,14 @@ class Elements:
                 products = products.reshape(len(part), count, 3, count, 3)
                 block = lame * products + shear * products.transpose(0, 1, 4, 3, 2)
                 trace = np.trace(products, axis1=2, axis2=4)
-                block += shear * trace[:, :, None, :, None] * same[None, None, :, None, :]
-                here = slice(done, done + len(part))
+                block += shear * trace[:, :, None, :, None] * identity[None, None, :, None, :]
+                here = slice(filled, filled + len(part))
                 stiff[here] = block.reshape(len(part), 3 * count, 3 * count)
                 heavy[here] = body.density * np.matmul(
                     values * weights[:, None], values.transpose(0, 2, 1)
                 )
                 order[here] = part
-                done += len(part)
+                filled += len(part)
         dofs = self._dofs[order]
         mass = _assembled(sparse, dofs, heavy, self.size // 3)
         displacements = (3 * dofs[:, :, None] + np.arange(3)).reshape(total, -1)
@@ -179,7 +179,7 @@ class Elements:
         nearest = min(nearest, len(cells))
         _, near = cKDTree(self._corner_places[cells].mean(axis=1)).query(places, nearest)
         near = np.asarray(near).reshape(len(places), nearest)
-        chosen = np.empty(len(places), dtype=np.int64)
+        owners = np.empty(len(places), dtype=np.int64)
         local = np.empty((len(places), 3))
         distances, reached = np.full(len(places), np.inf), np.empty((len(places), 3))
         for rank in range(nearest):
@@ -194,9 +194,9 @@ class Elements:
             distance[distance < 1e-9 * size] = 0.0
             better = distance < distances[open_]
             index = open_[better]
-            chosen[index], local[index] = candidate[better], at[better]
+            owners[index], local[index] = candidate[better], at[better]
             distances[index], reached[index] = distance[better], place[better]
-        return Points(chosen, self._shape(local), reached, distances)
+        return Points(owners, self._shape(local), reached, distances)
 
     def _inverse(self, places: Floats, cells: Indices) -> Floats:
         """Local coordinates of places, kept within the cell."""

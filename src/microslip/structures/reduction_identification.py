@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, number, positive, show
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import LockedArrays
 from microslip._core.verdicts import Rule, Verdict
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import Argument, InputError
@@ -75,7 +75,7 @@ INSIDE = Rule(
 
 
 @dataclass(frozen=True, eq=False)
-class ModalIdentification(Locked):
+class ModalIdentification(LockedArrays):
     """What tests of a structure say of its joint; :func:`identify_modal` makes it.
 
     Parameters
@@ -164,9 +164,9 @@ def identify_modal(
     The curves in the fit are quasi-static (Lacayo and Allen 2019, DOI 10.1016/j.ymssp.2018.08.034)
     and corrected by the balance of harmonics at the values found, until these stay.
     """
-    given = [tests] if isinstance(tests, ModalTest) else list(tests)
-    names = _checked(fit, given)
-    own = joint.patch_gaps if form_table is None else form_table
+    modal_tests = [tests] if isinstance(tests, ModalTest) else list(tests)
+    names = _checked(fit, modal_tests)
+    unit_form = joint.patch_gaps if form_table is None else form_table
     if "form" in names and form_table is None and not joint.patch_gaps.any():
         raise InputError("form can be fitted only where the faces are not flat; give form_table")
     start = {
@@ -182,8 +182,8 @@ def identify_modal(
                 Argument(name), f" must be about {low:g} to {high:g}, got {start[name]:g}"
             )
     if "base_damping_ratio" in names and start["base_damping_ratio"] <= 0.0:
-        start["base_damping_ratio"] = 0.1 * min(float(t.damping_ratio.min()) for t in given)
-    return _Fit(joint, surface, given, names, start, own).run()
+        start["base_damping_ratio"] = 0.1 * min(float(t.damping_ratio.min()) for t in modal_tests)
+    return _Fit(joint, surface, modal_tests, names, start, unit_form).run()
 
 
 def _checked(fit: Sequence[str], tests: list[ModalTest]) -> tuple[str, ...]:
@@ -234,8 +234,8 @@ class _Fit:
             correction = self._correction(self._values(vector))
             if np.abs(vector - before).max() < 1e-4:
                 break
-        held = int((np.abs(solved.active_mask) > 0).sum())
-        return self._result(vector, solved.jac, self._residuals(vector, correction), held)
+        at_bounds = int((np.abs(solved.active_mask) > 0).sum())
+        return self._result(vector, solved.jac, self._residuals(vector, correction), at_bounds)
 
     def _vector(self, values: Mapping[str, float]) -> Floats:
         return np.array([math.log(values[n]) if KINDS[n].log else values[n] for n in self.names])
@@ -279,14 +279,14 @@ class _Fit:
     def _residuals(self, vector: Floats, correction: list[Floats]) -> Floats:
         logs = self._logs(self._curves(self._values(vector), "quasi-static"))
         parts = []
-        for test, log, more in zip(self.tests, logs, correction, strict=True):
-            wanted = np.log(np.stack([test.frequency, test.damping_ratio]))
+        for test, log, shift in zip(self.tests, logs, correction, strict=True):
+            measured = np.log(np.stack([test.frequency, test.damping_ratio]))
             errors = np.array([[test.frequency_error], [test.damping_error]])
-            parts.append(((log + more - wanted) / errors).ravel())
+            parts.append(((log + shift - measured) / errors).ravel())
         return np.concatenate(parts)
 
     def _result(
-        self, vector: Floats, jacobian: Floats, residuals: Floats, held: int
+        self, vector: Floats, jacobian: Floats, residuals: Floats, at_bounds: int
     ) -> ModalIdentification:
         free = len(residuals) - len(vector)
         misfit = math.sqrt(float(residuals @ residuals) / free) if free > 0 else math.nan
@@ -309,16 +309,18 @@ class _Fit:
             intervals[name] = (low, high)
             scale = abs(values[name]) if KINDS[name].log else max(abs(values[name]), 0.1)
             widths.append(0.5 * (high - low) / scale)
-        apart = abs(correlation - np.diag(np.diag(correlation))).max() if len(vector) > 1 else None
+        off_diagonal = (
+            abs(correlation - np.diag(np.diag(correlation))).max() if len(vector) > 1 else None
+        )
         verdicts = (
             MISFIT.judge(misfit),
-            SEPARATED.judge(None if apart is None else float(apart)),
+            SEPARATED.judge(None if off_diagonal is None else float(off_diagonal)),
             SHARP.judge(max(widths)),
-            INSIDE.judge(float(held)),
+            INSIDE.judge(float(at_bounds)),
         )
         joint, state = self._state(values)
         curves = tuple(self._curves(values, "harmonic-balance"))
         fitted = {name: values[name] for name in self.names}
         return ModalIdentification(
-            fitted, intervals, lock(correlation), misfit, curves, state, joint, verdicts
+            fitted, intervals, correlation, misfit, curves, state, joint, verdicts
         )

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, number, positive, show
 from microslip._core.files import reason, whole_file
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import LockedArrays, lock
 from microslip._core.wording import quoted
 from microslip.errors import Argument, InputError
 from microslip.friction import JointField
@@ -38,7 +38,7 @@ class Surface(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ReducedJoint(Locked):
+class ReducedJoint(LockedArrays):
     """A bolted structure without its contact: mass, stiffness, patches and bolts.
 
     :meth:`LapJoint.reduce` and :meth:`MeshedJoint.reduce` make it. Its degrees of freedom are, for
@@ -100,13 +100,6 @@ class ReducedJoint(Locked):
     surface: Surface
     full_size: int
     left_out: float
-
-    def __post_init__(self) -> None:
-        for part in fields(self):
-            value = getattr(self, part.name)
-            for array in value if isinstance(value, tuple) else (value,):
-                if isinstance(array, np.ndarray):
-                    lock(array)
 
     @property
     def size(self) -> int:
@@ -228,16 +221,16 @@ class ReducedJoint(Locked):
         InputError
             Other than one number or one a bolt, above zero.
         """
-        given = floats("tension", tension)
+        tensions = floats("tension", tension)
         bolts = len(self.bolt_stiffness)
-        if given.shape not in ((), (bolts,)):
+        if tensions.shape not in ((), (bolts,)):
             raise InputError(
                 f"tension must be one number [N], or one for each of the {bolts} bolts, got shape "
-                f"{given.shape}"
+                f"{tensions.shape}"
             )
-        for value in given.reshape(-1):
+        for value in tensions.reshape(-1):
             positive("tension", float(value), "N", 12e3)
-        return replace(self, bolt_tension=np.broadcast_to(given, (bolts,)).copy())
+        return replace(self, bolt_tension=np.broadcast_to(tensions, (bolts,)).copy())
 
     def field(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> JointField:
         """The patches as nodes of a joint field, apart by their form.
@@ -441,11 +434,14 @@ class ReducedJoint(Locked):
         try:
             samples = Samples(*(arrays[f"samples_{k}"] for k in Samples._fields))
             surface = Surface(*(arrays[f"surface_{k}"] for k in Surface._fields))
-            own: dict[str, Any] = {
+            values: dict[str, Any] = {
                 f.name: arrays[f.name] for f in fields(cls) if f.name not in _NESTED
             }
         except KeyError as error:
             raise InputError(f"{file.name}: is damaged: {error} is missing") from None
-        own["sensor_names"] = tuple(str(name) for name in own["sensor_names"])
-        own["full_size"], own["left_out"] = int(own["full_size"]), float(own["left_out"])
-        return cls(**own, samples=samples, surface=surface)
+        values["sensor_names"] = tuple(str(name) for name in values["sensor_names"])
+        values["full_size"], values["left_out"] = (
+            int(values["full_size"]),
+            float(values["left_out"]),
+        )
+        return cls(**values, samples=samples, surface=surface)

@@ -49,7 +49,7 @@ class Patches(NamedTuple):
     """Share of the faces without a partner on the other side."""
 
 
-def patches_of(mesh: JointMesh, elements: Elements, wanted: Any, along: Floats | None) -> Patches:
+def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats | None) -> Patches:
     """Sort the sample points of each contact into boxes and average over them.
 
     Raises
@@ -57,17 +57,17 @@ def patches_of(mesh: JointMesh, elements: Elements, wanted: Any, along: Floats |
     InputError
         Boxes that hold no contact, faces that do not meet.
     """
-    parts, offset, left_out, whole = [], 0, 0.0, 0.0
+    parts, offset, left_out, total = [], 0, 0.0, 0.0
     for number, contact in enumerate(mesh.contacts):
         frame = contact_frame(mesh, contact, along)
         places, weights = sample(mesh.points[contact.lower])
         lower = elements.locate(places, owners_of(mesh, contact.lower))
         upper = _opposite(elements, places, owners_of(mesh, contact.upper), frame.axes[2])
         extent = float(np.ptp(places, axis=0).max())
-        apart = upper.places - places
-        meet = np.linalg.norm(apart @ frame.axes[:2].T, axis=1) < 1e-6 * extent
-        meet &= abs(apart @ frame.axes[2]) < 0.02 * extent
-        whole += float(weights.sum())
+        offsets = upper.places - places
+        meet = np.linalg.norm(offsets @ frame.axes[:2].T, axis=1) < 1e-6 * extent
+        meet &= abs(offsets @ frame.axes[2]) < 0.02 * extent
+        total += float(weights.sum())
         left_out += float(weights[~meet].sum())
         if not meet.any():
             raise InputError(
@@ -75,17 +75,17 @@ def patches_of(mesh: JointMesh, elements: Elements, wanted: Any, along: Floats |
                 "lies on the second"
             )
         flat = (places - frame.origin) @ frame.axes.T
-        boxes = _boxes(wanted, *_common(mesh, contact, frame))
+        boxes = _boxes(layout, *_common(mesh, contact, frame))
         group = _sorted_into(boxes, flat[:, :2])
         group[~meet] = -1
         area = np.bincount(group[group >= 0], weights[group >= 0], minlength=len(boxes))
-        kept = area > 1e-3 * area.sum() / len(boxes)
-        if not kept.any():
+        filled = area > 1e-3 * area.sum() / len(boxes)
+        if not filled.any():
             raise InputError(f'no patch holds any of the faces of contact "{contact.name}"')
-        renamed = np.where(kept, np.cumsum(kept) - 1, -1)
+        renamed = np.where(filled, np.cumsum(filled) - 1, -1)
         group = np.where(group >= 0, renamed[group], -1)
         used = group >= 0
-        area, boxes = area[kept], boxes[kept]
+        area, boxes = area[filled], boxes[filled]
         share = weights[used] / area[group[used]]
         above, below = (
             elements.rows(side.some(used), share, group[used], len(area)) for side in (upper, lower)
@@ -105,7 +105,7 @@ def patches_of(mesh: JointMesh, elements: Elements, wanted: Any, along: Floats |
     samples = Samples(*(np.concatenate(part) for part in zip(*(p[0] for p in parts), strict=True)))
     areas, boxes, numbers = (np.concatenate([p[k] for p in parts]) for k in (1, 2, 3))
     functionals = sparse.vstack([p[4] for p in parts]).tocsr()
-    return Patches(samples, areas, boxes, numbers, functionals, left_out / whole)
+    return Patches(samples, areas, boxes, numbers, functionals, left_out / total)
 
 
 def _turned(rows: Any, axes: Floats, count: int) -> Any:
@@ -166,15 +166,15 @@ def owners_of(mesh: JointMesh, facets: Indices) -> Indices:
     patterns = FACETS[mesh.kind]
     width = len(patterns[0])
     keys = np.sort(mesh.cells[:, patterns], axis=2).reshape(-1, width)
-    wanted = np.sort(facets, axis=1)
-    _, inverse = np.unique(np.concatenate([keys, wanted]), axis=0, return_inverse=True)
+    sides = np.sort(facets, axis=1)
+    _, inverse = np.unique(np.concatenate([keys, sides]), axis=0, return_inverse=True)
     inverse = inverse.ravel()
     cell = np.full(inverse.max() + 1, -1)
     cell[inverse[: len(keys)]] = np.arange(len(keys)) // len(patterns)
-    found = cell[inverse[len(keys) :]]
-    if (found < 0).any():
+    owners = cell[inverse[len(keys) :]]
+    if (owners < 0).any():
         raise InputError("contact faces must be sides of the cells of the bodies")
-    return np.asarray(found, dtype=np.int64)
+    return np.asarray(owners, dtype=np.int64)
 
 
 def sample(corners: Floats) -> tuple[Floats, Floats]:
@@ -200,12 +200,12 @@ def sample(corners: Floats) -> tuple[Floats, Floats]:
     return places.reshape(-1, 3), areas.ravel()
 
 
-def _boxes(wanted: Any, low: Floats, high: Floats) -> Floats:
+def _boxes(layout: Any, low: Floats, high: Floats) -> Floats:
     """Boxes as given, or so many along and across what the faces share."""
-    boxes = floats("patches", wanted)
+    boxes = floats("patches", layout)
     if boxes.ndim == 1:
         if boxes.size != 2 or boxes.min() < 1.0 or np.any(boxes != np.floor(boxes)):
-            raise InputError(_wanted(wanted))
+            raise InputError(_wanted(layout))
         if boxes.prod() > _MOST_PATCHES:
             raise InputError(
                 f"patches must be at most {_MOST_PATCHES}, got {boxes[0]:.9g} x {boxes[1]:.9g}"
@@ -220,7 +220,7 @@ def _boxes(wanted: Any, low: Floats, high: Floats) -> Floats:
             ]
         )
     if boxes.ndim != 2 or boxes.shape[1] != 4:
-        raise InputError(_wanted(wanted))
+        raise InputError(_wanted(layout))
     if len(boxes) > _MOST_PATCHES:
         raise InputError(f"patches must be at most {_MOST_PATCHES}, got {len(boxes)}")
     wrong = np.flatnonzero((boxes[:, 0] >= boxes[:, 1]) | (boxes[:, 2] >= boxes[:, 3]))
@@ -230,10 +230,10 @@ def _boxes(wanted: Any, low: Floats, high: Floats) -> Floats:
     return boxes
 
 
-def _wanted(given: Any) -> str:
+def _wanted(layout: Any) -> str:
     return (
         "patches must be two whole numbers, along and across, such as (15, 2), or boxes of "
-        f"[x from, x to, y from, y to], got {show(given)}"
+        f"[x from, x to, y from, y to], got {show(layout)}"
     )
 
 
@@ -249,8 +249,8 @@ def _sorted_into(boxes: Floats, places: Floats) -> Indices:
 
 def mean_over(samples: Samples, values: Floats, count: int) -> Floats:
     """Means of values at the sample points over each patch; NaN where no value is known."""
-    known = np.isfinite(values)
-    weights = np.where(known, samples.weights, 0.0)
-    total = np.bincount(samples.patches, weights * np.where(known, values, 0.0), minlength=count)
+    finite = np.isfinite(values)
+    weights = np.where(finite, samples.weights, 0.0)
+    total = np.bincount(samples.patches, weights * np.where(finite, values, 0.0), minlength=count)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(total / np.bincount(samples.patches, weights, minlength=count))

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import LockedArrays, lock
 from microslip.errors import Argument, InputError
+from microslip.friction import BackboneLaw
 from microslip.friction.energies import energies_along
 from microslip.memory import State
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
-from microslip.structures.swinging import Swinging
 
 MOST_SAMPLES = 20_000_000
 _PATIENCE = 20.0  # longest half cycle, over the longest that swings
@@ -25,7 +25,7 @@ _TRIALS = 40
 
 
 @dataclass(frozen=True, eq=False)
-class RingDown(Locked, Plottable):
+class RingDown(LockedArrays, Plottable):
     """A free oscillation, sampled evenly in time, with its turning points.
 
     Parameters
@@ -69,10 +69,6 @@ class RingDown(Locked, Plottable):
     turning_time: NDArray[np.float64]
     turning_displacement: NDArray[np.float64]
 
-    def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            lock(getattr(self, name))
-
     def _figure(self) -> Plot:
         from microslip.structures.figures import ring_down_figure
 
@@ -82,8 +78,8 @@ class RingDown(Locked, Plottable):
     def _ways(self) -> tuple[Floats, Floats]:
         """Half of the ways down and up of each whole cycle [m]."""
         half = 0.5 * np.abs(np.diff(self.turning_displacement))
-        whole = half[: half.size // 2 * 2].reshape(-1, 2)
-        return whole[:, 0], whole[:, 1]
+        cycles = half[: half.size // 2 * 2].reshape(-1, 2)
+        return cycles[:, 0], cycles[:, 1]
 
     @cached_property
     def amplitude(self) -> Floats:
@@ -174,11 +170,11 @@ def _propagator(step: float, square: float, twice: float, mass: float) -> tuple[
 class _Motion:
     """Mass, spring, dashpot and the state of the joint, on their way."""
 
-    def __init__(self, oscillator: Swinging, amplitude: float) -> None:
-        joint = oscillator.joint
+    def __init__(
+        self, joint: BackboneLaw, mass: float, spring: float, dashpot: float, amplitude: float
+    ) -> None:
         stiffness = joint.tangential_stiffness
-        self.mass, self.spring = oscillator.mass, oscillator.stiffness
-        self.dashpot = oscillator.viscous_coefficient
+        self.mass, self.spring, self.dashpot = mass, spring, dashpot
         # The linear part of each step: that of the sticking joint.
         self.held = stiffness if math.isfinite(stiffness) else 0.0
         self.square = (self.spring + self.held) / self.mass
@@ -217,8 +213,8 @@ class _Motion:
         if not moves or self.range <= 1e-12 * abs(self.q):
             self.rests = True
         elif step - turned > 1e-12 * step:
-            rest = step - turned
-            self._accept(rest, self._solve(rest, self.propagator(rest)))
+            remainder = step - turned
+            self._accept(remainder, self._solve(remainder, self.propagator(remainder)))
 
     def _turns_within(self, step: float, propagator: tuple[float, ...]) -> bool:
         """Whether the velocity changes its sign, if the joint's force goes on as it does."""
@@ -234,23 +230,23 @@ class _Motion:
         """Displacement, velocity, force and tangent less k_t at the end; it is the last trial."""
         e11, e12, q0, q1, q2, q3, e21, e22, v0, v1, v2, v3 = propagator
         g, rate = self.force - self.held * self.q, self.fall * self.v
-        known = e11 * self.q + e12 * self.v + q0 * g + q1 * rate
+        explicit = e11 * self.q + e12 * self.v + q0 * g + q1 * rate
         pace = e21 * self.q + e22 * self.v + v0 * g + v1 * rate
         length, old, pace_before = self.before
         if length == step:
             # As the cubic through the two steps goes on.
             ahead = 5.0 * old - 4.0 * g + step * (2.0 * pace_before + 4.0 * rate)
-            x = known + q2 * ahead
+            x = explicit + q2 * ahead
             x += q3 * (12.0 * (old - g) / step + 5.0 * pace_before + 8.0 * rate)
         else:
-            x = known + q2 * (g + step * rate) + q3 * rate
+            x = explicit + q2 * (g + step * rate) + q3 * rate
         enough = 1e-13 * self.range + 1e-15 * abs(x)
         for _ in range(_TRIALS):
             force, slope = self.state.try_(x)
             fall = slope - self.held
             g = force - self.held * x
             v = (pace + v2 * g) / (1.0 - v3 * fall)
-            miss = known + q2 * g + q3 * fall * v - x
+            miss = explicit + q2 * g + q3 * fall * v - x
             if abs(miss) <= enough:
                 break
             x += miss / (1.0 - q2 * fall)
@@ -261,10 +257,10 @@ class _Motion:
         jerk = -((self.spring + self.held + self.fall) * self.v + self.dashpot * self.a) / self.mass
         tau = min(-self.v / self.a, step)
         tau = min(-self.v / (self.a + 0.5 * jerk * tau), step)
-        still = math.sqrt(self.square) * (1e-13 * self.range + 1e-15 * abs(self.q))
+        tolerance = math.sqrt(self.square) * (1e-13 * self.range + 1e-15 * abs(self.q))
         for _ in range(_TRIALS):
             end = self._solve(tau, self.propagator(tau))
-            if abs(end[1]) <= still:
+            if abs(end[1]) <= tolerance:
                 break
             x, v, force, _ = end
             a = -(self.spring * x + force + self.dashpot * v) / self.mass
@@ -288,36 +284,40 @@ class _Motion:
 
 
 def ring_down(
-    oscillator: Swinging,
+    joint: BackboneLaw,
+    mass: float,
+    spring: float,
+    dashpot: float,
+    stuck: float,
     amplitude: float,
     cycles: int | None,
     duration: float | None,
     samples_per_cycle: int,
 ) -> RingDown:
     """Integrate, see :meth:`microslip.Oscillator.ring_down`."""
-    if oscillator._stuck == 0.0:
+    if stuck == 0.0:
         raise InputError(
             Argument("stiffness"),
             " must be above zero beside a joint that is rigid at rest: nothing swings "
             "without a spring, got 0",
         )
-    period = 2.0 * math.pi / oscillator._stuck
+    period = 2.0 * math.pi / stuck
     step, count = period / samples_per_cycle, MOST_SAMPLES
     if duration is not None:
         count = max(1, math.ceil(duration / step * (1.0 - 1e-12)))
         step = duration / count
-    least = float(count if cycles is None else cycles * samples_per_cycle)
-    if least > MOST_SAMPLES:
+    samples = float(count if cycles is None else cycles * samples_per_cycle)
+    if samples > MOST_SAMPLES:
         raise InputError(
-            f"ring_down holds at most {MOST_SAMPLES} samples, this one would be {least:.3g}; "
+            f"ring_down holds at most {MOST_SAMPLES} samples, this one would be {samples:.3g}; "
             "ask for less, or for the envelope with decay(...)"
         )
     turns = math.inf if cycles is None else 2 * cycles
-    motion = _Motion(oscillator, amplitude)
+    motion = _Motion(joint, mass, spring, dashpot, amplitude)
     propagator = motion.propagator(step)
     patience = math.inf
     if cycles is not None:
-        slip = math.sqrt(oscillator.stiffness / oscillator.mass)
+        slip = math.sqrt(spring / mass)
         slowest = period + (2.0 * math.pi / slip if slip > 0.0 else 0.0)
         patience = _PATIENCE * slowest / step
     # Numbers in a row: a sample is 32 bytes, not four objects.
@@ -345,16 +345,16 @@ def ring_down(
     times, places, forces = np.array(motion.turns).T
     # All places in the order of time.
     at = np.array(before[1:], dtype=np.int64)
-    path, known = np.insert(q, at, places[1:]), np.insert(force, at, forces[1:])
-    stored, lost = energies_along(oscillator.joint, path, known)
+    path, path_forces = np.insert(q, at, places[1:]), np.insert(force, at, forces[1:])
+    stored, lost = energies_along(joint, path, path_forces)
     sample = np.arange(q.size) + np.searchsorted(at, np.arange(q.size), side="right")
     if motion.rests:
         # Held, or swinging by less than its place is known to.
-        v[-1], force[-1] = 0.0, -oscillator.stiffness * q[-1]
+        v[-1], force[-1] = 0.0, -spring * q[-1]
         missing = count + 1 - size if duration is not None else 0
         q, v, force, viscous = (np.pad(row, (0, missing), "edge") for row in (q, v, force, viscous))
         sample = np.pad(sample, (0, missing), "edge")
-    mechanical = 0.5 * (oscillator.mass * v**2 + oscillator.stiffness * q**2) + stored[sample]
+    mechanical = 0.5 * (mass * v**2 + spring * q**2) + stored[sample]
     return RingDown(
         time=np.asarray(step * np.arange(q.size), dtype=float),
         displacement=q,

@@ -9,10 +9,11 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
-from microslip.structures.attachments import Attachment, all_columns
+from microslip.structures.joint_groups import Attachment, all_columns
 from microslip.structures.matrices import (
     LARGEST_DENSE,
     dense,
+    factorised,
     fastest_rate,
     is_sparse,
     linear_modes,
@@ -37,10 +38,10 @@ class StaticState(NamedTuple):
 
 def free_motions(stiffness: Any, mass: Any, attachments: tuple[Attachment, ...]) -> Floats:
     """Motions that neither the structure nor its joints resist when these are closed."""
-    held = held_stiffness(stiffness, attachments)
+    closed = held_stiffness(stiffness, attachments)
     count = None if mass.shape[0] <= LARGEST_DENSE else 12
-    squares, shapes = linear_modes(held, mass, count)
-    return shapes[:, : rigid_count(squares, held, mass)]
+    squares, shapes = linear_modes(closed, mass, count)
+    return shapes[:, : rigid_count(squares, closed, mass)]
 
 
 def held_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any:
@@ -83,7 +84,7 @@ def static_state(
         pairs = [a.static_forces(u) for a, u in zip(attachments, motions, strict=True)]
         return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
 
-    held = max((a.held_load for a in attachments), default=0.0)
+    preloaded = max((a.held_load for a in attachments), default=0.0)
     x = np.zeros(static_force.size)
     error = math.inf
     converged = False
@@ -94,7 +95,7 @@ def static_state(
         gap = static_force - elastic - contact
         gap = gap - rigid @ (free.T @ gap)
         largest = max(float(np.abs(v).max(initial=0.0)) for v in (static_force, elastic, contact))
-        largest = max(largest, held)
+        largest = max(largest, preloaded)
         error = float(np.abs(gap).max()) / largest if largest else 0.0
         # Where rounding is reached, a step more changes nothing.
         if error <= 1e-15 or (error <= _ENOUGH and converged):
@@ -132,13 +133,9 @@ class _Solver:
     def solve(self, tangent: Floats, force: Floats) -> Floats:
         if self._sparse:
             from scipy.sparse import diags
-            from scipy.sparse.linalg import splu
 
             matrix = self._fixed + self._columns @ diags(tangent) @ self._columns.T
-            factors = splu(
-                matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
-            )
-            return np.asarray(factors.solve(force))
+            return np.asarray(factorised(matrix).solve(force))
         from scipy.linalg import cho_factor, cho_solve
 
         matrix = self._fixed + (self._columns * tangent) @ self._columns.T

@@ -15,9 +15,13 @@ from microslip._core.verdicts import Verdict
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
 from microslip.numerics.threads import single_threaded
-from microslip.structures.attachments import Attachment, FieldAttachment, LawAttachment
 from microslip.structures.forced import ForcedResponse
-from microslip.structures.joint_groups import checked_law
+from microslip.structures.joint_groups import (
+    Attachment,
+    FieldAttachment,
+    LawAttachment,
+    checked_law,
+)
 from microslip.structures.matrices import (
     check_mass,
     check_stiffness,
@@ -72,11 +76,11 @@ class Structure:
         check_stiffness(stiffness, mass)
         if damping is not None:
             damping = symmetric_matrix("damping", damping, mass.shape[0])
-        put = object.__setattr__
-        put(self, "mass", mass)
-        put(self, "stiffness", stiffness)
-        put(self, "damping", damping)
-        put(self, "attachments", ())
+        assign = object.__setattr__
+        assign(self, "mass", mass)
+        assign(self, "stiffness", stiffness)
+        assign(self, "damping", damping)
+        assign(self, "attachments", ())
 
     @property
     def size(self) -> int:
@@ -173,11 +177,11 @@ class Structure:
                 "joint must be a backbone law, such as ms.Interface(surface, 0.5, "
                 f"normal_load=2000.0), or a JointField, got {show(joint)}"
             )
-        other = object.__new__(Structure)
+        extended = object.__new__(Structure)
         for name in ("mass", "stiffness", "damping"):
-            object.__setattr__(other, name, getattr(self, name))
-        object.__setattr__(other, "attachments", (*self.attachments, attachment))
-        return other
+            object.__setattr__(extended, name, getattr(self, name))
+        object.__setattr__(extended, "attachments", (*self.attachments, attachment))
+        return extended
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:

@@ -117,8 +117,8 @@ class TimeSteps:
             self.squares * q + self._directions @ self.short
         )
         if self._damped:
-            known = speed - c.gamma / (c.beta * h) * drift
-            right -= self.damping @ ((1.0 - c.force) * known + c.force * v)
+            predicted = speed - c.gamma / (c.beta * h) * drift
+            right -= self.damping @ ((1.0 - c.force) * predicted + c.force * v)
         linear = self._solve(right)
         aim = self._directions.T @ linear
         motion = aim - self._flexibility @ self.short

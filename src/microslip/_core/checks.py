@@ -37,19 +37,19 @@ def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float
     """A finite real number, or an error that says what came."""
     if type(value) is float and math.isfinite(value):  # a solver's step, a million times
         return value
-    wanted = f"a finite number{f' in {unit}' if unit else ''}"
+    expected = f"a finite number{f' in {unit}' if unit else ''}"
     if isinstance(value, np.ndarray) and value.ndim == 0 and not np.ma.is_masked(value):
         value = value.item()
     if not isinstance(value, numbers.Real) or isinstance(value, (bool, np.timedelta64)):
         hint = f", for example {name}={example:g}" if isinstance(value, str) else ""
-        raise InputError(Argument(name), f" must be {wanted}, got {show(value)}{hint}")
+        raise InputError(Argument(name), f" must be {expected}, got {show(value)}{hint}")
     try:
         with np.errstate(over="ignore"):
             result = float(value)
     except Exception:  # an integer beyond all floats, or a conversion that raises what it likes
         result = math.nan
     if not math.isfinite(result):
-        raise InputError(Argument(name), f" must be {wanted}, got {show(value)}")
+        raise InputError(Argument(name), f" must be {expected}, got {show(value)}")
     return result
 
 
@@ -75,11 +75,11 @@ def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool 
     try:
         if _is_text(value) or np.ma.is_masked(value):
             raise TypeError
-        given = np.asarray(value)
-        if given.dtype.kind not in "iuf":
+        raw_values = np.asarray(value)
+        if raw_values.dtype.kind not in "iuf":
             raise TypeError
         with np.errstate(over="ignore"):  # beyond double is infinite, and refused as that
-            array = np.ascontiguousarray(given, dtype=float).reshape(given.shape)
+            array = np.ascontiguousarray(raw_values, dtype=float).reshape(raw_values.shape)
     except Exception:  # an object's own conversion may raise anything
         raise InputError(
             Argument(name), f" must be a number or an array of numbers, got {show(value)}"
@@ -90,8 +90,8 @@ def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool 
     with np.errstate(all="ignore"):
         total = float(np.add.reduce(array, axis=None))
     if not math.isfinite(total):
-        meant = (missing & np.isnan(given)) | (endless & np.isposinf(given))
-        bad = np.flatnonzero(~np.isfinite(array) & ~meant)
+        allowed = (missing & np.isnan(raw_values)) | (endless & np.isposinf(raw_values))
+        bad = np.flatnonzero(~np.isfinite(array) & ~allowed)
         if bad.size:
             raise InputError(
                 Argument(name),
@@ -104,12 +104,12 @@ def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool 
 def positives(name: str, value: ArrayLike, unit: str = "") -> Floats:
     """Numbers above zero of any shape, and of a size that a joint can have."""
     array = floats(name, value)
-    least, most = float(array.min()), float(array.max())
+    smallest, largest = float(array.min()), float(array.max())
     in_unit = f" [{unit}]" if unit else ""
-    if least <= 0.0:
-        raise InputError(Argument(name), f" must be above zero{in_unit}, got {exact(least)}")
-    if not (least >= SMALLEST and most <= LARGEST):
-        worst = most if most > LARGEST else least
+    if smallest <= 0.0:
+        raise InputError(Argument(name), f" must be above zero{in_unit}, got {exact(smallest)}")
+    if not (smallest >= SMALLEST and largest <= LARGEST):
+        worst = largest if largest > LARGEST else smallest
         raise InputError(
             Argument(name),
             f" must be between {SMALLEST:g} and {LARGEST:g}{in_unit}, got {exact(worst)}",
@@ -136,10 +136,10 @@ def is_whole(value: Any) -> bool:
     return isinstance(value, (int, np.integer)) and not isinstance(value, (bool, np.timedelta64))
 
 
-def whole(name: str, value: Any, least: int = 1, most: int | None = None) -> int:
+def whole(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
     """An integer in a range, or an error that says which; the bound on work is in it."""
-    if not is_whole(value) or value < least or (most is not None and value > most):
-        span = f"of at least {least}" if most is None else f"from {least} to {most}"
+    if not is_whole(value) or value < low or (high is not None and value > high):
+        span = f"of at least {low}" if high is None else f"from {low} to {high}"
         raise InputError(Argument(name), f" must be an integer {span}, got {show(value)}")
     return int(value)
 
@@ -159,7 +159,7 @@ def rising_orders(name: str, value: Any) -> tuple[int, ...]:
     return tuple(orders.tolist())
 
 
-def members(name: str, value: Any, kind: type, wanted: str) -> list[Any]:
+def members(name: str, value: Any, kind: type, expected: str) -> list[Any]:
     """Objects of one kind, at least one, or an error that says which one is not."""
     checked: list[Any] = []
     try:
@@ -167,15 +167,15 @@ def members(name: str, value: Any, kind: type, wanted: str) -> list[Any]:
             if not isinstance(member, kind):  # what never ends is none of ours, or fills no memory
                 raise InputError(
                     Argument(name),
-                    f" must be {wanted}, got {show(member)} at index {len(checked)}",
+                    f" must be {expected}, got {show(member)} at index {len(checked)}",
                 )
             checked.append(member)
     except InputError:
         raise
     except Exception:  # nothing to go through, or an iteration that raises what it likes
-        raise InputError(Argument(name), f" must be {wanted}, got {show(value)}") from None
+        raise InputError(Argument(name), f" must be {expected}, got {show(value)}") from None
     if not checked:
-        raise InputError(Argument(name), f" must be {wanted}, got none")
+        raise InputError(Argument(name), f" must be {expected}, got none")
     return checked
 
 

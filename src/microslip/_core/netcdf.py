@@ -32,7 +32,7 @@ def write(
     import h5netcdf
 
     auxiliary = {name: set(v.dims) for name, v in coords.items() if v.dims != (name,)}
-    total, done = sum(v.values.nbytes for v in (*coords.values(), *variables.values())), 0
+    total, written = sum(v.values.nbytes for v in (*coords.values(), *variables.values())), 0
     with h5netcdf.File(path, "x", track_order=True) as file:
         file.dimensions = dict(dims)
         for name, value in attributes.items():
@@ -56,9 +56,9 @@ def write(
                 near = [key for key, its in auxiliary.items() if its <= set(names)]
                 if group is variables and near:
                     _set(variable, "coordinates", " ".join(near))
-                done += data.nbytes
+                written += data.nbytes
                 if progress is not None:
-                    progress(min(done / total, 1.0))
+                    progress(min(written / total, 1.0))
 
 
 def _set(owner: Any, name: str, value: Any) -> None:

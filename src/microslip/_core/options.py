@@ -116,17 +116,17 @@ class Option:
 
     # -- as it is written at an edge -----------------------------------------------------------
 
-    def read(self, given: object) -> Any:
+    def read(self, raw_value: object) -> Any:
         """A value as a study or a command writes it.
 
         Returns the value in SI units, a tuple of them where there may be several. Raises
         ValueError, which says what was wanted and what came.
         """
-        if self.none and given == self.none:
+        if self.none and raw_value == self.none:
             return None
         if self.most == 1:
-            return self._read_item(given)
-        items = given if isinstance(given, (list, tuple)) else [given]
+            return self._read_item(raw_value)
+        items = raw_value if isinstance(raw_value, (list, tuple)) else [raw_value]
         if not self.least <= len(items) <= self.most:
             count = f"{self.least}" if self.least == self.most else f"{self.least} to {self.most}"
             raise ValueError(f"wanted {count} values, got {len(items)}")
@@ -180,35 +180,43 @@ class Option:
             limits.append(f"below {self.below:g}")
         return f" {' and '.join(limits)}" if limits else ""
 
-    def _read_item(self, given: object) -> Any:
+    def _read_item(self, raw_value: object) -> Any:
         if isinstance(self.kind, Kind):
-            if self.bare and _is_number(given):
-                given = f"{given} {self.unit}".strip()
+            if self.bare and _is_number(raw_value):
+                raw_value = f"{raw_value} {self.unit}".strip()
             example = f'{self.example}", or "{self.none}' if self.none else self.example
-            return to_si(given, self.kind, example, self.sign)
+            return to_si(raw_value, self.kind, example, self.sign)
         if self.choices:
-            if given not in self.choices:
-                near = did_you_mean(given, self.choices) if isinstance(given, str) else ""
-                self._refuse(given, near)
-            return given
-        if self.kind is float and isinstance(given, (int, float)) and not isinstance(given, bool):
+            if raw_value not in self.choices:
+                near = did_you_mean(raw_value, self.choices) if isinstance(raw_value, str) else ""
+                self._refuse(raw_value, near)
+            return raw_value
+        if (
+            self.kind is float
+            and isinstance(raw_value, (int, float))
+            and not isinstance(raw_value, bool)
+        ):
             try:
-                value = float(given)
+                value = float(raw_value)
             except OverflowError:
                 value = math.inf
             if math.isfinite(value) and self._inside(value):
                 return value
         elif self.kind is int:
-            if isinstance(given, int) and not isinstance(given, bool) and self._inside(given):
-                return given
-        elif self.kind is bool and isinstance(given, bool):
-            return given
-        elif isinstance(given, str) and given.isprintable() and 0 < len(given) <= 1000:
-            return given
-        self._refuse(given)
+            if (
+                isinstance(raw_value, int)
+                and not isinstance(raw_value, bool)
+                and self._inside(raw_value)
+            ):
+                return raw_value
+        elif self.kind is bool and isinstance(raw_value, bool):
+            return raw_value
+        elif isinstance(raw_value, str) and raw_value.isprintable() and 0 < len(raw_value) <= 1000:
+            return raw_value
+        self._refuse(raw_value)
 
-    def _refuse(self, given: object, hint: str = "") -> NoReturn:
-        raise ValueError(f"wanted {self.wanted}, got {show(given)}{hint}")
+    def _refuse(self, raw_value: object, hint: str = "") -> NoReturn:
+        raise ValueError(f"wanted {self.wanted}, got {show(raw_value)}{hint}")
 
     def _inside(self, value: float) -> bool:
         return (
@@ -246,8 +254,8 @@ class Option:
         try:
             return self._read_item(value)
         except ValueError as error:
-            wanted, _, came = str(error).removeprefix("wanted ").rpartition(", got ")
-            raise InputError(Argument(self.name), f" must be {wanted}, got {came}") from None
+            expected, _, came = str(error).removeprefix("wanted ").rpartition(", got ")
+            raise InputError(Argument(self.name), f" must be {expected}, got {came}") from None
 
     # -- as an editor knows it -----------------------------------------------------------------
 
@@ -292,11 +300,11 @@ class Option:
         return {**schema, **{key: limit for key, limit in limits.items() if limit is not None}}
 
 
-def _is_number(given: object) -> bool:
-    if isinstance(given, bool) or not isinstance(given, (str, int, float)):
+def _is_number(raw_value: object) -> bool:
+    if isinstance(raw_value, bool) or not isinstance(raw_value, (str, int, float)):
         return False
     try:
-        float(given)
+        float(raw_value)
     except ValueError:
         return False
     return True

@@ -121,13 +121,13 @@ class Parameter:
         if self.many:
             values = record(self.name, value).reshape(-1).copy()
             for end in (int(values.argmin()), int(values.argmax())):
-                if wanted := self._wanted(float(values[end])):
+                if expected := self._wanted(float(values[end])):
                     worst = f"{exact(float(values[end]))} at index {end}"
-                    raise InputError(Argument(self.name), f" must be {wanted}, got {worst}")
+                    raise InputError(Argument(self.name), f" must be {expected}, got {worst}")
             return lock(values)
         result = number(self.name, value, self.unit, self.example)
-        if wanted := self._wanted(result):
-            raise InputError(Argument(self.name), f" must be {wanted}, got {exact(result)}")
+        if expected := self._wanted(result):
+            raise InputError(Argument(self.name), f" must be {expected}, got {exact(result)}")
         return result
 
     def _wanted(self, value: float) -> str:
@@ -151,9 +151,9 @@ class Parameter:
         in_unit = self._in_unit
         low, high = max(self.above, self.least), min(self.most, self.below)
         if math.isfinite(low) and math.isfinite(high):
-            left = "(" if self.above >= self.least else "["
+            opening = "(" if self.above >= self.least else "["
             right = ")" if self.below <= self.most else "]"
-            return f"in {left}{low:g}, {high:g}{right}{in_unit}"
+            return f"in {opening}{low:g}, {high:g}{right}{in_unit}"
         if math.isfinite(low):
             if self.above >= self.least:
                 return f"above {'zero' if low == 0.0 else f'{low:g}'}{in_unit}"
@@ -169,10 +169,12 @@ class Parameter:
         return dimension_of(self.unit)
 
 
-def parameter(symbol: str = "", unit: str = "", meaning: str = "", **more: Any) -> dict[str, Any]:
+def parameter(
+    symbol: str = "", unit: str = "", meaning: str = "", **settings: Any
+) -> dict[str, Any]:
     """Metadata of a field, ``field(metadata=parameter(...))``; see :class:`Parameter`."""
     # Checked at once, so that a mistake shows where the class is written.
-    return {_KEY: Parameter("", symbol, unit, meaning, **more)}
+    return {_KEY: Parameter("", symbol, unit, meaning, **settings)}
 
 
 def parameters_of(kind: type) -> tuple[Parameter, ...]:
@@ -224,13 +226,13 @@ class Parametric:
 
 def key_of(kind: type) -> str:
     """Name of a class in studies and commands: "smooth-step" for ``SmoothStep``."""
-    own: str = vars(kind).get("key", "")
-    return own or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", kind.__name__).lower()
+    stated: str = vars(kind).get("key", "")
+    return stated or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", kind.__name__).lower()
 
 
 def values_of(item: Any) -> dict[str, Any]:
     """Values of all parameters of an instance, by their names."""
-    return {said.name: getattr(item, said.name) for said in parameters_of(type(item))}
+    return {entry.name: getattr(item, entry.name) for entry in parameters_of(type(item))}
 
 
 def dimension_of(unit: str) -> tuple[int, int] | None:

@@ -109,29 +109,31 @@ _NAMED_DIMENSIONS = (
 )
 
 
-def to_si(given: object, kind: Kind, example: str, sign: Sign = "positive") -> float:
+def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") -> float:
     """Turn a quantity written with its unit into a float in SI units."""
-    wanted = f'wanted {kind.with_article} such as "{example}", got '
-    if isinstance(given, (int, float)) and not isinstance(given, bool):
-        raise QuantityError(f"{wanted}{show(given)} (a number without a unit)")
-    if not isinstance(given, str):
-        raise QuantityError(wanted + show(given))
-    came = show(given)
-    number = _NUMBER.match(given.replace("\N{MINUS SIGN}", "-"))
+    message = f'wanted {kind.with_article} such as "{example}", got '
+    if isinstance(raw_value, (int, float)) and not isinstance(raw_value, bool):
+        raise QuantityError(f"{message}{show(raw_value)} (a number without a unit)")
+    if not isinstance(raw_value, str):
+        raise QuantityError(message + show(raw_value))
+    came = show(raw_value)
+    number = _NUMBER.match(raw_value.replace("\N{MINUS SIGN}", "-"))
     if number is None:
-        raise QuantityError(f"{wanted}{came} (no number)" if given.strip() else f"{wanted}{came}")
-    unit = given[number.end() :].strip()
+        raise QuantityError(
+            f"{message}{came} (no number)" if raw_value.strip() else f"{message}{came}"
+        )
+    unit = raw_value[number.end() :].strip()
     if not unit:
-        raise QuantityError(f"{wanted}{came} (no unit)")
-    for pattern, says in _NOT_A_UNIT:
+        raise QuantityError(f"{message}{came} (no unit)")
+    for pattern, fault in _NOT_A_UNIT:
         if re.match(pattern, unit):
-            raise QuantityError(f"{wanted}{came} ({says})")
-    value = times(number[1], factor_of(unit, kind, wanted + came))
+            raise QuantityError(f"{message}{came} ({fault})")
+    value = times(number[1], factor_of(unit, kind, message + came))
     article = f"a {'finite' if not math.isfinite(value) else 'positive'} {kind.name}"
     if not math.isfinite(value) or (sign == "positive" and not value > 0.0):
         raise QuantityError(f'wanted {article} such as "{example}", got {came}')
     if value and not SMALLEST < abs(value) < LARGEST:
-        raise QuantityError(f"{wanted}{came} (beyond all measure)")
+        raise QuantityError(f"{message}{came} (beyond all measure)")
     return value
 
 
@@ -161,19 +163,19 @@ def units(text: str) -> float:
     InputError
         Something else than a number with a unit that there is.
     """
-    wanted = 'units("69 GPa") wants a number with its unit, got '
+    message = 'units("69 GPa") wants a number with its unit, got '
     came = show(text)
     number = _NUMBER.match(text.replace("\N{MINUS SIGN}", "-")) if isinstance(text, str) else None
     if number is None:
-        raise InputError(f"{wanted}{came}")
+        raise InputError(f"{message}{came}")
     unit = text[number.end() :].strip()
     parsed = _parse(unit) if unit else None
     # Degrees have no factor: nothing here is measured in them.
     if parsed is None or any(name == "[temperature]" for name, _ in parsed[1]):
-        raise InputError(f"{wanted}{came} ({'no such unit' if unit else 'no unit'})")
+        raise InputError(f"{message}{came} ({'no such unit' if unit else 'no unit'})")
     value = times(number[1], parsed[0])
     if not math.isfinite(value):
-        raise InputError(f"{wanted}{came} (beyond all measure)")
+        raise InputError(f"{message}{came} (beyond all measure)")
     return value
 
 
@@ -204,7 +206,7 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
         hint = f'; did you mean "{near}"?' if near else ""
         raise QuantityError(f'{message} (unknown unit "{shorten(unit, 24)}"{hint})')
     factor, dimension = parsed
-    if (wanted := _parse(kind.unit)) is None or dimension != wanted[1]:
+    if (expected := _parse(kind.unit)) is None or dimension != expected[1]:
         # "2 kn" is a velocity to pint (knots); the other case is what was meant.
         name = _dimension_name(dimension)
         near = near or _slipped(unit, kind.usual)
@@ -293,9 +295,9 @@ def _parse(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
     registry = _registry()
     text = re.sub(r"\bmils?\b", "thou", text)  # which pint takes for an angle
     try:
-        one = registry.Quantity(Decimal(1), registry.parse_units(text)).to_base_units()
-        powers = {str(name): str(float(power)) for name, power in one.dimensionality.items()}
-        return Decimal(one.magnitude), tuple(sorted(powers.items()))
+        unit_value = registry.Quantity(Decimal(1), registry.parse_units(text)).to_base_units()
+        powers = {str(name): str(float(power)) for name, power in unit_value.dimensionality.items()}
+        return Decimal(unit_value.magnitude), tuple(sorted(powers.items()))
     except Exception:  # pint raises many kinds, the tokenizer's and NumPy's errors among them
         return None
 

@@ -19,24 +19,24 @@ def shorten(text: str, length: int) -> str:
     return text if len(text) <= length else text[: length - 1] + "…"
 
 
-def show(given: object) -> str:
+def show(value: object) -> str:
     """What came, as the person who wrote it would recognise it, short and on one line."""
-    if isinstance(given, bool):
-        return "true" if given else "false"
-    if isinstance(given, str):
-        return f'"{shorten(given, 60)}"'
-    if isinstance(given, (list, tuple)):
-        return f"a list of {len(given)}" if given else "an empty list"
-    if isinstance(given, dict):
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return f'"{shorten(value, 60)}"'
+    if isinstance(value, (list, tuple)):
+        return f"a list of {len(value)}" if value else "an empty list"
+    if isinstance(value, dict):
         return "a table"
-    if isinstance(given, (int, float)):
+    if isinstance(value, (int, float)):
         try:
-            return shorten(repr(given), 40)
+            return shorten(repr(value), 40)
         except ValueError:
             return "an integer of thousands of digits"
-    if isinstance(given, (date, time)):
-        return f"the date or time {given}"
-    return shorten(repr(given), 60)
+    if isinstance(value, (date, time)):
+        return f"the date or time {value}"
+    return shorten(repr(value), 60)
 
 
 def quoted(words: Iterable[str], join: str = "or") -> str:

@@ -73,28 +73,28 @@ class Guard:
         """Whether this is the address that the command has opened."""
         if scope["path"] != "/" or scope["method"] != "GET":
             return False
-        given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])
-        return secrets.compare_digest(given[0].encode(), self._token.encode())
+        tokens = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])
+        return secrets.compare_digest(tokens[0].encode(), self._token.encode())
 
     def _knows(self, cookie: str) -> bool:
         try:
-            found = SimpleCookie(cookie).get(COOKIE)
+            morsel = SimpleCookie(cookie).get(COOKIE)
         except Exception:  # whatever somebody sends as a cookie
             return False
-        return found is not None and secrets.compare_digest(
-            found.value.encode(), self._token.encode()
+        return morsel is not None and secrets.compare_digest(
+            morsel.value.encode(), self._token.encode()
         )
 
 
 def _limited(receive: Receive, limit: int) -> Receive:
     """What is read, up to a limit whatever the length was said to be."""
-    left = limit
+    remaining = limit
 
     async def read() -> MutableMapping[str, Any]:
-        nonlocal left
+        nonlocal remaining
         message = await receive()
-        left -= len(message.get("body", b""))
-        return {"type": "http.disconnect"} if left < 0 else message
+        remaining -= len(message.get("body", b""))
+        return {"type": "http.disconnect"} if remaining < 0 else message
 
     return read
 
@@ -124,7 +124,7 @@ _HEADERS = [
 async def _answer(
     send: Send, status: int, text: str, headers: list[tuple[str, str]] | None = None
 ) -> None:
-    own = [("content-type", "text/plain; charset=utf-8"), *(headers or [])]
-    encoded = [*((k.encode(), v.encode()) for k, v in own), *_HEADERS]
+    plain = [("content-type", "text/plain; charset=utf-8"), *(headers or [])]
+    encoded = [*((k.encode(), v.encode()) for k, v in plain), *_HEADERS]
     await send({"type": "http.response.start", "status": status, "headers": encoded})
     await send({"type": "http.response.body", "body": text.encode("utf-8")})

@@ -92,8 +92,8 @@ class Run:
             return files["joint.toml"].read_text(encoding="utf-8")
         if "surface.toml" not in files:
             return None
-        found = files["surface.toml"].read_text(encoding="utf-8")
-        counted = found.partition("# In numbers, counted:")[2].partition("\n\n")[0]
+        surface_text = files["surface.toml"].read_text(encoding="utf-8")
+        counted = surface_text.partition("# In numbers, counted:")[2].partition("\n\n")[0]
         text = template("greenwood-williamson", f"{self.kind}.toml")
         for key, line in re.findall(r"(?m)^# ((?:heights|radius|density|area) = )(.*)$", counted):
             text = re.sub(rf"(?m)^{key}.*$", lambda _, new=key + line: new, text)  # type: ignore[misc]
@@ -103,10 +103,12 @@ class Run:
 
     def told(self) -> dict[str, Any]:
         """What the page knows of it."""
-        own = {name: getattr(self, name) for name in ("id", "kind", "state", "progress", "message")}
+        plain = {
+            name: getattr(self, name) for name in ("id", "kind", "state", "progress", "message")
+        }
         files = [*self.files()]
         return {
-            **own, "command": self.command, "printed": self.printed, "files": files,
+            **plain, "command": self.command, "printed": self.printed, "files": files,
             "study": bool({"joint.toml", "surface.toml"} & {*files}),
         }  # fmt: skip
 
@@ -114,8 +116,8 @@ class Run:
 def safe_name(name: str) -> str:
     """A name of a file that is one on every system, and of nothing but a file."""
     last = re.split(r"[\\/]", name)[-1]
-    kept = re.sub(r"[^A-Za-z0-9._-]", "_", last).lstrip(".-")[-80:].lstrip(".-")
-    return kept or "file"
+    stem = re.sub(r"[^A-Za-z0-9._-]", "_", last).lstrip(".-")[-80:].lstrip(".-")
+    return stem or "file"
 
 
 class Workspace:
@@ -137,7 +139,7 @@ class Workspace:
         self.uploads[number] = upload
         return upload
 
-    def start(self, asked: dict[str, Any]) -> Run:
+    def start(self, request: dict[str, Any]) -> Run:
         """Begin a run that the page asks for.
 
         Raises
@@ -145,14 +147,14 @@ class Workspace:
         InputError
             A command, an option or an upload that there is not; a study that names files.
         """
-        kind = asked.get("kind")
+        kind = request.get("kind")
         if kind not in COMMANDS:
             raise InputError(f"kind must be one of {', '.join(COMMANDS)}, got {kind!r}")
-        inputs = asked.get("uploads")
+        inputs = request.get("uploads")
         if not isinstance(inputs, list) or not 1 <= len(inputs) <= _MOST:
             raise InputError(f"uploads must be a list of 1 to {_MOST}")
         uploads = [self._upload(number) for number in inputs]
-        arguments, studies = self._options(kind, asked.get("options") or {})
+        arguments, studies = self._options(kind, request.get("options") or {})
         for study in [*studies, *(uploads if kind == "predict" else [])]:
             check_study(study.path)
         run = Run(token_hex(8), kind, [], self.folder / token_hex(8))
@@ -178,26 +180,26 @@ class Workspace:
             raise InputError("an upload is not there any more; send the file again")
         return self.uploads[number]
 
-    def _options(self, kind: str, given: Any) -> tuple[list[str], list[Upload]]:
-        if not isinstance(given, dict):
+    def _options(self, kind: str, options: Any) -> tuple[list[str], list[Upload]]:
+        if not isinstance(options, dict):
             raise InputError("options must be a table")
         arguments: list[str] = []
         studies = []
-        for name, value in given.items():
-            wanted = COMMANDS[kind].get(name)
-            if wanted is None:
+        for name, value in options.items():
+            value_type = COMMANDS[kind].get(name)
+            if value_type is None:
                 raise InputError(f"{kind} has no option {str(name)[:40]!r} here")
-            if wanted is bool:
+            if value_type is bool:
                 arguments += [f"--{name}"] * bool(value)
-            elif wanted is Path:
+            elif value_type is Path:
                 study = self._upload(value)
                 studies.append(study)
                 arguments.append(f"--{name}=\0{study.id}")
             else:
-                values = value if wanted is list and isinstance(value, list) else [value]
+                values = value if value_type is list and isinstance(value, list) else [value]
                 if len(values) > _MOST:
                     raise InputError(f"{name} must hold at most {_MOST} values")
-                arguments += [f"--{name}={_text(name, one)}" for one in values]
+                arguments += [f"--{name}={_text(name, item)}" for item in values]
         return arguments, studies
 
     async def _work(self, run: Run) -> None:
@@ -313,7 +315,7 @@ def _text(name: str, value: Any) -> str:
     return text
 
 
-async def preview(asked: dict[str, Any]) -> dict[str, Any]:
+async def preview(question: dict[str, Any]) -> dict[str, Any]:
     """Look into a file, in a process of its own that may take two minutes."""
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-m", "microslip.app.preview",
@@ -322,15 +324,15 @@ async def preview(asked: dict[str, Any]) -> dict[str, Any]:
     )  # fmt: skip
     try:
         answer, _ = await asyncio.wait_for(
-            process.communicate(json.dumps(asked).encode("utf-8")), 120.0
+            process.communicate(json.dumps(question).encode("utf-8")), 120.0
         )
     except TimeoutError:
         process.kill()
         raise InputError("looking into the file took over two minutes") from None
     try:
-        found: dict[str, Any] = json.loads(answer)
+        content: dict[str, Any] = json.loads(answer)
     except ValueError:
         raise InputError("the file could not be looked into") from None
-    if "error" in found:
-        raise InputError(found["error"])
-    return found
+    if "error" in content:
+        raise InputError(content["error"])
+    return content

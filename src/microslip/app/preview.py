@@ -20,7 +20,7 @@ _SCAN_OPTIONS = ("unit", "pixel", "key", "channel")
 _RECORD_OPTIONS = ("displacement", "force", "normal_load", "time", "sample_rate")
 
 
-def look(asked: dict[str, Any]) -> dict[str, Any]:
+def look(question: dict[str, Any]) -> dict[str, Any]:
     """Look into a scan or a record; with a part of it to keep, write that to a file.
 
     Raises
@@ -28,11 +28,11 @@ def look(asked: dict[str, Any]) -> dict[str, Any]:
     InputError
         A file that cannot be read so.
     """
-    path = Path(asked["path"])
-    options = {k.replace("-", "_"): v for k, v in (asked.get("options") or {}).items() if v}
-    if asked["what"] == "scan":
-        return _scan(path, options, asked.get("part"), asked.get("save"))
-    return _record(path, options, asked.get("part"), asked.get("save"))
+    path = Path(question["path"])
+    options = {k.replace("-", "_"): v for k, v in (question.get("options") or {}).items() if v}
+    if question["what"] == "scan":
+        return _scan(path, options, question.get("part"), question.get("save"))
+    return _record(path, options, question.get("part"), question.get("save"))
 
 
 def _scan(path: Path, options: dict[str, Any], part: Any, save: str | None) -> dict[str, Any]:
@@ -50,7 +50,7 @@ def _scan(path: Path, options: dict[str, Any], part: Any, save: str | None) -> d
     if part is not None and save is not None:
         return _kept_scan(scan, part, Path(save))
     level = scan.condition(level=options.get("level", "plane"))
-    found: dict[str, Any] = {
+    view: dict[str, Any] = {
         "what": "scan",
         "name": path.name,
         "shape": list(scan.heights.shape),
@@ -63,14 +63,14 @@ def _scan(path: Path, options: dict[str, Any], part: Any, save: str | None) -> d
     if not scan.is_profile:
         low, high = np.nanquantile(level.heights, (SHARE, 1.0 - SHARE)).tolist()
         picture = png_bytes(coloured(coarse(level.heights)[::-1], low, high))
-        found["picture"] = "data:image/png;base64," + base64.b64encode(picture).decode("ascii")
-        found["heights"] = [low, high]
+        view["picture"] = "data:image/png;base64," + base64.b64encode(picture).decode("ascii")
+        view["heights"] = [low, high]
         waves = spectrum(level)
-        found["spectrum"] = _pairs(waves.wavelength, waves.density)
+        view["spectrum"] = _pairs(waves.wavelength, waves.density)
     else:
         waves = spectrum(level)
-        found["spectrum"] = _pairs(waves.axes[0].wavelength, waves.axes[0].density)
-    return found
+        view["spectrum"] = _pairs(waves.axes[0].wavelength, waves.axes[0].density)
+    return view
 
 
 def _kept_scan(scan: Any, part: Any, save: Path) -> dict[str, Any]:
@@ -99,7 +99,7 @@ def _record(path: Path, options: dict[str, Any], part: Any, save: str | None) ->
         return _kept_record(record, part, Path(save))
     time, has_time = _times(record)
     every = max(1, len(record) // 4000)
-    found: dict[str, Any] = {
+    view: dict[str, Any] = {
         "what": "record",
         "name": record.name,
         "samples": len(record),
@@ -113,10 +113,10 @@ def _record(path: Path, options: dict[str, Any], part: Any, save: str | None) ->
     try:
         cycles = measure(record).cycles
         starts = cycles["start"].astype(int)
-        found["cycles"] = [float(time[min(start, time.size - 1)]) for start in starts[:400]]
+        view["cycles"] = [float(time[min(start, time.size - 1)]) for start in starts[:400]]
     except InputError as error:
-        found["notes"].append(str(error))
-    return found
+        view["notes"].append(str(error))
+    return view
 
 
 def _kept_record(record: Any, part: Any, save: Path) -> dict[str, Any]:
@@ -152,9 +152,9 @@ def _envelope(time: Any, values: Any) -> list[list[float]]:
     width = -(-values.size // _POINTS)
     if width < 3:
         return _pairs(time, values)
-    whole = values[: values.size // width * width].reshape(-1, width)
-    starts = width * np.arange(len(whole))
-    ends = np.sort(np.stack([whole.argmin(axis=1), whole.argmax(axis=1)]), axis=0) + starts
+    stretches = values[: values.size // width * width].reshape(-1, width)
+    starts = width * np.arange(len(stretches))
+    ends = np.sort(np.stack([stretches.argmin(axis=1), stretches.argmax(axis=1)]), axis=0) + starts
     places = ends.T.ravel()
     return _pairs(time[places], values[places])
 

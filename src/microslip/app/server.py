@@ -68,23 +68,23 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         return JSONResponse(place.told())
 
     async def looked(request: Request) -> Response:
-        found = workspace.uploads.get(request.path_params["id"])
-        if found is None:
+        stored = workspace.uploads.get(request.path_params["id"])
+        if stored is None:
             return no(KeyError("no such upload"), 404)
         try:
-            asked = await _table(request)
-            if asked.get("what") == "study":
-                check_study(found.path)
-                text = found.path.read_text(encoding="utf-8")
-                return JSONResponse({"what": "study", "name": found.name, "text": text})
-            kind = "scan" if asked.get("what") == "scan" else "record"
-            question = {"what": kind, "path": str(found.path), "options": asked.get("options")}
-            if asked.get("part") is None:
+            table = await _table(request)
+            if table.get("what") == "study":
+                check_study(stored.path)
+                text = stored.path.read_text(encoding="utf-8")
+                return JSONResponse({"what": "study", "name": stored.name, "text": text})
+            kind = "scan" if table.get("what") == "scan" else "record"
+            question = {"what": kind, "path": str(stored.path), "options": table.get("options")}
+            if table.get("part") is None:
                 return JSONResponse(await preview(question))
-            stem = Path(found.name).stem[:60]
-            kept = workspace.place(f"{stem}-part{'.npy' if kind == 'scan' else '.csv'}")
-            question |= {"part": asked["part"], "save": str(kept.path)}
-            return JSONResponse({**await preview(question), "upload": kept.told()})
+            stem = Path(stored.name).stem[:60]
+            part_upload = workspace.place(f"{stem}-part{'.npy' if kind == 'scan' else '.csv'}")
+            question |= {"part": table["part"], "save": str(part_upload.path)}
+            return JSONResponse({**await preview(question), "upload": part_upload.told()})
         except InputError as error:
             return no(error)
 
@@ -173,12 +173,12 @@ async def _table(request: Any) -> dict[str, Any]:
         Something else.
     """
     try:
-        found = json.loads(await request.body())
+        table = json.loads(await request.body())
     except (ValueError, RecursionError):
         raise InputError("a request must hold JSON") from None
-    if not isinstance(found, dict):
+    if not isinstance(table, dict):
         raise InputError("a request must hold a table")
-    return found
+    return table
 
 
 def _archive(run: Run) -> bytes:

@@ -22,8 +22,8 @@ from microslip.cli.surface import surface
 __all__ = ["main"]
 
 
-def _print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:
-    if wanted and not context.resilient_parsing:
+def _print_version(context: click.Context, option: click.Parameter, value: bool) -> None:
+    if value and not context.resilient_parsing:
         click.echo(f"microslip {__version__} (kernel: {kernel_name()})")
         context.exit()
 

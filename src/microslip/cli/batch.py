@@ -74,14 +74,14 @@ def batch(
         prepare(folder)
         with progress("Running", timed=True) as report:
             part = items[shard[0] - 1 :: shard[1]]
-            found = run(part, folder, workers, dask, report)
-        whole = found.of_all(items, known(folder, items, failures=True))
-        finish(whole, folder)
-        made = document(whole)
+            outcomes = run(part, folder, workers, dask, report)
+        total = outcomes.of_all(items, known(folder, items, failures=True))
+        finish(total, folder)
+        result = document(total)
     if as_json:
-        echo_json(made.data)
+        echo_json(result.data)
         return
-    show(made, sys.stdout)
+    show(result, sys.stdout)
     click.echo(f"Results in {folder}")
 
 
@@ -135,19 +135,17 @@ def design(
         from microslip.results.design.search import Target
         from microslip.study.description import StudyDescription
 
-        wanted = Target.read(target)
+        goal = Target.read(target)
         with progress("Searching") as report:
-            search = open_search(
-                StudyDescription.load(study, overrides), wanted, ranges, probability
-            )
-            found = search.solve()
+            search = open_search(StudyDescription.load(study, overrides), goal, ranges, probability)
+            solution = search.solve()
             curve = search.trade_off(report)
-        made = document(search, found, curve, folder is not None)
+        result = document(search, solution, curve, folder is not None)
         if folder is not None:
-            save(files(made), folder, KIND, "result", overwrite)
+            save(files(result), folder, KIND, "result", overwrite)
     if as_json:
-        echo_json(made.data)
+        echo_json(result.data)
         return
-    show(made, sys.stdout)
+    show(result, sys.stdout)
     if folder is not None:
-        click.echo(f"{len(made.data['files'])} files in {folder}")
+        click.echo(f"{len(result.data['files'])} files in {folder}")

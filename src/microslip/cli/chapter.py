@@ -13,6 +13,7 @@ from microslip.cli.work import progress, stoppable
 @click.command(short_help="Draw the figures of the chapter.")
 @click.option(
     "--only",
+    "numbers",
     multiple=True,
     metavar="NUMBER",
     help="One figure, such as 19.13; may be repeated, or several with commas.",
@@ -28,7 +29,7 @@ from microslip.cli.work import progress, stoppable
 )
 @click.option("--overwrite", is_flag=True, help="Replace earlier figures in that folder, all.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
-def figures(only: tuple[str, ...], folder: Path, overwrite: bool, as_json: bool) -> None:
+def figures(numbers: tuple[str, ...], folder: Path, overwrite: bool, as_json: bool) -> None:
     """Draw the figures of the chapter that the model comes from, each from this library.
 
     Each comes as SVG and PNG with its data as CSV; summary.json says what to see in them.
@@ -37,12 +38,12 @@ def figures(only: tuple[str, ...], folder: Path, overwrite: bool, as_json: bool)
         from microslip.chapter import KIND, select, write
         from microslip.report.folder import staged
 
-        chosen = select(only)
+        selection = select(numbers)
         with (
             staged(folder, overwrite, KIND, "set of figures") as stage,
             progress("Drawing") as report,
         ):
-            summary = write(chosen, stage, report)
+            summary = write(selection, stage, report)
     if as_json:
         echo_json(summary)
         return

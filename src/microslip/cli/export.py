@@ -77,24 +77,22 @@ def export(
         described = Study.load(study, overrides)
         unsure = [key for key, _ in spreads_of(described)]
         law, pairs = _law(described, kind, nodes)
-        done = write(kind, law, file, nodes=pairs, overwrite=overwrite, **options)
+        exported = write(kind, law, file, nodes=pairs, overwrite=overwrite, **options)
     if as_json:
         from dataclasses import asdict
 
-        echo_json(
-            {
-                "kind": done.kind, "files": [str(path) for path in done.files],
-                "law": done.law, "run": done.run, "middle_of": unsure, **asdict(done.accuracy),
-            }
-        )  # fmt: skip
+        about = {"kind": exported.kind, "files": list(map(str, exported.files))}
+        about |= {"law": exported.law, "run": exported.run, "middle_of": unsure}
+        echo_json(about | asdict(exported.accuracy))
         return
-    found = done.accuracy
-    click.echo(f"Written: {', '.join(str(path) for path in done.files)}")
+    errors = exported.accuracy
+    span = f"{errors.smallest_amplitude:.4g} to {errors.largest_amplitude:.4g} m"
+    click.echo(f"Written: {', '.join(str(path) for path in exported.files)}")
     click.echo(
-        f"Over {found.smallest_amplitude:.4g} to {found.largest_amplitude:.4g} m it errs by up to "
-        f"{found.backbone_error:.2g} of the backbone and {found.energy_error:.2g} of the energy."
+        f"Over {span} it errs by up to {errors.backbone_error:.2g} of the backbone and "
+        f"{errors.energy_error:.2g} of the energy."
     )
-    click.echo(f"This kind of file: {done.run}.")
+    click.echo(f"This kind of file: {exported.run}.")
     if unsure:
         click.echo(f"Of what is not known exactly it holds the middle: {', '.join(unsure)}.")
 

@@ -22,19 +22,19 @@ _FOLLOWING = {
 """Units of what follows from the parameters, as far as it may be known from elsewhere."""
 
 
-def values_of(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, float]:
+def values_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, float]:
     """What --fix says, NAME=VALUE each."""
     units = _units_of(laws)
     return {
-        name: _quantity("--fix", name, text, units) for name, text in pairs("fix", given).items()
+        name: _quantity("--fix", name, text, units) for name, text in pairs("fix", texts).items()
     }
 
 
-def bounds_of(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
+def bounds_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
     """What --bound says, NAME=LOW..HIGH each."""
     units = _units_of(laws)
-    found = {}
-    for name, text in pairs("bound", given).items():
+    bounds = {}
+    for name, text in pairs("bound", texts).items():
         low, dots, high = (part.strip() for part in text.partition(".."))
         if not dots or not low or not high:
             raise click.UsageError(f'--bound wants {name}=LOW..HIGH, got "{text}"')
@@ -45,23 +45,23 @@ def bounds_of(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[fl
             raise click.UsageError(
                 f'--bound wants {name}=LOW..HIGH with LOW below HIGH, got "{text}"'
             )
-        found[name] = (ends[0], ends[1])
-    return found
+        bounds[name] = (ends[0], ends[1])
+    return bounds
 
 
-def known_of(given: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
+def known_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, tuple[float, float]]:
     """What --known says, NAME=VALUE±DEVIATION each."""
     units = {**_units_of(laws), **_FOLLOWING}
-    found = {}
-    for name, text in pairs("known", given).items():
+    measured = {}
+    for name, text in pairs("known", texts).items():
         value, deviation = _with_deviation(text)
         if not value or not deviation:
             raise click.UsageError(f'--known wants {name}=VALUE±DEVIATION, got "{text}"')
-        found[name] = (
+        measured[name] = (
             _quantity("--known", name, value, units),
             _quantity("--known", name, deviation, units),
         )
-    return found
+    return measured
 
 
 def _units_of(laws: Sequence[str]) -> dict[str, str]:

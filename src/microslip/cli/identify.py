@@ -276,39 +276,39 @@ def identify(
             "confidence": confidence,
         }
         with ExitStack() as stack:
-            known = None if study is None else _study(study)
+            description = None if study is None else _study(study)
             stage = None
             if folder is not None:  # first, so that nothing is fitted in vain
                 stage = stack.enter_context(staged(folder, overwrite, KIND, "identification"))
             with progress("Reading") as report:
                 read, skipped = _read(records, reading, options, report)
             with progress("Fitting") as report:
-                found = identified(read, laws, known, options, report)
-            if not accept_unconverged and (failed := found.failed) is not None:
+                result = identified(read, laws, description, options, report)
+            if not accept_unconverged and (failed := result.failed) is not None:
                 raise InputError(
                     f"{failed.law}: {failed.status}: {failed.message} (--accept-unconverged shows "
                     "it all the same)"
                 )
-            left = [path not in dict(skipped) for path in records]
+            readable = [path not in dict(skipped) for path in records]
             runs = rigs or labels
             campaign = measured_together(
                 read,
-                tuple(compress(runs, left)),
-                tuple(compress(volumes, left)),
+                tuple(compress(runs, readable)),
+                tuple(compress(volumes, readable)),
                 confidence,
                 options["cycles"],
             )
-            found = replace(found, skipped=tuple(skipped), campaign=campaign)
-            told = document(found, spell, files=stage is not None, kinds=kinds)
+            result = replace(result, skipped=tuple(skipped), campaign=campaign)
+            result_document = document(result, spell, files=stage is not None, kinds=kinds)
             if stage is not None:
                 with progress("Drawing and writing") as report:
-                    write(told, found, stage, report, spell)
+                    write(result_document, result, stage, report, spell)
     if as_json:
-        echo_json(told.data)
+        echo_json(result_document.data)
         return
-    show(told, sys.stdout)
+    show(result_document, sys.stdout)
     if folder is not None:
-        click.echo(f"{len(told.data['files'])} files in {folder}")
+        click.echo(f"{len(result_document.data['files'])} files in {folder}")
 
 
 def _study(path: Path) -> StudyDescription:
@@ -325,14 +325,14 @@ def _read(
 
     loads = _each("--normal-load", reading.normal_load, len(paths)) or ()
     how = reading._replace(normal_load=tuple(loads))
-    found: list[Record] = []
+    loaded: list[Record] = []
     skipped: list[tuple[str, str]] = []
     rigs = options["rigs"]
     for index, path in enumerate(paths):
         try:
-            found.append(how.read(path, index))
+            loaded.append(how.read(path, index))
         except InputError as error:
-            if len(paths) == 1 or (index == len(paths) - 1 and not found):
+            if len(paths) == 1 or (index == len(paths) - 1 and not loaded):
                 raise
             why = error.said(spelling(click.get_current_context()))
             skipped.append((path, why.removeprefix(f"{path}: ")))
@@ -341,27 +341,27 @@ def _read(
         report((index + 1) / len(paths))
     if rigs is not None:
         options["rigs"] = [label for label in rigs if label is not None]
-    return found, skipped
+    return loaded, skipped
 
 
-def _each(option: str, given: tuple[str, ...], count: int) -> list[str] | None:
+def _each(option: str, texts: tuple[str, ...], count: int) -> list[str] | None:
     """One text for each record, where there is one for all or one for each."""
-    if not given:
+    if not texts:
         return None
-    if len(given) not in (1, count):
+    if len(texts) not in (1, count):
         records = "1 record" if count == 1 else f"{count} records"
         raise click.UsageError(
-            f"{option} wants one for all records or one for each of the {records}, got {len(given)}"
+            f"{option} wants one for all records or one for each of the {records}, got {len(texts)}"
         )
-    return list(given) * count if len(given) == 1 else list(given)
+    return list(texts) * count if len(texts) == 1 else list(texts)
 
 
-def _rigs(given: tuple[str, ...], count: int) -> list[str] | None:
+def _rigs(labels: tuple[str, ...], count: int) -> list[str] | None:
     """A label for each record; one for all of them would tell nothing apart."""
-    if given and len(given) != count:
+    if labels and len(labels) != count:
         records = "1 record" if count == 1 else f"{count} records"
         raise click.UsageError(
-            f"--rig wants a label for each of the {records}, got {len(given)}; records of one rig "
+            f"--rig wants a label for each of the {records}, got {len(labels)}; records of one rig "
             "need none"
         )
-    return list(given) or None
+    return list(labels) or None

@@ -21,13 +21,13 @@ def materials(name: str | None, as_json: bool) -> None:
     from microslip.materials import metal, metals
     from microslip.study.metal_tables import as_dict, show_all, show_one
 
-    chosen = list(metals().values()) if name is None else [metal(name)]
+    selection = list(metals().values()) if name is None else [metal(name)]
     if as_json:
-        echo_json({found.name: as_dict(found) for found in chosen})
+        echo_json({entry.name: as_dict(entry) for entry in selection})
     elif name is None:
-        show_all(chosen, sys.stdout)
+        show_all(selection, sys.stdout)
     else:
-        show_one(chosen[0], sys.stdout)
+        show_one(selection[0], sys.stdout)
 
 
 @click.command(short_help="Print the JSON Schema of the study file.")

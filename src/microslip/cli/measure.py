@@ -56,7 +56,9 @@ if TYPE_CHECKING:
 @cycles_option
 @offers(AREA)
 @BAND
-@click.option("--all", "whole", is_flag=True, help="Print every table, not what matters most.")
+@click.option(
+    "--all", "every_table", is_flag=True, help="Print every table, not what matters most."
+)
 def measure(
     records: tuple[str, ...],
     folder: Path | None,
@@ -72,7 +74,7 @@ def measure(
     cycles: str | None,
     area: float | None,
     band: str | None,
-    whole: bool,
+    every_table: bool,
 ) -> None:
     """Measure every cycle in each RECORD: CSV, TXT, TSV, MAT, TDMS or HDF5, or folders of them.
 
@@ -112,7 +114,7 @@ def measure(
             volumes = volumes_of(worn_volumes, len(paths))
             context = click.get_current_context()
             spell = spelling(context)
-            found, kept = [], []
+            results, places = [], []
             skipped: list[tuple[str, str]] = []
             for index, path in enumerate(paths):
                 try:
@@ -131,32 +133,32 @@ def measure(
                         raise error from None
                     skipped.append((path, error.said(spell).removeprefix(f"{path}: ")))
                 else:
-                    found.append(result)
-                    kept.append(index)
+                    results.append(result)
+                    places.append(index)
                 report((index + 1) / len(paths))
-            if not found:
+            if not results:
                 name, why = skipped[0]
                 raise InputError(f"none of {len(paths)} records can be measured; {name}: {why}")
             campaign = Campaign(
-                tuple(found),
-                [runs[i] for i in kept] if runs else None,
-                [volumes[i] for i in kept] if volumes else None,
+                tuple(results),
+                [runs[i] for i in places] if runs else None,
+                [volumes[i] for i in places] if volumes else None,
                 area,
             )
-            told = document(
+            result_document = document(
                 campaign,
                 lambda text: said(text, spell),
                 files=file_names(campaign, kinds) if stage is not None else (),
                 skipped=skipped,
             )
             if stage is not None:
-                write(told, campaign, stage)
+                write(result_document, campaign, stage)
     if as_json:
-        echo_json(told.data)
+        echo_json(result_document.data)
         return
-    show(told, sys.stdout, whole=whole)
+    show(result_document, sys.stdout, full=every_table)
     if folder is not None:
-        click.echo(f"{len(told.data['files'])} files in {folder}")
+        click.echo(f"{len(result_document.data['files'])} files in {folder}")
 
 
 def _joints(study: Path) -> list[Interface]:

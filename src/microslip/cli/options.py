@@ -94,8 +94,8 @@ def _settings(option: Option) -> dict[str, Any]:
         return {**settings, "type": OneOf(option.choices)}
     settings |= {"type": _Value(option), "metavar": option.metavar or "VALUE"}
     if option.most > 1:
-        both = option.least == option.most
-        settings |= {"nargs": option.most} if both else {"multiple": True, "callback": _given}
+        fixed = option.least == option.most
+        settings |= {"nargs": option.most} if fixed else {"multiple": True, "callback": _given}
     return settings
 
 

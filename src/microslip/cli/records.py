@@ -103,13 +103,13 @@ def writes(files: str, earlier: str) -> Callable[[Command], Command]:
 
     def give(command: Command) -> Command:
         @wraps(command)
-        def write(png: bool, pdf: bool, **given: Any) -> Any:
-            return command(kinds=("svg", *["png"] * png, *["pdf"] * pdf), **given)
+        def write(png: bool, pdf: bool, **arguments: Any) -> Any:
+            return command(kinds=("svg", *["png"] * png, *["pdf"] * pdf), **arguments)
 
-        given: Command = write
+        decorated: Command = write
         for option in reversed(options):
-            given = option(given)
-        return given
+            decorated = option(decorated)
+        return decorated
 
     return give
 
@@ -121,17 +121,17 @@ def reads(many_loads: bool = False) -> Callable[[Command], Command]:
 
     def decorate(command: Command) -> Command:
         @wraps(command)
-        def read(**given: Any) -> Any:
-            how = {name: given.pop(name) for name in Reading._fields}
-            load = how["normal_load"]
+        def read(**arguments: Any) -> Any:
+            fields = {name: arguments.pop(name) for name in Reading._fields}
+            load = fields["normal_load"]
             if not isinstance(load, tuple):
-                how["normal_load"] = () if load is None else (load,)
-            return command(reading=Reading(**how), **given)
+                fields["normal_load"] = () if load is None else (load,)
+            return command(reading=Reading(**fields), **arguments)
 
-        given = offers(*SCALING, multiple=True)(read)
-        given = offers(TIME, SAMPLE_RATE, TURN, ROWS, CUTOFF, DRIFT)(given)
-        given = offers(load, **({"multiple": True} if many_loads else {}))(given)
-        return offers(DISPLACEMENT, FORCE)(given)
+        decorated = offers(*SCALING, multiple=True)(read)
+        decorated = offers(TIME, SAMPLE_RATE, TURN, ROWS, CUTOFF, DRIFT)(decorated)
+        decorated = offers(load, **({"multiple": True} if many_loads else {}))(decorated)
+        return offers(DISPLACEMENT, FORCE)(decorated)
 
     return decorate
 
@@ -143,14 +143,14 @@ ENDINGS = (
 """Endings of the files of a folder that are taken for records."""
 
 
-def records_in(given: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
+def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
     """The files, those of folders in the place of these; the names of the folders where several."""
     from microslip._core.wording import shorten
 
     paths: list[str] = []
     labels: list[str] = []
     folders = []
-    for name in given:
+    for name in names:
         folder = Path(name)
         if not folder.is_dir():
             paths.append(name)
@@ -168,12 +168,12 @@ def records_in(given: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
     return paths, tuple(labels) if several else ()
 
 
-def each_of(option: str, given: tuple[str, ...], count: int) -> tuple[str, ...]:
+def each_of(option: str, values: tuple[str, ...], count: int) -> tuple[str, ...]:
     """What an option was given for each record, or for none."""
-    if given and len(given) != count:
+    if values and len(values) != count:
         records = "1 record" if count == 1 else f"{count} records"
-        raise click.UsageError(f"{option} wants one for each of the {records}, got {len(given)}")
-    return given
+        raise click.UsageError(f"{option} wants one for each of the {records}, got {len(values)}")
+    return values
 
 
 def slice_of(option: str, text: str | None) -> slice | None:
@@ -211,23 +211,23 @@ def worn_option(command: Command) -> Command:
     )(command)
 
 
-def volumes_of(given: tuple[str, ...], count: int) -> list[float | None]:
+def volumes_of(texts: tuple[str, ...], count: int) -> list[float | None]:
     """Worn volumes [m^3] of the records, None for one without; empty where none were given."""
     from microslip._core.units import VOLUME, QuantityError, to_si
 
     try:
         return [
             None if text.strip() == "none" else to_si(text, VOLUME, "0.12 mm^3")
-            for text in each_of("--worn-volume", given, count)
+            for text in each_of("--worn-volume", texts, count)
         ]
     except QuantityError as error:
         raise click.UsageError(f"--worn-volume: {error}") from None
 
 
-def pairs(option: str, given: tuple[str, ...]) -> dict[str, str]:
+def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
     """What an option that may be repeated was given as WHAT=..., by WHAT."""
     values = {}
-    for text in given:
+    for text in texts:
         key, equals, value = text.partition("=")
         if not equals or not key or not value:
             raise click.UsageError(f'--{option} wants WHAT=..., such as force=..., got "{text}"')

@@ -38,10 +38,10 @@ def are_modal(records: Sequence[str]) -> bool:
 
     kinds = [modal_kind(record) for record in records]
     if any(kinds) and not all(kinds):
-        first, other = (records[kinds.index(k)] for k in (next(filter(None, kinds)), None))
+        first, second = (records[kinds.index(k)] for k in (next(filter(None, kinds)), None))
         raise click.UsageError(
             f"tests of modes and records of loops are measured apart: {first} is a "
-            f"{next(filter(None, kinds))}, {other} is none"
+            f"{next(filter(None, kinds))}, {second} is none"
         )
     return any(kinds)
 
@@ -104,15 +104,15 @@ def measure_modes(
             for index, (record, within) in enumerate(zip(records, bands, strict=True)):
                 tests.append(ModalTest.read(record, band=within))
                 report((index + 1) / len(records))
-            found = document(tests, file_names(kinds) if stage is not None else ())
+            result_document = document(tests, file_names(kinds) if stage is not None else ())
             if stage is not None:
-                write(found, tests, stage)
+                write(result_document, tests, stage)
     if as_json:
-        echo_json(found.data)
+        echo_json(result_document.data)
         return
-    show(found, sys.stdout)
+    show(result_document, sys.stdout)
     if folder is not None:
-        click.echo(f"{len(found.data['files'])} files in {folder}")
+        click.echo(f"{len(result_document.data['files'])} files in {folder}")
 
 
 def identify_structure(
@@ -126,17 +126,17 @@ def identify_structure(
     """Predict the structure with a fit to its tests."""
     from microslip.results import Study
 
-    given = tomllib.loads(study.read_text(encoding="utf-8"))["structure"]
-    before = given.get("measured", {}) if isinstance(given, dict) else {}
+    table = tomllib.loads(study.read_text(encoding="utf-8"))["structure"]
+    before = table.get("measured", {}) if isinstance(table, dict) else {}
     listed: list[Any] = before if isinstance(before, list) else [before]
     fit = next((part["fit"] for part in listed if isinstance(part, dict) and "fit" in part), None)
     if fit is None:
-        fit = ["friction_coefficient", "tension", *(["form"] if "form" in given else [])]
+        fit = ["friction_coefficient", "tension", *(["form"] if "form" in table else [])]
     tests = []
     for index, (record, within) in enumerate(zip(records, bands_of(records, band), strict=True)):
-        own = listed[index] if len(listed) == len(records) else {}
-        own = dict(own) if isinstance(own, dict) else {}
-        test = {**own, "file": str(Path(record).resolve()), "fit": fit}
+        entry = listed[index] if len(listed) == len(records) else {}
+        entry = dict(entry) if isinstance(entry, dict) else {}
+        test = {**entry, "file": str(Path(record).resolve()), "fit": fit}
         if within is not None:
             test["band"] = [f"{end!r} Hz" for end in within]
         tests.append(test)

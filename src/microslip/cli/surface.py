@@ -40,9 +40,9 @@ class _Once(click.Command):
                     continue
                 twice = _TWICE.get(option.name or "")
                 if count > (1 if twice is None else 2):
-                    wanted = "once" if twice is None else f"once, or twice for {twice}"
+                    allowance = "once" if twice is None else f"once, or twice for {twice}"
                     raise click.UsageError(
-                        f"{option.opts[-1]}: wanted {wanted}, got {count} times", ctx
+                        f"{option.opts[-1]}: wanted {allowance}, got {count} times", ctx
                     )
         return super().parse_args(ctx, args)
 
@@ -51,11 +51,13 @@ class _Once(click.Command):
 @click.argument("scans", metavar="SCAN…", nargs=-1, type=click.Path(path_type=Path, readable=False))
 @offers(CUTOFF.but(default=None), *CONDITIONING[1:], *SUMMITS, SCAN_AREA, *JOINT)
 @offers(AGAINST, *DRAWING, *READING)
-@click.option("--all", "whole", is_flag=True, help="Print every table, not what matters most.")
+@click.option(
+    "--all", "every_table", is_flag=True, help="Print every table, not what matters most."
+)
 @writes("report, tables and figures", "one")
 def surface(
     scans: tuple[Path, ...],
-    whole: bool,
+    every_table: bool,
     folder: Path | None,
     overwrite: bool,
     kinds: tuple[str, ...],
@@ -82,8 +84,10 @@ def surface(
         from microslip.results.scanned.numbers import FACES_KIND, KIND
 
         context = click.get_current_context()
-        given = context.get_parameter_source("cutoff") is not click.core.ParameterSource.DEFAULT
-        request = Request.of(*scans, cutoff_given=given, **options)
+        cutoff_given = (
+            context.get_parameter_source("cutoff") is not click.core.ParameterSource.DEFAULT
+        )
+        request = Request.of(*scans, cutoff_given=cutoff_given, **options)
         if not scans and not request.drawing:
             raise click.UsageError("wanted a SCAN, or a drawing such as --ra '0.8 um'", context)
         of_faces = request.is_of_faces
@@ -98,20 +102,22 @@ def surface(
                 if of_faces:
                     result = faces.document(faces.analyse(request, report), folder, kinds)
                 else:
-                    found = analyse(request, report)
+                    findings = analyse(request, report)
             if not of_faces:
-                result = document(found, folder, lambda text: said(text, spelling(context)), kinds)
+                result = document(
+                    findings, folder, lambda text: said(text, spelling(context)), kinds
+                )
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     if of_faces:
                         faces.write(result, stage, report)
                     else:
-                        write(result, found, stage, report)
+                        write(result, findings, stage, report)
     if as_json:
         echo_json(result.data)
         return
-    show(result, sys.stdout, whole=whole)
-    if not whole:
+    show(result, sys.stdout, full=every_table)
+    if not every_table:
         click.echo("All tables, what the verdicts assume and how it was read: --all")
     if folder is not None:
         click.echo(f"{len(result.data['files'])} files in {folder}")

@@ -97,11 +97,11 @@ def page() -> str:
         }
         for metal in metals().values()
     }
-    own = {"FIELDS": [vars(quantity) for quantity in QUANTITIES], "METALS": table}
+    constants = {"FIELDS": [vars(quantity) for quantity in QUANTITIES], "METALS": table}
     parts = {
         "css": (_FOLDER / "explorer.css").read_text(encoding="utf-8"),
         "version": escape(__version__),
-        "script": law_script() + _constants(own) + script("ticks.js") + _script("view.js"),
+        "script": law_script() + _constants(constants) + script("ticks.js") + _script("view.js"),
     }
     text = (_FOLDER / "explorer.html").read_text(encoding="utf-8")
     for name, part in parts.items():

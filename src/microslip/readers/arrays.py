@@ -56,11 +56,11 @@ class _Slot(NamedTuple):
 
 def leaves(arrays: Arrays) -> dict[str, Leaf]:
     """Every array by its whole name."""
-    found: dict[str, Leaf] = {}
+    by_name: dict[str, Leaf] = {}
 
     def walk(name: str, node: Any) -> None:
         if isinstance(node, Leaf):
-            found[name] = node
+            by_name[name] = node
         elif isinstance(node, Mapping):
             for key, value in node.items():
                 walk(f"{name}{arrays.join}{key}" if name else key, value)
@@ -69,7 +69,7 @@ def leaves(arrays: Arrays) -> dict[str, Leaf]:
                 walk(f"{name}({i})", value)
 
     walk("", arrays.tree)
-    return found
+    return by_name
 
 
 def only(arrays: Mapping[str, Leaf], key: str | None, kind: str) -> str:
@@ -123,12 +123,12 @@ def table(arrays: Arrays) -> Table:
     kind, stated = arrays.kind, {}
     if rates:
         stated["sample_rate"] = rates[0]
-        other = next((r for r in rates if not math.isclose(r.value, rates[0].value)), None)
-        if other:
+        second_rate = next((r for r in rates if not math.isclose(r.value, rates[0].value)), None)
+        if second_rate:
             del stated["sample_rate"]
             kind += (
                 f'; two sample rates, {rates[0].value:g} Hz by "{rates[0].where}" and '
-                f'{other.value:g} Hz by "{other.where}", so neither is taken'
+                f'{second_rate.value:g} Hz by "{second_rate.where}", so neither is taken'
             )
 
     def load(places: Sequence[int]) -> list[Floats]:
@@ -136,11 +136,11 @@ def table(arrays: Arrays) -> Table:
         refuse_long(slots[place].column for place in places)
         for place in places:
             slot = slots[place]
-            whole = np.squeeze(values_of(slot.column.heading, slot.leaf))
+            matrix = np.squeeze(values_of(slot.column.heading, slot.leaf))
             if slot.place is not None:
-                long = whole.shape[0] >= whole.shape[1]
-                whole = whole[:, slot.place] if long else whole[slot.place]
-            columns.append(np.array(whole, dtype=float))
+                long = matrix.shape[0] >= matrix.shape[1]
+                matrix = matrix[:, slot.place] if long else matrix[slot.place]
+            columns.append(np.array(matrix, dtype=float))
         return columns
 
     return Table(kind, tuple(slot.column for slot in slots), load, stated=stated)

@@ -103,8 +103,8 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
             start, end, mask = run
             score = _weight(start, end, mask)
             if best is not None and score <= best[0]:
-                same = best[1].separator == separator and score == best[0]
-                if same and decimal == ",":  # no decimal sign at all so far
+                is_tie = best[1].separator == separator and score == best[0]
+                if is_tie and decimal == ",":  # no decimal sign at all so far
                     best = (score, best[1]._replace(decimal=None))
                 continue
             names, units, lines_of = _names(lines, start, separator, len(mask), mask)
@@ -165,10 +165,10 @@ def _first_row(
             continue
         if True not in kinds:
             break  # the names
-        whole = len(kinds) == len(mask)
-        sound = whole and not any(m and k is False for m, k in zip(mask, kinds, strict=True))
+        is_complete = len(kinds) == len(mask)
+        sound = is_complete and not any(m and k is False for m, k in zip(mask, kinds, strict=True))
         # Settings begin with a text, rows with a number.
-        if sound or (whole and kinds[lead] and first == i + 1):
+        if sound or (is_complete and kinds[lead] and first == i + 1):
             first = i
     return first
 
@@ -241,13 +241,13 @@ def _head(
 ) -> tuple[Line, list[str]] | None:
     """Cells of a line that has one for each column."""
     text = line.text.strip().lstrip(_MARKS) if line.text[:1] in "#%!/*" else line.text
-    least = _filled(mask)
+    fewest = _filled(mask)
     for cells in _ways(text, separator):
         while cells and not cells[-1]:
             cells.pop()
         if len(cells) == width + 1 and cells[-1].casefold() == "comment":
             cells.pop()  # LabVIEW has a column for comments and seldom one of them
-        if least <= len(cells) <= width and any(cells) and not any(map(_is_number, cells)):
+        if fewest <= len(cells) <= width and any(cells) and not any(map(_is_number, cells)):
             return line, cells
     return None
 
@@ -262,9 +262,9 @@ def _ways(text: str, separator: str | None) -> Iterator[list[str]]:
     """Cells of a line of names, which may hold spaces where spaces separate the numbers."""
     yield split(text, separator)
     if separator is None:
-        for other in ("\t", ";", ","):
-            if other in text:
-                yield split(text, other)
+        for mark in ("\t", ";", ","):
+            if mark in text:
+                yield split(text, mark)
         yield re.split(r"\s{2,}", text.strip())
         yield re.split(r"\s+(?![^\[(]*[\])])(?![\[(])", text.strip())
     pieces = _BRACKETED.findall(text)

@@ -53,12 +53,12 @@ def kind_of(head: bytes, suffix: str) -> str | None:
 def stranger(head: bytes) -> str:
     """What a file of no known kind probably is."""
     return next(
-        (what for magic, what in _STRANGERS if head.startswith(magic)), "another binary file"
+        (name for magic, name in _STRANGERS if head.startswith(magic)), "another binary file"
     )
 
 
 @contextmanager
-def usable(path: Path, wanted: str) -> Iterator[None]:
+def usable(path: Path, noun: str) -> Iterator[None]:
     """Turn what the system says of a file into a ValueError that does not name the file."""
     try:
         yield
@@ -66,7 +66,7 @@ def usable(path: Path, wanted: str) -> Iterator[None]:
         raise ValueError(f"no such file{_near(path)}") from None
     except OSError as error:
         if os.path.isdir(path):  # noqa: PTH112 - Windows says "permission denied"; never raises
-            raise ValueError(f"wanted {wanted}, got a folder") from None
+            raise ValueError(f"wanted {noun}, got a folder") from None
         raise ValueError(f"cannot be read: {reason(error)}") from None
 
 

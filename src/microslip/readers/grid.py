@@ -30,11 +30,11 @@ def on_grid(
             "are no scan; interpolate them on a regular grid first"
         )
     index = places[0] if len(places) == 1 else places[1] * counts[0] + places[0]
-    taken = np.zeros(total, dtype=bool)
-    taken[index] = True
-    if (twice := index.size - int(np.count_nonzero(taken))) > 0:
+    occupied = np.zeros(total, dtype=bool)
+    occupied[index] = True
+    if (twice := index.size - int(np.count_nonzero(occupied))) > 0:
         raise ValueError(f"{twice} points lie where another one is already")
-    grid = taken.reshape(counts[::-1])
+    grid = occupied.reshape(counts[::-1])
     if grid.ndim == 2:
         beside = np.count_nonzero(grid[:, 1:] & grid[:, :-1])
         beside += np.count_nonzero(grid[1:] & grid[:-1])

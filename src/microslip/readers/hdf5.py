@@ -23,19 +23,19 @@ def read_arrays(path: Path) -> Arrays:
         raise ValueError(f"not a usable HDF5 file: {first_line(error)}") from None
 
 
-def _node(path: Path, item: Any, seen: set[int]) -> Any:
+def _node(path: Path, item: Any, visited: set[int]) -> Any:
     """A group as a tree, a data set as numbers; groups that hold themselves are met once."""
     import h5py
 
     if isinstance(item, h5py.Group):
         address = h5py.h5o.get_info(item.id).addr
-        if address in seen:
+        if address in visited:
             return None
-        seen.add(address)
+        visited.add(address)
         tree = {name: _attribute(value) for name, value in item.attrs.items()}
         # A link may lead nowhere, or out of the file.
         links = {name: item.get(name) for name in item}
-        return tree | {name: _node(path, below, seen) for name, below in links.items() if below}
+        return tree | {name: _node(path, below, visited) for name, below in links.items() if below}
     where, fields = item.name, item.dtype.names
     if fields:
         plain = [name for name in fields if item.dtype[name].kind in "iuf"]

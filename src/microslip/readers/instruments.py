@@ -46,14 +46,14 @@ class Heights(NamedTuple):
     notes: tuple[str, ...]
 
 
-def read_channel(path: Path, wanted: Any, channel: Any, limit: int) -> Heights:
+def read_channel(path: Path, format_name: Any, channel: Any, limit: int) -> Heights:
     """The channel of heights that is meant, of a stated format or of the first that can read it."""
-    with warnings.catch_warnings(record=True) as heard:
+    with warnings.catch_warnings(record=True) as messages:
         warnings.simplefilter("always")
-        heights = _read(path, wanted, channel, limit)
+        heights = _read(path, format_name, channel, limit)
     warnings_given = dict.fromkeys(
         shorten(str(w.message).strip(), 160)
-        for w in heard
+        for w in messages
         if not issubclass(w.category, _OF_NO_INTEREST)
     )
     remarks = tuple(f"SurfaceTopography says: {text}" for text in list(warnings_given)[:5])
@@ -77,13 +77,13 @@ def _library() -> Any:
     return IO
 
 
-def _read(path: Path, wanted: Any, chosen: Any, limit: int) -> Heights:
+def _read(path: Path, format_name: Any, channel_name: Any, limit: int) -> Heights:
     _check_size(path, limit)
     sums = _check_sums(path)
-    reader, name = _open(path, wanted)
+    reader, name = _open(path, format_name)
     try:
         channels = list(reader.channels)
-        index = _chosen(channels, chosen)
+        index = _chosen(channels, channel_name)
         channel = channels[index]
         shape = tuple(int(n) for n in np.atleast_1d(channel.nb_grid_pts))
         refuse_beyond(shape, limit)
@@ -95,9 +95,9 @@ def _read(path: Path, wanted: Any, chosen: Any, limit: int) -> Heights:
     finally:
         _close(reader)
     notes = [*sums]
-    others = [str(c.name) for i, c in enumerate(channels) if i != index]
-    if others:
-        notes.append(f"not read: {', '.join(shorten(text, 40) for text in others[:20])}.")
+    unread = [str(c.name) for i, c in enumerate(channels) if i != index]
+    if unread:
+        notes.append(f"not read: {', '.join(shorten(text, 40) for text in unread[:20])}.")
     if name == "nms" and pixel is not None and min(pixel) > _WIDEST_NMS:
         notes.append(
             f"pixel: {engineering(pixel[0], 'm')} by SurfaceTopography, which takes an nms file's "
@@ -110,7 +110,7 @@ def _read(path: Path, wanted: Any, chosen: Any, limit: int) -> Heights:
 
 def _check_size(path: Path, limit: int) -> None:
     """Refuse what would unpack to far more than the points that are allowed."""
-    most = limit * _BYTES_A_POINT + _BESIDE
+    largest = limit * _BYTES_A_POINT + _BESIDE
     size = path.stat().st_size
     if zipfile.is_zipfile(path):
         try:
@@ -125,7 +125,7 @@ def _check_size(path: Path, limit: int) -> None:
                     )
         except (zipfile.BadZipFile, OSError) as error:
             raise ValueError(f"damaged archive: {first_line(error)}") from None
-    if size > most:
+    if size > largest:
         raise InputError(
             f"unpacks to {size / 1e6:.0f} MB, more than ",
             Argument("limit", limit),
@@ -148,18 +148,18 @@ def _check_sums(path: Path) -> list[str]:
             main = archive.read("main.xml")
             text = main.decode("utf-8", "replace")
             link = re.search(r"<PointDataLink>\s*([^<]+?)\s*</PointDataLink>", text)
-            said = re.search(r"<MD5ChecksumPointData>\s*([0-9A-Fa-f]{32})\s*<", text)
-            if link and said and link[1] in names:
+            stated = re.search(r"<MD5ChecksumPointData>\s*([0-9A-Fa-f]{32})\s*<", text)
+            if link and stated and link[1] in names:
                 digest = hashlib.md5(archive.read(link[1]), usedforsecurity=False).hexdigest()
-                if digest != said[1].lower():
+                if digest != stated[1].lower():
                     raise ValueError(
                         f"damaged: the checksum of {shorten(link[1], 40)} is {digest}, and "
-                        f"{said[1].lower()} is said in main.xml"
+                        f"{stated[1].lower()} is said in main.xml"
                     )
             if "md5checksum.hex" in names:
-                own = re.match(rb"\s*([0-9A-Fa-f]{32})", archive.read("md5checksum.hex"))
+                recorded = re.match(rb"\s*([0-9A-Fa-f]{32})", archive.read("md5checksum.hex"))
                 digest = hashlib.md5(main, usedforsecurity=False).hexdigest()
-                if own and own[1].decode().lower() != digest:
+                if recorded and recorded[1].decode().lower() != digest:
                     return [
                         "checksum: main.xml is not what md5checksum.hex says: units or pixel may "
                         "have been changed after the measurement."
@@ -169,25 +169,25 @@ def _check_sums(path: Path) -> list[str]:
     return []
 
 
-def _open(path: Path, wanted: Any) -> tuple[Any, str]:
+def _open(path: Path, format_name: Any) -> tuple[Any, str]:
     """The library's reader of a file, and its format: the one wanted, or the first that can."""
     library = _library()
-    known = library.lookup_reader_by_format
-    if wanted is not None:
-        if not isinstance(wanted, str) or wanted not in known:
-            own = ("npy", "npz", "text", "matrix", "xyz", "profile", "mat")
-            names = [*own, *sorted({*known} - {*own})]
-            hint = did_you_mean(wanted, names) if isinstance(wanted, str) else ""
+    readers = library.lookup_reader_by_format
+    if format_name is not None:
+        if not isinstance(format_name, str) or format_name not in readers:
+            house_formats = ("npy", "npz", "text", "matrix", "xyz", "profile", "mat")
+            names = [*house_formats, *sorted({*readers} - {*house_formats})]
+            hint = did_you_mean(format_name, names) if isinstance(format_name, str) else ""
             raise InputError(
                 Argument("format"),
-                f": no format {show(wanted)}{hint}; there are {', '.join(names)}",
+                f": no format {show(format_name)}{hint}; there are {', '.join(names)}",
             )
         try:
-            return known[wanted](str(path)), wanted
+            return readers[format_name](str(path)), format_name
         except MemoryError:
             raise
         except Exception as error:
-            raise ValueError(_broken(wanted, error)) from None
+            raise ValueError(_broken(format_name, error)) from None
     with path.open("rb") as file:
         head = file.read(library.MAGIC_BUFFER_SIZE)
     suffix = path.suffix.lower().lstrip(".")
@@ -205,7 +205,7 @@ def _open(path: Path, wanted: Any) -> tuple[Any, str]:
     raise InputError(
         "of no format that is known by its first bytes or its ending; write ",
         Argument("format", UNSAID),
-        f", one of text, npy, npz, {', '.join(sorted({*known} - {'text', 'npy', 'npz'}))}",
+        f", one of text, npy, npz, {', '.join(sorted({*readers} - {'text', 'npy', 'npz'}))}",
     )
 
 
@@ -214,7 +214,7 @@ def _candidates(library: Any, head: bytes, suffix: str) -> list[Any]:
 
     The others are not tried: it takes long, and some take files that are not theirs.
     """
-    sure: list[Any] = []
+    certain: list[Any] = []
     called: list[Any] = []
     for reader in library.readers:
         match = reader.can_read(head)
@@ -223,17 +223,17 @@ def _candidates(library: Any, head: bytes, suffix: str) -> list[Any]:
             continue
         if match == library.MagicMatch.YES:
             # Two formats may begin alike: the ending tells which is meant.
-            sure.insert(0, reader) if ending else sure.append(reader)
+            certain.insert(0, reader) if ending else certain.append(reader)
         elif ending:
             called.append(reader)
-    return sure + called
+    return certain + called
 
 
-def _chosen(channels: list[Any], wanted: Any) -> int:
+def _chosen(channels: list[Any], channel_name: Any) -> int:
     """Index of the channel that is meant, or of the only one of heights."""
     names = [str(channel.name) for channel in channels]
     listed = ", ".join(f'{i}: "{shorten(name, 40)}"' for i, name in enumerate(names[:20]))
-    if wanted is None:
+    if channel_name is None:
         able = [i for i, channel in enumerate(channels) if channel.is_height_channel]
         if len(able) == 1:
             return able[0]
@@ -243,15 +243,15 @@ def _chosen(channels: list[Any], wanted: Any) -> int:
         raise InputError(
             f"{len(able)} channels of heights, {listed}; write ", Argument("channel", UNSAID)
         )
-    text = str(wanted)
-    if text in names and not isinstance(wanted, int):
+    text = str(channel_name)
+    if text in names and not isinstance(channel_name, int):
         if names.count(text) > 1:
             raise ValueError(f"{names.count(text)} channels of this name, {listed}; write a number")
         return names.index(text)
     if text.isdecimal() and int(text) < len(names):
         return int(text)
     hint = did_you_mean(text, names)
-    raise ValueError(f"no channel {show(wanted)}{hint}; there are {listed}")
+    raise ValueError(f"no channel {show(channel_name)}{hint}; there are {listed}")
 
 
 def _heights(
@@ -259,8 +259,8 @@ def _heights(
 ) -> tuple[np.ndarray, tuple[float, ...] | None, str | None]:
     """Heights in the unit of the file, pixel [m] and that unit."""
     sizes = channel.physical_sizes
-    given = {} if sizes is not None else {"physical_sizes": tuple(float(n) for n in shape)}
-    topography = reader.topography(channel_index=index, **given)
+    options = {} if sizes is not None else {"physical_sizes": tuple(float(n) for n in shape)}
+    topography = reader.topography(channel_index=index, **options)
     heights = topography.heights()
     if heights.size and heights.ndim == 2:
         heights = heights.T

@@ -35,10 +35,10 @@ def read_arrays(path: Path) -> Arrays:
 
 
 def _leaves(tree: Mapping[str, Any]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    leaves: dict[str, Any] = {}
     for name, value in tree.items():
         if isinstance(value, dict):
-            found[name] = _leaves(value)
+            leaves[name] = _leaves(value)
         elif isinstance(value, list):
             try:
                 numbers = np.array(
@@ -46,7 +46,7 @@ def _leaves(tree: Mapping[str, Any]) -> dict[str, Any]:
                 )
             except (TypeError, ValueError):
                 continue
-            found[name] = Leaf(numbers.shape, numbers.copy)
+            leaves[name] = Leaf(numbers.shape, numbers.copy)
         else:
-            found[name] = value
-    return found
+            leaves[name] = value
+    return leaves

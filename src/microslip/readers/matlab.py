@@ -59,10 +59,10 @@ def _tree(path: Path) -> dict[str, Any]:
         for name, (size, kind) in sizes.items()
         if kind in _NUMBERS and math.prod(size) != 1
     }
-    others = [name for name in sizes if name not in tree]
-    if others:
-        content = _by_scipy(path, partial(loadmat, variable_names=others, simplify_cells=True))
-        tree |= {name: _node(content[name]) for name in others if name in content}
+    composite = [name for name in sizes if name not in tree]
+    if composite:
+        content = _by_scipy(path, partial(loadmat, variable_names=composite, simplify_cells=True))
+        tree |= {name: _node(content[name]) for name in composite if name in content}
     return {name: tree[name] for name in sizes if name in tree}
 
 

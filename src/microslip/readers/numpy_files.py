@@ -20,10 +20,10 @@ def read_npy(path: Path) -> Arrays:
     """The one array of a file, not read yet."""
     with path.open("rb") as file:
         shape, kind = _header(file)
-        left = path.stat().st_size - file.tell()
+        available = path.stat().st_size - file.tell()
     if kind.kind not in "iuf" and not kind.names:
         raise ValueError(f"wanted real numbers, got an array of {kind}")
-    return Arrays("NumPy's npy file", _leaves("array", shape, kind, left, path), ".")
+    return Arrays("NumPy's npy file", _leaves("array", shape, kind, available, path), ".")
 
 
 def read_npz(path: Path) -> Arrays:
@@ -35,19 +35,19 @@ def read_npz(path: Path) -> Arrays:
                 if entry.filename.endswith(".npy"):
                     with archive.open(entry) as file:
                         shape, kind = _header(file)
-                        left = entry.file_size - file.tell()
-                    tree |= _leaves(entry.filename[:-4], shape, kind, left, path)
+                        available = entry.file_size - file.tell()
+                    tree |= _leaves(entry.filename[:-4], shape, kind, available, path)
     except _BROKEN as error:
         raise ValueError(f"not a usable npz file: {first_line(error)}") from None
     return Arrays("npz file", tree, ".")
 
 
 def _leaves(
-    name: str, shape: tuple[int, ...], kind: np.dtype[Any], left: int, path: Path
+    name: str, shape: tuple[int, ...], kind: np.dtype[Any], available: int, path: Path
 ) -> dict[str, Any]:
     """An array of numbers; of a table its columns of numbers; of anything else nothing."""
     size = math.prod(shape) * kind.itemsize
-    get = partial(_load, path, name, shape, size, left)
+    get = partial(_load, path, name, shape, size, available)
     if kind.kind in "iuf":
         return {name: Leaf(shape, get)}
     fields = [field for field in kind.names or () if kind[field].kind in "iuf"]
@@ -72,11 +72,11 @@ def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     return tuple(shape), kind
 
 
-def _load(path: Path, name: str, shape: tuple[int, ...], size: int, left: int) -> Any:
-    if size > left:
+def _load(path: Path, name: str, shape: tuple[int, ...], size: int, available: int) -> Any:
+    if size > available:
         raise ValueError(
             f"truncated: its {' x '.join(map(str, shape))} numbers take {size} bytes, "
-            f"{max(left, 0)} are there"
+            f"{max(available, 0)} are there"
         )
     try:
         content = np.load(path, allow_pickle=False)

@@ -28,10 +28,10 @@ def table(path: Path) -> Table:
 
     def load(places: Sequence[int]) -> list[Floats]:
         refuse_long(columns[place] for place in places)
-        chosen = [names[place] for place in places]
+        selection = [names[place] for place in places]
         try:
-            read = parquet.read_table(path, columns=chosen)
-            return [np.array(read.column(name).to_numpy(), dtype=float) for name in chosen]
+            read = parquet.read_table(path, columns=selection)
+            return [np.array(read.column(name).to_numpy(), dtype=float) for name in selection]
         except Exception as error:
             raise ValueError(f"not a usable Parquet file: {first_line(error)}") from None
 
@@ -57,6 +57,6 @@ def _is_number(field: Any) -> bool:
 
 
 def _unit(field: Any) -> str | None:
-    said = field.metadata or {}
-    unit = next((said[key] for key in (b"unit", b"units") if key in said), b"")
+    metadata = field.metadata or {}
+    unit = next((metadata[key] for key in (b"unit", b"units") if key in metadata), b"")
     return unit.decode("utf-8", "replace").strip() or None

@@ -121,13 +121,13 @@ def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
         raise InputError(
             *before, f'wanted the name of a column, or "#2" for the second, got {show(text)}'
         )
-    wanted = text.strip()
-    small = wanted.casefold()
+    query = text.strip()
+    small = query.casefold()
     for alike in (
-        [c for c in columns if wanted in (c.heading, f"#{c.place + 1}")],
-        [c for c in columns if wanted == c.name],
-        [c for c in columns if wanted == c.short],
-        [c for c in columns if wanted == c.heading.partition("(")[0].strip()],
+        [c for c in columns if query in (c.heading, f"#{c.place + 1}")],
+        [c for c in columns if query == c.name],
+        [c for c in columns if query == c.short],
+        [c for c in columns if query == c.heading.partition("(")[0].strip()],
         [c for c in columns if small in (c.heading.casefold(), c.name.casefold())],
         [c for c in columns if small == c.short.casefold()],
     ):
@@ -137,21 +137,21 @@ def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
             text = unmistakable(alike[0], columns)
             raise InputError(
                 *before,
-                f'{len(alike)} columns are called "{shorten(wanted, 40)}", {headings(alike)}; ',
+                f'{len(alike)} columns are called "{shorten(query, 40)}", {headings(alike)}; ',
                 "write ",
                 Argument(role, text) if role else f'"{text}"',
             )
-    hint = did_you_mean(wanted, dict.fromkeys(n for c in columns for n in (c.name, c.heading)))
-    others = hint or f"; {listed(columns)}"
-    raise InputError(*before, f'no column "{shorten(wanted, 40)}"{others}')
+    hint = did_you_mean(query, dict.fromkeys(n for c in columns for n in (c.name, c.heading)))
+    advice = hint or f"; {listed(columns)}"
+    raise InputError(*before, f'no column "{shorten(query, 40)}"{advice}')
 
 
 def listed(columns: Sequence[Named]) -> str:
     """All columns, for a message."""
     if all(c.heading.startswith("#") for c in columns):
         return f"the columns have no names; they are {headings(columns[:20])}"
-    more = f" and {len(columns) - 20} more" if len(columns) > 20 else ""
-    return f"the columns are {headings(columns[:20])}{more}"
+    suffix = f" and {len(columns) - 20} more" if len(columns) > 20 else ""
+    return f"the columns are {headings(columns[:20])}{suffix}"
 
 
 def headings(columns: Sequence[Named]) -> str:

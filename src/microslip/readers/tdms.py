@@ -33,11 +33,11 @@ def table(path: Path) -> Table:
         raise ValueError("wanted channels of numbers, got none in this TDMS file")
 
     def load(places: Sequence[int]) -> list[Floats]:
-        chosen = [channels[place] for place in places]
-        refuse_long(column for _, _, column in chosen)
+        selection = [channels[place] for place in places]
+        refuse_long(column for _, _, column in selection)
         try:
             with path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
-                return [np.array(file[g][c][:], dtype=float) for g, c, _ in chosen]
+                return [np.array(file[g][c][:], dtype=float) for g, c, _ in selection]
         except MemoryError:
             raise
         except Exception as error:

@@ -90,9 +90,9 @@ class TextFile(NamedTuple):
 
     def load(self, places: Sequence[int]) -> list[Floats]:
         """Values of the columns at these places, NaN where there is no number."""
-        wanted = sorted(set(places))
-        values = self.matrix(wanted)
-        return [np.ascontiguousarray(values[:, wanted.index(place)]) for place in places]
+        sorted_places = sorted(set(places))
+        values = self.matrix(sorted_places)
+        return [np.ascontiguousarray(values[:, sorted_places.index(place)]) for place in places]
 
     def matrix(self, places: list[int] | None = None) -> Floats:
         """Rows of numbers of these columns, in the order of the file; of all by default."""
@@ -113,8 +113,8 @@ class TextFile(NamedTuple):
         """What is wrong with a cell, and where it is."""
         name = shorten(self.layout.names[place], 40) or f"#{place + 1}"
         hint: tuple[object, ...] = ()
-        other = "," if self.decimal == "." else "."
-        if other in cell and NUMBER[other].fullmatch(cell):
+        other_sign = "," if self.decimal == "." else "."
+        if other_sign in cell and NUMBER[other_sign].fullmatch(cell):
             hint = (f' (the decimal sign of the lines above is "{self.decimal}")',)
         elif re.fullmatch(r"[+-]?\d{1,3}([,.' ]\d{3})+([.,]\d+)?", cell):
             hint = (" (write numbers without signs between thousands)",)
@@ -134,13 +134,13 @@ class TextFile(NamedTuple):
             yield from islice(file, start, None)
 
 
-def open_text(path: Path, most: int | None = None) -> TextFile:
+def open_text(path: Path, limit: int | None = None) -> TextFile:
     """Understand how a file of text is laid out."""
-    most = MAX_BYTES if most is None else most
+    limit = MAX_BYTES if limit is None else limit
     size = path.stat().st_size
-    if size > most:
+    if size > limit:
         raise ValueError(
-            f"wanted text of at most {most // 1_000_000} MB, got {size // 1_000_000} MB; "
+            f"wanted text of at most {limit // 1_000_000} MB, got {size // 1_000_000} MB; "
             "save it as HDF5"
         )
     with path.open("rb") as file:
@@ -294,7 +294,7 @@ def _value(
 def _cells(file: TextFile) -> Iterator[tuple[int, list[str] | None]]:
     """Index of the line and cells of each row; None for cells of a row that holds nothing."""
     layout = file.layout
-    least = len(layout.names)
+    width = len(layout.names)
     short: ValueError | None = None
     last = 0
     for index, text in _rows(file):
@@ -304,13 +304,13 @@ def _cells(file: TextFile) -> Iterator[tuple[int, list[str] | None]]:
         if not any(cells):
             yield index, None
             continue
-        if len(cells) < least or any(cells[least:]):
-            what = f", {show(text.strip())}" if len(cells) == 1 else ""
+        if len(cells) < width or any(cells[width:]):
+            content = f", {show(text.strip())}" if len(cells) == 1 else ""
             short = ValueError(
-                f"line {index + 1}: wanted {least} cells as in line {layout.first + 1}, "
-                f"got {len(cells)}{what}"
+                f"line {index + 1}: wanted {width} cells as in line {layout.first + 1}, "
+                f"got {len(cells)}{content}"
             )
-            if len(cells) >= least or not (file.may_end_short and _is_cut(file, cells)):
+            if len(cells) >= width or not (file.may_end_short and _is_cut(file, cells)):
                 raise short
             last = index
             continue
@@ -322,9 +322,9 @@ def _cells(file: TextFile) -> Iterator[tuple[int, list[str] | None]]:
 def _is_cut(file: TextFile, cells: Sequence[str]) -> bool:
     """Whether what is there of a row are numbers, the last of them perhaps cut, too."""
     number = NUMBER[file.decimal].fullmatch
-    whole = (number(with_hyphen(cell)) or is_missing(cell) for cell in cells[:-1])
+    complete = (number(with_hyphen(cell)) or is_missing(cell) for cell in cells[:-1])
     last = with_hyphen(cells[-1]).rstrip("eE+-.,")
-    return all(whole) and (not last or number(last) is not None)
+    return all(complete) and (not last or number(last) is not None)
 
 
 def _rows(file: TextFile) -> Iterator[tuple[int, str]]:

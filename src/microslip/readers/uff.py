@@ -33,8 +33,8 @@ def table(path: Path) -> Table:
         raise ValueError("wanted functions of time (data sets 58), got none in this UFF file")
     columns = tuple(_column(part) for part in real)
 
-    def load(chosen: Sequence[int]) -> list[Floats]:
-        return [np.array(real[place]["data"], dtype=float) for place in chosen]
+    def load(selection: Sequence[int]) -> list[Floats]:
+        return [np.array(real[place]["data"], dtype=float) for place in selection]
 
     return Table("UFF file", columns, load)
 
@@ -43,8 +43,8 @@ def _column(part: dict[str, Any]) -> Column:
     step = float(part.get("abscissa_inc") or 0.0)
     rate = 1.0 / step if 0.0 < step < math.inf and part.get("abscissa_spacing", 1) == 1 else None
     names = (part.get("ordinate_axis_lab"), part.get("id1"), part.get("rsp_ent_name"))
-    said = (str(name).strip() for name in names if name)
-    heading = next((name for name in said if name and name.upper() != "NONE"), "")
+    labels = (str(name).strip() for name in names if name)
+    heading = next((name for name in labels if name and name.upper() != "NONE"), "")
     unit = str(part.get("ordinate_axis_units_lab") or "").strip()
     return Column(heading, None if unit.upper() in ("", "NONE") else unit, None, rate)
 

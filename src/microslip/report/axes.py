@@ -64,20 +64,20 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
     """
     panels = plot.panels
     if ax is None:
-        made: Any = pyplot.figure()
+        new_figure: Any = pyplot.figure()
         _recolour(panels, color or COLORS[0])
-        all_axes = np.array(figure(plot, made).axes[: len(panels)], dtype=object)
-        for one, panel in zip(all_axes, panels, strict=True):
-            _drawn[one] = (1, panel.x.unit, panel.y.unit)
-            _release_ticks(one)
+        all_axes = np.array(figure(plot, new_figure).axes[: len(panels)], dtype=object)
+        for axes, panel in zip(all_axes, panels, strict=True):
+            _drawn[axes] = (1, panel.x.unit, panel.y.unit)
+            _release_ticks(axes)
     else:
         all_axes = np.atleast_1d(np.asarray(ax, dtype=object)).reshape(-1)
-        if len(all_axes) != len(panels) or not all(isinstance(one, Axes) for one in all_axes):
-            wanted = "Matplotlib's axes" if len(panels) == 1 else f"{len(panels)} of them"
-            raise InputError(Argument("ax"), f" must be {wanted}, got {show(ax)}")
+        if len(all_axes) != len(panels) or not all(isinstance(axes, Axes) for axes in all_axes):
+            expected = "Matplotlib's axes" if len(panels) == 1 else f"{len(panels)} of them"
+            raise InputError(Argument("ax"), f" must be {expected}, got {show(ax)}")
         with style.context(STYLE):
-            for one, panel in zip(all_axes, panels, strict=True):
-                _onto(one, panel, color)
+            for axes, panel in zip(all_axes, panels, strict=True):
+                _onto(axes, panel, color)
         _legend(plot, all_axes[0])
     if label:
         lines = [line for line in all_axes[0].lines if line.get_label().startswith("_child")]
@@ -121,24 +121,24 @@ def _onto(axes: Axes, panel: Panel, color: str | None) -> None:
 
 
 def _prepare(axes: Axes, panel: Panel) -> None:
-    for axis, which in ((panel.x, "x"), (panel.y, "y")):
+    for axis, side in ((panel.x, "x"), (panel.y, "y")):
         if axis.log:
-            getattr(axes, f"set_{which}scale")("log")
-        if not getattr(axes, f"get_{which}label")():
-            getattr(axes, f"set_{which}label")(axis.label.replace("$", r"\$"))
-        _limits(axes, axis, which)
+            getattr(axes, f"set_{side}scale")("log")
+        if not getattr(axes, f"get_{side}label")():
+            getattr(axes, f"set_{side}label")(axis.label.replace("$", r"\$"))
+        _limits(axes, axis, side)
     axes.grid(panel.grid)
     if panel.equal:
         axes.set_aspect("equal")
 
 
-def _limits(axes: Axes, axis: Axis, which: str) -> None:
+def _limits(axes: Axes, axis: Axis, side: str) -> None:
     if axis.low is not None or axis.high is not None:
-        ends = {"x": ("left", "right"), "y": ("bottom", "top")}[which]
-        given = {n: v for n, v in zip(ends, (axis.low, axis.high), strict=True) if v is not None}
-        getattr(axes, f"set_{which}lim")(**given)
+        ends = {"x": ("left", "right"), "y": ("bottom", "top")}[side]
+        limits = {n: v for n, v in zip(ends, (axis.low, axis.high), strict=True) if v is not None}
+        getattr(axes, f"set_{side}lim")(**limits)
     if axis.ticks is not None:
-        getattr(axes, f"set_{which}ticks")(
+        getattr(axes, f"set_{side}ticks")(
             [place for place, _ in axis.ticks], [text for _, text in axis.ticks]
         )
 

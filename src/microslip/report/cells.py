@@ -105,4 +105,4 @@ def si(value: float) -> str:
     if abs(value) >= 1e6 and "e" not in text:
         mantissa, _, exponent = f"{value:.9e}".partition("e")
         text = f"{mantissa.rstrip('0').rstrip('.')}e{exponent}"
-    return re.sub(r"e([+-])0*", lambda found: f"e{found[1].strip('+')}", text)
+    return re.sub(r"e([+-])0*", lambda match: f"e{match[1].strip('+')}", text)

@@ -75,13 +75,13 @@ class _Powers(Formatter):
         return log_label(x, float(low), float(high))
 
 
-def log_scale(axes: Axes, which: Literal["x", "y"]) -> None:
+def log_scale(axes: Axes, direction: Literal["x", "y"]) -> None:
     """Make an axis of a panel logarithmic."""
-    if which == "x":
+    if direction == "x":
         axes.set_xscale("log")
     else:
         axes.set_yscale("log")
-    side = axes.xaxis if which == "x" else axes.yaxis
+    side = axes.xaxis if direction == "x" else axes.yaxis
     side.set_major_formatter(_Powers())
     side.set_minor_formatter(_Powers())
 

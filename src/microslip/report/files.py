@@ -63,7 +63,7 @@ def header(kind: str, schema: int, title: str) -> dict[str, Any]:
 
 
 def standard_files(
-    document: Document, names: Sequence[str], others: Iterable[File] = ()
+    document: Document, names: Sequence[str], extra_files: Iterable[File] = ()
 ) -> tuple[File, ...]:
     """Files of a document: summary, page and pictures as ``names`` asks for them, and others.
 
@@ -73,9 +73,9 @@ def standard_files(
         The whole result.
     names : sequence of str
         What is to be written: ``summary.json``, ``report.html``, figures as ``NAME.svg``,
-        ``NAME.png`` and ``NAME.pdf``, and the names of ``others``. Summaries list them under
+        ``NAME.png`` and ``NAME.pdf``, and the names of ``extra_files``. Summaries list them under
         ``files``.
-    others : iterable of File
+    extra_files : iterable of File
         Tables, arrays, texts.
 
     Returns
@@ -88,34 +88,34 @@ def standard_files(
     KeyError
         A name that nothing is behind.
     """
-    drawn = Drawn()
-    own = {file.name: file for file in others}
+    cache = Drawn()
+    by_name = {file.name: file for file in extra_files}
     pictures = {picture.name: picture for picture in document.pictures}
 
     def file(name: str) -> File:
         stem, _, kind = name.rpartition(".")
-        if name in own:
-            return own[name]
+        if name in by_name:
+            return by_name[name]
         if name == "summary.json":
             return File(name, lambda path, _: write_json(path, document.data))
         if name == "report.html":
             cost = FIGURE * (len(pictures) + 1)
-            return File(name, lambda path, progress: _page(document, drawn, path, progress), cost)
+            return File(name, lambda path, progress: _page(document, cache, path, progress), cost)
         picture = pictures[stem]
         cost = FIGURE if kind == "svg" else 20.0 * FIGURE
         return File(
             name,
-            lambda path, _: _bytes(path, drawn.as_bytes(picture, kind)),
+            lambda path, _: _bytes(path, cache.as_bytes(picture, kind)),
             cost,
         )
 
     return tuple(file(name) for name in names)
 
 
-def _page(document: Document, drawn: Drawn, path: Path, progress: Progress) -> None:
+def _page(document: Document, cache: Drawn, path: Path, progress: Progress) -> None:
     from microslip.report.html import page
 
-    path.write_text(page(document, drawn, progress), encoding="utf-8", newline="\n")
+    path.write_text(page(document, cache, progress), encoding="utf-8", newline="\n")
 
 
 def _bytes(path: Path, content: bytes) -> None:
@@ -174,7 +174,7 @@ def save(
     files: Sequence[File],
     folder: str | Path,
     kind: str,
-    what: str = "result",
+    noun: str = "result",
     overwrite: bool = False,
     progress: Progress | None = None,
 ) -> tuple[Path, ...]:
@@ -185,7 +185,7 @@ def save(
     StudyError
         If the folder exists, is not an earlier result of this kind, or cannot be written.
     """
-    with staged(Path(folder), overwrite, kind, what) as stage:
+    with staged(Path(folder), overwrite, kind, noun) as stage:
         write_all(files, stage, progress)
     return tuple(Path(folder) / file.name for file in files)
 
@@ -234,7 +234,7 @@ def write_csv(
     OSError
         If the file cannot be written.
     """
-    done = 0
+    written = 0
     with path.open("w", encoding="utf-8", newline="") as file:
         for number, part in enumerate(parts):
             if number == 0:
@@ -242,6 +242,6 @@ def write_csv(
             # repr is the shortest text that reads back as the same double.
             texts = [map(repr, column.tolist()) for column in part.values()]
             file.writelines(",".join(row) + "\n" for row in zip(*texts, strict=True))
-            done += len(next(iter(part.values())))
+            written += len(next(iter(part.values())))
             if progress is not None:
-                progress(done / rows)
+                progress(written / rows)

@@ -48,12 +48,12 @@ class _Place(NamedTuple):
 
 @contextmanager
 def staged(
-    folder: Path, overwrite: bool = False, kind: str = "microslip-result", what: str = "result"
+    folder: Path, overwrite: bool = False, kind: str = "microslip-result", noun: str = "result"
 ) -> Iterator[Path]:
     """Give a temporary folder that takes the place of `folder` when all has gone well."""
     name = shorten(str(folder), 200)
     target = Path(os.path.abspath(folder))  # noqa: PTH100 - resolve() would follow the links
-    place = _Place(target, name, kind, what, overwrite)
+    place = _Place(target, name, kind, noun, overwrite)
     ancestor = next((p for p in target.parents if os.path.lexists(p)), target)
     _tidy(place, ancestor)
     _check(place)
@@ -135,12 +135,12 @@ def _flush(folder: Path) -> None:
 def _put(stage: Path, place: _Place, ancestor: Path) -> None:
     """Move the finished folder to its place, and the older one out of it."""
     target = place.target
-    made: list[Path] = []
+    new_folders: list[Path] = []
     try:
         for parent in reversed(target.parents):
             if ancestor in parent.parents and not parent.exists():
                 parent.mkdir()
-                made.append(parent)
+                new_folders.append(parent)
         if not os.path.lexists(target):
             try:
                 move(stage, target)
@@ -151,7 +151,7 @@ def _put(stage: Path, place: _Place, ancestor: Path) -> None:
         _replace(stage, place)
         _flush(target.parent)
     except BaseException:
-        for parent in reversed(made):
+        for parent in reversed(new_folders):
             with suppress(OSError):
                 parent.rmdir()
         raise
@@ -188,11 +188,11 @@ def _tidy(place: _Place, ancestor: Path) -> None:
     """Bring an older result back, and remove hidden folders, where their run was killed."""
     hidden = re.compile(rf"{re.escape(_prefix(place.target))}{_TOKEN}\.(tmp|old)")
     with suppress(OSError):
-        left = sorted(entry for entry in ancestor.iterdir() if hidden.fullmatch(entry.name))
-        for old in left:
+        leftovers = sorted(entry for entry in ancestor.iterdir() if hidden.fullmatch(entry.name))
+        for old in leftovers:
             if old.suffix == ".old" and ancestor == place.target.parent:
                 _bring_back(old, place.target)
-        for stage in left:
+        for stage in leftovers:
             if stage.suffix == ".tmp":
                 with held(stage) as mine:
                     if mine:
@@ -221,8 +221,8 @@ def _discard(folder: Path, kind: str) -> None:
     """Remove a result or the beginning of one, unless anything else is in it."""
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
-        known = _files(folder, kind) or set()
-        if names <= known | _LITTER | {"summary.json"} and not _odd(folder):
+        result_files = _files(folder, kind) or set()
+        if names <= result_files | _LITTER | {"summary.json"} and not _odd(folder):
             # The summary says what the others are, so it goes last.
             for name in sorted(names, key=lambda name: name == "summary.json"):
                 (folder / name).unlink()
@@ -257,18 +257,18 @@ def _check_contents(folder: Path, place: _Place) -> None:
     """Refuse a folder that holds anything else than a result."""
     name = place.name
     try:
-        found = {entry.name for entry in folder.iterdir()}
+        entries = {entry.name for entry in folder.iterdir()}
         odd = _odd(folder)
     except OSError as error:
         raise StudyError(f"{name}: not replaced: {reason(error)}") from None
-    if not found:
+    if not entries:
         return
-    known = _files(folder, place.kind)
-    if known is None:
+    result_files = _files(folder, place.kind)
+    if result_files is None:
         raise StudyError(
             f"{name}: not replaced: it is no {place.what} of microslip (no summary.json of one)"
         )
-    foreign = [*sorted(found - known - _LITTER), *odd]
+    foreign = [*sorted(entries - result_files - _LITTER), *odd]
     if foreign:
         raise StudyError(
             f'{name}: not replaced: "{shorten(foreign[0], 60)}" in it is not of the '

@@ -41,13 +41,13 @@ _FILES = {
 }
 
 
-def page(document: Document, drawn: Drawn, progress: Callable[[float], None] | None = None) -> str:
+def page(document: Document, cache: Drawn, progress: Callable[[float], None] | None = None) -> str:
     """Make the page of a document."""
     style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
     lead = [picture for picture in document.pictures if picture.name == document.figure]
-    rest = [_without(section, lead) for section in document.sections]
-    sections = [*(section for section in rest if section.blocks), *_provenance(document)]
+    pruned = [_without(section, lead) for section in document.sections]
+    sections = [*(section for section in pruned if section.blocks), *_provenance(document)]
     code = script("ticks.js") + script("figure.js")
     # Only this one script may run, whatever else should get into the page.
     hashed = base64.b64encode(hashlib.sha256(code.encode("utf-8")).digest()).decode("ascii")
@@ -63,11 +63,11 @@ def page(document: Document, drawn: Drawn, progress: Callable[[float], None] | N
             f"<header>\n<h1>{title}</h1>\n<p class='answer'>{escape(document.answer)}</p>\n",
             _number(document.number),
             *_banner(document),
-            *(_figure(picture, 1, drawn.svg(picture)) for picture in lead),
+            *(_figure(picture, 1, cache.svg(picture)) for picture in lead),
             '<nav aria-label="Sections">',
             *(f'<a href="#{anchor(s.title)}">{escape(s.title)}</a>' for s in sections),
             "</nav>\n</header>\n<main>\n",
-            *_sections(sections, drawn, progress, len(document.pictures), len(lead)),
+            *_sections(sections, cache, progress, len(document.pictures), len(lead)),
             f"</main>\n<script>{code}</script>\n</body>\n</html>\n",
         )
     )
@@ -81,8 +81,8 @@ def script(name: str) -> str:
 def _without(section: Section, pictures: list[Picture]) -> Section:
     """A section without pictures that stand elsewhere."""
     names = [picture.name for picture in pictures]
-    left = (b for b in section.blocks if not (isinstance(b, Picture) and b.name in names))
-    return replace(section, blocks=tuple(left))
+    blocks = (b for b in section.blocks if not (isinstance(b, Picture) and b.name in names))
+    return replace(section, blocks=tuple(blocks))
 
 
 def _number(number: Number | None) -> str:
@@ -106,8 +106,10 @@ def _banner(document: Document) -> Iterator[str]:
     judged = [judgement for block in document.verdicts for judgement in judgements(block)]
     # Where no rules are known there is nothing to be proud of either.
     word = document.word if judged else "none"
-    none = " ".join(dict.fromkeys(block.none for block in document.verdicts if not block.verdicts))
-    head = HEADLINES[word] if judged else f"{none} What the model assumes is for you to judge."
+    unruled = " ".join(
+        dict.fromkeys(block.none for block in document.verdicts if not block.verdicts)
+    )
+    head = HEADLINES[word] if judged else f"{unruled} What the model assumes is for you to judge."
     look = word if document.verdicts else "watch"
     yield f'<div class="verdict {anchor(look)}">\n'
     if document.verdicts:
@@ -122,18 +124,18 @@ def _banner(document: Document) -> Iterator[str]:
 
 def _sections(
     sections: list[Section],
-    drawn: Drawn,
+    cache: Drawn,
     progress: Callable[[float], None] | None,
     pictures: int,
-    shown: int,
+    lead_count: int,
 ) -> Iterator[str]:
-    number = shown
+    number = lead_count
     for section in sections:
         yield f'<section id="{anchor(section.title)}">\n<h2>{escape(section.title)}</h2>\n'
         for block in section.blocks:
             if isinstance(block, Picture):
                 number += 1
-                yield _figure(block, number, drawn.svg(block))
+                yield _figure(block, number, cache.svg(block))
                 if progress is not None:
                     progress(number / pictures)
             else:
@@ -153,12 +155,12 @@ def _figure(picture: Picture, number: int, svg: bytes) -> str:
 
 def _provenance(document: Document) -> Iterator[Section]:
     """Who made it, and what lies beside the page."""
-    made = document.data.get("generator")
+    generator = document.data.get("generator")
     names = [name for name in document.data.get("files", ()) if name != "report.html"]
     blocks: list[Block] = []
-    if made is not None:
-        kernel = f" ({made['kernel']} kernel)" if "kernel" in made else ""
-        blocks.append(Note(f"Made by {made['name']} {made['version']}{kernel}."))
+    if generator is not None:
+        kernel = f" ({generator['kernel']} kernel)" if "kernel" in generator else ""
+        blocks.append(Note(f"Made by {generator['name']} {generator['version']}{kernel}."))
     if names:
         blocks.append(Note("Beside this page, numbers in SI units:"))
         groups = file_groups(names)
@@ -270,9 +272,9 @@ def _(block: Items, section: Section) -> str:
 @_html.register
 def _(block: Listing, section: Section) -> str:
     cut = len(block.text) > block.most
-    shown = escape(block.text[: block.most]) + ("…" if cut else "")
-    more = '<p class="small">The rest is in the file beside this page.</p>\n' if cut else ""
-    return f"<pre>{shown}</pre>\n{more}"
+    excerpt = escape(block.text[: block.most]) + ("…" if cut else "")
+    notice = '<p class="small">The rest is in the file beside this page.</p>\n' if cut else ""
+    return f"<pre>{excerpt}</pre>\n{notice}"
 
 
 @_html.register

@@ -49,10 +49,10 @@ class Judgement(NamedTuple):
 def judgements(block: Verdicts) -> list[Judgement]:
     """Verdicts by what is judged, the worst first."""
     places = block.places or ("",) * len(block.verdicts)
-    found: dict[str, list[tuple[Verdict, str]]] = {}
+    groups: dict[str, list[tuple[Verdict, str]]] = {}
     for verdict, place in zip(block.verdicts, places, strict=True):
-        found.setdefault(verdict.name, []).append((verdict, place))
-    judged = [_judged(name, pairs, block) for name, pairs in found.items()]
+        groups.setdefault(verdict.name, []).append((verdict, place))
+    judged = [_judged(name, pairs, block) for name, pairs in groups.items()]
     return sorted(judged, key=lambda judgement: -WORDS.index(judgement.word))
 
 

@@ -56,9 +56,9 @@ def wrapped(text: str, size: float, width: float) -> list[str]:
     lines = [""]
     for word in re.findall(r"\S+", text):
         while text_width(word, size) > width:
-            most = max(1, int(len(word) * width / text_width(word, size)) - 1)
-            lines += [word[:most]]
-            word = word[most:]
+            letters = max(1, int(len(word) * width / text_width(word, size)) - 1)
+            lines += [word[:letters]]
+            word = word[letters:]
         longer = f"{lines[-1]} {word}".strip()
         if text_width(longer, size) <= width:
             lines[-1] = longer
@@ -79,10 +79,10 @@ class Scale(NamedTuple):
         """Places of values from one end (0) to the other (1); NaN where there is none."""
         if self.log:
             with np.errstate(divide="ignore", invalid="ignore"):
-                found = np.log(values / self.low) / math.log(self.high / self.low)
+                shares = np.log(values / self.low) / math.log(self.high / self.low)
         else:
-            found = (values - self.low) / (self.high - self.low)
-        return np.where(np.isfinite(found), found, np.nan)
+            shares = (values - self.low) / (self.high - self.low)
+        return np.where(np.isfinite(shares), shares, np.nan)
 
 
 @dataclass
@@ -112,9 +112,9 @@ class Frame:
     def name_place(self, name: LineName) -> tuple[float, float, float] | None:
         """Where a name along a line begins or ends on the page [pt], and its angle [rad]."""
         x, y = self.points(name.x, name.y)
-        seen = (x >= self.left) & (x <= self.left + self.width)
-        seen &= (y >= self.top) & (y <= self.top + self.height)
-        x, y = x[seen], y[seen]
+        visible = (x >= self.left) & (x <= self.left + self.width)
+        visible &= (y >= self.top) & (y <= self.top + self.height)
+        x, y = x[visible], y[visible]
         if x.size < 2:
             return None
         across, down = float(x[-1] - x[0]), float(y[-1] - y[0])
@@ -187,51 +187,51 @@ def _frame(panel: Panel) -> Frame:
     return Frame(panel, _unmarked(panel, "x"), _unmarked(panel, "y"))
 
 
-def _unmarked(panel: Panel, which: Which) -> Scale:
+def _unmarked(panel: Panel, direction: Which) -> Scale:
     """An axis before anything is known of its room."""
-    axis: Axis = panel.x if which == "x" else panel.y
-    return Scale(*_ends(panel, which), axis.log, Ticks(()))
+    axis: Axis = panel.x if direction == "x" else panel.y
+    return Scale(*_ends(panel, direction), axis.log, Ticks(()))
 
 
-def _ends(panel: Panel, which: Which) -> tuple[float, float]:
+def _ends(panel: Panel, direction: Which) -> tuple[float, float]:
     """Ends of an axis: those given, else of what is drawn, with a margin."""
-    axis = panel.x if which == "x" else panel.y
+    axis = panel.x if direction == "x" else panel.y
     low, high = axis.low, axis.high
     if low is None or high is None:
-        values = _drawn(panel, which)
+        values = _drawn(panel, direction)
         fine = np.isfinite(values) & (values > 0.0) if axis.log else np.isfinite(values)
         values = values[fine]
         if not values.size:
             values = np.array([1.0, 10.0] if axis.log else [0.0, 1.0])
-        least, most = float(values.min()), float(values.max())
+        smallest, largest = float(values.min()), float(values.max())
         if axis.log:
-            spare = (most / least) ** axis.margin
-            least, most = least / spare, most * spare
+            spare = (largest / smallest) ** axis.margin
+            smallest, largest = smallest / spare, largest * spare
         else:
-            spare = axis.margin * (most - least)
-            least, most = least - spare, most + spare
-        low, high = least if low is None else low, most if high is None else high
+            spare = axis.margin * (largest - smallest)
+            smallest, largest = smallest - spare, largest + spare
+        low, high = smallest if low is None else low, largest if high is None else high
     if low == high:  # there is nothing between them
-        apart = 0.5 * (abs(low) or 1.0)
-        low, high = (low / 1.2, high * 1.2) if axis.log else (low - apart, high + apart)
+        half = 0.5 * (abs(low) or 1.0)
+        low, high = (low / 1.2, high * 1.2) if axis.log else (low - half, high + half)
     return float(low), float(high)
 
 
-def _drawn(panel: Panel, which: Which) -> Floats:
-    found: list[Floats] = []
+def _drawn(panel: Panel, direction: Which) -> Floats:
+    parts: list[Floats] = []
     for item in panel.items:
         if isinstance(item, (Line, Marks, Area, Stems)):
-            found.append(item.x if which == "x" else item.y)
-            if isinstance(item, Stems) and which == "y":
-                found.append(np.zeros(1))
+            parts.append(item.x if direction == "x" else item.y)
+            if isinstance(item, Stems) and direction == "y":
+                parts.append(np.zeros(1))
         elif isinstance(item, Pixels):
-            sides = (item.left, item.right) if which == "x" else (item.bottom, item.top)
-            found.append(np.array(sides))
-        elif isinstance(item, Rule) and item.axis == which:
-            found.append(np.array([item.value]))
-        elif isinstance(item, Band) and item.axis == which:
-            found.append(np.array([item.low, item.high]))
-    return np.concatenate([np.zeros(0), *found])
+            sides = (item.left, item.right) if direction == "x" else (item.bottom, item.top)
+            parts.append(np.array(sides))
+        elif isinstance(item, Rule) and item.axis == direction:
+            parts.append(np.array([item.value]))
+        elif isinstance(item, Band) and item.axis == direction:
+            parts.append(np.array([item.low, item.high]))
+    return np.concatenate([np.zeros(0), *parts])
 
 
 def _most(length: float) -> int:
@@ -239,24 +239,24 @@ def _most(length: float) -> int:
     return max(2, min(9, int(length / 24.0)))
 
 
-def _scale(frame: Frame, which: Which) -> Scale:
+def _scale(frame: Frame, direction: Which) -> Scale:
     """An axis with ticks, as many as there is room for."""
-    scale, axis = (frame.x, frame.panel.x) if which == "x" else (frame.y, frame.panel.y)
+    scale, axis = (frame.x, frame.panel.x) if direction == "x" else (frame.y, frame.panel.y)
     if axis.ticks is not None:
         return scale._replace(ticks=Ticks(tuple(axis.ticks)))
     low, high = min(scale.low, scale.high), max(scale.low, scale.high)
-    room = frame.width if which == "x" else frame.height
+    room = frame.width if direction == "x" else frame.height
     make = logarithmic if axis.log else linear
-    most = _most(room) if which == "y" else max(2, min(9, int(room / 45.0)))
-    ticks = make(low, high, most) if axis.log else linear(low, high, most, axis.integer)
-    if which == "x":  # labels beside each other need room for themselves
+    limit = _most(room) if direction == "y" else max(2, min(9, int(room / 45.0)))
+    ticks = make(low, high, limit) if axis.log else linear(low, high, limit, axis.integer)
+    if direction == "x":  # labels beside each other need room for themselves
         widest = max((text_width(text, SMALL) for _, text in ticks.major), default=0.0)
         count = sum(bool(text) for _, text in ticks.major)
         if count * (widest + 8.0) > room:
-            most = max(2, int(room / (widest + 8.0)))
-            ticks = make(low, high, most) if axis.log else linear(low, high, most, axis.integer)
+            limit = max(2, int(room / (widest + 8.0)))
+            ticks = make(low, high, limit) if axis.log else linear(low, high, limit, axis.integer)
         if not axis.log and len(ticks.major) < 2:  # one number alone is no scale
-            finer = linear(low, high, 2 * most, axis.integer)
+            finer = linear(low, high, 2 * limit, axis.integer)
             widest = max((text_width(text, SMALL) for _, text in finer.major), default=0.0)
             every = max(1, math.ceil(len(finer.major) * (widest + 4.0) / room))
             ticks = finer._replace(major=finer.major[::every])
@@ -333,11 +333,11 @@ def _sides(frame: Frame) -> tuple[float, float]:
     """Room for what stands at the left and at the right of a panel."""
     axis = frame.panel.y
     lines = axis.label.count("\n") + 1 if axis.label else 0
-    own = 4.0 if axis.bare else 9.0 + _label_width(frame.y) + _LINE * TEXT * lines
-    other = 9.0
+    label_side = 4.0 if axis.bare else 9.0 + _label_width(frame.y) + _LINE * TEXT * lines
+    far_side = 9.0
     if frame.second is not None:
-        other = 9.0 + _label_width(frame.second) + _LINE * TEXT
-    return (6.0, own) if axis.opposite else (own, other)
+        far_side = 9.0 + _label_width(frame.second) + _LINE * TEXT
+    return (6.0, label_side) if axis.opposite else (label_side, far_side)
 
 
 def _ends_of(frame: Frame) -> tuple[float, float]:

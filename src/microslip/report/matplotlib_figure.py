@@ -42,10 +42,10 @@ _MARK = {"linestyle": "none", "markeredgewidth": 0.8}
 def png(plot: Plot) -> bytes:
     """Pixels of a figure, the same for the same plot, whatever the user's matplotlibrc says."""
     with _house_style():
-        made = figure(plot)
-        made.set_dpi(rcParams["savefig.dpi"])
+        target = figure(plot)
+        target.set_dpi(rcParams["savefig.dpi"])
         file = io.BytesIO()
-        canvas: Any = made.canvas
+        canvas: Any = target.canvas
         # Levels of compression beyond this take thrice the time for a few per cent.
         canvas.print_png(file, pil_kwargs={"compress_level": 3})
         return file.getvalue()
@@ -68,22 +68,22 @@ def _house_style() -> Iterator[None]:
         yield
 
 
-def figure(plot: Plot, made: Figure | None = None) -> Figure:
+def figure(plot: Plot, target: Figure | None = None) -> Figure:
     """A Matplotlib figure: the one given, made as large as the page, or one with an Agg canvas."""
     page = lay_out(plot)
     with style.context(["default", STYLE]):
-        if made is None:
-            made = Figure()
-            FigureCanvasAgg(made)
-        made.set_size_inches(page.width / 72.0, page.height / 72.0)
-        made.set_layout_engine("none")
+        if target is None:
+            target = Figure()
+            FigureCanvasAgg(target)
+        target.set_size_inches(page.width / 72.0, page.height / 72.0)
+        target.set_layout_engine("none")
         for number, line in enumerate(page.title):
             y = 1.0 - (6.0 + TITLE * (0.9 + 1.25 * number)) / page.height
-            made.text(0.5, y, _plain(line), size=TITLE, ha="center")
+            target.text(0.5, y, _plain(line), size=TITLE, ha="center")
         for frame in page.frames:
-            _panel(made, page, frame)
-        _legend(made, page)
-    return made
+            _panel(target, page, frame)
+        _legend(target, page)
+    return target
 
 
 def _plain(text: str) -> str:
@@ -91,10 +91,10 @@ def _plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def _panel(made: Figure, page: Page, frame: Frame) -> None:
+def _panel(target: Figure, page: Page, frame: Frame) -> None:
     panel = frame.panel
     bottom = page.height - frame.top - frame.height
-    axes: Axes = made.add_axes(
+    axes: Axes = target.add_axes(
         (
             frame.left / page.width,
             bottom / page.height,
@@ -276,16 +276,16 @@ def _(item: Pixels, axes: Axes, frame: Frame | None, order: float) -> None:
     )
 
 
-def _legend(made: Figure, page: Page) -> None:
+def _legend(target: Figure, page: Page) -> None:
     if not page.legend:
         return
     if page.legend_title:
         y = 1.0 - (page.legend_top + 0.95 * SMALL) / page.height
-        made.text(0.5, y, _plain(page.legend_title), ha="center", size=SMALL)
+        target.text(0.5, y, _plain(page.legend_title), ha="center", size=SMALL)
     for entry, left, middle in page.legend:
         y = 1.0 - middle / page.height
-        made.add_artist(_handle(entry, (left / PAGE, (left + 18.7) / PAGE), y))
-        made.text((left + 25.0) / PAGE, y, _plain(entry.label), va="center_baseline", size=SMALL)
+        target.add_artist(_handle(entry, (left / PAGE, (left + 18.7) / PAGE), y))
+        target.text((left + 25.0) / PAGE, y, _plain(entry.label), va="center_baseline", size=SMALL)
 
 
 def _handle(entry: Entry, x: tuple[float, float], y: float) -> Line2D:

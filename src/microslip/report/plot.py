@@ -247,7 +247,7 @@ class Panel:
 
     def cross(self) -> None:
         """Add thin lines through zero, below all else."""
-        self.items[:0] = [Rule(0.0, which, "#888888", 0.6, ()) for which in ("y", "x")]
+        self.items[:0] = [Rule(0.0, direction, "#888888", 0.6, ()) for direction in ("y", "x")]
 
 
 @dataclass(frozen=True)

@@ -152,22 +152,22 @@ class Printer:
         rows = [[self._fit(cell) for cell in row] for row in rows]
         if title:
             self.line(title, style="bold")
-        left = list(range(keys, len(head)))
-        while left:
-            shown = len(left)
-            table = self._build(head, rows, [*range(keys), *left], text)
+        columns = list(range(keys, len(head)))
+        while columns:
+            count = len(columns)
+            table = self._build(head, rows, [*range(keys), *columns], text)
             # Words may be folded, numbers may not.
-            fold = left[-1] in text and 0 < self._excess(table) < 0.4 * _width(rows, left[-1])
-            while shown > 1 and not fold and self._excess(table) > 0:
-                shown -= 1
-                table = self._build(head, rows, [*range(keys), *left[:shown]], text)
-            if fold or (shown == 1 and left[0] in text and self._excess(table) > 0):
+            fold = columns[-1] in text and 0 < self._excess(table) < 0.4 * _width(rows, columns[-1])
+            while count > 1 and not fold and self._excess(table) > 0:
+                count -= 1
+                table = self._build(head, rows, [*range(keys), *columns[:count]], text)
+            if fold or (count == 1 and columns[0] in text and self._excess(table) > 0):
                 table.columns[-1].no_wrap = False
                 self._narrow.print(table)
             else:
                 self._print_wide(table)
             self.line()
-            left = left[shown:]
+            columns = columns[count:]
 
     def _print_wide(self, table: Table) -> None:
         if self._wide is not self._narrow:
@@ -183,12 +183,12 @@ class Printer:
         self,
         head: Sequence[str],
         rows: Sequence[Sequence[str]],
-        shown: list[int],
+        columns: list[int],
         text: Container[int],
     ) -> Table:
         box: Box = ASCII if self._ascii else SIMPLE_HEAD
         table = Table(box=box, pad_edge=False, show_edge=False, header_style="")
-        for column in shown:
+        for column in columns:
             table.add_column(
                 Text(self._fit(head[column]), style="cyan"),
                 justify="left" if column in text else "right",
@@ -196,7 +196,7 @@ class Printer:
                 overflow="fold",
             )
         for row in rows:
-            table.add_row(*(Text(row[column]) for column in shown))
+            table.add_row(*(Text(row[column]) for column in columns))
         return table
 
     def _excess(self, table: Table) -> int:

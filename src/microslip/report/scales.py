@@ -10,17 +10,17 @@ from numpy.typing import ArrayLike
 from microslip._core.units import prefix
 
 
-def evenly(count: int, most: int) -> list[int]:
-    """Indices of at most `most` of `count` things, evenly, the first and the last among them."""
-    shown = min(count, most)
-    if shown < 2:
-        return list(range(shown))
-    return sorted({round(i * (count - 1) / (shown - 1)) for i in range(shown)})
+def evenly(count: int, limit: int) -> list[int]:
+    """Indices of at most `limit` of `count` things, evenly, the first and the last among them."""
+    size = min(count, limit)
+    if size < 2:
+        return list(range(size))
+    return sorted({round(i * (count - 1) / (size - 1)) for i in range(size)})
 
 
-def length_prefix(largest: float, least: float = 0.0) -> tuple[float, str]:
+def length_prefix(largest: float, smallest: float = 0.0) -> tuple[float, str]:
     """Micrometres wherever they suit lengths [m], since those of joints are read in them."""
-    return (1e-6, "µ") if largest > 1e-7 and (least or largest) < 1e-3 else prefix(largest)
+    return (1e-6, "µ") if largest > 1e-7 and (smallest or largest) < 1e-3 else prefix(largest)
 
 
 def force_prefix(values: ArrayLike) -> tuple[float, str]:

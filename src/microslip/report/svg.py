@@ -67,11 +67,11 @@ def _escaped(text: str) -> str:
 
 
 def _text(
-    x: float, y: float, text: str, size: float = SMALL, anchor: str = "start", more: str = ""
+    x: float, y: float, text: str, size: float = SMALL, anchor: str = "start", attributes: str = ""
 ) -> str:
     sized = "" if size == SMALL else f' font-size="{size:g}"'
     placed = "" if anchor == "start" else f' text-anchor="{anchor}"'
-    extra = f" {more}" if more else ""
+    extra = f" {attributes}" if attributes else ""
     return f'<text x="{x:.2f}" y="{y:.2f}"{sized}{placed}{extra}>{_escaped(text)}</text>'
 
 
@@ -92,8 +92,8 @@ def _panel(frame: Frame, name: str) -> Iterable[str]:
     box = f'x="{left:.2f}" y="{top:.2f}" width="{width:.2f}" height="{height:.2f}"'
     # What a script needs to tell values from places, see figure.js.
     data = f'data-box="{left:.2f} {top:.2f} {width:.2f} {height:.2f}"'
-    for which, scale in (("x", frame.x), ("y", frame.y)):
-        data += f' data-{which}="{scale.low!r} {scale.high!r} {int(scale.log)}"'
+    for direction, scale in (("x", frame.x), ("y", frame.y)):
+        data += f' data-{direction}="{scale.low!r} {scale.high!r} {int(scale.log)}"'
     names = "&#10;".join(_escaped(axis.label.replace("\n", " ")) for axis in (panel.x, panel.y))
     yield f'<g {data} data-names="{names}"><clipPath id="{name}"><rect {box}/></clipPath>'
     across, up = _ticks(frame.x), _ticks(frame.y)
@@ -119,14 +119,14 @@ def _panel(frame: Frame, name: str) -> Iterable[str]:
 
 def _ticks(scale: Scale) -> list[tuple[float, str, bool]]:
     """Places along an axis, 0 … 1, with label and whether it is a major one."""
-    found = []
+    places = []
     for ticks, major in ((scale.ticks.major, True), (scale.ticks.minor, False)):
         if ticks:
             shares = scale.share(np.array([value for value, _ in ticks]))
             for share, (_, label) in zip(shares.tolist(), ticks, strict=True):
                 if -1e-6 <= share <= 1.0 + 1e-6:
-                    found.append((share, label, major))
-    return found
+                    places.append((share, label, major))
+    return places
 
 
 def _frame_and_ticks(
@@ -330,8 +330,10 @@ def _(item: Pixels, frame: Frame) -> str:
     left, right = sorted(x.tolist())
     top, bottom = sorted(y.tolist())
     # Browsers blur pixels that they enlarge, and the few fields of a table would run together.
-    each = max(1, 640 // max(item.values.shape[:2])) if max(item.values.shape[:2]) < 64 else 1
-    values = item.values.repeat(each, axis=0).repeat(each, axis=1)
+    enlargement = (
+        max(1, 640 // max(item.values.shape[:2])) if max(item.values.shape[:2]) < 64 else 1
+    )
+    values = item.values.repeat(enlargement, axis=0).repeat(enlargement, axis=1)
     data = base64.b64encode(png_bytes(values)).decode("ascii")
     return (
         f'<image x="{left:.2f}" y="{top:.2f}" width="{right - left:.2f}" '
@@ -359,9 +361,9 @@ def _path(x: Floats, y: Floats) -> str:
 def _thinned(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """A long line without the points that lie within a quarter of a point of those kept."""
     length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
-    kept = np.concatenate(([True], np.diff(np.floor(length / _NEAR)) > 0.0))
-    kept[-1] = True
-    return x[kept], y[kept]
+    keep = np.concatenate(([True], np.diff(np.floor(length / _NEAR)) > 0.0))
+    keep[-1] = True
+    return x[keep], y[keep]
 
 
 def _straightened(x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -374,10 +376,10 @@ def _straightened(x: Floats, y: Floats) -> tuple[Floats, Floats]:
         share = ((bx - ax) * (cx - ax) + (by - ay) * (cy - ay)) / np.where(size > 0.0, size, 1.0)
         share = np.clip(share, 0.0, 1.0)
         off = np.hypot(ax + share * (cx - ax) - bx, ay + share * (cy - ay) - by)
-        kept = np.ones(x.size, dtype=bool)
-        kept[near[1]] = off > _STRAIGHT
-        dropped = bool(np.count_nonzero(kept) < 0.9 * x.size)
-        x, y = x[kept], y[kept]
+        keep = np.ones(x.size, dtype=bool)
+        keep[near[1]] = off > _STRAIGHT
+        dropped = bool(np.count_nonzero(keep) < 0.9 * x.size)
+        x, y = x[keep], y[keep]
     return x, y
 
 

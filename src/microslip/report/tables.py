@@ -22,31 +22,34 @@ class TextTable(NamedTuple):
     """How many more rows there would be."""
 
 
-def as_text(table: Table, most: int | None = None, *, brief: bool = False) -> TextTable:
+def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> TextTable:
     """A table for people, without the columns of which nothing is known.
 
     Parameters
     ----------
     table : Table
         What to show.
-    most : int, optional
+    limit : int, optional
         Rows, if fewer than the table wants.
     brief : bool
         Whether only its brief columns are shown, and of its rows the few that are picked.
     """
-    picked = list(table.few) if brief else []
-    shown = picked or _shown(table, min(table.most, most or table.most))
-    kept = [
+    row_places = (list(table.few) if brief else []) or _shown(
+        table, min(table.most, limit or table.most)
+    )
+    column_places = [
         place
         for place, column in enumerate(table.columns)
         if (column.brief or not brief)
         and (not table.rows or any(row[place] is not None for row in table.rows))
     ]
-    columns = tuple(table.columns[place] for place in kept)
-    rows = [[cell(table.columns[i], table.rows[row][i]) for i in kept] for row in shown]
-    cells = [[table.rows[row][i] for i in kept] for row in shown]
+    columns = tuple(table.columns[place] for place in column_places)
+    rows = [
+        [cell(table.columns[i], table.rows[row][i]) for i in column_places] for row in row_places
+    ]
+    cells = [[table.rows[row][i] for i in column_places] for row in row_places]
     words = [[value.word if isinstance(value, Judged) else "" for value in row] for row in cells]
-    return TextTable(columns, rows, words, len(table.rows) - len(shown))
+    return TextTable(columns, rows, words, len(table.rows) - len(row_places))
 
 
 def cell(column: Column, value: Value) -> str:
@@ -72,19 +75,19 @@ def is_text(table: Table, column: Column) -> bool:
     return column.unit is None and any(isinstance(row[place], (str, Judged)) for row in table.rows)
 
 
-def _shown(table: Table, most: int) -> list[int]:
+def _shown(table: Table, limit: int) -> list[int]:
     """Rows that are shown: as many of each group of the first column, spread evenly."""
     count = len(table.rows)
-    if count <= most:
+    if count <= limit:
         return list(range(count))
     groups: dict[Value, list[int]] = {}
     for number, row in enumerate(table.rows):
         groups.setdefault(row[0], []).append(number)
     sizes = {len(group) for group in groups.values()}
     if table.keys < 2 or len(sizes) > 1 or len(groups) == 1:
-        return evenly(count, most)
+        return evenly(count, limit)
     size = sizes.pop()
-    within = evenly(size, max(most // min(len(groups), 10), 1))
-    among = evenly(len(groups), max(most // len(within), 1))
+    within = evenly(size, max(limit // min(len(groups), 10), 1))
+    among = evenly(len(groups), max(limit // len(within), 1))
     listed = list(groups.values())
     return [listed[group][place] for group in among for place in within]

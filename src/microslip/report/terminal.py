@@ -24,8 +24,8 @@ from microslip.report.tables import as_text, is_text
 MOST_ROWS = 40
 
 
-def show(document: Document, stream: TextIO | None, *, whole: bool = False) -> None:
-    """Print what is brief in a document, or the whole of it."""
+def show(document: Document, stream: TextIO | None, *, full: bool = False) -> None:
+    """Print what is brief in a document, or all of it."""
     out = Printer(stream)
     out.line(document.title, style="bold")
     if document.answer:
@@ -34,9 +34,9 @@ def show(document: Document, stream: TextIO | None, *, whole: bool = False) -> N
         out.verdict("watch", remark)
     out.line()
     for section in document.sections:
-        if section.brief or whole:
+        if section.brief or full:
             for block in section.blocks:
-                _print(block, out, section.title, whole)
+                _print(block, out, section.title, full)
 
 
 def show_command(text: str, command: str, stream: TextIO | None) -> None:
@@ -70,20 +70,21 @@ def file_groups(names: Sequence[str]) -> dict[str, list[str]]:
 
 
 @singledispatch
-def _print(block: Block, out: Printer, title: str, whole: bool) -> None:
+def _print(block: Block, out: Printer, title: str, full: bool) -> None:
     """Pictures, listings and markup are for the page."""
 
 
 @_print.register
-def _(block: Table, out: Printer, title: str, whole: bool) -> None:
-    if not (block.brief or whole) or not block.rows:
+def _(block: Table, out: Printer, title: str, full: bool) -> None:
+    if not (block.brief or full) or not block.rows:
         return
-    table = as_text(block, MOST_ROWS, brief=not whole)
+    table = as_text(block, MOST_ROWS, brief=not full)
     count = len(block.rows)
-    shown = count - table.left_out
-    more = f" ({shown} of {count} {block.noun}; all are in summary.json)" if table.left_out else ""
+    remark = ""
+    if table.left_out:
+        remark = f" ({count - table.left_out} of {count} {block.noun}; all are in summary.json)"
     out.table(
-        (block.title or title) + more,
+        (block.title or title) + remark,
         [column.short or column.label for column in table.columns],
         table.rows,
         keys=min(block.keys, len(table.columns) - 1),
@@ -92,19 +93,19 @@ def _(block: Table, out: Printer, title: str, whole: bool) -> None:
 
 
 @_print.register
-def _(block: Facts, out: Printer, title: str, whole: bool) -> None:
+def _(block: Facts, out: Printer, title: str, full: bool) -> None:
     out.table(block.title, ["", ""], block.rows, text=(0, 1))
 
 
 @_print.register
-def _(block: Note, out: Printer, title: str, whole: bool) -> None:
-    if block.brief or whole:
+def _(block: Note, out: Printer, title: str, full: bool) -> None:
+    if block.brief or full:
         out.line(block.text)
         out.line()
 
 
 @_print.register
-def _(block: Items, out: Printer, title: str, whole: bool) -> None:
+def _(block: Items, out: Printer, title: str, full: bool) -> None:
     for text in block.texts:
         out.line(text)
     if block.texts:
@@ -112,9 +113,9 @@ def _(block: Items, out: Printer, title: str, whole: bool) -> None:
 
 
 @_print.register
-def _(block: Verdicts, out: Printer, title: str, whole: bool) -> None:
+def _(block: Verdicts, out: Printer, title: str, full: bool) -> None:
     out.line(title, style="bold")
-    judged, short = judgements(block), block.short and not whole
+    judged, short = judgements(block), block.short and not full
     fine = [judgement.name for judgement in judged if judgement.word == "ok"]
     for judgement in judged:
         where = f" {judgement.where}" if judgement.where else ""

@@ -20,10 +20,10 @@ class Ticks(NamedTuple):
     """The power of ten that all labels leave out."""
 
 
-def linear(low: float, high: float, most: int, integer: bool = False) -> Ticks:
-    """At most `most` round numbers between two ends, which may be in either order."""
+def linear(low: float, high: float, limit: int, integer: bool = False) -> Ticks:
+    """At most `limit` round numbers between two ends, which may be in either order."""
     low, high = min(low, high), max(low, high)
-    rough = (high - low) / max(most, 1)
+    rough = (high - low) / max(limit, 1)
     power = math.floor(math.log10(rough))
     step = next(
         (n * 10.0**power for n in (1, 2, 2.5, 5) if n * 10.0**power >= rough * (1.0 - 1e-9)),
@@ -45,13 +45,13 @@ def power_of_ten(exponent: int) -> str:
     return f"×10{str(exponent).translate(_SUPERSCRIPTS)}" if exponent else ""
 
 
-def logarithmic(low: float, high: float, most: int) -> Ticks:
-    """Powers of ten between two ends, at most `most` of them labelled, and what lies between."""
+def logarithmic(low: float, high: float, limit: int) -> Ticks:
+    """Powers of ten between two ends, at most `limit` of them labelled, and what lies between."""
     first, last = math.floor(math.log10(low) - 1e-9), math.ceil(math.log10(high) + 1e-9)
     inside = [n for n in range(first, last + 1) if 0.999999 * low <= 10.0**n <= 1.000001 * high]
-    every = max(1, math.ceil(len(inside) / max(most, 1)))
-    kept = [n for n in inside if n % every == 0]
-    major = tuple((10.0**n, log_label(10.0**n, low, high)) for n in kept)
+    every = max(1, math.ceil(len(inside) / max(limit, 1)))
+    powers = [n for n in inside if n % every == 0]
+    major = tuple((10.0**n, log_label(10.0**n, low, high)) for n in powers)
     if every > 1:
         return Ticks(major, tuple((10.0**n, "") for n in inside if n % every))
     minor = [
@@ -61,8 +61,8 @@ def logarithmic(low: float, high: float, most: int) -> Ticks:
         if low < k * 10.0**n < high
     ]
     labelled = sum(bool(text) for _, text in (*major, *minor))
-    if labelled < 2 or labelled > 2 * most:  # within a decade round numbers are enough
-        return linear(low, high, min(most, 4))
+    if labelled < 2 or labelled > 2 * limit:  # within a decade round numbers are enough
+        return linear(low, high, min(limit, 4))
     return Ticks(major, tuple(minor))
 
 

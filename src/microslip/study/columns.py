@@ -25,13 +25,17 @@ MAX_ROWS = 1_000_000
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
 
-def text(wanted: str) -> Check:
+def text(description: str) -> Check:
     """Text on one line."""
 
-    def check(given: object) -> object:
-        if not isinstance(given, str) or not given.isprintable() or not 0 < len(given) <= 1000:
-            raise ValueError(f"wanted {wanted}, got {show(given)}")
-        return given
+    def check(raw_value: object) -> object:
+        if (
+            not isinstance(raw_value, str)
+            or not raw_value.isprintable()
+            or not 0 < len(raw_value) <= 1000
+        ):
+            raise ValueError(f"wanted {description}, got {show(raw_value)}")
+        return raw_value
 
     return Check(check, lambda inner: {**inner, "minLength": 1, "maxLength": 1000})
 
@@ -64,7 +68,7 @@ class Column(Part):
         examples=['"um"'],
     )
 
-    def read(self, kind: Kind, sign: Sign, info: ValidationInfo, what: str) -> SiValues:
+    def read(self, kind: Kind, sign: Sign, info: ValidationInfo, key: str) -> SiValues:
         """Values of the column."""
         reading = info.context if isinstance(info.context, Reading) else Reading()
         name = shorten(self.file, 100)
@@ -83,7 +87,7 @@ class Column(Part):
                 message = message.replace("no such file", "no such file in the folder of the study")
             raise ValueError(f"{name}: {message}") from None
         reading.notes.append(
-            f'{what}: {len(values)} values from {name}, column "{shorten(column.heading, 60)}", '
+            f'{key}: {len(values)} values from {name}, column "{shorten(column.heading, 60)}", '
             f"unit {unit}."
         )
         return SiValues(values)
@@ -102,28 +106,28 @@ class FromFile(NamedTuple):
         return core_schema.with_info_wrap_validator_function(self._read, handler(source))
 
     def _read(
-        self, given: object, handler: Callable[[object], object], info: ValidationInfo
+        self, raw_value: object, handler: Callable[[object], object], info: ValidationInfo
     ) -> object:
-        if isinstance(given, dict):
-            given = Column.model_validate(given, context=info.context)
-        if isinstance(given, Column):
-            given = given.read(self.kind, self.sign, info, self.what)
-        return given if isinstance(given, SiValues) else handler(given)
+        if isinstance(raw_value, dict):
+            raw_value = Column.model_validate(raw_value, context=info.context)
+        if isinstance(raw_value, Column):
+            raw_value = raw_value.read(self.kind, self.sign, info, self.what)
+        return raw_value if isinstance(raw_value, SiValues) else handler(raw_value)
 
 
-def _unit(column: Named, given: str | None, kind: Kind) -> str:
+def _unit(column: Named, stated_unit: str | None, kind: Kind) -> str:
     """Unit of a column by its header or by the study, which must not differ."""
     in_head = column.unit if column.unit and is_unit(column.unit) else None
     where, usual = f'column "{shorten(column.heading, 40)}": ', kind.usual[1]
     # What is no unit, "(left)", is no harm once there is one.
-    unit = given or in_head or column.unit
+    unit = stated_unit or in_head or column.unit
     if not unit:
         raise ValueError(
             f'{where}no unit; write it in the header, such as "[{usual}]", or unit = "{usual}"'
         )
-    wanted = f'{where}wanted a unit such as "{usual}", got '
-    factor = factor_of(unit, kind, wanted + show(unit))
-    if in_head and factor != factor_of(in_head, kind, wanted + show(in_head)):
+    message = f'{where}wanted a unit such as "{usual}", got '
+    factor = factor_of(unit, kind, message + show(unit))
+    if in_head and factor != factor_of(in_head, kind, message + show(in_head)):
         raise ValueError(
             f'{where}wanted unit = "{in_head}" as in the header, or no unit, got "{unit}"'
         )

@@ -34,12 +34,12 @@ class StudyDescription(StudyTables):
     _folder: Path = PrivateAttr(default=Path())
     _law: NormalLaw | None = PrivateAttr(default=None)  # drawn, in place of the surface's own
 
-    def __init__(self, /, **given: Any) -> None:
-        self._fill(given)
+    def __init__(self, /, **tables: Any) -> None:
+        self._fill(tables)
 
     def _fill(
         self,
-        given: dict[str, Any],
+        tables: dict[str, Any],
         name: str = "study",
         folder: Path | None = None,
         changes: Sequence[Override] = (),
@@ -47,11 +47,11 @@ class StudyDescription(StudyTables):
         """Validate keys and values as in a file into this study, which is still empty."""
         reading = Reading(folder)
         try:
-            self.__pydantic_validator__.validate_python(given, self_instance=self, context=reading)
+            self.__pydantic_validator__.validate_python(tables, self_instance=self, context=reading)
         except ValidationError as error:
-            raise StudyError(f"{name}: {explain(error, given, changes)}") from None
+            raise StudyError(f"{name}: {explain(error, tables, changes)}") from None
         self._name = name
-        self._given = given
+        self._given = tables
         self._folder = folder or Path()
         self._notes = (*(change.note for change in changes), *reading.notes)
 
@@ -202,19 +202,19 @@ _REASONS = (
 
 def _toml_message(message: str, text: str) -> str:
     where = re.search(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$", message)
-    what = message[: where.start()] if where else message
+    fault = message[: where.start()] if where else message
     lines = text.split("\n")
     if where and where[1]:
         line, column = int(where[1]), int(where[2])
         before, after = lines[line - 1][: column - 1], lines[line - 1][column - 1 :].lstrip()
         for end, begin, reason in _REASONS:
             if re.search(end, before[-80:]) and re.match(begin, after):
-                what = reason
+                fault = reason
     else:
         lines = text.rstrip("\n").split("\n")
         line, column = len(lines), len(lines[-1]) + 1
-    what = _CLEARER.get(what, what)
+    fault = _CLEARER.get(fault, fault)
     # tomllib shows the path of a table as a Python tuple.
-    what = re.sub(r"\('([^()]*)',?\)", lambda m: "[" + m[1].replace("', '", ".") + "]", what)
-    what = shorten(what[:1].lower() + what[1:], 120)
-    return f"line {line}, column {column}: not TOML: {what}"
+    fault = re.sub(r"\('([^()]*)',?\)", lambda m: "[" + m[1].replace("', '", ".") + "]", fault)
+    fault = shorten(fault[:1].lower() + fault[1:], 120)
+    return f"line {line}, column {column}: not TOML: {fault}"

@@ -38,7 +38,7 @@ def frozen(name: str, parameters: Mapping[str, float], location: float, scale: f
     return getattr(stats, name)(**parameters, loc=location, scale=scale)
 
 
-def check(name: str, given: Mapping[str, float], location: float, scale: float) -> None:
+def check(name: str, parameters: Mapping[str, float], location: float, scale: float) -> None:
     """Raise a KeyedError about heights of kind "scipy" that are none, or have no finite load."""
     from scipy import stats
 
@@ -46,18 +46,18 @@ def check(name: str, given: Mapping[str, float], location: float, scale: float) 
     if not isinstance(distribution, stats.rv_continuous):
         raise KeyedError(f"{_KEY}.distribution", f"wanted {_wanted(name, distribution)}")
     shapes = distribution.shapes.replace(",", " ").split() if distribution.shapes else []
-    _same_names(name, shapes, given)
-    of = f"{name} with {_values(given)}" if given else name
+    _same_names(name, shapes, parameters)
+    of = f"{name} with {_values(parameters)}" if parameters else name
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         try:
-            heights = frozen(name, given, location, scale)
+            heights = frozen(name, parameters, location, scale)
             # SciPy says no by a support that is no number.
             if any(map(math.isnan, heights.support())):
                 raise ValueError("out of their range")
         except Exception as error:  # whatever its functions meet
-            wanted = f"wanted values that scipy.stats.{name} takes, got {_values(given)}"
-            raise KeyedError(f"{_KEY}.parameters", f"{wanted} ({_reason(error)})") from None
+            fault = f"wanted values that scipy.stats.{name} takes, got {_values(parameters)}"
+            raise KeyedError(f"{_KEY}.parameters", f"{fault} ({_reason(error)})") from None
         try:
             Statistical(heights)
         except InputError as error:
@@ -67,36 +67,37 @@ def check(name: str, given: Mapping[str, float], location: float, scale: float) 
             raise KeyedError(_KEY, f"SciPy fails for {of}: {_reason(error)}") from None
 
 
-def _wanted(name: str, found: Any) -> str:
+def _wanted(name: str, candidate: Any) -> str:
     from scipy import stats
 
     example = 'a continuous distribution of scipy.stats such as "weibull_min"'
-    if isinstance(found, stats.rv_discrete):
+    if isinstance(candidate, stats.rv_discrete):
         return f"{example}, got {show(name)} (a discrete one)"
-    meant = _ALSO_CALLED.get(name.casefold())
-    return f"{example}, got {show(name)}{did_you_mean(meant or name, names())}"
+    synonym = _ALSO_CALLED.get(name.casefold())
+    return f"{example}, got {show(name)}{did_you_mean(synonym or name, names())}"
 
 
-def _same_names(name: str, shapes: list[str], given: Mapping[str, float]) -> None:
+def _same_names(name: str, shapes: list[str], parameters: Mapping[str, float]) -> None:
     has = f'"{name}" has no shape parameters'
     if shapes:
         has = f'"{name}" has the shape parameter{"s" * (len(shapes) > 1)} {quoted(shapes, "and")}'
-    for key in given:
+    for key in parameters:
         if key in ("loc", "scale"):
-            own = "location" if key == "loc" else "scale"
+            study_key = "location" if key == "loc" else "scale"
             raise KeyedError(
-                f"{_KEY}.parameters.{key}", f'wanted {own} = "1 um" beside distribution instead'
+                f"{_KEY}.parameters.{key}",
+                f'wanted {study_key} = "1 um" beside distribution instead',
             )
         if key not in shapes:
             hint = did_you_mean(key, shapes) or f"; {has}"
             raise KeyedError(f"{_KEY}.parameters.{shorten(key, 40)}", f"unknown parameter{hint}")
     for key in shapes:
-        if key not in given:
+        if key not in parameters:
             raise KeyedError(f"{_KEY}.parameters.{key}", f"missing; {has}")
 
 
-def _values(given: Mapping[str, float]) -> str:
-    return ", ".join(f"{key} = {value:g}" for key, value in given.items())
+def _values(parameters: Mapping[str, float]) -> str:
+    return ", ".join(f"{key} = {value:g}" for key, value in parameters.items())
 
 
 def _reason(error: Exception) -> str:

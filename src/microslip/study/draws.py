@@ -55,9 +55,9 @@ class Design:
                 )
             ]
         self._names = names
-        whole = np.eye(len(self.inputs))
-        whole[: len(self.spreads), : len(self.spreads)] = self.correlation
-        self.correlation = whole
+        correlation = np.eye(len(self.inputs))
+        correlation[: len(self.spreads), : len(self.spreads)] = self.correlation
+        self.correlation = correlation
 
     @property
     def moved(self) -> set[str]:
@@ -77,7 +77,7 @@ class Design:
         rows = []
         for patch in cut(surface.conditioned, (counts[0], counts[-1])):
             try:
-                found = patch.summits(
+                statistics = patch.summits(
                     surface.cutoff,
                     method=surface.method,  # type: ignore[arg-type]
                     prominence=surface.prominence,
@@ -85,7 +85,7 @@ class Design:
                 ).statistics(estimate)  # type: ignore[arg-type]
             except InputError:  # such as a patch without a summit
                 continue
-            rows.append((found.std, found.radius, found.density))
+            rows.append((statistics.std, statistics.radius, statistics.density))
         if len(rows) < 2:
             raise StudyError(
                 f"{self.study.name}: uncertainty.scan_patches: wanted patches with summits, "
@@ -93,11 +93,11 @@ class Design:
             )
         ratios = np.array(rows) / np.mean(rows, axis=0)
         rng = np.random.default_rng([self.part.seed, 18])
-        drawn = ratios[rng.integers(0, len(rows), (_REPLICATES, len(rows)))].mean(axis=1)
+        means = ratios[rng.integers(0, len(rows), (_REPLICATES, len(rows)))].mean(axis=1)
         # In the order of what varies most, so that one coordinate stands for all three.
-        logs = np.log(drawn)
+        logs = np.log(means)
         axis = np.linalg.svd(logs - logs.mean(axis=0), full_matrices=False)[2][0]
-        return np.asarray(drawn[np.argsort(logs @ axis)])
+        return np.asarray(means[np.argsort(logs @ axis)])
 
     def scores(self, points: Floats) -> Floats:
         """Correlated normal scores of points in the unit cube."""
@@ -118,28 +118,28 @@ class Design:
         from scipy.special import ndtr
 
         shares = ndtr(scores)
-        found: StudyDescription = with_values(self.study, self.values(shares))
+        study: StudyDescription = with_values(self.study, self.values(shares))
         place, std, radius, density = len(self.spreads), 1.0, 1.0, 1.0
         if self._patches is not None:
             row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)
             std, radius, density = self._patches[row].tolist()
             place += 1
         if self._names:
-            std, density = self._identified(found, scores[place:])
+            std, density = self._identified(study, scores[place:])
         if (std, radius, density) != (1.0, 1.0, 1.0):
-            law = build_summits(found)
+            law = build_summits(study)
             if not isinstance(law, GreenwoodWilliamson):
                 raise StudyError(
                     f"{self.study.name}: uncertainty: wanted a surface of statistics, whose "
                     f"spread, radius and density can be drawn, got {type(law).__name__}"
                 )
-            found._law = replace(
+            study._law = replace(
                 law,
                 heights=law.heights._scaled(std),
                 radius=law.radius * radius,
                 density=law.density * density,
             )
-        return found
+        return study
 
     def _identified(self, study: StudyDescription, scores: Floats) -> tuple[float, float]:
         """Factors on spread and density; the friction goes into the study."""
@@ -182,11 +182,11 @@ class Design:
 def is_uncertain(study: StudyDescription) -> bool:
     """Whether anything in a study scatters, but for what only its structure knows."""
     part = study.uncertainty
-    drawn = part is not None and (part.scan_patches or part.identification)
-    return bool(drawn) or next(spreads_of(study), None) is not None
+    resampled = part is not None and (part.scan_patches or part.identification)
+    return bool(resampled) or next(spreads_of(study), None) is not None
 
 
 def at_middle(study: StudyDescription) -> StudyDescription:
     """The study with a plain number in place of each uncertain one."""
-    found: StudyDescription = with_values(study, {})
-    return found
+    middle: StudyDescription = with_values(study, {})
+    return middle

@@ -84,13 +84,13 @@ _NOT_A_TABLE = ("model_type", "model_attributes_type", "dict_type")
 
 def explain(error: ValidationError, data: dict[str, Any], changes: Sequence[Override] = ()) -> str:
     """First thing that is wrong, and how many more there are."""
-    found: list[dict[str, Any]] = [dict(item) for item in error.errors(include_url=False)]
-    found = [item for item in found if not _is_echo(item, found)]
-    found.sort(key=lambda item: _place(item["loc"]))
-    key, message = _line(found[0], data)
-    more = len(found) - 1
-    also = f" (and {more} more error{'s' if more > 1 else ''})" if more else ""
-    return f"{key}{_blamed(key, changes)}: {message}{also}"
+    errors: list[dict[str, Any]] = [dict(item) for item in error.errors(include_url=False)]
+    errors = [item for item in errors if not _is_echo(item, errors)]
+    errors.sort(key=lambda item: _place(item["loc"]))
+    key, message = _line(errors[0], data)
+    extra = len(errors) - 1
+    suffix = f" (and {extra} more error{'s' if extra > 1 else ''})" if extra else ""
+    return f"{key}{_blamed(key, changes)}: {message}{suffix}"
 
 
 def _blamed(key: str, changes: Sequence[Override]) -> str:
@@ -145,21 +145,21 @@ def _keys(model: type[Part]) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
-def _is_echo(item: dict[str, Any], found: list[dict[str, Any]]) -> bool:
+def _is_echo(item: dict[str, Any], errors: list[dict[str, Any]]) -> bool:
     """Whether a key is only missing because it is there, misspelt."""
     if item["type"] != "missing":
         return False
     key = str(item["loc"][-1])
     return any(
-        other["type"] == "extra_forbidden"
-        and other["loc"][:-1] == item["loc"][:-1]
-        and nearest(str(other["loc"][-1]), _keys(_model_at(item["loc"]))) == key
-        for other in found
+        sibling["type"] == "extra_forbidden"
+        and sibling["loc"][:-1] == item["loc"][:-1]
+        and nearest(str(sibling["loc"][-1]), _keys(_model_at(item["loc"]))) == key
+        for sibling in errors
     )
 
 
 def _line(item: dict[str, Any], data: dict[str, Any]) -> tuple[str, str]:
-    kind, loc, given = item["type"], item["loc"], item["input"]
+    kind, loc, raw_value = item["type"], item["loc"], item["input"]
     key = _dotted(loc, data)
     if kind == "value_error":
         cause = item["ctx"]["error"]
@@ -171,11 +171,11 @@ def _line(item: dict[str, Any], data: dict[str, Any]) -> tuple[str, str]:
     if kind == "extra_forbidden":
         return key, _unknown(loc)
     if kind == "union_tag_not_found":
-        return _no_tag(key, given, loc)
+        return _no_tag(key, raw_value, loc)
     if kind == "union_tag_invalid":
         tag = "law" if loc == ("joint",) else item["ctx"]["discriminator"].strip("'")
         choices = [word.strip("'") for word in item["ctx"]["expected_tags"].split(", ")]
-        value = given[tag]
+        value = raw_value[tag]
         hint = ""
         if isinstance(value, str):
             hint = _as_scipy(value, choices) or did_you_mean(value, choices)
@@ -184,12 +184,12 @@ def _line(item: dict[str, Any], data: dict[str, Any]) -> tuple[str, str]:
         example = _TABLES.get(str(loc[0] if loc[0] == "material" else loc[-1]))
         if loc[-1] == "heights" and "population" in loc:
             example = '{ kind = "values", values = ["0.4 um", "0.7 um"] }'
-        wanted = f"such as {example}" if example else f"[{key}]"
-        return key, f"wanted a table {wanted}, got {show(given)}"
+        expected = f"such as {example}" if example else f"[{key}]"
+        return key, f"wanted a table {expected}, got {show(raw_value)}"
     if kind == "literal_error":
-        wanted = item["ctx"]["expected"].replace("True", "true").replace("False", "false")
-        return key, f"wanted {wanted}, got {show(given)}"
-    return key, f"{item['msg'][:1].lower()}{item['msg'][1:]}, got {show(given)}"
+        expected = item["ctx"]["expected"].replace("True", "true").replace("False", "false")
+        return key, f"wanted {expected}, got {show(raw_value)}"
+    return key, f"{item['msg'][:1].lower()}{item['msg'][1:]}, got {show(raw_value)}"
 
 
 def _missing(loc: Loc) -> str:
@@ -220,7 +220,7 @@ def _unknown(loc: Loc) -> str:
         return f"unknown key{hint}"
     if model is Rigid:
         return "unknown key; a rigid material has no other"
-    home = next((home for home, other in _homes() if name in _keys(other)), None)
+    home = next((home for home, table in _homes() if name in _keys(table)), None)
     if home:
         return f"unknown key here; it belongs in {home}"
     return f"unknown key; the keys here are {', '.join(keys)}"
@@ -245,7 +245,7 @@ def _homes() -> list[tuple[str, type[Part]]]:
     ]
 
 
-def _no_tag(key: str, given: Any, loc: Loc) -> tuple[str, str]:
+def _no_tag(key: str, raw_value: Any, loc: Loc) -> tuple[str, str]:
     """A surface without a law or heights without a kind, or with that key misspelt."""
     tag, tables = "law", _HELD["surface"]
     if loc[-1] == "pressure":
@@ -253,8 +253,8 @@ def _no_tag(key: str, given: Any, loc: Loc) -> tuple[str, str]:
     if loc[-1] == "heights":
         tag = "kind"
         tables = {"values": GivenHeights} if "population" in loc else HEIGHTS_TABLES
-    near = nearest(tag, [name for name in given if isinstance(name, str)])
-    known = {name for model in tables.values() for name in _keys(model)}
-    if near is not None and near not in known:
+    near = nearest(tag, [name for name in raw_value if isinstance(name, str)])
+    keys = {name for model in tables.values() for name in _keys(model)}
+    if near is not None and near not in keys:
         return f"{key}.{near}", f'unknown key; did you mean "{tag}"?'
     return f"{key}.{tag}", f"missing; wanted {quoted(tables)}"

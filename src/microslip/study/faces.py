@@ -114,11 +114,11 @@ class DrawnFace(Part):
     def face(self) -> RoughFace:
         """Summits in the middle of the ranges."""
         finish = self.finish
-        said = f"by its drawing, which leaves open {self._between(finish.ranges)}"
-        return RoughFace(finish.statistics, said, ranges=finish.ranges)
+        origin = f"by its drawing, which leaves open {self._between(finish.ranges)}"
+        return RoughFace(finish.statistics, origin, ranges=finish.ranges)
 
     def _between(self, ranges: Mapping[str, tuple[float, float]]) -> str:
-        said = []
+        entries = []
         for name, (low, high) in ranges.items():
             ends = [
                 f"{significant(1e-6 * x)} 1/mm^2"
@@ -126,8 +126,8 @@ class DrawnFace(Part):
                 else engineering(x, "m").replace("µ", "u")
                 for x in (low, high)
             ]
-            said.append(f'{name} = {{ low = "{ends[0]}", high = "{ends[1]}" }}')
-        return ", ".join(said)
+            entries.append(f'{name} = {{ low = "{ends[0]}", high = "{ends[1]}" }}')
+        return ", ".join(entries)
 
 
 _DRAWN = ("ra", "rq", "rz", "rsm", "process", "breadth")
@@ -149,24 +149,24 @@ class _ScannedFace(Part):
     @model_validator(mode="wrap")
     @classmethod
     def _read(
-        cls, given: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo
+        cls, raw_value: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo
     ) -> Self:
-        self = handler(given)
-        if not isinstance(given, dict):
-            self._scans = given._scans
+        self = handler(raw_value)
+        if not isinstance(raw_value, dict):
+            self._scans = raw_value._scans
             return self
-        if (estimate := given.get("estimate")) in ("population", PERSSON):
+        if (estimate := raw_value.get("estimate")) in ("population", PERSSON):
             raise KeyedError(".estimate", f'wanted one radius for all summits, got "{estimate}"')
         # A profile has no area, and the joint has its own.
-        keys = {**given, "law": "scan", "materials": ("", ""), "area": "1 mm^2"}
-        found = []
+        keys = {**raw_value, "law": "scan", "materials": ("", ""), "area": "1 mm^2"}
+        scans = []
         for name in self.scan:
             try:
                 part = ScanSurface.model_validate({**keys, "scan": name}, context=info.context)
             except ValidationError as error:
                 raise _of_face(error) from None
-            found.append(part)
-        self._scans = tuple(found)
+            scans.append(part)
+        self._scans = tuple(scans)
         return self
 
     def face(self) -> RoughFace:
@@ -180,8 +180,8 @@ class _ScannedFace(Part):
             f"{name} {100.0 * value:.2g} %"
             for name, value in zip(spread._fields, spread, strict=True)
         )
-        said = f"by {len(self._scans)} scans, which scatter by {scatter} (standard deviation)"
-        return RoughFace(statistics, said, self.verdicts(), spread)
+        origin = f"by {len(self._scans)} scans, which scatter by {scatter} (standard deviation)"
+        return RoughFace(statistics, origin, self.verdicts(), spread)
 
     def verdicts(self) -> tuple[Verdict, ...]:
         """How far the scans bear a joint: those of all of them."""
@@ -223,9 +223,13 @@ FACES: dict[str, type[Part]] = {
 """Ways to describe a face."""
 
 
-def _kind(given: Any) -> str:
+def _kind(raw_value: Any) -> str:
     """Which way was taken; what has keys of none is told what summits need."""
-    keys = set(given) if isinstance(given, dict) else set(getattr(type(given), "model_fields", ()))
+    keys = (
+        set(raw_value)
+        if isinstance(raw_value, dict)
+        else set(getattr(type(raw_value), "model_fields", ()))
+    )
     if "scan" in keys:
         return "scanned"
     return "drawn" if keys & set(DrawnFace.model_fields) else "summits"
@@ -280,15 +284,15 @@ class FacedSurface(Part):
 
     def sentences(self) -> list[str]:
         """Where the summits are from."""
-        said = [
+        sentences = [
             f"surface{key}: {face.statistics}, {face.said}." for key, face in self.faces.items()
         ]
-        if len(said) > 1:
-            said.append(
+        if len(sentences) > 1:
+            sentences.append(
                 f"surface: both faces together {self.statistics}: their spectral moments add "
                 "(Greenwood 1984), as of isotropic Gaussian faces that know nothing of each other."
             )
-        return said
+        return sentences
 
     def summary(self) -> dict[str, Any]:
         """What summary.json says of the faces, in SI units."""

@@ -49,20 +49,20 @@ def quantity(kind: Kind, example: str, sign: Sign = "positive") -> Check:
             "examples": [example],
         }
 
-    return Check(lambda given: to_si(given, kind, example, sign), describe)
+    return Check(lambda raw_value: to_si(raw_value, kind, example, sign), describe)
 
 
 def angle(example: str) -> Check:
     """Text with a unit of angle, such as `example`, into radians; a turn at most."""
 
-    def check(given: object) -> float:
-        value = to_si(given, ANGLE, example, "any")
-        wanted = f'wanted an angle such as "{example}", got {show(given)}'
+    def check(raw_value: object) -> float:
+        value = to_si(raw_value, ANGLE, example, "any")
+        message = f'wanted an angle such as "{example}", got {show(raw_value)}'
         # pint takes percent and other plain numbers for angles as well.
-        if not re.search(r"(deg|degrees?|°|rad|radians?|mrad)\s*$", str(given)):
-            raise ValueError(f"{wanted} (wanted in deg or rad)")
+        if not re.search(r"(deg|degrees?|°|rad|radians?|mrad)\s*$", str(raw_value)):
+            raise ValueError(f"{message} (wanted in deg or rad)")
         if abs(value) > 2.0 * math.pi:
-            raise ValueError(f"{wanted} (more than a turn)")
+            raise ValueError(f"{message} (more than a turn)")
         return value
 
     def describe(_: JsonSchema) -> JsonSchema:
@@ -77,62 +77,73 @@ def angle(example: str) -> Check:
     return Check(check, describe)
 
 
-def array(example: str, most: int = MAX_ITEMS, *, single: bool = False, least: int = 1) -> Check:
-    """A list of `least` to `most` items; with `single`, one may stand without brackets."""
+def array(
+    example: str, max_items: int = MAX_ITEMS, *, single: bool = False, min_items: int = 1
+) -> Check:
+    """A list of `min_items` to `max_items` items; with `single`, one may stand without brackets."""
 
-    def check(given: object) -> object:
-        if single and isinstance(given, (str, int, float, dict)):
-            return [given]
-        if not isinstance(given, (list, tuple)) or not given:
-            raise ValueError(f"wanted a list such as {example}, got {show(given)}")
-        if len(given) > most:
-            raise ValueError(f"wanted at most {most} items, got {len(given)}")
-        if len(given) < least:
-            raise ValueError(f"wanted {least} items such as {example}, got {len(given)}")
-        return given
+    def check(raw_value: object) -> object:
+        if single and isinstance(raw_value, (str, int, float, dict)):
+            return [raw_value]
+        if not isinstance(raw_value, (list, tuple)) or not raw_value:
+            raise ValueError(f"wanted a list such as {example}, got {show(raw_value)}")
+        if len(raw_value) > max_items:
+            raise ValueError(f"wanted at most {max_items} items, got {len(raw_value)}")
+        if len(raw_value) < min_items:
+            raise ValueError(f"wanted {min_items} items such as {example}, got {len(raw_value)}")
+        return raw_value
 
     def describe(inner: JsonSchema) -> JsonSchema:
-        schema = {"type": "array", "items": inner["items"], "minItems": least, "maxItems": most}
+        schema = {
+            "type": "array",
+            "items": inner["items"],
+            "minItems": min_items,
+            "maxItems": max_items,
+        }
         return {"anyOf": [inner["items"], schema]} if single else schema
 
     return Check(check, describe)
 
 
-def different(given: tuple[T, ...]) -> tuple[T, ...]:
+def different(items: tuple[T, ...]) -> tuple[T, ...]:
     """Items no two of which are equal."""
-    seen: dict[T, int] = {}
-    for index, value in enumerate(given, start=1):
-        if value in seen:
+    places: dict[T, int] = {}
+    for index, value in enumerate(items, start=1):
+        if value in places:
             raise ValueError(
-                f"wanted values that differ, got the same one as items {seen[value]} and {index}"
+                f"wanted values that differ, got the same one as items {places[value]} and {index}"
             )
-        seen[value] = index
-    return given
+        places[value] = index
+    return items
 
 
-def number(wanted: str, inside: Callable[[float], bool], bounds: JsonSchema) -> Check:
+def number(description: str, inside: Callable[[float], bool], bounds: JsonSchema) -> Check:
     """A finite plain number that is `inside`; `bounds` says so to an editor."""
 
-    def check(given: object) -> float:
-        if isinstance(given, (int, float)) and not isinstance(given, bool):
+    def check(raw_value: object) -> float:
+        if isinstance(raw_value, (int, float)) and not isinstance(raw_value, bool):
             try:
-                value = float(given)
+                value = float(raw_value)
             except OverflowError:
                 value = math.inf
             if math.isfinite(value) and inside(value):
                 return value
-        raise ValueError(f"wanted {wanted}, got {show(given)}")
+        raise ValueError(f"wanted {description}, got {show(raw_value)}")
 
     return Check(check, lambda _: {"type": "number", **bounds})
 
 
-def whole(wanted: str, low: int, high: int) -> Check:
+def whole(description: str, low: int, high: int) -> Check:
     """A whole number in [low, high]."""
 
-    def check(given: object) -> int:
-        if isinstance(given, bool) or not isinstance(given, int) or not low <= given <= high:
-            raise ValueError(f"wanted {wanted}, got {show(given)}")
-        return given
+    def check(raw_value: object) -> int:
+        if (
+            isinstance(raw_value, bool)
+            or not isinstance(raw_value, int)
+            or not low <= raw_value <= high
+        ):
+            raise ValueError(f"wanted {description}, got {show(raw_value)}")
+        return raw_value
 
     return Check(check, lambda _: {"type": "integer", "minimum": low, "maximum": high})
 
@@ -140,37 +151,41 @@ def whole(wanted: str, low: int, high: int) -> Check:
 def one_of(*words: str) -> Check:
     """One of some words."""
 
-    def check(given: object) -> object:
-        if given not in words:
-            hint = did_you_mean(given, words) if isinstance(given, str) else ""
-            raise ValueError(f"wanted {quoted(words)}, got {show(given)}{hint}")
-        return given
+    def check(raw_value: object) -> object:
+        if raw_value not in words:
+            hint = did_you_mean(raw_value, words) if isinstance(raw_value, str) else ""
+            raise ValueError(f"wanted {quoted(words)}, got {show(raw_value)}{hint}")
+        return raw_value
 
     return Check(check, lambda _: {"type": "string", "enum": list(words)})
 
 
-def _line(given: object) -> str:
-    if not isinstance(given, str) or not given.isprintable() or not 0 < len(given) <= 200:
-        raise ValueError(f"wanted one line of at most 200 characters, got {show(given)}")
-    return given
-
-
-def _yes_or_no(given: object) -> bool:
-    if not isinstance(given, bool):
-        raise ValueError(f"wanted true or false, got {show(given)}")
-    return given
-
-
-def _names(given: object) -> object:
+def _line(raw_value: object) -> str:
     if (
-        not isinstance(given, (list, tuple))
-        or len(given) != 2
-        or not all(isinstance(n, str) for n in given)
+        not isinstance(raw_value, str)
+        or not raw_value.isprintable()
+        or not 0 < len(raw_value) <= 200
+    ):
+        raise ValueError(f"wanted one line of at most 200 characters, got {show(raw_value)}")
+    return raw_value
+
+
+def _yes_or_no(raw_value: object) -> bool:
+    if not isinstance(raw_value, bool):
+        raise ValueError(f"wanted true or false, got {show(raw_value)}")
+    return raw_value
+
+
+def _names(raw_value: object) -> object:
+    if (
+        not isinstance(raw_value, (list, tuple))
+        or len(raw_value) != 2
+        or not all(isinstance(n, str) for n in raw_value)
     ):
         raise ValueError(
-            f'wanted the names of the two bodies such as ["steel", "steel"], got {show(given)}'
+            f'wanted the names of the two bodies such as ["steel", "steel"], got {show(raw_value)}'
         )
-    return given
+    return raw_value
 
 
 Line = Annotated[str, Check(_line, lambda _: {"type": "string", "minLength": 1, "maxLength": 200})]

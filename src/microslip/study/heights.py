@@ -49,17 +49,17 @@ class GivenHeights(Part):
 
     @model_validator(mode="before")
     @classmethod
-    def _from_file(cls, given: Any, info: ValidationInfo) -> Any:
-        if not isinstance(given, dict) or not given.keys() & {"file", "column", "unit"}:
-            return given
-        if "values" in given:
-            if "file" not in given:
-                key = "column" if "column" in given else "unit"
+    def _from_file(cls, raw_value: Any, info: ValidationInfo) -> Any:
+        if not isinstance(raw_value, dict) or not raw_value.keys() & {"file", "column", "unit"}:
+            return raw_value
+        if "values" in raw_value:
+            if "file" not in raw_value:
+                key = "column" if "column" in raw_value else "unit"
                 raise KeyedError(f"surface.heights.{key}", "wanted only beside file, got values")
             raise KeyedError("surface.heights.file", "wanted values or a file, got both")
-        keys = {key: value for key, value in given.items() if key != "kind"}
+        keys = {key: value for key, value in raw_value.items() if key != "kind"}
         column = Column.model_validate(keys, context=info.context)
-        return {**given, "values": column.read(LENGTH, "any", info, "surface.heights")}
+        return {**raw_value, "values": column.read(LENGTH, "any", info, "surface.heights")}
 
     def build(self) -> Any:
         """The heights, one by one."""

@@ -152,9 +152,13 @@ LAW_TABLES: dict[str, type[Any]] = {
 globals().update({table.__name__: table for table in LAW_TABLES.values()})
 
 
-def _law(given: Any) -> str:
+def _law(raw_value: Any) -> str:
     """The law of a joint; without one it is an interface."""
-    law = given.get("law", INTERFACE) if isinstance(given, dict) else getattr(given, "law", None)
+    law = (
+        raw_value.get("law", INTERFACE)
+        if isinstance(raw_value, dict)
+        else getattr(raw_value, "law", None)
+    )
     return law if isinstance(law, str) else INTERFACE
 
 

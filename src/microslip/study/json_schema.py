@@ -74,16 +74,16 @@ def _folded(schema: JsonSchema) -> JsonSchema:
 
 def _parts(schema: JsonSchema, change: Callable[[JsonSchema], JsonSchema]) -> JsonSchema:
     """A schema whose parts, schemas themselves, are changed."""
-    found = dict(schema)
+    changed = dict(schema)
     for key in ("items", "additionalProperties"):
-        if isinstance(found.get(key), dict):
-            found[key] = change(found[key])
+        if isinstance(changed.get(key), dict):
+            changed[key] = change(changed[key])
     for key in ("anyOf", "oneOf"):
-        if key in found:
-            found[key] = [change(part) for part in found[key]]
-    if "properties" in found:
-        found["properties"] = {name: change(part) for name, part in found["properties"].items()}
-    return found
+        if key in changed:
+            changed[key] = [change(part) for part in changed[key]]
+    if "properties" in changed:
+        changed["properties"] = {name: change(part) for name, part in changed["properties"].items()}
+    return changed
 
 
 def _table(model: type[Part]) -> JsonSchema:
@@ -105,8 +105,8 @@ def _table(model: type[Part]) -> JsonSchema:
 def _key(key: str, field: FieldInfo) -> JsonSchema:
     schema = _value(field.annotation, field.metadata)
     schema["title"] = key.replace("_", " ").capitalize()
-    says = schema.get("description", "") if schema.get("type") == "string" else ""
-    schema["description"] = f"{field.description} {says}".strip()
+    usage = schema.get("description", "") if schema.get("type") == "string" else ""
+    schema["description"] = f"{field.description} {usage}".strip()
     examples = [tomllib.loads(f"x = {text}")["x"] for text in field.examples or () if text]
     if examples:
         schema["examples"] = examples
@@ -120,8 +120,8 @@ def _key(key: str, field: FieldInfo) -> JsonSchema:
 def _value(annotation: Any, metadata: list[Any]) -> JsonSchema:
     """Schema of a type with what is annotated to it."""
     if get_origin(annotation) is Annotated:
-        annotation, *more = get_args(annotation)
-        return _value(annotation, [*more, *metadata])
+        annotation, *annotated = get_args(annotation)
+        return _value(annotation, [*annotated, *metadata])
     schema = _type(annotation)
     for item in metadata:
         if isinstance(item, (Check, Uncertain)):
@@ -148,14 +148,14 @@ def _type(annotation: Any) -> JsonSchema:
 
 
 def _metal(metal: Metal) -> JsonSchema:
-    left = "what is left out is taken from the table of metals"
+    remark = "what is left out is taken from the table of metals"
     schema = _table(Elastic)
     schema["properties"]["rigid"] |= {"type": "boolean"}
     del schema["properties"]["rigid"]["const"]
     return {
         **schema,
         "title": metal.name,
-        "description": f"{metal.description}; {left}.",
+        "description": f"{metal.description}; {remark}.",
         "required": [],
     }
 

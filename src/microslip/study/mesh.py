@@ -29,7 +29,7 @@ _ANY = Material(1.0, 0.0)  # stands for a body's own, which other tables of the 
 
 MeshName = Annotated[str, text('the name of a mesh such as "beam.msh"')]
 Names = Annotated[tuple[Line, ...], array('["left", "right"]', _MOST), AfterValidator(different)]
-Pair = Annotated[tuple[Line, Line], array('["left face", "right face"]', 2, least=2)]
+Pair = Annotated[tuple[Line, Line], array('["left face", "right face"]', 2, min_items=2)]
 Coordinate = Annotated[float, number("a finite number such as 1.0", lambda value: True, {})]
 
 
@@ -75,7 +75,8 @@ class MeshPart(Part):
         examples=['["7850 kg/m^3", "7850 kg/m^3", "4430 kg/m^3"]'],
     )
     along: (
-        Annotated[tuple[Coordinate, Coordinate, Coordinate], array("[1, 0, 0]", 3, least=3)] | None
+        Annotated[tuple[Coordinate, Coordinate, Coordinate], array("[1, 0, 0]", 3, min_items=3)]
+        | None
     ) = Field(
         default=None,
         description="Direction along the contacts; that in which they are longest unless "
@@ -90,16 +91,16 @@ class MeshPart(Part):
         from microslip.structures.reduction_patches import contact_frame
 
         for name in ("materials", "densities"):
-            given = getattr(self, name)
-            if given is not None and len(given) != len(self.bodies):
+            values = getattr(self, name)
+            if values is not None and len(values) != len(self.bodies):
                 raise KeyedError(
                     f"{KEY}.{name}",
-                    f"wanted one a body, {len(self.bodies)} of them, got {len(given)}",
+                    f"wanted one a body, {len(self.bodies)} of them, got {len(values)}",
                 )
-        wanted = f'wanted a unit such as "mm", got {show(self.unit)}'
+        refusal = f'wanted a unit such as "mm", got {show(self.unit)}'
         reading = info.context if isinstance(info.context, Reading) else Reading()
         try:
-            scale = factor_of(self.unit, LENGTH, wanted)
+            scale = factor_of(self.unit, LENGTH, refusal)
         except ValueError as error:
             raise KeyedError(f"{KEY}.unit", str(error)) from None
         try:
@@ -130,11 +131,11 @@ class MeshPart(Part):
         joint: MeshedJoint = self._joint
         return joint
 
-    def check_materials(self, known: Mapping[str, Any]) -> None:
+    def check_materials(self, materials: Mapping[str, Any]) -> None:
         """See that the study describes what the bodies are made of."""
         for item, name in enumerate(self.materials or (), start=1):
-            if name not in known:
-                raise KeyedError(f"{KEY}.materials, item {item}", unknown(name, known))
+            if name not in materials:
+                raise KeyedError(f"{KEY}.materials, item {item}", unknown(name, materials))
 
     def build(
         self, materials: Mapping[str, Material], usual: str, density: float | None, tension: Floats

@@ -31,8 +31,8 @@ def as_dict(metal: Metal) -> dict[str, Any]:
 def show_all(metals: Sequence[Metal], stream: TextIO) -> None:
     """Print the whole table."""
     out = Printer(stream)
-    found = [_document(source) for metal in metals for source in metal.sources.values()]
-    numbers = {document: n for n, document in enumerate(dict.fromkeys(found), start=1)}
+    documents = [_document(source) for metal in metals for source in metal.sources.values()]
+    numbers = {document: n for n, document in enumerate(dict.fromkeys(documents), start=1)}
     out.table(
         "",
         ["metal", *_KEYS.values(), "sources", "description"],

@@ -15,17 +15,17 @@ from microslip.study.part import Reading
 _KEYS = ("young_modulus", "poisson_ratio", "hardness")
 
 
-def with_metals(given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+def with_metals(tables: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
     """Complete the materials of a study by the table of metals."""
-    own = given.get("material", {})
-    if not isinstance(own, dict):
-        return given  # pydantic says so
-    structure = given.get("structure")
-    material = dict(own)
+    entries = tables.get("material", {})
+    if not isinstance(entries, dict):
+        return tables  # pydantic says so
+    structure = tables.get("structure")
+    material = dict(entries)
     named = [
         name
         for table in (
-            given.get("surface"),
+            tables.get("surface"),
             structure.get("mesh") if isinstance(structure, dict) else None,
         )
         if isinstance(table, dict) and isinstance(table.get("materials"), (list, tuple))
@@ -42,36 +42,38 @@ def with_metals(given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
             material[name] = _completed(entry, metal, notes, name)
     if isinstance(info.context, Reading):
         info.context.notes.extend(notes)
-    return {**given, "material": material}
+    return {**tables, "material": material}
 
 
 def _completed(entry: dict[str, Any], metal: Metal, notes: list[str], name: str) -> dict[str, Any]:
     """An entry with what it leaves to the table; the text says the very same double."""
-    entry, taken = dict(entry), []
+    entry, additions = dict(entry), []
     for key in _KEYS:
         value = getattr(metal, key)
         if key not in entry and value is not None:
             plain = key == "poisson_ratio"
             entry[key] = value if plain else f"{value!r} Pa"
-            shown = f"{value:g}" if plain else engineering(value, "Pa", 4, trim=True)
-            taken.append(f"{key} {shown} ({metal.sources[key]})")
-    if taken:
+            text = f"{value:g}" if plain else engineering(value, "Pa", 4, trim=True)
+            additions.append(f"{key} {text} ({metal.sources[key]})")
+    if additions:
         called = "" if name == metal.name else f', as "{metal.name}"'
         notes.append(
-            f"material.{name} is taken from the table of metals{called}: {'; '.join(taken)}."
+            f"material.{name} is taken from the table of metals{called}: {'; '.join(additions)}."
         )
     return entry
 
 
-def unknown(name: str, own: Iterable[str]) -> str:
+def unknown(name: str, described: Iterable[str]) -> str:
     """What to say of a body that is neither a material of the study nor a metal of the table."""
-    own = [other for other in own if metal_called(other) is None]
+    described = [candidate for candidate in described if metal_called(candidate) is None]
     table = 'a metal of the table (see "microslip materials")'
-    if own:
-        wanted = f"{quoted(own)}, the materials of this file, or {table}"
+    if described:
+        choices = f"{quoted(described)}, the materials of this file, or {table}"
     else:
-        wanted = f"{table} or one described by [material.{shorten(name, 40)}]"
+        choices = f"{table} or one described by [material.{shorten(name, 40)}]"
     # A part of a name, such as "4340", may be too short to be like all of it.
     parts = [metal for metal in metals() if len(name) > 2 and name.casefold() in metal]
-    hint = did_you_mean(name, [*own, *metals()]) or did_you_mean(parts[0] if parts else "", parts)
-    return f"wanted {wanted}, got {show(name)}{hint}"
+    hint = did_you_mean(name, [*described, *metals()]) or did_you_mean(
+        parts[0] if parts else "", parts
+    )
+    return f"wanted {choices}, got {show(name)}{hint}"

@@ -46,11 +46,13 @@ class MeasuredPart(Part):
         description="Column of the damping ratios, in percent where its header says so.",
         examples=['"damping_ratio"'],
     )
-    band: Annotated[tuple[Hertz, Hertz], array('["150 Hz", "220 Hz"]', 2, least=2)] | None = Field(
-        default=None,
-        description="Frequencies between which the mode of a ring-down lies, where others ring "
-        "with it.",
-        examples=['["150 Hz", "220 Hz"]'],
+    band: Annotated[tuple[Hertz, Hertz], array('["150 Hz", "220 Hz"]', 2, min_items=2)] | None = (
+        Field(
+            default=None,
+            description="Frequencies between which the mode of a ring-down lies, where others ring "
+            "with it.",
+            examples=['["150 Hz", "220 Hz"]'],
+        )
     )
     mode: Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)] | None = Field(
         default=None,
@@ -112,8 +114,8 @@ class MeasuredPart(Part):
         return self._table
 
 
-def _listed(given: object) -> object:
-    return [given] if isinstance(given, (dict, MeasuredPart)) else given
+def _listed(raw_value: object) -> object:
+    return [raw_value] if isinstance(raw_value, (dict, MeasuredPart)) else raw_value
 
 
 Tests = Annotated[

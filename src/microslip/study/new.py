@@ -149,13 +149,10 @@ def template(law: str = "greenwood-williamson", name: str = "joint.toml", hint: 
         raise StudyError(f"law: wanted {quoted(LAWS)}, got {show(law)}{near}")
     keys = ("light", "heavy", "force", "spring", "small", "middle", "large")
     numbers = dict(zip(keys, _NUMBERS[law], strict=True))
-    most = _TIGHTENED.get(law)
-    numbers["tightened"] = (
-        f'tightening_load = "{most}"  # largest load it has carried: summits have yielded, by the '
-        "hardness\n"
-        if most
-        else ""
-    )
+    numbers["tightened"] = ""
+    if load := _TIGHTENED.get(law):
+        remark = "largest load it has carried: summits have yielded, by the hardness"
+        numbers["tightened"] = f'tightening_load = "{load}"  # {remark}\n'
     stem = Path(name).stem
     title = stem if 0 < len(stem) <= 200 and stem.isprintable() else "A joint"
     # A basic string of TOML is written as one of JSON.

@@ -55,7 +55,7 @@ def apply(
     """Replace keys of a study."""
     if not isinstance(overrides, (list, tuple)):
         raise StudyError(f"overrides: wanted a list such as ['{_EXAMPLE}'], got {show(overrides)}")
-    changes = [_read(given) for given in overrides]
+    changes = [_read(override) for override in overrides]
     data = copy.deepcopy(data)
     for change in changes:
         _put(data, change)
@@ -66,12 +66,12 @@ FILE_KEYS = ("file", "scan", "identification")
 """Keys whose text names a file or a folder."""
 
 
-def moved(text: str, folder: Path, other: Path) -> str:
+def moved(text: str, folder: Path, new_folder: Path) -> str:
     """Name the files that a study uses as they are seen from another folder."""
     data = tomllib.loads(text)
 
     def seen(name: str) -> str:
-        return name if Path(name).is_absolute() else seen_from(other, folder / name)
+        return name if Path(name).is_absolute() else seen_from(new_folder, folder / name)
 
     changes = [Override("", path, names) for path, names in _files(data, seen)]
     for change in changes:
@@ -80,15 +80,15 @@ def moved(text: str, folder: Path, other: Path) -> str:
 
 
 def _files(
-    node: dict[str, Any], seen: Callable[[str], str], above: tuple[str, ...] = ()
+    node: dict[str, Any], relocated: Callable[[str], str], above: tuple[str, ...] = ()
 ) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Keys that name files, and what they hold seen from elsewhere; lists of tables as a whole."""
     for key, value in node.items():
         if isinstance(value, dict):
-            yield from _files(value, seen, (*above, key))
+            yield from _files(value, relocated, (*above, key))
         elif isinstance(value, list) and any(isinstance(item, dict) for item in value):
             items = [
-                item | {name[0]: told for name, told in _files(item, seen)}
+                item | {name[0]: file for name, file in _files(item, relocated)}
                 if isinstance(item, dict)
                 else item
                 for item in value
@@ -96,11 +96,11 @@ def _files(
             if items != value:
                 yield (*above, key), items
         elif key in FILE_KEYS and isinstance(value, str):
-            yield (*above, key), seen(value)
+            yield (*above, key), relocated(value)
         elif (
             key in FILE_KEYS and isinstance(value, list) and all(isinstance(v, str) for v in value)
         ):
-            yield (*above, key), [seen(name) for name in value]
+            yield (*above, key), [relocated(name) for name in value]
 
 
 def dotted(path: Sequence[str]) -> str:
@@ -108,28 +108,28 @@ def dotted(path: Sequence[str]) -> str:
     return ".".join(shorten(word, 40) for word in path)
 
 
-def _read(given: object) -> Override:
+def _read(text: object) -> Override:
     """An override from its text."""
-    if not isinstance(given, str):
-        raise StudyError(f"override: wanted a text such as '{_EXAMPLE}', got {show(given)}")
-    key, equals, value = given.partition("=")
+    if not isinstance(text, str):
+        raise StudyError(f"override: wanted a text such as '{_EXAMPLE}', got {show(text)}")
+    key, equals, value = text.partition("=")
     if not equals:
-        raise _wrong(given, f"wanted KEY=VALUE such as {_EXAMPLE}")
+        raise _wrong(text, f"wanted KEY=VALUE such as {_EXAMPLE}")
     if not value.strip():
-        raise _wrong(given, f"no value; wanted KEY=VALUE such as {_EXAMPLE}")
-    path = _path(given, key)
-    return Override(given, path, _value(given, value.strip()), dotted(path))
+        raise _wrong(text, f"no value; wanted KEY=VALUE such as {_EXAMPLE}")
+    path = _path(text, key)
+    return Override(text, path, _value(text, value.strip()), dotted(path))
 
 
-def _wrong(given: str, message: str) -> StudyError:
-    return StudyError(f'override "{shorten(given, 80)}": {message}')
+def _wrong(text: str, message: str) -> StudyError:
+    return StudyError(f'override "{shorten(text, 80)}": {message}')
 
 
-def _path(given: str, key: str) -> tuple[str, ...]:
+def _path(text: str, key: str) -> tuple[str, ...]:
     if "[" in key:
-        raise _wrong(given, f"no item of a list can be set; give all of the list, {_LISTS}")
+        raise _wrong(text, f"no item of a list can be set; give all of the list, {_LISTS}")
     if is_too_deep(key):
-        raise _wrong(given, f"a key of more than {MAX_DEPTH} levels")
+        raise _wrong(text, f"a key of more than {MAX_DEPTH} levels")
     try:
         node: Any = {} if "\n" in key or "#" in key else tomllib.loads(f"{key} = 0")
     except (ValueError, RecursionError):
@@ -140,21 +140,21 @@ def _path(given: str, key: str) -> tuple[str, ...]:
         path.append(word)
     if node != 0 or not path:
         example = 'a key such as joint.normal_load before "="'
-        raise _wrong(given, f"wanted {example}, got {show(key.strip())}")
+        raise _wrong(text, f"wanted {example}, got {show(key.strip())}")
     return tuple(path)
 
 
-def _value(given: str, text: str) -> Any:
+def _value(override: str, text: str) -> Any:
     """TOML, or the text itself: a shell takes quotes away."""
     try:
-        found = tomllib.loads(f"value = {text}")
+        parsed = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):
-        found = {}
-    if found.keys() == {"value"}:
-        return found["value"]
+        parsed = {}
+    if parsed.keys() == {"value"}:
+        return parsed["value"]
     if text[0] in "[{\"'":
         quoted = "in a shell put single quotes around all of it"
-        raise _wrong(given, f"its value is not TOML; {quoted}, {_LISTS.replace('such as ', '')}")
+        raise _wrong(override, f"its value is not TOML; {quoted}, {_LISTS.replace('such as ', '')}")
     return text
 
 
@@ -199,10 +199,10 @@ def _canonical(data: dict[str, Any]) -> str:
     return json.dumps(data, sort_keys=True, default=str)
 
 
-def dump(given: dict[str, Any]) -> str:
+def dump(study: dict[str, Any]) -> str:
     """What a study was given, as TOML."""
-    plain = {key: value for key, value in given.items() if not isinstance(value, dict)}
-    tables = {(key,): value for key, value in given.items() if isinstance(value, dict)}
+    plain = {key: value for key, value in study.items() if not isinstance(value, dict)}
+    tables = {(key,): value for key, value in study.items() if isinstance(value, dict)}
     blocks = [_lines(plain)] if plain else []
     for path, table in tables.items():
         # Such as [material.steel] of material.

@@ -117,9 +117,9 @@ def can_be_described(kind: type) -> bool:
     """Whether all that a class needs are parameters that it says."""
     if not dataclasses.is_dataclass(kind) or not parameters_of(kind):
         return False
-    said = {item.name for item in parameters_of(kind)}
+    names = {item.name for item in parameters_of(kind)}
     return all(
-        item.name in said
+        item.name in names
         for item in dataclasses.fields(kind)
         if item.init
         and item.default is dataclasses.MISSING
@@ -133,11 +133,14 @@ def table_of(
     where: str,
     module: str,
     base: type[Described] = DescribedAlone,
-    more: Mapping[str, Any] = MappingProxyType({}),
+    extra_fields: Mapping[str, Any] = MappingProxyType({}),
 ) -> type[Any]:
     """The table of a study for a class."""
     meaning = (kind.__doc__ or kind.__name__).split("\n")[0]
-    fields: dict[str, Any] = {tag: (Literal[key_of(kind)], Field(description=meaning)), **more}
+    fields: dict[str, Any] = {
+        tag: (Literal[key_of(kind)], Field(description=meaning)),
+        **extra_fields,
+    }
     for parameter in parameters_of(kind):
         option = option_of(parameter)
         fields[option.name] = (
@@ -158,7 +161,7 @@ def _many(option: Option, where: str) -> tuple[Any, Any]:
     example = f'["{option.example}"]'
     lists = tuple[item, ...]
     read = FromFile(option.kind, f"{where}.{option.name}", option.sign)
-    said = Field(
+    info = Field(
         description=f"{option.help[:-1]}: a list or a column of a CSV file.", examples=[example]
     )
-    return Annotated[lists, array(example, MAX_VALUES), read], said
+    return Annotated[lists, array(example, MAX_VALUES), read], info

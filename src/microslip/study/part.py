@@ -53,24 +53,24 @@ class Check(NamedTuple):
         return core_schema.no_info_before_validator_function(self.check, handler(source))
 
 
-def key(option: Option, *more: Any, **changes: Any) -> Any:
+def key(option: Option, *checks: Any, **changes: Any) -> Any:
     """Key of a study for an option: its reading, default, description, example and schema."""
-    given: dict[str, Any] = {"description": option.help}
+    settings: dict[str, Any] = {"description": option.help}
     if not option.required:
-        given["default"] = option.default
+        settings["default"] = option.default
     if option.written:
-        given["examples"] = [option.written]
-    info = Field(**{**given, **changes})
+        settings["examples"] = [option.written]
+    info = Field(**{**settings, **changes})
     # Of several checks the last one comes first.
-    info.metadata.extend([Check(_or_default(option), lambda _: option.schema()), *more])
+    info.metadata.extend([Check(_or_default(option), lambda _: option.schema()), *checks])
     return info
 
 
 def _or_default(option: Option) -> Callable[[object], object]:
     """Reads a value; None, which only Python can give, is the default."""
 
-    def read(given: object) -> object:
-        return None if given is None and option.default is None else option.read(given)
+    def read(raw_value: object) -> object:
+        return None if raw_value is None and option.default is None else option.read(raw_value)
 
     return read
 

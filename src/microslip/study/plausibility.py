@@ -79,8 +79,8 @@ def _question(key: str, value: float, usual: Usual) -> str | None:
 
     # A slip of a prefix, or of the decimal point, most of all.
     factors = (1e3, 1e-3, 1e6, 1e-6) if usual.unit not in ("", "1/m^2") else (0.01, 0.1, 1e6, 1e-6)
-    meant = next((f * value for f in factors if usual.low <= f * value <= usual.high), None)
-    guess = "" if meant is None else f" Was {said(meant)} meant?"
+    likely = next((f * value for f in factors if usual.low <= f * value <= usual.high), None)
+    guess = "" if likely is None else f" Was {said(likely)} meant?"
     return (
         f"{key}: is it really {said(value)}? Usual is {said(usual.low)} to {said(usual.high)} "
         f"({usual.of}).{guess}"

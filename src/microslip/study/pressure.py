@@ -88,11 +88,11 @@ class _Round(PressurePart):
 
     def spread(self, rings: int = RINGS) -> Pressure:
         """The distribution."""
-        more = {} if self.kind == "annulus" else {"rings": rings}
-        made: Pressure = getattr(Pressure, self.kind)(
-            self.outer, self.inner or 0.0, count=self.count, **more
+        options = {} if self.kind == "annulus" else {"rings": rings}
+        pressure: Pressure = getattr(Pressure, self.kind)(
+            self.outer, self.inner or 0.0, count=self.count, **options
         )
-        return made
+        return pressure
 
 
 class ConePressure(_Round):
@@ -215,7 +215,7 @@ class BoltPressure(PressurePart):
         bolt = BOLTS[self.size]
         ruled = self.thread_friction is not None or self.bearing_friction is not None
         default = None if ruled else 0.2
-        made = Bolts(
+        bolts = Bolts(
             positions=[0.0],
             shank=bolt.diameter,
             hole=self.hole or bolt.hole,
@@ -227,7 +227,7 @@ class BoltPressure(PressurePart):
             thread_friction=self.thread_friction,
             bearing_friction=self.bearing_friction,
         )
-        return float(made.tension[0])
+        return float(bolts.tension[0])
 
     @property
     def load(self) -> float | None:

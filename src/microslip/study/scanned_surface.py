@@ -53,10 +53,10 @@ NO_CUTOFF = "none: the pixel decides"
 """What stands wherever a cut-off would, if there is none."""
 
 
-def _channel(given: object) -> object:
-    if isinstance(given, bool) or not isinstance(given, (str, int)) or given == "":
-        raise ValueError(f'wanted a channel such as "Topography" or 0, got {show(given)}')
-    return given
+def _channel(raw_value: object) -> object:
+    if isinstance(raw_value, bool) or not isinstance(raw_value, (str, int)) or raw_value == "":
+        raise ValueError(f'wanted a channel such as "Topography" or 0, got {show(raw_value)}')
+    return raw_value
 
 
 ScanName = Annotated[str, text('the name of a scan such as "ground.plu"')]
@@ -155,8 +155,8 @@ class ScanSurface(Part):
                 f'wanted none beside estimate = "{PERSSON}", which knows no summits, got '
                 f"{show(self.heights)}",
             )
-        wanted = ("counted", "gaussian", "watershed")
-        if self.direction is not None and wanted != (self.estimate, self.heights, self.method):
+        elliptic = ("counted", "gaussian", "watershed")
+        if self.direction is not None and elliptic != (self.estimate, self.heights, self.method):
             raise KeyedError(
                 "surface.direction",
                 'wanted only beside estimate = "counted", heights = "gaussian" and method = '
@@ -286,8 +286,8 @@ class ScanSurface(Part):
 
     def summary(self) -> dict[str, Any]:
         """What was found in the scan, in SI units: what summary.json says of it."""
-        found = None if self.read_scan.is_profile else self.summits
-        scan = self.profile if found is None else found.scan
+        summits = None if self.read_scan.is_profile else self.summits
+        scan = self.profile if summits is None else summits.scan
         return {
             "name": scan.name,
             "cutoff": self.cutoff,
@@ -295,13 +295,13 @@ class ScanSurface(Part):
             "estimate": self.estimate,
             "direction": self.direction,
             "heights": self.heights,
-            "count": None if found is None else found.count,
-            "area": None if found is None else scan.area,
+            "count": None if summits is None else summits.count,
+            "area": None if summits is None else scan.area,
             **{
                 name: None if part is None else asdict(part)
                 for name, part in self._estimates().items()
             },
-            "notes": list(scan.notes if found is None else found.notes),
+            "notes": list(scan.notes if summits is None else summits.notes),
         }
 
     def _of_profile(self) -> SummitStatistics:
@@ -329,19 +329,19 @@ class ScanSurface(Part):
         name = shorten(Path(self.scan).name, 100)
         part = self._estimates().get("counted" if self.estimate == "population" else self.estimate)
         if self.estimate == PERSSON:
-            what = "the power spectrum by Persson's theory, of contacts that feel each other"
-            return [f"surface.scan: {name}, {self._said()}: {what}. The cut-off decides it."]
-        what = "" if part is None else f" {part}"
-        apart = {
+            parameters = "the power spectrum by Persson's theory, of contacts that feel each other"
+            return [f"surface.scan: {name}, {self._said()}: {parameters}. The cut-off decides it."]
+        parameters = "" if part is None else f" {part}"
+        remark = {
             "table": ", heights by the density of those counted",
             "discrete": ", heights as they were counted",
             "population": ", each summit by itself",
         }.get("population" if self.is_population else self.heights, "")
         if self.direction is not None:
-            apart = (
+            remark = (
                 f", elliptic, moved at {math.degrees(self.direction):.4g}° from the x of the scan"
             )
         if self.read_scan.is_profile:
-            apart = ", as if the profile were of an isotropic Gaussian surface"
-        told = f"{name}, {self._said()}:{what}{apart}"
-        return [f"surface.scan: {told}. The cut-off decides these numbers."]
+            remark = ", as if the profile were of an isotropic Gaussian surface"
+        sentence = f"{name}, {self._said()}:{parameters}{remark}"
+        return [f"surface.scan: {sentence}. The cut-off decides these numbers."]

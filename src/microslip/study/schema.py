@@ -172,9 +172,9 @@ class History(Column):
         except ValueError as error:
             raise KeyedError(key, str(error)) from None
 
-    def _read_loads(self, given: LoadColumn, info: ValidationInfo) -> tuple[float, ...]:
+    def _read_loads(self, column: LoadColumn, info: ValidationInfo) -> tuple[float, ...]:
         key = "excitation.history.normal_load"
-        loads = self._beside(given.column, given.unit, FORCE, key, info)
+        loads = self._beside(column.column, column.unit, FORCE, key, info)
         for row, load in enumerate(loads, start=1):
             if load < 0.0:
                 raise KeyedError(
@@ -330,5 +330,9 @@ class StudyTables(Part):
 
     @model_validator(mode="before")
     @classmethod
-    def _metals(cls, given: Any, info: ValidationInfo) -> Any:
-        return with_followers(with_metals(given, info)) if isinstance(given, dict) else given
+    def _metals(cls, raw_value: Any, info: ValidationInfo) -> Any:
+        return (
+            with_followers(with_metals(raw_value, info))
+            if isinstance(raw_value, dict)
+            else raw_value
+        )

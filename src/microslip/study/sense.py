@@ -92,11 +92,11 @@ def _spread(study: StudyTables) -> None:
             f"wanted one within the area of the surface, {1e4 * area:.6g} cm^2, got one on "
             f"{1e4 * pressed:.6g} cm^2",
         )
-    for key, given in (
+    for key, value in (
         (VARIATION, study.excitation.load_variation),
         (RECORDED, study.excitation.history and study.excitation.history.normal_load),
     ):
-        if given is not None:
+        if value is not None:
             raise KeyedError(key, "wanted none beside joint.pressure, which is at constant load")
 
 
@@ -112,9 +112,9 @@ def _uncertain(study: StudyTables) -> None:
     if part.identification is not None:
         if not isinstance(study.joint, Joint):
             raise KeyedError("uncertainty.identification", "wanted only for an interface")
-        told = ("joint.friction_coefficient", "surface.heights", "surface.density")
+        fitted = ("joint.friction_coefficient", "surface.heights", "surface.density")
         for key in names:
-            if key.startswith(told):
+            if key.startswith(fitted):
                 raise KeyedError(key, "wanted a number: uncertainty.identification says how far "
                                       "it is known")  # fmt: skip
     if not names and part.scan_patches is None and part.identification is None:
@@ -177,8 +177,8 @@ def _most(study: StudyTables) -> tuple[float, str, str] | None:
         return tightening, words, "raise joint.tightening_load (above it the summits yield again)"
     if not isinstance(study.surface, TableSurface):
         return None
-    most = study.surface.load[0]
-    return most, f"the first load of the table, {_force(most)}", "begin the table higher"
+    load = study.surface.load[0]
+    return load, f"the first load of the table, {_force(load)}", "begin the table higher"
 
 
 def _loads(study: StudyTables, loads: Sequence[float]) -> None:
@@ -187,10 +187,10 @@ def _loads(study: StudyTables, loads: Sequence[float]) -> None:
     for index, load in enumerate(loads, start=1):
         if limit is not None and load > limit[0]:
             item = f", item {index}" if len(loads) > 1 else ""
-            more = f"; {limit[2]}" if study.joint.tightening_load is not None else ""
+            remedy = f"; {limit[2]}" if study.joint.tightening_load is not None else ""
             raise KeyedError(
                 f"joint.normal_load{item}",
-                f"wanted at most {limit[1]}, got {_force(load)}{more}",
+                f"wanted at most {limit[1]}, got {_force(load)}{remedy}",
             )
 
 
@@ -208,12 +208,12 @@ def _variation(study: StudyTables, normal_loads: Sequence[float]) -> None:
     limit = _most(study)
     if limit is None:
         return
-    most, table, remedy = limit
+    largest, table, remedy = limit
     if variation is not None:
         load = max(normal_loads)
         share = variation.share_of(load)
-        if load * (1.0 + share) > most:
-            room = math.floor(1000.0 * (most / load - 1.0)) / 1000.0
+        if load * (1.0 + share) > largest:
+            room = math.floor(1000.0 * (largest / load - 1.0)) / 1000.0
             name = "share" if variation.amplitude is None else "amplitude"
             size = f"{room:g}" if name == "share" else f'"{_force(room * load)}"'
             lower = f"{name} = {size} or less" if room > 0.0 else "a lower joint.normal_load"
@@ -224,7 +224,7 @@ def _variation(study: StudyTables, normal_loads: Sequence[float]) -> None:
             )
     history = study.excitation.history
     if history is not None and (loads := history.loads) is not None:
-        beyond = np.flatnonzero(loads > most)
+        beyond = np.flatnonzero(loads > largest)
         if beyond.size:
             row = int(beyond[0])
             raise KeyedError(
@@ -239,22 +239,22 @@ def lifting(study: StudyTables, lightest: float) -> None:
     variation, history = study.excitation.load_variation, study.excitation.history
     if variation is not None and variation.share_of(lightest) == 1.0:
         if variation.amplitude is None:
-            name, most, got = "share", "1, such as 0.99", "1"
+            name, bound, value = "share", "1, such as 0.99", "1"
         else:
-            name, most = "amplitude", f"the normal load {_force(lightest)}"
-            got = _force(variation.amplitude)
+            name, bound = "amplitude", f"the normal load {_force(lightest)}"
+            value = _force(variation.amplitude)
         raise KeyedError(
             f"{VARIATION}.{name}",
-            f"wanted less than {most}, got {got}: the load {_force(lightest)} would go down to 0 N "
-            f"({_NO_END})",
+            f"wanted less than {bound}, got {value}: the load {_force(lightest)} would go down to "
+            f"0 N ({_NO_END})",
         )
     if history is not None and (loads := history.loads) is not None:
-        none = np.flatnonzero(loads == 0.0)
-        if none.size:
+        zeros = np.flatnonzero(loads == 0.0)
+        if zeros.size:
             raise KeyedError(
                 RECORDED,
                 f"{shorten(history.file, 100)}: wanted loads above zero, got 0 N in row "
-                f"{int(none[0]) + 1} of the numbers ({_NO_END})",
+                f"{int(zeros[0]) + 1} of the numbers ({_NO_END})",
             )
 
 
@@ -300,15 +300,15 @@ def _amount(study: StudyTables) -> None:
     loops = loads * len(excitation.amplitudes or excitation.force_amplitudes or ())
     points = loads * (excitation.curve.points if excitation.curve else 0)
     samples = loads * (len(excitation.history.values) if excitation.history else 0)
-    for where, what, most, got, times in (
+    for where, noun, limit, count, times in (
         (key, "loops", MAX_LOOPS, loops, "amplitudes"),
         ("curve.points", "points in all", MAX_POINTS, points, "points"),
         ("history", "samples in all", MAX_SAMPLES, samples, "rows"),
     ):
-        if got > most:
+        if count > limit:
             raise KeyedError(
                 f"excitation.{where}",
-                f"wanted at most {most} {what}, got {got} (loads times {times})",
+                f"wanted at most {limit} {noun}, got {count} (loads times {times})",
             )
 
 

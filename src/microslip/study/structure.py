@@ -126,7 +126,7 @@ class BoltsPart(Part):
 class SensorPart(Part):
     """Where amplitudes are meant, as a test's sensor shows them."""
 
-    at: Annotated[tuple[Place, Place, Place], array('["0.36 m", "0 m", "0 m"]', 3, least=3)] = (
+    at: Annotated[tuple[Place, Place, Place], array('["0.36 m", "0 m", "0 m"]', 3, min_items=3)] = (
         Field(
             description="Its place from the middle of the lap: along, across, upwards.",
             examples=['["0.36 m", "0 m", "0 m"]'],
@@ -212,7 +212,7 @@ class StructurePart(Part):
     bolts: BoltsPart = Field(description="The bolts.", examples=[""])
     patches: Annotated[
         tuple[Annotated[int, whole("a whole number from 1 to 100", 1, 100)], ...],
-        array("[15, 2]", 2, least=2),
+        array("[15, 2]", 2, min_items=2),
     ] = Field(default=(15, 2), description="Contact patches along and across the lap.")
     element_size: PlainSize | None = Field(
         default=None,
@@ -316,8 +316,8 @@ class StructurePart(Part):
         from microslip.structures.bolts import TIGHTENING, tensions
 
         count = len(self.bolts.positions or () if self.mesh is None else self.mesh.bolts)
-        given = {name: getattr(self.bolts, name) for name in TIGHTENING}
-        return tensions(count, **given, bearing=self.bolts.bearing)
+        tightening = {name: getattr(self.bolts, name) for name in TIGHTENING}
+        return tensions(count, **tightening, bearing=self.bolts.bearing)
 
     @property
     def face_area(self) -> float:
@@ -380,7 +380,7 @@ class StructurePart(Part):
         """The lap joint of the drawing, where there is no mesh."""
         from microslip.structures import Bolts, LapJoint
 
-        given: dict[str, Any] = {
+        sizes: dict[str, Any] = {
             name: getattr(self.bolts, name)
             for name in type(self.bolts).model_fields
             if name not in ("positions", "across")
@@ -388,9 +388,9 @@ class StructurePart(Part):
         places: Any = self.bolts.positions
         if self.bolts.across is not None:
             places = np.stack([places, self.bolts.across], axis=1)
-        bolts = Bolts(places, **{k: v for k, v in given.items() if v is not None})
-        given = {name: getattr(self, name) for name in _DRAWN}
-        return LapJoint(**given, bolts=bolts, style=self.style)
+        bolts = Bolts(places, **{k: v for k, v in sizes.items() if v is not None})
+        sizes = {name: getattr(self, name) for name in _DRAWN}
+        return LapJoint(**sizes, bolts=bolts, style=self.style)
 
 
 _DRAWN = ("length", "width", "thickness", "lap")

@@ -103,10 +103,10 @@ class DescribedSurface(Described, Surface):
 
     def build(self, pair: MaterialPair) -> NormalLaw:
         """Normal law of the surface."""
-        given = self.values()
+        values = self.values()
         if "heights" in type(self).model_fields:
-            given["heights"] = self.heights.build()  # type: ignore[attr-defined]
-        law: NormalLaw = self.describes(pair, **given)
+            values["heights"] = self.heights.build()  # type: ignore[attr-defined]
+        law: NormalLaw = self.describes(pair, **values)
         return law
 
 
@@ -125,11 +125,11 @@ class PopulationSurface(Surface):
 
     @model_validator(mode="after")
     def _radii_match(self) -> Self:
-        wanted, got = len(self.heights.values), len(self.radius)
-        if got not in (1, wanted):
+        heights, radii = len(self.heights.values), len(self.radius)
+        if radii not in (1, heights):
             raise KeyedError(
                 "surface.radius",
-                f"wanted one radius, or one for each of the {wanted} heights, got {got}",
+                f"wanted one radius, or one for each of the {heights} heights, got {radii}",
             )
         return self
 
@@ -243,7 +243,7 @@ class SpectralSurface(Surface):
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:
         spectrum = ("wavenumber", "spectrum")
-        needed, other = (
+        needed, excluded = (
             (spectrum, _SELF_AFFINE)
             if self.wavenumber is not None or self.spectrum is not None
             else (("rms", "hurst", "longest", "shortest"), spectrum)
@@ -255,7 +255,7 @@ class SpectralSurface(Surface):
                     "missing; a spectrum is wavenumber and spectrum, or rms, hurst, longest and "
                     "shortest",
                 )
-        for name in other:
+        for name in excluded:
             if getattr(self, name) is not None:
                 raise KeyedError(
                     f"surface.{name}", "wanted none beside wavenumber and spectrum; remove it"
@@ -272,9 +272,9 @@ class SpectralSurface(Surface):
         if self.wavenumber is not None:
             rings = PerssonCurve.Rings(np.array(self.wavenumber), np.array(self.spectrum))
             return PerssonCurve.from_spectrum(rings, pair, self.area)
-        given = {name: getattr(self, name) for name in _SELF_AFFINE}
-        given["roll_off"] = given["roll_off"] or given["longest"]
-        return PerssonCurve.self_affine(pair, **given, area=self.area)
+        sizes = {name: getattr(self, name) for name in _SELF_AFFINE}
+        sizes["roll_off"] = sizes["roll_off"] or sizes["longest"]
+        return PerssonCurve.self_affine(pair, **sizes, area=self.area)
 
     def build(self, pair: MaterialPair) -> NormalLaw:
         """Persson's law of the spectrum."""
@@ -296,8 +296,8 @@ _HEIGHTS = Field(
 def _described(kind: type) -> type[Part]:
     """Table of a surface that says its parameters, beside materials and maybe heights."""
     has_heights = "heights" in {item.name for item in dataclasses.fields(kind)}
-    more = {"heights": (AnyHeights, _HEIGHTS)} if has_heights else {}
-    return table_of(kind, "law", "surface", __name__, DescribedSurface, more)
+    extra_fields = {"heights": (AnyHeights, _HEIGHTS)} if has_heights else {}
+    return table_of(kind, "law", "surface", __name__, DescribedSurface, extra_fields)
 
 
 SURFACE_TABLES: dict[str, type[Any]] = {
@@ -314,9 +314,9 @@ SURFACE_TABLES: dict[str, type[Any]] = {
 """Tables of all exported normal laws by their name, and those of measured or drawn faces."""
 
 
-def _material_tag(given: Any) -> str:
-    rigid = isinstance(given, dict) and given.get("rigid", False) is not False
-    return "rigid" if rigid or isinstance(given, Rigid) else "elastic"
+def _material_tag(raw_value: Any) -> str:
+    rigid = isinstance(raw_value, dict) and raw_value.get("rigid", False) is not False
+    return "rigid" if rigid or isinstance(raw_value, Rigid) else "elastic"
 
 
 AnyMaterial = Annotated[

@@ -9,21 +9,21 @@ from microslip._core.files import reason
 from microslip._core.wording import did_you_mean, shorten
 
 
-def read_text(path: Path, wanted: str, most: int, missing: str = "no such file") -> str:
+def read_text(path: Path, noun: str, limit: int, missing: str = "no such file") -> str:
     """Read a file of UTF-8 text."""
     try:
         with path.open("rb") as file:
-            content = file.read(most + 1)
+            content = file.read(limit + 1)
     except FileNotFoundError:
         raise ValueError(f"{missing}{_near(path)}") from None
     except IsADirectoryError:
-        raise ValueError(f"wanted {wanted} file, got a folder") from None
+        raise ValueError(f"wanted {noun} file, got a folder") from None
     except (OSError, ValueError) as error:
         if os.path.isdir(path):  # noqa: PTH112 - Windows says "permission denied"; never raises
-            raise ValueError(f"wanted {wanted} file, got a folder") from None
+            raise ValueError(f"wanted {noun} file, got a folder") from None
         raise ValueError(f"cannot be read: {reason(error)}") from None
-    if len(content) > most:
-        raise ValueError(f"wanted {wanted} of at most {most // 1_000_000} MB")
+    if len(content) > limit:
+        raise ValueError(f"wanted {noun} of at most {limit // 1_000_000} MB")
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise ValueError("not UTF-8 text (it is UTF-16); save the file as UTF-8")
     try:

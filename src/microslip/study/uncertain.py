@@ -103,46 +103,46 @@ class Uncertain(NamedTuple):
     ) -> CoreSchema:
         return core_schema.no_info_wrap_validator_function(self._read, handler(source))
 
-    def _read(self, given: object, inner: Callable[[object], Any]) -> Any:
-        if isinstance(given, Spread):
-            return given
-        if isinstance(given, Followed):
-            found = self._read(given.source, inner)
-            if isinstance(found, Spread):
-                return found.following(given.key, given.factor)
-            return given.factor * found
-        if not isinstance(given, dict):
-            return inner(given)
+    def _read(self, raw_value: object, inner: Callable[[object], Any]) -> Any:
+        if isinstance(raw_value, Spread):
+            return raw_value
+        if isinstance(raw_value, Followed):
+            value = self._read(raw_value.source, inner)
+            if isinstance(value, Spread):
+                return value.following(raw_value.key, raw_value.factor)
+            return raw_value.factor * value
+        if not isinstance(raw_value, dict):
+            return inner(raw_value)
         for form in _FORMS:
-            if set(given) == set(form):
-                return self._spread(given, inner)
-        known = ["low", "high", "mean", "cv", "values", "distribution", "of", "factor"]
-        odd = next((key for key in given if key not in known), None)
-        hint = did_you_mean(str(odd), known) if odd is not None else ""
+            if set(raw_value) == set(form):
+                return self._spread(raw_value, inner)
+        keys = ["low", "high", "mean", "cv", "values", "distribution", "of", "factor"]
+        odd = next((key for key in raw_value if key not in keys), None)
+        hint = did_you_mean(str(odd), keys) if odd is not None else ""
         raise ValueError(
             f"wanted a value such as {self.example}, {{ low = …, high = … }}, "
             f'{{ mean = …, cv = … }}, {{ values = [ … ] }} or {{ of = "key", factor = … }}, '
-            f"got a table with {quoted(map(str, given), 'and')}{hint}"
-            if given
+            f"got a table with {quoted(map(str, raw_value), 'and')}{hint}"
+            if raw_value
             else f"wanted a value such as {self.example}, got an empty table"
         )
 
-    def _spread(self, given: dict[str, object], inner: Callable[[object], Any]) -> Spread:
-        if "values" in given:
-            values = given["values"]
+    def _spread(self, table: dict[str, object], inner: Callable[[object], Any]) -> Spread:
+        if "values" in table:
+            values = table["values"]
             if not isinstance(values, list) or not 2 <= len(values) <= _MOST_VALUES:
                 raise ValueError(f"wanted two values or more in a list, got {show(values)}")
             return Spread.among([inner(value) for value in values])
-        if "mean" in given:
-            return self._about(given, inner)
-        low, high = inner(given["low"]), inner(given["high"])
+        if "mean" in table:
+            return self._about(table, inner)
+        low, high = inner(table["low"]), inner(table["high"])
         if not low < high:
-            raise ValueError(f"wanted low below high, got {show(given['low'])} and "
-                             f"{show(given['high'])}")  # fmt: skip
+            raise ValueError(f"wanted low below high, got {show(table['low'])} and "
+                             f"{show(table['high'])}")  # fmt: skip
         return Spread.between(low, high)
 
-    def _about(self, given: dict[str, object], inner: Callable[[object], Any]) -> Spread:
-        cv, kind = given["cv"], given.get("distribution", _KINDS[0])
+    def _about(self, table: dict[str, object], inner: Callable[[object], Any]) -> Spread:
+        cv, kind = table["cv"], table.get("distribution", _KINDS[0])
         plain = isinstance(cv, (int, float)) and not isinstance(cv, bool)
         if not plain or not 0.0 < float(cv) <= 1.0:  # type: ignore[arg-type]
             raise ValueError(f"wanted cv above 0 and at most 1, such as 0.15, got {show(cv)}")
@@ -157,7 +157,7 @@ class Uncertain(NamedTuple):
                 f"{lost:.2g} of it would lie below zero; leave distribution out, and it is "
                 "lognormal"
             )
-        mean = inner(given["mean"])
+        mean = inner(table["mean"])
         if mean == 0.0:
             raise ValueError("wanted a mean other than zero, of which cv is a share; write low and "
                              "high")  # fmt: skip
@@ -166,7 +166,7 @@ class Uncertain(NamedTuple):
     def describe(self, inner: dict[str, Any]) -> dict[str, Any]:
         """The JSON Schema of what may stand here."""
         plain = {name: value for name, value in inner.items() if name != "description"}
-        says = {
+        schemas = {
             "low": {**plain, "title": "Low", "description": "The smallest possible value."},
             "high": {**plain, "title": "High", "description": "The largest possible value."},
             "mean": {**plain, "title": "Mean", "description": "The expected value."},
@@ -193,7 +193,7 @@ class Uncertain(NamedTuple):
         tables = [
             {
                 "type": "object",
-                "properties": {key: says[key] for key in form},
+                "properties": {key: schemas[key] for key in form},
                 "required": [key for key in form if key != "distribution"],
                 "additionalProperties": False,
             }
@@ -232,7 +232,7 @@ class Followed(NamedTuple):
     factor: float
 
 
-def with_followers(given: dict[str, Any]) -> dict[str, Any]:
+def with_followers(tables: dict[str, Any]) -> dict[str, Any]:
     """The tables of a study; what stands at the other key in place of ``{ of, factor }``."""
 
     def follower(table: object) -> bool:
@@ -246,7 +246,7 @@ def with_followers(given: dict[str, Any]) -> dict[str, Any]:
         if key in passed:
             circle = " -> ".join((*passed[passed.index(key) :], key))
             raise KeyedError(where, f"wanted the key of a number, got keys in a circle, {circle}")
-        source: Any = given
+        source: Any = tables
         for name in key.split(".") if isinstance(key, str) else ():
             source = source.get(name) if isinstance(source, dict) else None
         if source is None or isinstance(source, list):
@@ -267,7 +267,7 @@ def with_followers(given: dict[str, Any]) -> dict[str, Any]:
             return [walked(value, path) for value in part]
         return part
 
-    return walked(given, "")  # type: ignore[no-any-return]
+    return walked(tables, "")  # type: ignore[no-any-return]
 
 
 def spreads_of(part: object) -> Iterator[tuple[str, Spread]]:
@@ -311,13 +311,13 @@ def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
                 changes[name] = new
         if not changes:
             return part
-        drawn = part.model_copy(update=changes)
-        if hasattr(drawn, "settle"):  # what follows from other keys follows from what was drawn
-            drawn.settle()
-        return drawn
+        copy = part.model_copy(update=changes)
+        if hasattr(copy, "settle"):  # what follows from other keys follows from what was drawn
+            copy.settle()
+        return copy
     if isinstance(part, dict):
-        found = {key: with_values(value, values, f"{path}.{key}") for key, value in part.items()}
-        return found if any(found[key] is not part[key] for key in part) else part
+        changed = {key: with_values(value, values, f"{path}.{key}") for key, value in part.items()}
+        return changed if any(changed[key] is not part[key] for key in part) else part
     if isinstance(part, tuple) and any(isinstance(value, Spread) for value in part):
         single = len(part) == 1
         return tuple(

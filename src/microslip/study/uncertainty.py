@@ -91,9 +91,9 @@ class UncertaintyPart(Part):
             try:
                 self._fit = read_fit(reading, self.identification)
             except (OSError, ValueError, KeyError, TypeError) as error:
-                said = str(error) if isinstance(error, ValueError) else "no result of identify"
+                reason = str(error) if isinstance(error, ValueError) else "no result of identify"
                 raise KeyedError(
-                    "uncertainty.identification", f"{self.identification}: {said}"
+                    "uncertainty.identification", f"{self.identification}: {reason}"
                 ) from None
         return self
 
@@ -112,8 +112,8 @@ class UncertaintyPart(Part):
                 raise KeyedError(where, "wanted the keys of two different numbers")
             for name in pair.between:
                 if name not in names:
-                    known = ", ".join(names) or "none"
-                    raise KeyedError(where, f'wanted uncertain keys ({known}), got "{name}"')
+                    listed = ", ".join(names) or "none"
+                    raise KeyedError(where, f'wanted uncertain keys ({listed}), got "{name}"')
             i, j = map(names.index, pair.between)
             matrix[i, j] = matrix[j, i] = pair.value
         if names and np.linalg.eigvalsh(matrix).min() < 1e-9:

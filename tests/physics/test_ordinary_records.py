@@ -254,7 +254,7 @@ def test_nothing_is_said_of_cycles_that_are_alike(cycles: int) -> None:
         size = {"amplitude": 0.01, "force_amplitude": 0.02, "dissipated_energy": 0.02}
         columns = {n: 1.0 + share * rng.normal(size=cycles) for n, share in size.items()}
         found = settled(columns, np.ones(cycles, dtype=bool))
-        assert found.chosen.all()
+        assert found.selection.all()
         assert found.notes == ()
 
 

@@ -12,7 +12,7 @@ from command import run
 
 import microslip as ms
 from microslip.tribometer import Campaign
-from microslip.tribometer.campaign import between
+from microslip.tribometer.campaign import between_runs
 
 LAW = ms.Jenkins(5e7, 100.0)
 
@@ -71,12 +71,12 @@ def test_variance_between_runs() -> None:
         str(i): list(0.5 + 0.03 * rng.normal() + 0.01 * rng.normal(size=1 + i % 4))
         for i in range(400)
     }
-    found = between("friction_peak", "", by_run, 0.95)
+    found = between_runs("friction_peak", "", by_run, 0.95)
     assert found.within == pytest.approx(0.01, rel=0.1)
     assert found.between == pytest.approx(0.03, rel=0.1)
     assert found.mean.low < 0.5 < found.mean.high
     alike = {str(i): list(0.5 + 0.01 * rng.normal(size=3)) for i in range(400)}
-    assert between("friction_peak", "", alike, 0.95).between < 0.004
+    assert between_runs("friction_peak", "", alike, 0.95).between < 0.004
 
 
 def test_sticking_cycles_are_called_so_in_noise() -> None:

@@ -16,8 +16,8 @@ import pytest
 
 import microslip as ms
 from microslip.identification import fold
-from microslip.identification.conclusions import _why
-from microslip.identification.fit_quality import _held
+from microslip.identification.conclusions import _minimiser_message
+from microslip.identification.fit_quality import _held_back_rows
 from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.parameter_choice import levels_of, stiffness_after_reversal
 
@@ -411,7 +411,7 @@ def test_an_identification_travels() -> None:
 )
 def test_held_back_is_the_share_it_says(cycles: int, share: float, held: int) -> None:
     """One cycle at least, and two stay."""
-    assert _held(cycles, share).sum() == held
+    assert _held_back_rows(cycles, share).sum() == held
 
 
 def test_records_and_rigs_as_arrays() -> None:
@@ -496,7 +496,7 @@ def test_a_spike_costs_its_cycle_only(value: float) -> None:
     clean = fold(made)
     assert (folded.cycles, folded.left_out) == (clean.cycles - 1, 2)
     assert folded.force_noise == pytest.approx(clean.force_noise, rel=0.1)
-    (note,) = folded.said
+    (note,) = folded.folding_notes
     assert f"at sample {place}" in note
     assert "1 cycle is left out" in note
     found = ms.identify(
@@ -507,8 +507,8 @@ def test_a_spike_costs_its_cycle_only(value: float) -> None:
     # Where too few cycles are left, a straight line stands in its place.
     short = fold(ms.Record(made.displacement, force, sample_rate=64.0), slice(2, 5))
     assert short.cycles == 3
-    assert "straight lines" in short.said[0]
-    assert fold(made).said == ()
+    assert "straight lines" in short.folding_notes[0]
+    assert fold(made).folding_notes == ()
 
 
 def test_a_force_of_the_opposite_sign_is_told() -> None:
@@ -530,7 +530,7 @@ def test_the_load_is_that_of_the_cycles_that_count() -> None:
     load[64:] = np.linspace(300.0, 320.0, load.size - 64)
     folded = fold(_loaded(made, load))
     assert folded.normal_load == pytest.approx(310.0, rel=0.01)
-    assert "the normal load is" in folded.said[0]
+    assert "the normal load is" in folded.folding_notes[0]
     load[64:] = np.linspace(300.0, 450.0, load.size - 64)
     with pytest.raises(ms.InputError, match="must be the same in all cycles"):
         fold(_loaded(made, load))
@@ -544,8 +544,8 @@ def test_why_a_fit_did_not_end_is_in_plain_words() -> None:
     """Those of the minimiser are for who knows it."""
     for said in ("`ftol` termination condition is satisfied.", "The maximum number of function "
                  "evaluations is exceeded."):  # fmt: skip
-        assert not set(_why(said).split()) & {"`ftol`", "termination", "function"}
-    assert _why("the law does not suit") == "the law does not suit"
+        assert not set(_minimiser_message(said).split()) & {"`ftol`", "termination", "function"}
+    assert _minimiser_message("the law does not suit") == "the law does not suit"
 
 
 def test_a_free_delay_and_a_known_one() -> None:
@@ -692,12 +692,12 @@ def test_what_is_open_has_no_number() -> None:
 
 def test_prefixes_have_the_power_one() -> None:
     """A millionth of a square metre is no square micrometre."""
-    from microslip.identification.verdicts import shown
+    from microslip.identification.verdicts import number_text
 
-    assert shown(5.58e-6, "m^2") == "5.58e-06 m²"
-    assert shown(2.5e6, "m^-1.5") == "2.50e+06 m⁻¹·⁵"
-    assert shown(5.58e-6, "m") == "5.58 µm"
-    assert shown(float("inf"), "N/m") == "infinite"
+    assert number_text(5.58e-6, "m^2") == "5.58e-06 m²"
+    assert number_text(2.5e6, "m^-1.5") == "2.50e+06 m⁻¹·⁵"
+    assert number_text(5.58e-6, "m") == "5.58 µm"
+    assert number_text(float("inf"), "N/m") == "infinite"
 
 
 def test_a_parameter_a_load_needs_loads() -> None:

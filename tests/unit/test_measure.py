@@ -24,7 +24,7 @@ from microslip.tribometer import (
     rig_stiffness_of,
 )
 from microslip.tribometer.cycle_columns import UNITS
-from microslip.tribometer.cycle_selection import beyond
+from microslip.tribometer.cycle_selection import excess_loss_notes
 from microslip.tribometer.cycles import split
 from microslip.tribometer.estimates import quantile
 from microslip.tribometer.reading import _range
@@ -269,8 +269,8 @@ def test_no_loop_is_larger_than_its_rectangle() -> None:
     )
     assert square.mean["loss_factor"].value == pytest.approx(4.0 / np.pi, rel=0.05)
     assert not any("4/π" in note for note in square.notes)
-    assert beyond(np.array([1.27, 1.3, np.nan])) == []
-    (note,) = beyond(np.array([1.2, 357.0, -1.0]))
+    assert excess_loss_notes(np.array([1.27, 1.3, np.nan])) == []
+    (note,) = excess_loss_notes(np.array([1.2, 357.0, -1.0]))
     assert note.startswith("a loss factor above 4/π = 1.27, up to 357, in 1 cycle (2): no closed")
 
 

@@ -64,3 +64,8 @@ def did_you_mean(word: str, words: Iterable[str], cutoff: float = 0.6) -> str:
     """A question to append to a message, or nothing."""
     match = nearest(word, words, cutoff)
     return f'; did you mean "{match}"?' if match else ""
+
+
+def plural(count: int, noun: str) -> str:
+    """A number of things, such as "1 cycle" or "3 cycles"."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"

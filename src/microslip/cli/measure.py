@@ -101,7 +101,7 @@ def measure(
         from microslip.results.measured import KIND, document, file_names, write
         from microslip.tribometer import measure as measured
         from microslip.tribometer.campaign import Campaign
-        from microslip.tribometer.record import shown_path
+        from microslip.tribometer.record import path_text
 
         with ExitStack() as stack:
             stage = None
@@ -127,7 +127,7 @@ def measure(
                         cycles=slice_of("--cycles", cycles),
                     )
                 except InputError as error:
-                    if not str(error).startswith(shown_path(path)):
+                    if not str(error).startswith(path_text(path)):
                         error = error.within(f"{path}: ")
                     if len(paths) == 1:
                         raise error from None

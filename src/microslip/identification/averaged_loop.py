@@ -20,17 +20,17 @@ _REPEATED = 0.3
 """Of a usual step: a last sample as near to the first one is that one again."""
 
 
-def noise_of(given: Any) -> tuple[float, float]:
+def noise_of(stated: Any) -> tuple[float, float]:
     """Standard deviations of a force [N] and of a displacement [m]."""
-    if isinstance(given, str) or not hasattr(given, "__len__") or len(given) != 2:
+    if isinstance(stated, str) or not hasattr(stated, "__len__") or len(stated) != 2:
         raise InputError(
             Argument("noise"),
             f" must be the standard deviations of a force [N] and a displacement [m], such as "
-            f"(2.0, 5e-9), got {show(given)}",
+            f"(2.0, 5e-9), got {show(stated)}",
         )
     force, displacement = (
         number("noise", value, unit, example)
-        for value, unit, example in zip(given, ("N", "m"), (2.0, 5e-9), strict=True)
+        for value, unit, example in zip(stated, ("N", "m"), (2.0, 5e-9), strict=True)
     )
     if not force > 0.0 or displacement < 0.0:
         raise InputError(
@@ -92,13 +92,13 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) 
     x, force, phase = (np.roll(values, -first) for values in (x, force, phase))
     phase = np.mod(phase - phase[0], 2.0 * math.pi)
     floor = QUIET * 0.5 * spans[0]
-    harmonics, coefficients, covariance, seen = series_of(phase, x, size)
+    harmonics, coefficients, covariance, series_noise = series_of(phase, x, size)
     stated = max(noise[1], floor)
     column = np.arange(size) * min(size, bins) // size
     count = np.bincount(column).astype(float)
     places = np.bincount(column, phase) / count
     sums = np.bincount(column, force)
-    said = (
+    folding_notes = (
         f"taken for one averaged cycle, the noise of a force {engineering(noise[0], 'N')} and of a "
         f"displacement {engineering(noise[1], 'm')}, as stated",
     )
@@ -112,13 +112,13 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) 
         cycle_count=lock(count[None]),
         harmonics=lock(harmonics),
         coefficients=lock(coefficients),
-        covariance=lock(covariance * (stated / max(seen, floor)) ** 2),
+        covariance=lock(covariance * (stated / max(series_noise, floor)) ** 2),
         force_noise=noise[0],
         displacement_noise=noise[1],
         normal_load=float(load.mean()) if isinstance(load, np.ndarray) else load,
         frequency=rate,
         cycles=1,
         left_out=0,
-        notes=(*record.notes, *said),
-        said=said,
+        notes=(*record.notes, *folding_notes),
+        folding_notes=folding_notes,
     )

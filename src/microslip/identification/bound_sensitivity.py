@@ -52,9 +52,9 @@ def open_ends(
             bound = float((high if upward else low)[row])
             rests, move = abs(bound - float(best.q[row])) <= near, reach if upward else -reach
             if rests:
-                there = _fitted(problem, best, best.q, row, move)
+                there = _fit_beyond(problem, best, best.q, row, move)
             else:
-                there = _profiled(problem, best, place, row, move, float(rises[row]))
+                there = _profile_beyond(problem, best, place, row, move, float(rises[row]))
             ratio = 1.0
             if there is None:  # back on the way, as the curvature tells it
                 along = covariance[:, row] / max(float(covariance[row, row]), 1e-300)
@@ -63,11 +63,11 @@ def open_ends(
     return open_ends_found
 
 
-def _profiled(
+def _profile_beyond(
     problem: Problem, best: Fit, place: Floats, row: int, move: float, rise: float
 ) -> Floats | None:
     """The others where a coordinate is beyond the end of its search; None without an answer."""
-    there = _fitted(problem, best, place, row, move, held=True)
+    there = _fit_beyond(problem, best, place, row, move, is_held=True)
     if there is None:
         return None
     near, far = (
@@ -77,11 +77,11 @@ def _profiled(
         return there
     goal, first, last = (math.sqrt(max(x, 0.0)) for x in (rise, near, far))
     part = min(max((goal - first) / max(last - first, 1e-300), 0.0), 1.0)
-    return _fitted(problem, best, place, row, part * move, held=True)
+    return _fit_beyond(problem, best, place, row, part * move, is_held=True)
 
 
-def _fitted(
-    problem: Problem, best: Fit, start: Floats, row: int, move: float, held: bool = False
+def _fit_beyond(
+    problem: Problem, best: Fit, start: Floats, row: int, move: float, is_held: bool = False
 ) -> Floats | None:
     """Where the fit goes with one bound moved; None where the law has no answer out there."""
     j = int(problem.free[row])
@@ -89,10 +89,10 @@ def _fitted(
     low, high = coordinate.limits
     ends = sorted((coordinate.outer(low + min(move, 0.0)), coordinate.outer(high + max(move, 0.0))))
     moved = copy.copy(problem)
-    others = (*problem.coordinates[:j], replace(coordinate, low=ends[0], high=ends[1]))
-    moved.coordinates = (*others, *problem.coordinates[j + 1 :])
+    before = (*problem.coordinates[:j], replace(coordinate, low=ends[0], high=ends[1]))
+    moved.coordinates = (*before, *problem.coordinates[j + 1 :])
     q, moving = start.copy(), np.arange(start.size)
-    if held:
+    if is_held:
         q[row] += move
         moving = np.delete(moving, row)
     with warnings.catch_warnings(), np.errstate(all="ignore"):
@@ -102,18 +102,18 @@ def _fitted(
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
     problem.evaluations = moved.evaluations
-    good = fit.finite and np.isfinite(fit.q).all() and (held or fit.cost <= best.cost)
+    good = fit.finite and np.isfinite(fit.q).all() and (is_held or fit.cost <= best.cost)
     return fit.q if good else None
 
 
-def share(coordinate: Coordinate, q: float, moved: float) -> float:
+def log_change(coordinate: Coordinate, q: float, moved: float) -> float:
     """Change of a coordinate as that of the logarithm of its value; of a plain number itself."""
     if coordinate.kind == "log" or coordinate.shape:
         return moved
     return moved / max(abs(q), 1e-300)
 
 
-def doubted(
+def with_doubts(
     problem: Problem,
     best: Fit,
     ends: Sequence[OpenEnd],
@@ -142,7 +142,7 @@ def doubted(
             coordinate = problem.coordinates[int(problem.free[i])]
             moved = coordinate.outer(float((best.q + end.ahead(best.q))[i])) - number.value
             if abs(moved) > 0.5 * (number.high - number.low):
-                why = _why(
+                why = _doubt_reason(
                     end, moved if coordinate.shape else moved / abs(number.value), coordinate.shape
                 )
                 judged_parameters[name] = replace(
@@ -155,12 +155,12 @@ def doubted(
             moved = end.shift(quantity.function, best.q)
             if abs(moved) > 0.5 * (number.high - number.low):
                 shape = number.unit == "" and "separation" in number.name
-                why = _why(end, moved if shape else moved / abs(number.value), shape)
+                why = _doubt_reason(end, moved if shape else moved / abs(number.value), shape)
                 judged_quantities[number.name] = replace(number, verdict=IN_DOUBT, reason=why)
     return judged_parameters, judged_quantities
 
 
-def _why(end: OpenEnd, moved: float, shape: bool) -> str:
+def _doubt_reason(end: OpenEnd, moved: float, shape: bool) -> str:
     by = significant(abs(moved), 2) if shape else f"{significant(100.0 * abs(moved), 2)} %"
     way = "higher" if moved > 0.0 else "lower"
     return (

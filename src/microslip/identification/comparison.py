@@ -17,8 +17,8 @@ from microslip.identification.coordinates import RIG
 from microslip.identification.intervals import Progress
 from microslip.identification.models import MODELS, CycleModel, model_of
 from microslip.identification.result import Identification
-from microslip.identification.run import folded_once, identify
-from microslip.identification.verdicts import FIXED, Fitted, digits_of, shown, shown_interval
+from microslip.identification.run import fold_all, identify
+from microslip.identification.verdicts import FIXED, Fitted, digits_of, ends_text, number_text
 from microslip.tribometer.record import Record
 
 LAWS = tuple(model.name for model in MODELS)
@@ -47,7 +47,7 @@ class Comparison(Locked):
         """One row a law: status, number of parameters, fit and criteria, as plain values."""
         fits = self.fits.values()
         sound = [fit.aic for fit in fits if fit.converged] or [fit.aic for fit in fits]
-        least = min(sound, default=math.nan)
+        lowest = min(sound, default=math.nan)
         return [
             {
                 "law": name,
@@ -56,7 +56,7 @@ class Comparison(Locked):
                 "reduced_chi_squared": fit.reduced_chi_squared,
                 "aic": fit.aic,
                 "bic": fit.bic,
-                "aic_over_best": fit.aic - least,
+                "aic_over_best": fit.aic - lowest,
                 "held_back": fit.held_back,
             }
             for name, fit in self.fits.items()
@@ -86,8 +86,8 @@ class Comparison(Locked):
             )
             lines.append(f"{row['law']:<12}{row['parameters']:>11}{numbers}  {row['status']}")
         for name, laws in self.rigs().items():
-            each = (f"{_between(fitted)} ({law})" for law, fitted in laws.items())
-            lines.append(f"{name}: {', '.join(each)}")
+            intervals = (f"{_interval_text(fitted)} ({law})" for law, fitted in laws.items())
+            lines.append(f"{name}: {', '.join(intervals)}")
         lines += [f"{name}: {why}" for name, why in self.failed.items()]
         return "\n".join(lines)
 
@@ -142,7 +142,7 @@ def compare(
             Argument("laws"), f" must be a list such as ['interface', 'jenkins'], got {show(laws)}"
         )
     models = [model_of(law) for law in laws]  # a wrong name is no law that does not suit
-    folded: Any = folded_once(
+    folded: Any = fold_all(
         records, options.pop("cycles", None), lambda share: None, options.pop("noise", None)
     )
     fits: dict[str, Identification] = {}
@@ -154,7 +154,7 @@ def compare(
             if progress is not None:
                 progress((at + share) / len(laws))
 
-        name = _numbered(model.name, (*fits, *failed))
+        name = _unused_name(model.name, (*fits, *failed))
         if isinstance(model, CycleModel):
             law_options["rig_stiffness"] = None  # its elastic part stands for the rig
         try:
@@ -167,14 +167,14 @@ def compare(
     return Comparison(MappingProxyType(dict(ordered)), MappingProxyType(failed))
 
 
-def _between(fitted: Fitted) -> str:
+def _interval_text(fitted: Fitted) -> str:
     """The interval of a number, or what is left of it."""
     digits = digits_of(fitted)
-    low, high = (shown(end, fitted.unit, digits) for end in (fitted.low, fitted.high))
-    return shown_interval((low, high), fitted.low_open, fitted.high_open)
+    low, high = (number_text(end, fitted.unit, digits) for end in (fitted.low, fitted.high))
+    return ends_text((low, high), fitted.low_open, fitted.high_open)
 
 
-def _numbered(name: str, taken: Collection[str]) -> str:
+def _unused_name(name: str, used_names: Collection[str]) -> str:
     """The name, with a number if it is taken."""
     names = itertools.chain([name], (f"{name} {k}" for k in itertools.count(2)))
-    return next(name for name in names if name not in taken)
+    return next(name for name in names if name not in used_names)

@@ -12,23 +12,23 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip.errors import UNSAID, Argument, InputError, Phrase
 from microslip.identification import fit_quality, parameter_choice
-from microslip.identification.bound_sensitivity import doubted
-from microslip.identification.coordinates import APART, Coordinate
+from microslip.identification.bound_sensitivity import with_doubts
+from microslip.identification.coordinates import SUMMIT_DATA, Coordinate
 from microslip.identification.delays import delays_of
 from microslip.identification.fit import Fit, at_bounds
 from microslip.identification.intervals import Profiled, is_at_stake
-from microslip.identification.prior_data import borne_out, of_coordinate
+from microslip.identification.prior_data import compare_data, of_coordinate
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import derived_interval
 from microslip.identification.quantities import Quantity
 from microslip.identification.reservations import (
     BY_AREA,
     REACHED,
-    apparent,
-    extrapolated,
     far_area,
-    in_doubt,
-    remedied,
+    mark_apparent,
+    mark_extrapolated,
+    mark_in_doubt,
+    with_remedy,
 )
 from microslip.identification.result import (
     AT_BOUND,
@@ -37,7 +37,7 @@ from microslip.identification.result import (
     NOT_CONVERGED,
     Identification,
 )
-from microslip.identification.rules import MUCH
+from microslip.identification.rules import WRONG_FROM
 from microslip.identification.verdicts import (
     ABOVE,
     FIXED,
@@ -46,13 +46,13 @@ from microslip.identification.verdicts import (
     Design,
     Direction,
     Fitted,
-    alike,
     design_of,
     direction_of,
+    is_parallel,
     judge,
+    number_text,
     reason_for,
     remedy_for,
-    shown,
 )
 from microslip.materials import MaterialPair
 
@@ -68,9 +68,9 @@ def result_of(
     pair: MaterialPair | None,
     area: float | None,
     notes: list[str],
-    known: Iterable[str] | None = None,
+    data_names: Iterable[str] | None = None,
 ) -> Identification:
-    """All that is said of a fit; ``known`` are the names of its data."""
+    """All that is said of a fit; ``data_names`` are those of its data."""
     best, coordinates = answer.best, problem.coordinates
     if not best.finite:
         raise InputError(
@@ -89,23 +89,27 @@ def result_of(
     )
     parameters, directions = _parameters(problem, answer, design, level)
     derived = _derived(problem, answer, quantities, parameters, level)
-    parameters, derived = doubted(problem, best, answer.open_ends, quantities, parameters, derived)
+    parameters, derived = with_doubts(
+        problem, best, answer.open_ends, quantities, parameters, derived
+    )
     errors = np.sqrt(np.diag(answer.covariance))
     correlation = answer.covariance / np.outer(errors, errors)
     free = [coordinates[int(j)].name for j in problem.free]
     unfit, stake = "", answer.stake
-    if is_at_stake(stake) or (stake is None and best.cost > MUCH * freedom):
+    if is_at_stake(stake) or (stake is None and best.cost > WRONG_FROM * freedom):
         unfit = fit_quality.misfit(records, best.cost / freedom)
         parameters, derived = (
-            apparent(numbers, problem.folded, stake) for numbers in (parameters, derived)
+            mark_apparent(numbers, problem.folded, stake) for numbers in (parameters, derived)
         )
     reached = max(record.slip_share for record in records)
     if reached < REACHED:
-        parameters, derived = (extrapolated(numbers, reached) for numbers in (parameters, derived))
+        parameters, derived = (
+            mark_extrapolated(numbers, reached) for numbers in (parameters, derived)
+        )
     for why in dict.fromkeys(record.doubt for record in problem.folded if record.doubt):
-        parameters, derived = in_doubt(parameters, why), in_doubt(derived, why)
-        parameters = remedied(parameters, "take settled cycles within the range of the sensors")
-    given, contradicted = borne_out(problem, best, freedom, list(known or ()), quantities)
+        parameters, derived = mark_in_doubt(parameters, why), mark_in_doubt(derived, why)
+        parameters = with_remedy(parameters, "take settled cycles within the range of the sensors")
+    data, contradicted = compare_data(problem, best, freedom, list(data_names or ()), quantities)
     if contradicted is not None:
         why = f"what was given for {' and '.join(contradicted.names)} and the loops disagree"
         remedy = "check what was given, or leave it out"
@@ -114,26 +118,26 @@ def result_of(
             for j, coordinate in enumerate(coordinates)
             if j in problem.free and contradicted.reaches(of_coordinate(problem, j))
         }
-        parameters = {**parameters, **remedied(in_doubt(hit, why), remedy)}
+        parameters = {**parameters, **with_remedy(mark_in_doubt(hit, why), remedy)}
         hit = {
             quantity.name: derived[quantity.name]
             for quantity in quantities
             if quantity.name in derived and contradicted.reaches(quantity.function)
         }
-        derived = {**derived, **in_doubt(hit, why)}
+        derived = {**derived, **mark_in_doubt(hit, why)}
     far = far_area(coordinates, loads)
     if far is not None:
         notes = [*notes, far]
         hit = {n: fitted for n, fitted in (*parameters.items(), *derived.items()) if n in BY_AREA}
-        hit = in_doubt(hit, far)
+        hit = mark_in_doubt(hit, far)
         parameters = {n: hit.get(n, fitted) for n, fitted in parameters.items()}
         derived = {n: hit.get(n, derived_fit) for n, derived_fit in derived.items()}
     status, message = _status(problem, best, freedom, parameters)
     if status == DIFFER:
         remedy = Phrase("name the rig of each record: ", _NAME_RIGS)
         why = "found as if all records had one rig, which the loops speak against"
-        parameters, derived = in_doubt(parameters, why), in_doubt(derived, why)
-        parameters = remedied(parameters, remedy)
+        parameters, derived = mark_in_doubt(parameters, why), mark_in_doubt(derived, why)
+        parameters = with_remedy(parameters, remedy)
     if unfit:
         message = Phrase(message, "; ", unfit)
     if contradicted is not None:
@@ -147,7 +151,9 @@ def result_of(
     if contradicted is not None:
         notes.append(contradicted.text)
     # What a record says of its own folding; that all cycles are there needs no word.
-    notes += [f"{record.name}: {note}" for record in problem.folded for note in record.said]
+    notes += [
+        f"{record.name}: {note}" for record in problem.folded for note in record.folding_notes
+    ]
     if answer.lower_still:
         notes.append(
             "the sum of squares has many minima, and the profiles met lower ones than that of the "
@@ -188,7 +194,7 @@ def result_of(
         _model=problem.model,
         _pair=pair,
         _area=area,
-        given=given,
+        given=data,
         stake=stake,
         delays=MappingProxyType(delays_of(problem, answer)),
     )
@@ -201,28 +207,35 @@ def _status(
     problem: Problem, best: Fit, freedom: int, parameters: Mapping[str, Fitted]
 ) -> tuple[str, str]:
     if not best.converged:
-        return NOT_CONVERGED, f"the fit did not end at a minimum: {_why(best.message)}"
+        return (
+            NOT_CONVERGED,
+            f"the fit did not end at a minimum: {_minimiser_message(best.message)}",
+        )
     difference = fit_quality.rigs_differ(problem, best, freedom)
     if difference is not None and difference.explain:
         return DIFFER, Phrase(difference.text, ": ", _NAME_RIGS)
-    more = () if difference is None else ("; ", difference.text, ": ", _NAME_RIGS)
+    rig_note = () if difference is None else ("; ", difference.text, ": ", _NAME_RIGS)
     at = [problem.coordinates[int(problem.free[i])].name for i in at_bounds(problem, best.q)]
     if at:
         of = " and ".join(
             f"the best value of {name} lies at a bound of the search, "
-            f"{shown(parameters[name].value, parameters[name].unit)}"
+            f"{number_text(parameters[name].value, parameters[name].unit)}"
             for name in at[:3]
         )
         of += f" (and {len(at) - 3} more)" if len(at) > 3 else ""
-        known = [name for name, fitted in parameters.items() if fitted.verdict == IDENTIFIED]
+        identified_names = [
+            name for name, fitted in parameters.items() if fitted.verdict == IDENTIFIED
+        ]
         identified = (
-            f"identified all the same: {', '.join(known)}" if known else "nothing is identified"
+            f"identified all the same: {', '.join(identified_names)}"
+            if identified_names
+            else "nothing is identified"
         )
-        return AT_BOUND, Phrase(of, "; ", identified, *more)
-    return CONVERGED, Phrase("the fit ended at a minimum within the bounds", *more)
+        return AT_BOUND, Phrase(of, "; ", identified, *rig_note)
+    return CONVERGED, Phrase("the fit ended at a minimum within the bounds", *rig_note)
 
 
-def _why(message: str) -> str:
+def _minimiser_message(message: str) -> str:
     """What a minimiser says, in words for those who do not know it."""
     if "termination condition" in message:
         return "its last steps change hardly anything, and yet it comes to rest nowhere"
@@ -284,9 +297,13 @@ def _parameters(
             judged.high_open,
             tuple(sorted(point for point in points if math.isfinite(point[0]))),
         )
-        if verdict not in (IDENTIFIED, FIXED) and coordinate.parameter not in APART and not is_none:
+        if (
+            verdict not in (IDENTIFIED, FIXED)
+            and coordinate.parameter not in SUMMIT_DATA
+            and not is_none
+        ):
             way = direction_of(coordinate, free, interval.at_low, interval.at_high, remedy)
-            if way is not None and not any(alike(way, other) for other in directions):
+            if way is not None and not any(is_parallel(way, direction) for direction in directions):
                 directions.append(way)
     return parameters, directions
 

@@ -13,7 +13,7 @@ from microslip._core.parameters import Parameter
 RIG = "rig_stiffness"
 DELAY = "delay"
 AREA, RADIUS, DENSITY = "contact_area", "radius", "density"
-APART = (AREA, RADIUS, DENSITY)
+SUMMIT_DATA = (AREA, RADIUS, DENSITY)
 """What tells radius and density of the summits apart, each as a coordinate with its own error."""
 
 

@@ -80,14 +80,14 @@ def _turning_points(folded: Folded) -> Floats:
         new = place - step
         # Newton's step, where it stays in the bracket.
         new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-        done = np.abs(new - place) <= 1e-14 * math.pi
+        converged = np.abs(new - place) <= 1e-14 * math.pi
         place = new
-        if done.all():
+        if converged.all():
             break
     return place
 
 
-def later(folded: Folded, lag: float) -> Folded:
+def delayed(folded: Folded, lag: float) -> Folded:
     """The record with its displacement later by a phase [rad]: the delay of its force."""
     if lag == 0.0:
         return folded
@@ -99,7 +99,7 @@ def later(folded: Folded, lag: float) -> Folded:
     return Folded(**{**folded.__dict__, "coefficients": turned})
 
 
-def turned(folded: Folded) -> Floats:
+def phase_derivative(folded: Folded) -> Floats:
     """Derivative of the displacement's coefficients by a phase [m/rad]."""
     n = folded.harmonics.astype(float)
     moved = np.zeros_like(folded.coefficients)

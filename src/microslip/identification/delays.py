@@ -13,8 +13,8 @@ from microslip.identification.fit import Fit
 from microslip.identification.intervals import Profiled
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of
-from microslip.identification.rules import LEFT, MUCH
-from microslip.identification.verdicts import IDENTIFIED, NOT, Fitted, shown
+from microslip.identification.rules import CAUSES_FROM, WRONG_FROM
+from microslip.identification.verdicts import IDENTIFIED, NOT, Fitted, number_text
 
 _FREE = ("write ", Argument("delay", "free"))
 _MUCH = 0.5
@@ -67,13 +67,13 @@ def _errors(problem: Problem, q: Floats) -> Floats:
     variance = np.zeros(len(problem.order))
     for at, own_span in enumerate(problem.bins):
         flat = np.stack((problem.weight[own_span], problem.late(at))).T
-        tells = np.linalg.pinv(flat)[1]
-        every = -(tells @ rows[:, own_span].T) @ moves
-        every[own_span] += tells
+        by_force = np.linalg.pinv(flat)[1]
+        every = -(by_force @ rows[:, own_span].T) @ moves
+        every[own_span] += by_force
         variance[at] = float(every[count:] @ every[count:])
-        for other, span in enumerate(problem.bins):
+        for record, span in enumerate(problem.bins):
             part = every[span]
-            effects = part @ problem.nuisances_of(other)
+            effects = part @ problem.nuisances_of(record)
             variance[at] += float(part @ part) + float(effects @ effects)
     return np.sqrt(variance)
 
@@ -84,34 +84,34 @@ def late_note(problem: Problem, best: Fit, freedom: int) -> str | None:
     A score test of one delay of all forces: by how much the sum of squares would fall, in the
     linear approximation.
     """
-    if problem.free_delay or not best.finite or best.cost < LEFT * freedom:
+    if problem.free_delay or not best.finite or best.cost < CAUSES_FROM * freedom:
         return None
     text = _explains(problem, best)
-    if text is None and any(problem.lags) and best.cost > MUCH * freedom:
+    if text is None and any(problem.lags) and best.cost > WRONG_FROM * freedom:
         return Phrase("the delay that was given may not be that of these records; ", *_FREE)
     return text
 
 
 def _explains(problem: Problem, best: Fit) -> str | None:
     residual, by = problem.residuals(best.q)
-    known = [record.frequency for record in problem.folded]
-    timed = all(known)
+    frequencies = [record.frequency for record in problem.folded]
+    timed = all(frequencies)
     late = np.zeros(residual.size)
     for at, (span, metric) in enumerate(zip(problem.bins, problem.metrics, strict=True)):
-        rate = 2.0 * math.pi * (known[problem.order[at]] or 0.0) if timed else 1.0
+        rate = 2.0 * math.pi * (frequencies[problem.order[at]] or 0.0) if timed else 1.0
         late[span] = metric.apply(rate * problem.late(at))
     size = float(np.linalg.norm(late))
     if size == 0.0:
         return None
-    left = late - by @ (covariance_of(by.T @ by) @ (by.T @ late))
-    square = float(left @ left)
+    remainder = late - by @ (covariance_of(by.T @ by) @ (by.T @ late))
+    square = float(remainder @ remainder)
     if square <= 1e-8 * size**2:
         return None
-    fall = float(left @ residual) ** 2 / square
+    fall = float(remainder @ residual) ** 2 / square
     if fall < _MUCH * best.cost:
         return None
-    lag = float(left @ residual) / square
-    by_this = shown(abs(lag), "s" if timed else "rad", 2)
+    lag = float(remainder @ residual) / square
+    by_this = number_text(abs(lag), "s" if timed else "rad", 2)
     way = "behind" if lag > 0.0 else "ahead of"
     return Phrase(
         f"a force{' another' if any(problem.lags) else ''} {by_this} {way} the displacement would "

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.identification.mean_cycle import pieces
+from microslip.identification.mean_cycle import stretches
 
 MOST_HARMONICS = 120
 _FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
@@ -23,7 +23,7 @@ def series_of(
     """Fourier series of the displacement: harmonics, coefficients, covariance, noise [m]."""
     size = _FINE
     column = np.empty(phase.size, dtype=np.int64)
-    for piece in pieces(phase.size):
+    for piece in stretches(phase.size):
         bins = (phase[piece] * (size / (2.0 * math.pi)) + 1e-9).astype(np.int64)
         column[piece] = np.minimum(bins, size - 1)
     weight = np.bincount(column, minlength=size).astype(float)
@@ -31,38 +31,46 @@ def series_of(
     weight = weight[full]
     place = np.bincount(column, phase, minlength=size)[full] / weight
     mean = np.bincount(column, x, minlength=size)[full] / weight
-    most = int(min(MOST_HARMONICS, max(1, math.floor(0.4 * places))))
-    all_of = np.arange(1, most + 1)
+    harmonic_count = int(min(MOST_HARMONICS, max(1, math.floor(0.4 * places))))
+    all_of = np.arange(1, harmonic_count + 1)
     angle = np.outer(place, all_of)
     design = np.hstack((np.ones((place.size, 1)), np.cos(angle), np.sin(angle)))
     floor = QUIET * 0.5 * float(np.ptp(mean))
-    price = 2.0 * math.log(x.size) + 2.0 * math.log(most)
-    chosen = np.array([1])
+    price = 2.0 * math.log(x.size) + 2.0 * math.log(harmonic_count)
+    harmonics = np.array([1])
     for _ in range(_ROUNDS):
-        columns = np.concatenate(([0], np.column_stack((chosen, most + chosen)).ravel()))
+        columns = np.concatenate(
+            ([0], np.column_stack((harmonics, harmonic_count + harmonics)).ravel())
+        )
         part = design[:, columns]
         normal = part.T @ (weight[:, None] * part)
         coefficients = np.linalg.solve(normal, part.T @ (weight * mean))
-        residual = _rest(phase, x, column, full, place, part @ coefficients, coefficients, chosen)
+        residual = _sample_residual(
+            phase, x, column, full, place, part @ coefficients, coefficients, harmonics
+        )
         # What is left at each harmonic; they are nearly orthogonal over whole cycles.
-        left = design.T @ np.bincount(column, residual, minlength=size)[full] * (2.0 / x.size)
-        power = 0.5 * x.size * (left[1 : most + 1] ** 2 + left[most + 1 :] ** 2)
-        others = np.ones(most, dtype=bool)
-        others[chosen - 1] = False
-        freedom = max(x.size - 2 * most - 1, 1)
-        white = max(float(residual @ residual) - float(power[others].sum()), 0.0) / freedom
+        amplitudes = design.T @ np.bincount(column, residual, minlength=size)[full] * (2.0 / x.size)
+        power = (
+            0.5
+            * x.size
+            * (amplitudes[1 : harmonic_count + 1] ** 2 + amplitudes[harmonic_count + 1 :] ** 2)
+        )
+        is_unused = np.ones(harmonic_count, dtype=bool)
+        is_unused[harmonics - 1] = False
+        freedom = max(x.size - 2 * harmonic_count - 1, 1)
+        white = max(float(residual @ residual) - float(power[is_unused].sum()), 0.0) / freedom
         noise = max(math.sqrt(white), floor)
         # Two degrees of freedom each; one pays if it takes off more than BIC's price of two.
         # The largest first: what is left of them leaks into others where phases are not even.
-        least = max(price * noise**2, _LARGE * float(power[others].max(initial=0.0)))
-        new = all_of[others & (power > least)]
+        lowest_power = max(price * noise**2, _LARGE * float(power[is_unused].max(initial=0.0)))
+        new = all_of[is_unused & (power > lowest_power)]
         if new.size == 0:
             break
-        chosen = np.sort(np.concatenate((chosen, new)))
-    return chosen, coefficients, noise**2 * np.linalg.inv(normal), noise
+        harmonics = np.sort(np.concatenate((harmonics, new)))
+    return harmonics, coefficients, noise**2 * np.linalg.inv(normal), noise
 
 
-def _rest(
+def _sample_residual(
     phase: Floats,
     x: Floats,
     column: NDArray[np.int64],
@@ -70,15 +78,15 @@ def _rest(
     place: Floats,
     fitted: Floats,
     coefficients: Floats,
-    chosen: NDArray[np.int64],
+    harmonics: NDArray[np.int64],
 ) -> Floats:
     """Each sample less the series, taken along its tangent from the middle of the bin."""
-    angle = np.outer(place, chosen)
-    slopes = chosen * (-np.sin(angle) * coefficients[1::2] + np.cos(angle) * coefficients[2::2])
+    angle = np.outer(place, harmonics)
+    slopes = harmonics * (-np.sin(angle) * coefficients[1::2] + np.cos(angle) * coefficients[2::2])
     value, slope, middle = np.zeros((3, full.size))
     value[full], slope[full], middle[full] = fitted, slopes.sum(axis=1), place
-    rest = x.copy()
-    for piece in pieces(x.size):
+    residual = x.copy()
+    for piece in stretches(x.size):
         of = column[piece]
-        rest[piece] -= value[of] + slope[of] * (phase[piece] - middle[of])
-    return rest
+        residual[piece] -= value[of] + slope[of] * (phase[piece] - middle[of])
+    return residual

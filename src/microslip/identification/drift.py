@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.identification.mean_cycle import MeanCycle, pieces
+from microslip.identification.mean_cycle import MeanCycle, stretches
 
 _CERTAIN, _SIGNIFICANT = 5.0, 1e-3
 
@@ -34,11 +34,11 @@ def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Drif
     ``cycle`` is the number of the cycle of each sample, from 0 on. Noise that is slow counts by the
     scatter of the cycles about the line.
     """
-    progress = curve.of(cycle).rest
+    progress = curve.of(cycle).residual
     square = float(progress @ progress)
     if square == 0.0:
         return Drift(0.0, 0.0)
-    scatter = curve.of(values).rest
+    scatter = curve.of(values).residual
     slope = float(progress @ scatter) / square
     progress *= slope
     scatter -= progress
@@ -47,16 +47,16 @@ def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Drif
     return Drift(slope, noise * math.sqrt(slowness(scatter, cycle, noise, 2) / square))
 
 
-def slowness(residual: Floats, number: NDArray[np.int64], noise: float, taken: int) -> float:
+def slowness(residual: Floats, number: NDArray[np.int64], noise: float, fitted_count: int) -> float:
     """Variance of the means of the cycles over that of white noise; 1 if not significantly more.
 
-    ``number`` says to which cycle each sample belongs, ``taken`` how many numbers were fitted to
-    their means.
+    ``number`` says to which cycle each sample belongs, ``fitted_count`` how many numbers were
+    fitted to their means.
     """
     from scipy.special import chdtrc
 
     count = np.bincount(number).astype(float)
-    freedom = np.count_nonzero(count) - taken
+    freedom = np.count_nonzero(count) - fitted_count
     if freedom < 1 or noise == 0.0:
         return 1.0
     sums = np.bincount(number, residual)
@@ -70,14 +70,14 @@ def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -
     Of white noise, what all cycles have in common taken off; or by the scatter of the cycles about
     a straight line where that is larger. What changes slowly changes the force along with it.
     """
-    residual = curve.of(values).rest
+    residual = curve.of(values).residual
     noise = curve.noise(residual)
     count = np.bincount(number).astype(float)
     means = np.bincount(number, residual) / count
     place = np.arange(means.size, dtype=float)
     if means.size > 2:
         line = np.polynomial.Polynomial.fit(place, means, 1, w=np.sqrt(count))
-        for piece in pieces(residual.size):
+        for piece in stretches(residual.size):
             residual[piece] -= line(place)[number[piece]]
     noise = curve.noise(residual, 1)
     return noise * math.sqrt(slowness(residual, number, noise, 2) / values.size)

@@ -20,36 +20,38 @@ Refit = Callable[..., Identification]
 """Identifies another law, by its name and options, from the same records."""
 
 
-def spread_over_laws(found: Identification, refit: Refit) -> Identification:
+def spread_over_laws(result: Identification, refit: Refit) -> Identification:
     """The result with the limit of sliding as wide as the laws are apart that answer the loops.
 
     Exponential heights and one sphere beside the law itself: a tail that ends late, and none.
     """
-    friction = found.parameters.get(FRICTION)
+    friction = result.parameters.get(FRICTION)
     if friction is None or friction.verdict != BEYOND:
-        return found
-    others = {}
+        return result
+    refits = {}
     for name, law, options in (
         ("exponential heights", "interface", {"heights": Exponential(1.0)}),
         ("one sphere", "sphere", {}),
     ):
         try:
-            others[name] = refit(law, **options)
+            refits[name] = refit(law, **options)
         except InputError:
             continue
-    least = min([found.aic, *(other.aic for other in others.values() if other.converged)])
-    low, high, said = friction.low, friction.high, []
-    for name, other in others.items():
-        number = other.parameters[FRICTION]
-        if not other.converged or other.aic > least + _AS_GOOD:
+    best_aic = min([result.aic, *(fit.aic for fit in refits.values() if fit.converged)])
+    low, high, values = friction.low, friction.high, []
+    for name, fit in refits.items():
+        number = fit.parameters[FRICTION]
+        if not fit.converged or fit.aic > best_aic + _AS_GOOD:
             continue
         low, high = min(low, number.low), max(high, number.high)
-        said.append(f"{significant(number.value, 3)} ({name})")
-    if not said:
-        more = "; of other laws (exponential heights, one sphere) none answers these loops as well"
+        values.append(f"{significant(number.value, 3)} ({name})")
+    if not values:
+        laws_note = (
+            "; of other laws (exponential heights, one sphere) none answers these loops as well"
+        )
     else:
-        more = f"; laws that answer these loops as well find {', '.join(said)}"
-    wider = {FRICTION: replace(friction, low=low, high=high, reason=friction.reason + more)}
+        laws_note = f"; laws that answer these loops as well find {', '.join(values)}"
+    wider = {FRICTION: replace(friction, low=low, high=high, reason=friction.reason + laws_note)}
     parts = low / friction.value, high / friction.value
     derived = {
         name: replace(
@@ -59,10 +61,10 @@ def spread_over_laws(found: Identification, refit: Refit) -> Identification:
         )
         if number.verdict == BEYOND
         else number
-        for name, number in found.derived.items()
+        for name, number in result.derived.items()
     }
     return replace(
-        found,
-        parameters=MappingProxyType({**found.parameters, **wider}),
+        result,
+        parameters=MappingProxyType({**result.parameters, **wider}),
         derived=MappingProxyType(derived),
     )

@@ -54,7 +54,7 @@ def pictures(result: Any) -> tuple[Picture, ...]:
     plots = {"loops": lambda: loops(result)}
     if 1 <= len(result.names) <= MOST_PARAMETERS:
         plots["intervals"] = lambda: intervals(result)
-        if profiled(result):
+        if profiled_names(result):
             plots["profiles"] = lambda: profiles(result)
     return tuple(
         Picture(name, _CAPTIONS[name][0], plot, _CAPTIONS[name][1]) for name, plot in plots.items()
@@ -104,25 +104,25 @@ def loops(result: Any) -> Plot:
     """Measured and modelled loops over each other, and what is left below (as in Fig. 19.22)."""
     groups = cycles_by_load(result)
     cycles = [cycle for _, group in groups for cycle in group]
-    drawn = [groups[i] for i in evenly(len(groups), MOST_PANELS)]
-    columns = min(len(drawn), 3)
-    rows = math.ceil(len(drawn) / columns)
+    panel_groups = [groups[i] for i in evenly(len(groups), MOST_PANELS)]
+    columns = min(len(panel_groups), 3)
+    rows = math.ceil(len(panel_groups) / columns)
     x_unit, x_letter = length_prefix(max(float(np.abs(c.x - c.x.mean()).max()) for c in cycles))
     f_unit, f_letter = prefix(max(float(np.abs(c.force).max()) for c in cycles))
-    most = max(float(np.abs(c.residual).max()) / (c.error or 1.0) for c in cycles)
+    largest_residual = max(float(np.abs(c.residual).max()) / (c.error or 1.0) for c in cycles)
     # Of what is left only the size counts: two marks about zero, of a round number.
     rounded = (m * 10.0**e for e in range(12) for m in (1.0, 2.0, 5.0))
-    round_step = max(takewhile(lambda size: size <= max(0.7 * most, 2.0), rounded))
+    round_step = max(takewhile(lambda size: size <= max(0.7 * largest_residual, 2.0), rounded))
     ticks = [(-round_step, f"−{round_step:g}"), (0.0, "0"), (round_step, f"{round_step:g}")]
     panels = []
-    for index, (name, group) in enumerate(drawn):
+    for index, (name, group) in enumerate(panel_groups):
         row, column = 2 * (index // columns), index % columns
-        named = len(drawn) > 1 or group[0].load is not None
+        named = len(panel_groups) > 1 or group[0].load is not None
         above = Panel(
             Axis(bare=True, unit=x_unit),
             Axis(
                 f"Force [{f_letter}N]" if column == 0 else "",
-                high=_room(group, f_unit),
+                high=_upper_end(group, f_unit),
                 unit=f_unit,
             ),
             note=name if named else "",
@@ -136,7 +136,7 @@ def loops(result: Any) -> Plot:
         _draw_pair(above, below, group, x_unit, f_unit)
         panels += [above, below]
     rig = ", rig in series" if any(n.startswith("rig_stiffness") for n in result.parameters) else ""
-    left_out = len(groups) - len(drawn)
+    left_out = len(groups) - len(panel_groups)
     return Plot(
         panels,
         0.7 + (4.6 if columns == 1 else 3.3) * rows,
@@ -152,7 +152,7 @@ def loops(result: Any) -> Plot:
     )
 
 
-def _room(group: Sequence[Cycle], unit: float) -> float:
+def _upper_end(group: Sequence[Cycle], unit: float) -> float:
     """Upper end of the forces of a panel, with room for the names of its amplitudes."""
     low, high = (
         float(end(np.concatenate([cycle.force for cycle in group]))) for end in (np.min, np.max)
@@ -168,25 +168,25 @@ def _draw_pair(
 ) -> None:
     """The loops of one load, and what is left of them; a colour for each amplitude."""
     below.add(Band(-2.0, 2.0, "y"))
-    most = max(MOST_DOTS // len(group), 40)
+    dot_count = max(MOST_DOTS // len(group), 40)
     hues = COLORS[1:]
     ordered = sorted(group, key=lambda c: float(np.ptp(c.x)))
     sizes = np.array([0.5 * float(np.ptp(cycle.x)) for cycle in ordered])
     numbers = _levels(sizes)
     firsts = np.unique(numbers, return_index=True)[1]
     if 1 < firsts.size <= len(hues):
-        for number, name in enumerate(_told_apart(sizes[firsts].tolist())):
+        for number, name in enumerate(_amplitude_names(sizes[firsts].tolist())):
             place = (number % 3) / 3.0 + 0.02, 0.985 - 0.085 * (number // 3)
             above.add(Words(*place, name, color=hues[number]))
     # Small loops lie over large ones, or they would be hidden.
     for cycle, number in reversed(list(zip(ordered, numbers.tolist(), strict=True))):
         hue = hues[number % len(hues)]
         x = (cycle.x - 0.5 * (cycle.x.max() + cycle.x.min())) / x_unit
-        marks = _along(x, cycle.force, MOST_MARKS)
+        marks = _spaced_marks(x, cycle.force, MOST_MARKS)
         above.marks(x[marks], cycle.force[marks] / f_unit, hue, size=3.0)
         closed = np.append(np.arange(x.size), 0)
         above.line(x[closed], cycle.model[closed] / f_unit, INK, width=1.1)
-        dots = np.array(evenly(x.size, most))
+        dots = np.array(evenly(x.size, dot_count))
         residual = cycle.residual[dots] / (cycle.error or 1.0)
         falling = np.gradient(cycle.x)[dots] < 0.0
         below.marks(x[dots][~falling], residual[~falling], hue, size=2.4)
@@ -200,13 +200,13 @@ def _levels(sizes: Floats) -> NDArray[np.int64]:
     return np.cumsum(np.diff(np.log(sizes), prepend=math.log(sizes[0])) > _SAME)
 
 
-def _told_apart(amplitudes: Sequence[float]) -> list[str]:
+def _amplitude_names(amplitudes: Sequence[float]) -> list[str]:
     """Amplitudes with as few digits as tell them apart."""
     texts = [[engineering(size, "m", digits) for size in amplitudes] for digits in (2, 3, 4)]
     return next((names for names in texts if len(set(names)) == len(names)), texts[-1])
 
 
-def _along(x: Floats, y: Floats, count: int) -> NDArray[np.int64]:
+def _spaced_marks(x: Floats, y: Floats, count: int) -> NDArray[np.int64]:
     """Places that are evenly spaced along a curve, whatever the times between its samples."""
     steps = np.hypot(np.diff(x) / max(float(np.ptp(x)), 1e-300), np.diff(y) / float(np.ptp(y)))
     length = np.concatenate(([0.0], np.cumsum(steps)))
@@ -237,16 +237,18 @@ def intervals(result: Any) -> Plot:
 def _strip(name: str, fitted: Fitted, row: int) -> Panel:
     """One interval on its own axis, which reaches a little beyond it."""
     open_low, open_high = fitted.low_open, fitted.high_open
-    known = fitted.high if open_low and not open_high else fitted.low if open_high else fitted.value
-    unit, letter = (1.0, "") if fitted.unit in ("", "-") else prefix(known)
+    scale_value = (
+        fitted.high if open_low and not open_high else fitted.low if open_high else fitted.value
+    )
+    unit, letter = (1.0, "") if fitted.unit in ("", "-") else prefix(scale_value)
     value, low, high = (v / unit for v in (fitted.value, fitted.low, fitted.high))
-    left, right = _ends(value, low, high, open_low, open_high)
-    if 0.0 < left < 0.1 * right:
-        reach = (right / left) ** 0.25
-        axis = Axis("", left / reach, right * reach, log=True)
+    start, right = _line_ends(value, low, high, open_low, open_high)
+    if 0.0 < start < 0.1 * right:
+        reach = (right / start) ** 0.25
+        axis = Axis("", start / reach, right * reach, log=True)
     else:
-        width = (right - left) or max(abs(value), 1.0)
-        axis = Axis("", left - 0.25 * width, right + 0.25 * width)
+        width = (right - start) or max(abs(value), 1.0)
+        axis = Axis("", start - 0.25 * width, right + 0.25 * width)
     in_unit = f" [{letter}{fitted.unit}]" if fitted.unit not in ("", "-") else ""
     verdict = "" if fitted.verdict == "identified" else f": {fitted.verdict}"
     panel = Panel(
@@ -257,18 +259,18 @@ def _strip(name: str, fitted: Fitted, row: int) -> Panel:
         cell=(row, row, 0, 0),
     )
     color = BLUE if fitted.verdict == "identified" else RED
-    panel.line([left, right], [0.0, 0.0], color, width=2.0)
-    for end, is_open, sign in ((left, open_low, "◂"), (right, open_high, "▸")):
+    panel.line([start, right], [0.0, 0.0], color, width=2.0)
+    for end, is_open, sign in ((start, open_low, "◂"), (right, open_high, "▸")):
         if is_open:
             panel.add(Words(end, 0.0, sign, "center", "middle", color, 12.0, data=True))
         else:
             panel.line([end, end], [-0.4, 0.4], color, width=1.5)
-    if left <= value <= right and not (open_low and open_high):
+    if start <= value <= right and not (open_low and open_high):
         panel.marks([value], [0.0], color, filled=True, size=5.0)
     return panel
 
 
-def _ends(
+def _line_ends(
     value: float, low: float, high: float, open_low: bool, open_high: bool
 ) -> tuple[float, float]:
     """Where the line of an interval begins and ends; without an end it goes on for a while."""
@@ -321,7 +323,7 @@ def _shade(value: float) -> ArrayLike:
 # -- profiles -------------------------------------------------------------------------------------
 
 
-def profiled(result: Any) -> list[str]:
+def profiled_names(result: Any) -> list[str]:
     """Names of the parameters whose profile has more than the best value and an end."""
     return [name for name in result.names if len(result.parameters[name].profile) > 2]
 
@@ -331,7 +333,7 @@ def profiles(result: Any) -> Plot:
     from scipy.special import chdtri
 
     level = float(chdtri(1, 1.0 - result.confidence))
-    names = profiled(result)
+    names = profiled_names(result)
     columns = min(len(names), 2 if len(names) == 4 else 3)
     rows = math.ceil(len(names) / columns)
     panels = []
@@ -358,8 +360,8 @@ def _curve(name: str, fitted: Fitted, level: float, row: int, column: int) -> Pa
     root = np.copysign(np.sqrt(rise), x - fitted.value)
     near = rise <= 2.0 * level
     if fitted.value > 0.0 and fitted.low >= 0.0:  # an open end may be decades away
-        known = [end for end in (fitted.low, fitted.value, fitted.high) if 0.0 < end < math.inf]
-        near &= (x >= min(known) / 4.0) & (x <= 4.0 * max(known))
+        ends = [end for end in (fitted.low, fitted.value, fitted.high) if 0.0 < end < math.inf]
+        near &= (x >= min(ends) / 4.0) & (x <= 4.0 * max(ends))
     first, last = float(x[near].min()), float(x[near].max())
     if last - first < 1e-6 * abs(last):  # the best value lies at a bound and nothing beside it
         first, last = 0.5 * fitted.value, 2.0 * fitted.value

@@ -92,7 +92,7 @@ def _minimise(
     start: Floats,
     moving: NDArray[np.intp],
     tolerance: float,
-    most: int | None = None,
+    evaluation_limit: int | None = None,
 ) -> Fit:
     from scipy.optimize import least_squares
 
@@ -107,9 +107,9 @@ def _minimise(
     inside = np.clip(q[moving], inner_low + 1e-9 * width, inner_high - 1e-9 * width)
 
     def at(part: Floats) -> Floats:
-        whole = q.copy()
-        whole[moving] = part
-        return whole
+        full_q = q.copy()
+        full_q[moving] = part
+        return full_q
 
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
@@ -123,7 +123,7 @@ def _minimise(
                 ftol=tolerance,
                 xtol=tolerance,
                 gtol=1e-12,
-                max_nfev=_MOST_EVALUATIONS if most is None else most,
+                max_nfev=_MOST_EVALUATIONS if evaluation_limit is None else evaluation_limit,
             )
         except (ValueError, np.linalg.LinAlgError) as error:
             return Fit(q, float("inf"), False, f"the fit broke off: {error}")
@@ -152,7 +152,7 @@ def settle(
     for _ in range(_MOST_STEPS):
         if moving.size == 0 or not np.isfinite(cost):
             return Fit(q, cost, True, "")
-        free, step, gain = _inward(q, residual, by, moving, low, high, damping)
+        free, step, gain = _step_within(q, residual, by, moving, low, high, damping)
         if free.size == 0 or (damping == 0.0 and gain <= good_enough):
             return Fit(q, cost, True, "")
         new = q.copy()
@@ -174,7 +174,7 @@ def settle(
     return _minimise(problem, q, moving, 1e-7, _FEW_EVALUATIONS)
 
 
-def _inward(
+def _step_within(
     q: Floats,
     residual: Floats,
     by: Floats,
@@ -224,17 +224,17 @@ def solve(
         problem.forget()
         fit = _reweighted(problem, start)
         # Two that end at the same place: no other start will tell more.
-        same = best is not None and abs(fit.deviance - best.deviance) < 1e-3 * best.deviance
-        if best is None or _better(fit, best):
+        is_repeated = best is not None and abs(fit.deviance - best.deviance) < 1e-3 * best.deviance
+        if best is None or _is_better(fit, best):
             best = fit
-        good = same or (
+        good = is_repeated or (
             best.converged and best.cost < 3.0 * freedom and not at_bounds(problem, best.q)
         )
         if good:
             break
     if best is not None and best.finite:
         problem.update(best.q)
-        best = _again(problem, best)
+        best = _refitted(problem, best)
         if loss != "linear":
             best = _robust(problem, best, loss)
     return best
@@ -265,7 +265,7 @@ def _robust(problem: Problem, fit: Fit, loss: str) -> Fit:
         scale = _TOLERATED * max(1.0, float(np.median(np.abs(residual))) / 0.6745)
         problem.weigh(np.sqrt(_LOSSES[loss]((residual / scale) ** 2)))
         problem.update(fit.q, _SHARE, problem.nuisance_effects if passed >= _PASSES else ())
-        before, fit = fit, _again(problem, fit)
+        before, fit = fit, _refitted(problem, fit)
         _, by = problem.residuals(fit.q)
         moved = by @ (fit.q - before.q)
         if float(moved @ moved) < 1e-6:
@@ -273,49 +273,49 @@ def _robust(problem: Problem, fit: Fit, loss: str) -> Fit:
     return fit
 
 
-def _again(problem: Problem, fit: Fit) -> Fit:
+def _refitted(problem: Problem, fit: Fit) -> Fit:
     """The fit once more under the weights as they now are."""
-    again = minimise(problem, fit.q)
-    if not again.finite:
+    refit = minimise(problem, fit.q)
+    if not refit.finite:
         return fit
-    message = again.message if fit.converged else fit.message
-    converged = again.converged and fit.converged
-    return Fit(again.q, again.cost, converged, message, problem.log_determinant)
+    message = refit.message if fit.converged else fit.message
+    converged = refit.converged and fit.converged
+    return Fit(refit.q, refit.cost, converged, message, problem.log_determinant)
 
 
 def _reweighted(problem: Problem, start: Floats) -> Fit:
     low, high = bounds_of(problem)
     fit = minimise(problem, np.clip(start, low, high), tolerance=1e-6)
-    return _settled(problem, fit) if fit.finite else fit
+    return _under_own_weights(problem, fit) if fit.finite else fit
 
 
 def resettled(problem: Problem, start: Floats) -> Fit:
     """The fit near a start, under the weights of where it ends."""
     problem.most = problem.evaluations + _MOST_IN_ALL
     problem.update(start)
-    fit = _settled(problem, minimise(problem, start))
+    fit = _under_own_weights(problem, minimise(problem, start))
     if not fit.finite:
         return fit
     problem.update(fit.q)
-    return _again(problem, fit)
+    return _refitted(problem, fit)
 
 
-def _settled(problem: Problem, fit: Fit) -> Fit:
+def _under_own_weights(problem: Problem, fit: Fit) -> Fit:
     """The fit repeated under the weights of where it ended until it stays there.
 
     Weights that swing are damped. Of a fit that never comes to rest, which only a law that does not
     suit the records does, the best place that was visited; it does not count as converged.
     """
     best = fit
-    least = math.inf
+    lowest = math.inf
     for passed in range(_PASSES + _DAMPED):
         if problem.evaluations > problem.most:
             return Fit(best.q, best.cost, False, _USED_UP, best.weight)
         used = problem.nuisance_effects
         problem.update(fit.q)
-        fit = _own(problem, fit)
-        if fit.deviance < least:
-            best, least = fit, fit.deviance
+        fit = _reweighed(problem, fit)
+        if fit.deviance < lowest:
+            best, lowest = fit, fit.deviance
         if passed >= _PASSES:
             problem.update(fit.q, _SHARE, used)
         before, fit = fit, minimise(problem, fit.q, tolerance=1e-8)
@@ -327,27 +327,27 @@ def _settled(problem: Problem, fit: Fit) -> Fit:
             break
     under = fit.cost
     problem.update(fit.q)
-    fit = _own(problem, fit)
+    fit = _reweighed(problem, fit)
     if abs(fit.cost - under) <= _SETTLED * max(fit.cost, 1.0):
         return fit
-    best = fit if fit.deviance < least else best
+    best = fit if fit.deviance < lowest else best
     return Fit(best.q, best.cost, False, _UNSETTLED, best.weight)
 
 
-def _own(problem: Problem, fit: Fit) -> Fit:
+def _reweighed(problem: Problem, fit: Fit) -> Fit:
     """The fit with its sum of squares under the weights as they now are."""
     residual, _ = problem.residuals(fit.q)
     cost = float(residual @ residual)
     return Fit(fit.q, cost, fit.converged, fit.message, problem.log_determinant)
 
 
-def _better(fit: Fit, other: Fit) -> bool:
-    if not fit.finite or not other.finite:
+def _is_better(fit: Fit, best: Fit) -> bool:
+    if not fit.finite or not best.finite:
         return fit.finite
-    if fit.converged != other.converged:
-        good, bad = (fit, other) if fit.converged else (other, fit)
+    if fit.converged != best.converged:
+        good, bad = (fit, best) if fit.converged else (best, fit)
         return (good is fit) == (good.deviance < 1.1 * bad.deviance)
-    return fit.deviance < other.deviance
+    return fit.deviance < best.deviance
 
 
 def at_bounds(problem: Problem, q: Floats) -> list[int]:

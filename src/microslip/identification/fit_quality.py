@@ -120,7 +120,7 @@ def slip_shares(problem: Problem, q: Floats) -> list[float]:
     return shares
 
 
-def _held(cycles: int, share: float) -> NDArray[np.bool_]:
+def _held_back_rows(cycles: int, share: float) -> NDArray[np.bool_]:
     """Which cycles are held back: as even as the share allows; one at least, and two stay."""
     steps = np.floor(np.arange(cycles + 1) * share + 1e-9)
     rows = np.diff(steps) > 0.0
@@ -132,8 +132,8 @@ def _held(cycles: int, share: float) -> NDArray[np.bool_]:
 
 def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
     """RMS error over noise with which a fit of the other cycles predicts those held back [-]."""
-    kept = [~_held(folded.cycles, share) for folded in problem.folded]
-    parts = [folded.part(rows) for folded, rows in zip(problem.folded, kept, strict=True)]
+    fitted_rows = [~_held_back_rows(folded.cycles, share) for folded in problem.folded]
+    parts = [folded.part(rows) for folded, rows in zip(problem.folded, fitted_rows, strict=True)]
     held_problem = Problem(
         parts,
         problem.model,
@@ -156,13 +156,17 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
             return None
     total, number = 0.0, 0
     for folded, rows, part, force in zip(
-        problem.folded, kept, parts, held_problem.model_force(fit.q), strict=True
+        problem.folded, fitted_rows, parts, held_problem.model_force(fit.q), strict=True
     ):
         full = folded.cycle_count[rows].sum(axis=0) > 0.0
         count = folded.cycle_count[~rows].sum(axis=0)[full]
         sums = folded.cycle_force[~rows].sum(axis=0)[full]
-        seen = count > 0.0
-        miss = (sums[seen] / count[seen] - force[seen]) * np.sqrt(count[seen]) / part.force_noise
+        has_samples = count > 0.0
+        miss = (
+            (sums[has_samples] / count[has_samples] - force[has_samples])
+            * np.sqrt(count[has_samples])
+            / part.force_noise
+        )
         total, number = total + float(miss @ miss), number + int(miss.size)
     return math.sqrt(total / number) if number else None
 
@@ -183,16 +187,16 @@ def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Rigs | None:
     does not answer the records wants rigs that differ, too, but they do not mend it.
     """
     reduced = best.cost / max(freedom, 1)
-    wanted = _wanted_compliances(problem, best, reduced)
-    if wanted is None:
+    stand_out = _wanted_compliances(problem, best, reduced)
+    if stand_out is None:
         return None
-    label, members = wanted
-    apart = _apart(problem, best)
-    if apart is None:
+    label, members = stand_out
+    separate = _fit_with_own_rigs(problem, best)
+    if separate is None:
         return None
-    cost, compliances = apart
-    left = cost / max(freedom - len(compliances) + len(set(problem.rigs)), 1)
-    if left > _EXPLAINED and cost > _MOST_OF * best.cost:
+    cost, compliances = separate
+    reduced_apart = cost / max(freedom - len(compliances) + len(set(problem.rigs)), 1)
+    if reduced_apart > _EXPLAINED and cost > _MOST_OF * best.cost:
         return None
     member_compliances = np.array([compliances[i] for i in members])
     spread = (
@@ -202,7 +206,7 @@ def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Rigs | None:
     )
     # Of rigs that are nearly rigid no share of a compliance says anything.
     by = f" by {significant(100.0 * spread, 2)} %" if 0.0 < spread < 1.0 else ""
-    if left > _EXPLAINED:
+    if reduced_apart > _EXPLAINED:
         return Rigs(
             f"rigs of their own, whose compliances differ{by}, would take most of what the law "
             f"leaves, though not all (most: {label!r}); if the records are of different rigs, name "
@@ -217,7 +221,7 @@ def rigs_differ(problem: Problem, best: Fit, freedom: int) -> Rigs | None:
     )
 
 
-def _apart(problem: Problem, best: Fit) -> tuple[float, dict[int, float]] | None:
+def _fit_with_own_rigs(problem: Problem, best: Fit) -> tuple[float, dict[int, float]] | None:
     """Sum of squares and compliance [m/N] of each record where each has a rig of its own."""
     coordinates = list(problem.coordinates)
     rigs: list[int | None] = []
@@ -274,42 +278,42 @@ def _wanted_compliances(
         members = [i for i in with_rig if problem.rigs[i] == rig]
         if len(members) < 2:
             continue
-        kept = members[1:] if rig in free else members
-        columns += [by_own_compliance[:, i] for i in kept]
-        owners += kept
+        compared = members[1:] if rig in free else members
+        columns += [by_own_compliance[:, i] for i in compared]
+        owners += compared
     if not columns:
         return None
-    whole = np.column_stack((by, *columns))
-    scale = np.linalg.norm(whole, axis=0)
+    design = np.column_stack((by, *columns))
+    scale = np.linalg.norm(design, axis=0)
     scale[scale == 0.0] = 1.0
-    whole = whole / scale
-    values, vectors = np.linalg.eigh(whole.T @ whole)
+    design = design / scale
+    values, vectors = np.linalg.eigh(design.T @ design)
     is_known = values > 1e-10 * values[-1]
-    right = vectors[:, is_known].T @ (whole.T @ residual)
+    right = vectors[:, is_known].T @ (design.T @ residual)
     step = -vectors[:, is_known] @ (right / values[is_known])
     fall = float(right @ (right / values[is_known]))
     if chdtrc(len(columns), fall / max(reduced, 1.0)) > _CERTAIN:
         return None
     change = np.zeros(len(problem.folded))
     change[owners] = (step / scale)[by.shape[1] :]
-    worst, label, those = 0.0, "", list[int]()
+    worst, label, worst_members = 0.0, "", list[int]()
     for rig in names:
         members = [i for i in with_rig if problem.rigs[i] == rig]
         coordinate = problem.coordinates[rig] if rig is not None else None
         if coordinate is None or len(members) < 2:
             continue
-        now = 1.0 / max(problem.physical(best.q)[rig], 1e-300)  # type: ignore[index]
+        compliance = 1.0 / max(problem.physical(best.q)[rig], 1e-300)  # type: ignore[index]
         # A rig that is nearly rigid has no compliance to speak of.
-        share = float(np.ptp(change[members])) / max(now, 1e-3 / coordinate.scale)
+        share = float(np.ptp(change[members])) / max(compliance, 1e-3 / coordinate.scale)
         if share > worst:
-            worst, those = share, members
+            worst, worst_members = share, members
             # The first record of a free rig stands still in the score, so it may be the odd one.
             middle = float(np.median(change[members]))
             far = max(reversed(members), key=lambda i: abs(change[i] - middle))
             label = problem.folded[far].name
     if worst < _LARGE:
         return None
-    return label, those
+    return label, worst_members
 
 
 def _own_compliances(problem: Problem, q: Floats, size: int) -> Floats:
@@ -341,11 +345,11 @@ def _by_compliance(problem: Problem, q: Floats) -> Floats:
 
 def misfit(records: Sequence[RecordFit], reduced: float) -> str:
     """What says that a law leaves more than noise."""
-    left = sum(float(record.residual @ record.residual) for record in records)
-    whole = sum(
+    residual_square = sum(float(record.residual @ record.residual) for record in records)
+    force_square = sum(
         float(np.square(record.measured - record.measured.mean()).sum()) for record in records
     )
-    share = math.sqrt(left / whole) if whole > 0.0 else math.inf
+    share = math.sqrt(residual_square / force_square) if force_square > 0.0 else math.inf
     return (
         f"the law does not answer the records: it leaves {significant(math.sqrt(reduced), 2)} "
         f"times their noise, {significant(100.0 * share, 2)} % of the force"

@@ -15,8 +15,8 @@ from microslip._core.units import engineering, significant
 from microslip.errors import Argument, InputError
 from microslip.identification.displacement_series import QUIET, series_of
 from microslip.identification.drift import Drift, drift_of
-from microslip.identification.mean_cycle import MeanCycle, Turns, all_turns, pieces, places_of
-from microslip.identification.outliers import jumps, mean_load, spared
+from microslip.identification.mean_cycle import MeanCycle, Turns, all_turns, places_of, stretches
+from microslip.identification.outliers import cycles_without_spikes, jumps, mean_load
 from microslip.loops import Loop
 from microslip.tribometer.blocks import Blocks, blocks_of
 from microslip.tribometer.cycle_columns import columns_of_blocks
@@ -24,7 +24,7 @@ from microslip.tribometer.estimates import Estimate, trend
 from microslip.tribometer.measurement import clipped
 from microslip.tribometer.record import Record
 from microslip.tribometer.settling import CERTAIN, Settled, settled
-from microslip.tribometer.spikes import Spike, spikes_of, without
+from microslip.tribometer.spikes import Spike, spikes_of, without_spikes
 
 FEWEST_CYCLES = 3
 MOST_BINS = 512
@@ -79,7 +79,7 @@ class Folded(Locked):
     left_out: int
     """Number of cycles that were left out."""
     notes: tuple[str, ...]
-    said: tuple[str, ...] = ()
+    folding_notes: tuple[str, ...] = ()
     """Those of the notes that are of the folding itself, not of the record."""
     load_error: float = 0.0
     """Standard error of the mean normal load [N]; 0 of one that was given as a number."""
@@ -179,16 +179,20 @@ def fold(
             "write Record(displacement, force) or Record.read(path)",
         )
     spikes = spikes_of(record)
-    folded, more = _fold(record, spikes, cycles, bins, running_in)
+    folded, jumps_there = _fold(record, spikes, cycles, bins, running_in)
     # Those that only the other cycles show come to light once all are folded.
-    return _fold(record, (*spikes, *more), cycles, bins, running_in)[0] if more else folded
+    return (
+        _fold(record, (*spikes, *jumps_there), cycles, bins, running_in)[0]
+        if jumps_there
+        else folded
+    )
 
 
 def _fold(
     record: Record, spikes: Sequence[Spike], cycles: slice | None, bins: int, running_in: int
 ) -> tuple[Folded, list[Spike]]:
     """The folded record without its spikes, and further ones."""
-    record = without(record, spikes)
+    record = without_spikes(record, spikes)
     x, force = record.displacement, record.force
     blocks = blocks_of(record)
     time = np.arange(x.size, dtype=float)
@@ -196,21 +200,21 @@ def _fold(
         time = record.time
     elif record.sample_rate is not None:
         time = time / record.sample_rate
-    _span(force)  # of a dead sensor no cycle can be judged
-    like = _like_cycles(record, blocks) if cycles is None else None
+    _force_range(force)  # of a dead sensor no cycle can be judged
+    like = _similar_samples(record, blocks) if cycles is None else None
     phases = all_turns(time, x, blocks)
     del time
-    whole, rate, samples_a_cycle = phases.whole, phases.rate, phases.samples_a_cycle
-    chosen = _settled(phases, force, cycles, running_in, record.name, like)
-    chosen, spoilt = spared(chosen, spikes, phases.place, FEWEST_CYCLES)
-    rows = np.flatnonzero(chosen)
-    inside = np.append(chosen, False)[phases.place]
-    which = phases.place[inside]
+    cycle_count, rate, samples_a_cycle = phases.cycle_count, phases.rate, phases.samples_a_cycle
+    is_settled = _settled_cycles(phases, force, cycles, running_in, record.name, like)
+    is_settled, spike_notes = cycles_without_spikes(is_settled, spikes, phases.place, FEWEST_CYCLES)
+    rows = np.flatnonzero(is_settled)
+    inside = np.append(is_settled, False)[phases.place]
+    cycle = phases.place[inside]
     phase = phases.turns[inside]
     del phases
-    phase -= which
+    phase -= cycle
     phase *= 2.0 * math.pi
-    place = (np.cumsum(chosen) - 1)[which]
+    place = (np.cumsum(is_settled) - 1)[cycle]
     x, force = x[inside], force[inside]
     places = places_of(phase, samples_a_cycle)
     size = int(min(bins, max(16, places.number)))
@@ -219,12 +223,12 @@ def _fold(
     width = 2.0 * math.pi / size
     edge = float(phase[0]) % width - 0.5 * width
     column = np.empty(phase.size, dtype=np.int64)
-    for piece in pieces(phase.size):
+    for piece in stretches(phase.size):
         wrapped = edge + np.mod(phase[piece] - edge, 2.0 * math.pi)
-        which[piece] += np.rint((phase[piece] - wrapped) / (2.0 * math.pi)).astype(np.int64)
+        cycle[piece] += np.rint((phase[piece] - wrapped) / (2.0 * math.pi)).astype(np.int64)
         column[piece] = np.clip(((wrapped - edge) / width).astype(np.int64), 0, size - 1)
         phase[piece] = wrapped
-    which -= which.min()
+    cycle -= cycle.min()
     number = np.cumsum(np.bincount(column, minlength=size) > 0) - 1
     size = int(number[-1]) + 1
     if size < number.size:
@@ -232,14 +236,14 @@ def _fold(
     curve = MeanCycle(phase, column, size, places.alike and places.number <= size)
     total, spread = curve.total, curve.spread
     spread[spread < 1e-3 * width] = 0.0
-    drift, moved = drift_of(force, which, curve), drift_of(x, which, curve)
+    drift, moved = drift_of(force, cycle, curve), drift_of(x, cycle, curve)
     gone = phase / (2.0 * math.pi)
-    gone += which
+    gone += cycle
     gone -= float(gone.mean())
-    del which
+    del cycle
     drifting = (
-        *_drifting("force", "N", drift, gone, force),
-        *_drifting("displacement", "m", moved, gone, x),
+        *_drift_note("force", "N", drift, gone, force),
+        *_drift_note("displacement", "m", moved, gone, x),
     )
     x -= moved.slope * gone
     harmonics, coefficients, covariance, noise_x = series_of(
@@ -251,30 +255,30 @@ def _fold(
     level = curve.of(force - drift.slope * gone)
     drifted = drift.error * np.bincount(column, gone) / total
     del gone
-    noise_f = curve.noise(level.rest, 1)
+    noise_f = curve.noise(level.residual, 1)
     load = mean_load(record, inside, place, curve)
-    said = (
+    folding_notes = (
         *blocks.notes,
         *(() if like is None else like.notes),
         *clipped(record),
-        *spoilt,
+        *spike_notes,
         *load.notes,
         *drifting,
     )
-    more = jumps(level.rest, column, inside, force)
+    further_spikes = jumps(level.residual, column, inside, force)
     del force
     place *= size
     place += column
     shape = rows.size, size
     counts = np.bincount(place, minlength=rows.size * size).reshape(shape).astype(float)
     sums: Floats = counts * level.base
-    sums += np.bincount(place, level.rest, minlength=rows.size * size).reshape(shape)
+    sums += np.bincount(place, level.residual, minlength=rows.size * size).reshape(shape)
     grown = _growth(sums, counts, level.mean)
     growth = grown.value if abs(grown.value) > _LIKELY * grown.standard_error else 0.0
     certain = growth if abs(growth) > CERTAIN * grown.standard_error else 0.0
     if abs(certain) > _ALIKE:
-        said = (*said, _growing(certain))
-    doubt = _doubt(record, like, certain)
+        folding_notes = (*folding_notes, _growth_note(certain))
+    doubt = _doubt_of(record, like, certain)
     timed = record.time is not None or record.sample_rate is not None
     folded = Folded(
         name=record.name,
@@ -292,9 +296,9 @@ def _fold(
         normal_load=load.mean,
         frequency=rate if timed else None,
         cycles=int(rows.size),
-        left_out=int(whole - rows.size),
-        notes=(*record.notes, *said),
-        said=said,
+        left_out=int(cycle_count - rows.size),
+        notes=(*record.notes, *folding_notes),
+        folding_notes=folding_notes,
         load_error=load.error,
         drift=drift.slope,
         growth=growth,
@@ -302,7 +306,7 @@ def _fold(
         doubt=doubt,
         freedom=max(curve.freedom - 1.0, 1.0),
     )
-    return folded, more
+    return folded, further_spikes
 
 
 def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
@@ -320,26 +324,26 @@ def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
     return trend(np.linspace(0.0, 1.0, number), factors, 0.95)
 
 
-def _like_cycles(record: Record, blocks: Blocks) -> Settled:
+def _similar_samples(record: Record, blocks: Blocks) -> Settled:
     """Samples of the settled cycles, as :func:`microslip.measure` tells them, more strictly."""
     sign = -1.0 if blocks.flipped else 1.0
     columns = columns_of_blocks(
         sign * record.displacement, sign * record.force, record.normal_load, blocks
     )
-    found = settled(columns, columns["closure_error"] <= OPEN, _ALIKE)
-    if found.is_moving:
-        return found._replace(chosen=np.ones(record.force.size, dtype=bool))
+    similar = settled(columns, columns["closure_error"] <= OPEN, _ALIKE)
+    if similar.is_moving:
+        return similar._replace(selection=np.ones(record.force.size, dtype=bool))
     samples = np.zeros(record.force.size, dtype=bool)
-    begin = columns["start"][found.chosen].astype(np.int64)
-    slack = (0.1 * columns["period"][found.chosen]).astype(np.int64)
-    for first, last, more in zip(
-        begin, begin + columns["period"][found.chosen].astype(np.int64), slack, strict=True
+    begin = columns["start"][similar.selection].astype(np.int64)
+    slack = (0.1 * columns["period"][similar.selection]).astype(np.int64)
+    for first, last, margin in zip(
+        begin, begin + columns["period"][similar.selection].astype(np.int64), slack, strict=True
     ):
-        samples[max(first - more, 0) : last + more] = True
-    return found._replace(chosen=samples)
+        samples[max(first - margin, 0) : last + margin] = True
+    return similar._replace(selection=samples)
 
 
-def _doubt(record: Record, like: Settled | None, growth: float) -> str:
+def _doubt_of(record: Record, like: Settled | None, growth: float) -> str:
     """Why a mean over the cycles of a record is of no state of a joint; empty where it is."""
     if abs(growth) > GROWN or (like is not None and like.is_moving):
         return "found as a mean over cycles that move, so of no state of the joint"
@@ -348,7 +352,7 @@ def _doubt(record: Record, like: Settled | None, growth: float) -> str:
     return ""
 
 
-def _growing(growth: float) -> str:
+def _growth_note(growth: float) -> str:
     return (
         f"the force of the cycles {'grows' if growth > 0.0 else 'falls'} by "
         f"{significant(100.0 * abs(growth), 2)} % over those that count, as in running in or wear: "
@@ -357,19 +361,21 @@ def _growing(growth: float) -> str:
     )
 
 
-def _drifting(name: str, unit: str, drift: Drift, turns: Floats, values: Floats) -> tuple[str, ...]:
+def _drift_note(
+    name: str, unit: str, drift: Drift, turns: Floats, values: Floats
+) -> tuple[str, ...]:
     """A note on a drift that is more than noise."""
     if not drift.is_certain:
         return ()
-    whole = drift.slope * float(np.ptp(turns))
-    share = 100.0 * abs(whole) / float(np.ptp(values))
+    total = drift.slope * float(np.ptp(turns))
+    share = 100.0 * abs(total) / float(np.ptp(values))
     return (
-        f"the {name} drifts by {engineering(whole, unit)} over the cycles that count, "
+        f"the {name} drifts by {engineering(total, unit)} over the cycles that count, "
         f"{significant(share, 2)} % of its range; a straight line is taken off",
     )
 
 
-def _settled(
+def _settled_cycles(
     phases: Turns,
     force: Floats,
     cycles: slice | None,
@@ -378,53 +384,54 @@ def _settled(
     like: Settled | None,
 ) -> NDArray[np.bool_]:
     """Which of the whole cycles are settled."""
-    whole = phases.whole
-    if whole < 1:
+    cycle_count = phases.cycle_count
+    if cycle_count < 1:
         raise InputError(f"{name}: no whole cycle from one peak to the next")
-    chosen = np.zeros(whole, dtype=bool)
+    is_chosen = np.zeros(cycle_count, dtype=bool)
     if cycles is not None:
         if not isinstance(cycles, slice):
             raise InputError(
                 Argument("cycles"), f" must be a slice, such as slice(2, 20), got {show(cycles)}"
             )
-        chosen[cycles] = True
+        is_chosen[cycles] = True
     else:
         gap = _differences_of_ends(phases, force)
-        chosen[min(running_in, whole) :] = True
-        chosen &= gap <= OPEN
-        if like is not None and not like.chosen.all():
+        is_chosen[min(running_in, cycle_count) :] = True
+        is_chosen &= gap <= OPEN
+        if like is not None and not like.selection.all():
             of_cycle = phases.place >= 0
             place = phases.place[of_cycle]
-            others = np.bincount(place, ~like.chosen[of_cycle], minlength=whole)
-            alike = chosen & (others == 0)
-            chosen = alike if np.count_nonzero(alike) >= FEWEST_CYCLES else chosen
-    if np.count_nonzero(chosen) < FEWEST_CYCLES:
+            unlike = np.bincount(place, ~like.selection[of_cycle], minlength=cycle_count)
+            alike = is_chosen & (unlike == 0)
+            is_chosen = alike if np.count_nonzero(alike) >= FEWEST_CYCLES else is_chosen
+    if np.count_nonzero(is_chosen) < FEWEST_CYCLES:
         raise InputError(
             f"{name}: at least {FEWEST_CYCLES} settled whole cycles are needed, got "
-            f"{np.count_nonzero(chosen)} of {whole} (left out: {running_in} of running-in, and "
-            "those that do not close); the scatter between cycles is the measure of the noise"
+            f"{np.count_nonzero(is_chosen)} of {cycle_count} (left out: {running_in} of "
+            "running-in, and those that do not close); the scatter between cycles is the measure "
+            "of the noise"
         )
-    return chosen
+    return is_chosen
 
 
 def _differences_of_ends(phases: Turns, force: Floats) -> Floats:
     """How far the forces at both ends of each cycle are apart, of their range."""
     gaps, range_of_ends = [], 0.0
-    for samples, before, whole in phases.ends:
+    for samples, before, cycle_count in phases.ends:
         turns, block_force = phases.turns[samples] - before, force[samples]
-        ends = np.clip(np.searchsorted(turns, np.arange(whole + 1) - 1e-9), 0, turns.size - 1)
-        half = max(1, int(0.01 * (ends[-1] - ends[0]) / whole))
+        ends = np.clip(np.searchsorted(turns, np.arange(cycle_count + 1) - 1e-9), 0, turns.size - 1)
+        half = max(1, int(0.01 * (ends[-1] - ends[0]) / cycle_count))
         sums = np.concatenate((np.zeros(1), np.cumsum(block_force)))
         low, high = np.clip(ends - half, 0, None), np.clip(ends + half + 1, None, turns.size)
         value = (sums[high] - sums[low]) / (high - low)
         gaps.append(np.abs(np.diff(value)))
         range_of_ends = max(range_of_ends, float(np.ptp(value)))
-    return np.concatenate(gaps) / max(range_of_ends, _span(force))
+    return np.concatenate(gaps) / max(range_of_ends, _force_range(force))
 
 
-def _span(force: Floats) -> float:
-    few = force[:: max(1, force.size >> 17)]
-    low, high = np.percentile(few, (1.0, 99.0))
+def _force_range(force: Floats) -> float:
+    sampled = force[:: max(1, force.size >> 17)]
+    low, high = np.percentile(sampled, (1.0, 99.0))
     if low == high:
         raise InputError(
             Argument("force"), f" must vary, got {low:g} N nearly throughout: a dead sensor"

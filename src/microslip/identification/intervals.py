@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.identification.bound_sensitivity import open_ends, share
+from microslip.identification.bound_sensitivity import log_change, open_ends
 from microslip.identification.coordinates import RIG, Coordinate
 from microslip.identification.fit import Fit, bounds_of, resettled
 from microslip.identification.minos import minos
@@ -80,31 +80,31 @@ def profiled(
     threshold = float(chdtri(1, 1.0 - level))
     size = best.q.size
     work = _MOST_WORK / (problem.half.size * (4.0 + size))
-    most = problem.evaluations + min(work, _MOST_EVALUATIONS)
+    evaluation_limit = problem.evaluations + min(work, _MOST_EVALUATIONS)
     for attempt in range(_RESTARTS):
         if not best.finite:
             nothing = Interval(-math.inf, math.inf, True, True, best.q, best.q)
             return Profiled(best, [nothing] * size, np.ones(size), np.eye(size), threshold)
         covariance = covariance_of(information(problem, best.q))
         reduced = best.cost / freedom
-        left = hidden(best, freedom)
+        hidden_shift = misfit_shift(best, freedom)
         excess = reduced if chdtrc(freedom, best.cost) < _SIGNIFICANT else 1.0
         widen = np.maximum(cycle_ratio(problem, best.q), max(excess, 1.0))
         errors = np.sqrt(np.diag(covariance))
-        stake = stake_of(problem, best, errors * np.sqrt(threshold * widen), left * errors)
+        stake = stake_of(problem, best, errors * np.sqrt(threshold * widen), hidden_shift * errors)
         if not is_at_stake(stake):
-            widen = (np.sqrt(widen) + left / math.sqrt(threshold)) ** 2
+            widen = (np.sqrt(widen) + hidden_shift / math.sqrt(threshold)) ** 2
         task = _Task(problem, best, threshold * widen, covariance, attempt == _RESTARTS - 1)
-        linear = task.run(kind, most, report)
+        linear = task.run(kind, evaluation_limit, report)
         if task.better is None:
             break
         best = resettled(problem, task.better.q)
     ends = open_ends(problem, best, covariance, task.intervals, threshold * widen)
     intervals = leant_on_bounds(problem, best, task.intervals, ends)
     if problem.summits is not None:
-        told = np.array([interval.high - interval.low for interval in intervals])
+        widths = np.array([interval.high - interval.low for interval in intervals])
         intervals = over_separations(problem, best, intervals, threshold * widen)
-        wider = np.array([interval.high - interval.low for interval in intervals]) / told
+        wider = np.array([interval.high - interval.low for interval in intervals]) / widths
         covariance = covariance * np.outer(wider, wider)  # of what follows from them
     answer = Profiled(best, intervals, widen, covariance, threshold, linear)
     answer.open_ends = ends
@@ -113,7 +113,7 @@ def profiled(
     return answer
 
 
-def hidden(best: Fit, freedom: int) -> float:
+def misfit_shift(best: Fit, freedom: int) -> float:
     """Shift of any coordinate, in standard errors, that may hide behind what the law leaves.
 
     What the law lacks has a part that no value of a coordinate makes, which is what is left beside
@@ -130,7 +130,7 @@ def hidden(best: Fit, freedom: int) -> float:
 def stake_of(problem: Problem, best: Fit, widths: Floats, shifts: Floats) -> float | None:
     """The largest of the shifts, of its number, of those that half widths say are told at all."""
     shares = [
-        abs(share(coordinate, q, shift))
+        abs(log_change(coordinate, q, shift))
         for coordinate, q, width, shift in zip(
             (problem.coordinates[int(j)] for j in problem.free),
             best.q.tolist(),
@@ -138,7 +138,7 @@ def stake_of(problem: Problem, best: Fit, widths: Floats, shifts: Floats) -> flo
             shifts.tolist(),
             strict=True,
         )
-        if abs(share(coordinate, q, width)) < _TOLD
+        if abs(log_change(coordinate, q, width)) < _TOLD
     ]
     return max(shares, default=None)
 
@@ -168,7 +168,7 @@ def leant_on_bounds(
         for i, interval in enumerate(intervals):
             if i == j:
                 continue
-            ahead = share(free[i], float(best.q[i]), float(ways[i]))
+            ahead = log_change(free[i], float(best.q[i]), float(ways[i]))
             moves = abs(ahead) >= MOVED
             unit = 1.0 if end.rests else min(intervals[j].high - intervals[j].low, 1.0)
             if not moves and _width(free[i], interval) / unit < MOVED:
@@ -218,8 +218,8 @@ class _Task:
             for i in part:
                 self._others[i] = part[part != i]
 
-    def run(self, kind: str, most: float, report: Progress) -> list[int]:
-        """All intervals; which of them are those of the curvature, after ``most`` evaluations."""
+    def run(self, kind: str, evaluation_limit: float, report: Progress) -> list[int]:
+        """All intervals; which of them are those of the curvature, after ``evaluation_limit``."""
         problem, size = self._problem, self._best.q.size
         results = [
             curvature(problem, self._best, i, float(self._rises[i]), self._covariance)
@@ -231,26 +231,28 @@ class _Task:
         # The rig competes with all others: it comes first.
         is_rig = [problem.coordinates[int(j)].parameter == RIG for j in problem.free]
         order = sorted(range(size), key=lambda i: not is_rig[i])
-        for done, i in enumerate(order):
-            if problem.evaluations > most:
-                return sorted(order[done:])
-            other = None
+        for finished, i in enumerate(order):
+            if problem.evaluations > evaluation_limit:
+                return sorted(order[finished:])
+            by_minos = None
             if kind == "minos":
                 rise = float(self._rises[i])
-                other = minos(problem, self._best, i, rise, self._covariance)
-            results[i] = other or self._kept(profile(*self._given(i)))
-            report((done + 1) / size)
+                by_minos = minos(problem, self._best, i, rise, self._covariance)
+            results[i] = by_minos or self._checked_profile(profile(*self._profile_options(i)))
+            report((finished + 1) / size)
             if self.better is not None:
                 return []
         if kind == "profile" and size <= _FEW:
-            self._cross(most)
+            self._cross(evaluation_limit)
         return []
 
-    def _given(self, i: int) -> tuple[Problem, Fit, int, float, Floats, NDArray[np.intp], bool]:
-        rise, others = float(self._rises[i]), self._others[i]
-        return self._problem, self._best, i, rise, self._covariance, others, self._is_last
+    def _profile_options(
+        self, i: int
+    ) -> tuple[Problem, Fit, int, float, Floats, NDArray[np.intp], bool]:
+        rise, conditional = float(self._rises[i]), self._others[i]
+        return self._problem, self._best, i, rise, self._covariance, conditional, self._is_last
 
-    def _kept(self, answer: tuple[Interval, Fit | None]) -> Interval:
+    def _checked_profile(self, answer: tuple[Interval, Fit | None]) -> Interval:
         interval, lower = answer
         if lower is not None and self._is_last:
             self.lower_still = True
@@ -258,7 +260,7 @@ class _Task:
             self.better = lower
         return interval
 
-    def _cross(self, most: float) -> None:
+    def _cross(self, evaluation_limit: float) -> None:
         """Ends of what is open on one side only, as ways of the others."""
         for j, interval in enumerate(self.intervals):
             places = [
@@ -272,7 +274,7 @@ class _Task:
             if len(places) != 1:
                 continue
             for i in self._others[j]:
-                if self.better is not None or self._problem.evaluations > most:
+                if self.better is not None or self._problem.evaluations > evaluation_limit:
                     return
-                moved = further(*self._given(int(i)), self.intervals[i], places)
-                self.intervals[i] = self._kept(moved)
+                moved = further(*self._profile_options(int(i)), self.intervals[i], places)
+                self.intervals[i] = self._checked_profile(moved)

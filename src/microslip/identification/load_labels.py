@@ -22,7 +22,11 @@ def labels_of(folded: Sequence[Folded], levels: Sequence[int]) -> dict[int, str]
     """
     labels = {}
     for level in sorted(set(levels)):
-        of_level = [record for record, other in zip(folded, levels, strict=True) if other == level]
+        of_level = [
+            record
+            for record, record_level in zip(folded, levels, strict=True)
+            if record_level == level
+        ]
         loads = [record.normal_load for record in of_level if record.normal_load is not None]
         if not loads:
             continue

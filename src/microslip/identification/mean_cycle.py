@@ -50,26 +50,26 @@ def turns_of(time: Floats, x: Floats, cycles: Cycles) -> tuple[Floats, float]:
     turn = time - first
     turn *= rate
     turn += offset
-    return _counted(turn, cycles), rate
+    return _from_first_cut(turn, cycles), rate
 
 
 def _fundamentals(
     time: Floats, x: Floats, mean: float, first: float, rate: float, cuts: NDArray[np.int64]
 ) -> NDArray[np.complex128]:
     """First harmonic of each cycle, unscaled, some cycles at once."""
-    found = np.empty(cuts.size - 1, dtype=complex)
+    harmonics = np.empty(cuts.size - 1, dtype=complex)
     at = 0
-    while at < found.size:
+    while at < harmonics.size:
         last = int(np.searchsorted(cuts, cuts[at] + _PIECE, side="right")) - 1
-        stop = min(max(last, at + 1), found.size)
+        stop = min(max(last, at + 1), harmonics.size)
         piece = slice(int(cuts[at]), int(cuts[stop]))
         wave = (x[piece] - mean) * np.exp(-2j * math.pi * rate * (time[piece] - first))
-        found[at:stop] = np.add.reduceat(wave, cuts[at:stop] - cuts[at])
+        harmonics[at:stop] = np.add.reduceat(wave, cuts[at:stop] - cuts[at])
         at = stop
-    return found
+    return harmonics
 
 
-def _counted(turn: Floats, cycles: Cycles) -> Floats:
+def _from_first_cut(turn: Floats, cycles: Cycles) -> Floats:
     """Cycles since the first cut: a peak begins one, or a trough where cycles are cut there."""
     if cycles.flipped:
         turn -= 0.5
@@ -97,9 +97,9 @@ class Turns(NamedTuple):
         return float(sum(last - first for first, last in edges)) / span
 
     @property
-    def whole(self) -> int:
+    def cycle_count(self) -> int:
         """Whole cycles of all blocks."""
-        return sum(whole for _, _, whole in self.ends)
+        return sum(count for _, _, count in self.ends)
 
 
 def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
@@ -109,24 +109,26 @@ def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
         for block in blocks.having_cycles
     ]
     # A few cycles tell their rate less well than all blocks together.
-    weight = np.array([float(block.whole) ** 3 for block in blocks.having_cycles])
+    weight = np.array([float(block.cycle_count) ** 3 for block in blocks.having_cycles])
     rate = float(np.dot(weight, [part[1] for part in parts]) / weight.sum())
     turns = np.full(x.size, np.nan)
     place = np.full(x.size, -1, dtype=np.int64)
     ends, before = [], 0
     for block, (turn, _) in zip(blocks.having_cycles, parts, strict=True):
-        if len(parts) > 1 and block.whole < _OWN_RATE:
+        if len(parts) > 1 and block.cycle_count < _OWN_RATE:
             turn = _at_rate(time[block.samples], x[block.samples], block.cycles, rate)
-        whole = math.floor(turn[-1] + (turn[-1] - turn[-2]) + 1e-6)
-        if whole < 1:
+        cycle_count = math.floor(turn[-1] + (turn[-1] - turn[-2]) + 1e-6)
+        if cycle_count < 1:
             continue
-        for piece in pieces(turn.size):
-            own = np.floor(turn[piece] + 1e-9).astype(np.int64)
+        for piece in stretches(turn.size):
+            block_cycle = np.floor(turn[piece] + 1e-9).astype(np.int64)
             here = slice(block.first + piece.start, block.first + piece.stop)
             turns[here] = turn[piece] + before
-            place[here] = np.where((own >= 0) & (own < whole), own + before, -1)
-        ends.append((block.samples, before, whole))
-        before += whole
+            place[here] = np.where(
+                (block_cycle >= 0) & (block_cycle < cycle_count), block_cycle + before, -1
+            )
+        ends.append((block.samples, before, cycle_count))
+        before += cycle_count
     return Turns(turns, place, tuple(ends), rate)
 
 
@@ -136,9 +138,9 @@ def _at_rate(time: Floats, x: Floats, cycles: Cycles, rate: float) -> Floats:
     turn = (time - time[inner.start]) * rate
     angle = 2.0 * math.pi * turn[inner]
     rows = np.stack((np.ones_like(angle), np.cos(angle), np.sin(angle)))
-    series = _solved(rows @ rows.T, rows @ x[inner])
+    series = _least_squares(rows @ rows.T, rows @ x[inner])
     offset = math.atan2(-float(series[2]), float(series[1])) / (2.0 * math.pi)
-    return _counted(turn + offset, cycles)
+    return _from_first_cut(turn + offset, cycles)
 
 
 def _by_least_squares(
@@ -153,32 +155,37 @@ def _by_least_squares(
 
     Sums over single cycles are as good only where these hold samples even in time.
     """
-    most = max(1, min(_HARMONICS, int(0.25 * x.size / cycles)))
+    harmonic_count = max(1, min(_HARMONICS, int(0.25 * x.size / cycles)))
     size, (first, mean) = float(np.ptp(x)), origin
     whole_mean = float(time.mean()) - first
-    series: Floats = np.zeros(2 * most + 1)
+    series: Floats = np.zeros(2 * harmonic_count + 1)
     for step in range(_STEPS):
         middle = whole_mean * rate
-        normal, right = np.zeros((2 * most + 2, 2 * most + 2)), np.zeros(2 * most + 2)
+        normal, right = (
+            np.zeros((2 * harmonic_count + 2, 2 * harmonic_count + 2)),
+            np.zeros(2 * harmonic_count + 2),
+        )
         for at in range(0, x.size, _PIECE):
             turn = (time[at : at + _PIECE] - first) * rate
             wave = np.exp(2j * math.pi * turn)
-            powers = np.cumprod(np.broadcast_to(wave, (most, wave.size)), axis=0)
-            rows = np.ones((2 * most + 2, wave.size))
-            rows[1 : most + 1], rows[most + 1 : -1] = powers.real, powers.imag
-            n = np.arange(1, most + 1)
-            rise = (n * series[most + 1 :]) @ powers.real - (n * series[1 : most + 1]) @ powers.imag
+            powers = np.cumprod(np.broadcast_to(wave, (harmonic_count, wave.size)), axis=0)
+            rows = np.ones((2 * harmonic_count + 2, wave.size))
+            rows[1 : harmonic_count + 1], rows[harmonic_count + 1 : -1] = powers.real, powers.imag
+            n = np.arange(1, harmonic_count + 1)
+            rise = (n * series[harmonic_count + 1 :]) @ powers.real - (
+                n * series[1 : harmonic_count + 1]
+            ) @ powers.imag
             rows[-1] = 2.0 * math.pi * (turn - middle) * rise
             normal += rows @ rows.T
             right += rows @ ((x[at : at + _PIECE] - mean) / size)
         if step == 0:  # no derivative without a series
-            series = _solved(normal[:-1, :-1], right[:-1])
+            series = _least_squares(normal[:-1, :-1], right[:-1])
             continue
-        whole = _solved(normal, right)
-        series, slope = whole[:-1], float(whole[-1])
+        solution = _least_squares(normal, right)
+        series, slope = solution[:-1], float(solution[-1])
         if not abs(slope) * cycles < 0.5:
             return rate, offset
-        offset = float(np.angle(series[1] - 1j * series[most + 1])) / (2.0 * math.pi)
+        offset = float(np.angle(series[1] - 1j * series[harmonic_count + 1])) / (2.0 * math.pi)
         offset -= slope * middle
         rate *= 1.0 + slope
         if abs(slope) * cycles < 1e-9:
@@ -186,7 +193,7 @@ def _by_least_squares(
     return rate, offset
 
 
-def _solved(normal: Floats, right: Floats) -> Floats:
+def _least_squares(normal: Floats, right: Floats) -> Floats:
     return np.asarray(np.linalg.lstsq(normal, right, rcond=None)[0], dtype=np.float64)
 
 
@@ -204,13 +211,13 @@ def places_of(phase: Floats, a_cycle: float) -> Places:
     ``a_cycle`` is the number of samples of a cycle. Where that of one cycle, or of some, is whole,
     it is the number of their samples.
     """
-    few = phase[: min(phase.size, _LOOKED_AT)]
+    first_phases = phase[: min(phase.size, _LOOKED_AT)]
     for cycles in range(1, _MOST_CYCLES + 1):
-        whole = round(cycles * a_cycle)
-        if cycles > 1 and whole * _FEWEST > phase.size:
+        sample_count = round(cycles * a_cycle)
+        if cycles > 1 and sample_count * _FEWEST > phase.size:
             break
-        if abs(np.exp(1j * whole * few).mean()) > _IN_STEP:
-            return Places(whole, True)
+        if abs(np.exp(1j * sample_count * first_phases).mean()) > _IN_STEP:
+            return Places(sample_count, True)
     return Places(max(math.floor(a_cycle), phase.size // _EACH), False)
 
 
@@ -221,7 +228,7 @@ class Level(NamedTuple):
     """Of each bin."""
     base: Floats
     """What to add to the rest of a sample for its value in the middle of its bin."""
-    rest: Floats
+    residual: Floats
     """Each sample less the mean cycle at its phase."""
 
 
@@ -246,18 +253,20 @@ class MeanCycle:
         """Samples less what the curve takes of them."""
         if not self._alike:
             self._prepare()
-            self.freedom = sum(float(self._left(at).sum()) for at in pieces(phase.size))
+            self.freedom = sum(float(self._noise_share(at).sum()) for at in stretches(phase.size))
 
-    def _about(self, piece: slice) -> Floats:
+    def _offsets(self, piece: slice) -> Floats:
         """Phases of samples from the middle of their bins, in widths of a bin for cubics."""
         away: Floats = self._phase[piece] - self.middle[self.column[piece]]
         return away / self._unit
 
-    def _moments(self, values: NDArray[np.float64] | NDArray[np.int64], most: int) -> Floats:
+    def _moments(
+        self, values: NDArray[np.float64] | NDArray[np.int64], highest_power: int
+    ) -> Floats:
         """Sums over each bin of the values times powers of the places in it."""
-        moments = np.zeros((most + 1, self.size))
-        for piece in pieces(values.size):
-            column, about, powers = self.column[piece], self._about(piece), values[piece]
+        moments = np.zeros((highest_power + 1, self.size))
+        for piece in stretches(values.size):
+            column, about, powers = self.column[piece], self._offsets(piece), values[piece]
             for row in moments:
                 row += np.bincount(column, powers, minlength=self.size)
                 powers = powers * about
@@ -270,15 +279,15 @@ class MeanCycle:
         for way in (-1, 1):
             step = self.middle - np.roll(self.middle, way)
             shift = ((step + 0.5 * turn) % turn - 0.5 * turn) / -self._unit
-            other = np.roll(moments, way, axis=1)
+            neighbour = np.roll(moments, way, axis=1)
             for k in range(number):
                 for j in range(k + 1):
-                    sums[k] += math.comb(k, j) * shift ** (k - j) * other[j]
+                    sums[k] += math.comb(k, j) * shift ** (k - j) * neighbour[j]
         return sums
 
     def _curve(self, factors: Floats, piece: slice) -> Floats:
         """Polynomials of the bins, lowest power first, at the places of samples."""
-        column, about = self.column[piece], self._about(piece)
+        column, about = self.column[piece], self._offsets(piece)
         curve: Floats = factors[-1][column]
         for row in factors[-2::-1]:
             curve *= about
@@ -294,7 +303,7 @@ class MeanCycle:
         for i in range(4):
             self._levers[i : i + 4] += self._inverse[:, i].T
 
-    def _left(self, piece: slice) -> Floats:
+    def _noise_share(self, piece: slice) -> Floats:
         """What the curve leaves of the noise of each sample, as a share of its variance."""
         return 1.0 - self._curve(self._levers, piece)
 
@@ -307,44 +316,46 @@ class MeanCycle:
         else:
             sums = self._with_neighbours(moments)
             factors = np.einsum("nij,jn->in", self._inverse, sums)
-        rest = values.astype(float)
-        for piece in pieces(values.size):
-            rest[piece] -= self._curve(factors, piece)
+        residual = values.astype(float)
+        for piece in stretches(values.size):
+            residual[piece] -= self._curve(factors, piece)
         if self._alike:
-            return Level(mean, mean, rest)
-        return Level(mean, mean - np.bincount(self.column, rest) / self.total, rest)
+            return Level(mean, mean, residual)
+        return Level(mean, mean - np.bincount(self.column, residual) / self.total, residual)
 
-    def noise(self, residual: Floats, taken: int = 0) -> float:
-        """Standard deviation of white noise that leaves this, ``taken`` more numbers fitted."""
-        freedom = max(self.freedom - taken, 1.0)
-        whole = math.sqrt(float(np.dot(residual, residual)) / freedom)
+    def noise(self, residual: Floats, fitted_count: int = 0) -> float:
+        """Standard deviation of white noise that leaves this; ``fitted_count`` more were fitted."""
+        freedom = max(self.freedom - fitted_count, 1.0)
+        total_noise = math.sqrt(float(np.dot(residual, residual)) / freedom)
         if self._alike:
-            return whole
+            return total_noise
         # A cubic does not follow a kink: what few samples there leave is no noise.
         far = _TAILS * 1.4826 * float(np.median(self._scaled(residual), overwrite_input=True))
-        left, square = -float(taken), 0.0
-        for piece in pieces(residual.size):
-            share, rest = self._left(piece), residual[piece]
-            near = (share > _LEAST) & (np.abs(rest) <= far * np.sqrt(np.maximum(share, _LEAST)))
-            left += float(share[near].sum())
-            square += float(np.sum(rest[near] ** 2))
-        if left < 0.5 * freedom or far == 0.0:
-            return whole
-        return min(whole, math.sqrt(square / left / _WITHIN))
+        near_freedom, square = -float(fitted_count), 0.0
+        for piece in stretches(residual.size):
+            share, piece_residual = self._noise_share(piece), residual[piece]
+            near = (share > _LEAST) & (
+                np.abs(piece_residual) <= far * np.sqrt(np.maximum(share, _LEAST))
+            )
+            near_freedom += float(share[near].sum())
+            square += float(np.sum(piece_residual[near] ** 2))
+        if near_freedom < 0.5 * freedom or far == 0.0:
+            return total_noise
+        return min(total_noise, math.sqrt(square / near_freedom / _WITHIN))
 
     def _scaled(self, residual: Floats) -> Floats:
         """Residuals over what the curve leaves of them, where it leaves anything."""
         scaled, end = np.empty(residual.size), 0
-        for piece in pieces(residual.size):
-            share, rest = self._left(piece), residual[piece]
-            known = share > _LEAST
-            new = np.abs(rest[known]) / np.sqrt(share[known])
+        for piece in stretches(residual.size):
+            share, piece_residual = self._noise_share(piece), residual[piece]
+            is_free = share > _LEAST
+            new = np.abs(piece_residual[is_free]) / np.sqrt(share[is_free])
             scaled[end : end + new.size] = new
             end += new.size
         return scaled[:end]
 
 
-def pieces(size: int) -> Iterator[slice]:
+def stretches(size: int) -> Iterator[slice]:
     """Stretches of a long record that are worked on at once."""
     return (slice(at, min(at + _PIECE, size)) for at in range(0, size, _PIECE))
 

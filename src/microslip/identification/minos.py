@@ -73,15 +73,15 @@ def minos(
 def _ways(covariance: Floats, i: int) -> Floats:
     """Columns: the way of coordinate ``i`` with the others following, then the others alone."""
     size = covariance.shape[0]
-    others = np.delete(np.arange(size), i)
+    conditional = np.delete(np.arange(size), i)
     first = covariance[:, i] / math.sqrt(float(covariance[i, i]))
     remainder = covariance - np.outer(first, first)
-    unit = np.sqrt(np.maximum(np.diag(remainder)[others], 1e-300))
-    scaled = remainder[np.ix_(others, others)] / np.outer(unit, unit)
+    unit = np.sqrt(np.maximum(np.diag(remainder)[conditional], 1e-300))
+    scaled = remainder[np.ix_(conditional, conditional)] / np.outer(unit, unit)
     values, vectors = np.linalg.eigh(scaled)
     ways = np.zeros((size, size))
     ways[:, 0] = first
-    ways[np.ix_(others, np.arange(1, size))] = (
+    ways[np.ix_(conditional, np.arange(1, size))] = (
         unit[:, None] * vectors * np.sqrt(np.maximum(values, 1e-14))
     )
     return ways

@@ -46,18 +46,18 @@ def widened_by_loads(problem: Problem, q: Floats) -> Mapping[str, float]:
     if not any(uncertain) or not problem.nuisance_effects:
         return {}
     by_all = problem.residuals(q)[1]
-    kept = list(problem.metrics)
+    metrics = list(problem.metrics)
     problem.metrics = [
         problem.metric_of(at, loads=False) if is_uncertain else metric
-        for at, (is_uncertain, metric) in enumerate(zip(uncertain, kept, strict=True))
+        for at, (is_uncertain, metric) in enumerate(zip(uncertain, metrics, strict=True))
     ]
     problem._last = None
     by_rest = problem.residuals(q)[1]
-    problem.metrics = kept
+    problem.metrics = metrics
     problem._last = None
-    whole, without = (np.diag(covariance_of(by.T @ by)) for by in (by_all, by_rest))
+    with_loads, without = (np.diag(covariance_of(by.T @ by)) for by in (by_all, by_rest))
     names = [problem.coordinates[int(j)].name for j in problem.free]
-    return dict(zip(names, np.sqrt(whole / without).tolist(), strict=True))
+    return dict(zip(names, np.sqrt(with_loads / without).tolist(), strict=True))
 
 
 def is_less_than_noise(problem: Problem, cost: float, freedom: int) -> bool:

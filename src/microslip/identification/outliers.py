@@ -23,32 +23,32 @@ _STEADY, _CHANGED = 0.02, 0.2  # of the load: ranges of its cycles that go witho
 class Spared(NamedTuple):
     """The cycles that are left, and what to say of the others."""
 
-    chosen: NDArray[np.bool_]
+    selection: NDArray[np.bool_]
     notes: tuple[str, ...]
 
 
-def spared(
-    chosen: NDArray[np.bool_], spikes: Sequence[Spike], cycle: NDArray[np.int64], fewest: int
+def cycles_without_spikes(
+    is_counted: NDArray[np.bool_], spikes: Sequence[Spike], cycle: NDArray[np.int64], fewest: int
 ) -> Spared:
     """The chosen cycles without those that have spikes, if ``fewest`` are left."""
     spoiling = []
     for found_spike in spikes:
         of = np.unique(cycle[found_spike.first : found_spike.last + 1])
-        if any(0 <= i < chosen.size and chosen[i] for i in of):
+        if any(0 <= i < is_counted.size and is_counted[i] for i in of):
             spoiling.append((found_spike, of))
     if not spoiling:
-        return Spared(chosen, ())
-    left = chosen.copy()
+        return Spared(is_counted, ())
+    is_spared = is_counted.copy()
     for _, of in spoiling:
-        left[of[(of >= 0) & (of < chosen.size)]] = False
+        is_spared[of[(of >= 0) & (of < is_counted.size)]] = False
     names = ", ".join(str(spike) for spike, _ in spoiling[:_NAMED])
     if len(spoiling) > _NAMED:
         names += f", and {len(spoiling) - _NAMED} more"
-    spoilt = int(np.count_nonzero(chosen) - np.count_nonzero(left))
-    if np.count_nonzero(left) < fewest:
-        return Spared(chosen, (f"straight lines stand in the place of spikes: {names}",))
-    count = "1 cycle is" if spoilt == 1 else f"{spoilt} cycles are"
-    return Spared(left, (f"{count} left out, with spikes that no rig records: {names}",))
+    lost_count = int(np.count_nonzero(is_counted) - np.count_nonzero(is_spared))
+    if np.count_nonzero(is_spared) < fewest:
+        return Spared(is_counted, (f"straight lines stand in the place of spikes: {names}",))
+    count = "1 cycle is" if lost_count == 1 else f"{lost_count} cycles are"
+    return Spared(is_spared, (f"{count} left out, with spikes that no rig records: {names}",))
 
 
 def jumps(
@@ -65,12 +65,12 @@ def jumps(
     """
     noise = 1.4826 * float(np.median(np.abs(residual), overwrite_input=True))
     low, high = np.percentile(force, (5.0, 95.0))
-    least = max(_FAR * noise, _PART * float(high - low))
+    threshold = max(_FAR * noise, _PART * float(high - low))
     is_far = np.zeros(residual.size, dtype=bool)
     # A spike moves the mean of its bin, and with it what is left of all others there.
-    for bin_ in np.unique(column[np.abs(residual) > 0.5 * least]):
+    for bin_ in np.unique(column[np.abs(residual) > 0.5 * threshold]):
         of_bin = np.flatnonzero(column == bin_)
-        is_far[of_bin] = np.abs(residual[of_bin] - np.median(residual[of_bin])) > least
+        is_far[of_bin] = np.abs(residual[of_bin] - np.median(residual[of_bin])) > threshold
     far = np.flatnonzero(is_far)
     spikes: list[Spike] = []
     if far.size == 0:
@@ -102,8 +102,8 @@ def mean_load(
         return Load(record.normal_load, 0.0, ())
     load = record.normal_load[inside]
     mean, error = float(load.mean()), error_of_mean(load, cycle, curve)
-    each = np.bincount(cycle, load) / np.bincount(cycle)
-    low, high = float(each.min()), float(each.max())
+    cycle_means = np.bincount(cycle, load) / np.bincount(cycle)
+    low, high = float(cycle_means.min()), float(cycle_means.max())
     if high - low <= _STEADY * abs(mean):
         return Load(mean, error, ())
     if high - low > _CHANGED * abs(mean):

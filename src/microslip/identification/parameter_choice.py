@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import exact, members, number, positive, show
 from microslip._core.units import engineering
-from microslip._core.wording import did_you_mean
+from microslip._core.wording import did_you_mean, plural
 from microslip.errors import UNSAID, Argument, InputError
 from microslip.identification.coordinates import AREA, RIG, Coordinate, coordinate_of
 from microslip.identification.folding import Folded
@@ -30,10 +30,10 @@ _SHARES = (0.9, 0.5, 0.97, 0.1)  # of the compliance after a reversal that may b
 
 def levels_of(loads: Sequence[float | None]) -> list[int]:
     """Number of the load level of each record; loads within 1 % are one level."""
-    known = sorted({load for load in loads if load is not None})
+    rising = sorted({load for load in loads if load is not None})
     level: dict[float | None, int] = {}
     number_of, last = -1, 0.0
-    for load in known:
+    for load in rising:
         if number_of < 0 or load > last * (1.0 + SAME_LOAD):
             number_of, last = number_of + 1, load
         level[load] = number_of
@@ -57,10 +57,12 @@ def checked_loads(model: Model, folded: Sequence[Folded]) -> None:
             )
 
 
-def listed(records: Any) -> list[Record]:
+def record_list(records: Any) -> list[Record]:
     """The records one by one, of whatever holds them."""
-    wanted = "a Record or a list of them; write Record(displacement, force) or Record.read(path)"
-    return members("records", [records] if isinstance(records, Record) else records, Record, wanted)
+    expected = "a Record or a list of them; write Record(displacement, force) or Record.read(path)"
+    return members(
+        "records", [records] if isinstance(records, Record) else records, Record, expected
+    )
 
 
 def checked_area(contact: Coordinate | None, area: float | None) -> None:
@@ -90,70 +92,64 @@ def stiffness_after_reversal(loop: Loop, share: float = 0.2) -> float:
 # -- what was asked for ---------------------------------------------------------------------------
 
 
-def _mapping(name: str, given: Any) -> dict[str, Any]:
-    if given is None:
+def _mapping(name: str, option: Any) -> dict[str, Any]:
+    if option is None:
         return {}
-    if not isinstance(given, Mapping):
+    if not isinstance(option, Mapping):
         raise InputError(
             Argument(name),
             f" must be a dict by parameter names, such as {{'friction_coefficient': 0.5}}, "
-            f"got {show(given)}",
+            f"got {show(option)}",
         )
-    return dict(given)
+    return dict(option)
 
 
-def _names(name: str, given: Any) -> list[str]:
-    if given is None:
+def _names(name: str, option: Any) -> list[str]:
+    if option is None:
         return []
-    if isinstance(given, Mapping):
-        return [key for key, wanted in given.items() if wanted]
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise InputError(Argument(name), f" must be a list of parameter names, got {show(given)}")
-    return list(given)
+    if isinstance(option, Mapping):
+        return [key for key, is_named in option.items() if is_named]
+    if isinstance(option, str) or not isinstance(option, Iterable):
+        raise InputError(Argument(name), f" must be a list of parameter names, got {show(option)}")
+    return list(option)
 
 
-def _check_names(name: str, given: Iterable[Any], known: Sequence[str]) -> None:
-    for key in given:
-        if key not in known:
-            hint = did_you_mean(key, known) if isinstance(key, str) else ""
+def _check_names(name: str, keys: Iterable[Any], names: Sequence[str]) -> None:
+    for key in keys:
+        if key not in names:
+            hint = did_you_mean(key, names) if isinstance(key, str) else ""
             raise InputError(
                 Argument(name),
-                f": {show(key)} is no parameter of this fit, which has {', '.join(known)}{hint}",
+                f": {show(key)} is no parameter of this fit, which has {', '.join(names)}{hint}",
             )
 
 
-def _limits(key: str, given: Any) -> tuple[float, float]:
+def _limits(key: str, limits: Any) -> tuple[float, float]:
     try:
-        low, high = given
+        low, high = limits
     except (TypeError, ValueError):
-        raise InputError(f"bounds of {key} must be (lowest, highest), got {show(given)}") from None
+        raise InputError(f"bounds of {key} must be (lowest, highest), got {show(limits)}") from None
     low, high = number(f"lowest {key}", low), number(f"highest {key}", high)
     if not low < high:
         raise InputError(f"bounds of {key} must be (lowest, highest), got ({low:g}, {high:g})")
     return low, high
 
 
-def _value(option: str, key: str, given: Any, coordinate: Coordinate) -> float:
-    """A number of an option; text, which has perhaps a unit, gets an example of the right size."""
-    if isinstance(given, str):
-        of = {"m": 3e-7, "N": 1000.0, "N/m": 2e8}
-        example = of.get(coordinate.unit, 0.5 if coordinate.low >= 0.0 else 2.0)
-        unit = f" [{coordinate.unit}]" if coordinate.unit else ""
+def _value(option: str, key: str, values: Mapping[str, Any], coordinate: Coordinate) -> float:
+    """A number of an option within its bounds; of text, which may have a unit, an example."""
+    raw_value, unit = values[key], coordinate.unit
+    if isinstance(raw_value, str):
+        examples = {"m": 3e-7, "N": 1000.0, "N/m": 2e8}
+        example = examples.get(unit, 0.5 if coordinate.low >= 0.0 else 2.0)
         raise InputError(
             Argument(option),
-            f": {key} must be a finite number{unit}, got {show(given)}; write ",
+            f": {key} must be a finite number{f' [{unit}]' if unit else ''}, got "
+            f"{show(raw_value)}; write ",
             Argument(option, {key: example}),
         )
-    return number(f"{'start of' if option == 'start' else 'fixed'} {key}", given, coordinate.unit)
-
-
-def _records(count: int) -> str:
-    return "1 record" if count == 1 else f"{count} records"
-
-
-def _within(option: str, value: float, coordinate: Coordinate) -> float:
+    value = number(f"{'start of' if option == 'start' else 'fixed'} {key}", raw_value, unit)
     if not coordinate.low <= value <= coordinate.high:
-        unit = f" {coordinate.unit}" if coordinate.unit else ""
+        unit = f" {unit}" if unit else ""
         raise InputError(
             Argument(option),
             f": {coordinate.name} must be within its bounds, {coordinate.low:g} to "
@@ -180,7 +176,7 @@ def coordinates_for(
     several = len(set(levels)) > 1
     one_for_all = _names("shared", shared)
     one_a_load = _names("per_load", per_load)
-    known = [*model.names, RIG]
+    law_names = [*model.names, RIG]
     _check_names("shared", one_for_all, model.names)
     _check_names("per_load", one_a_load, model.names)
     for key in one_for_all:
@@ -216,41 +212,41 @@ def coordinates_for(
         tuple(places.get((name, level), places.get((name, -1), 0)) for name in model.names)
         for level in levels
     ]
-    names = [*known, *(c.name for c in coordinates if c.name not in known)]
+    names = [*law_names, *(c.name for c in coordinates if c.name not in law_names)]
     fixed, bounds, start = (
         _mapping("fixed", fixed),
         _mapping("bounds", bounds),
         _mapping("start", start),
     )
-    for name, given in (("fixed", fixed), ("bounds", bounds), ("start", start)):
-        _check_names(name, given, names)
-        if RIG in given and name == "fixed":
+    for name, option in (("fixed", fixed), ("bounds", bounds), ("start", start)):
+        _check_names(name, option, names)
+        if RIG in option and name == "fixed":
             raise InputError(
                 *(Argument("fixed"), ": write ", Argument("rig_stiffness", 2e8)),
                 " for a rig of known stiffness [N/m]",
             )
     given_start: dict[str, float] = {}
-    for i, chosen in enumerate(coordinates):
-        for key in (chosen.parameter, chosen.name):
+    for i, free_coordinate in enumerate(coordinates):
+        keys = free_coordinate.parameter, free_coordinate.name
+        for key in keys:
             if key in bounds:
                 low, high = _limits(key, bounds[key])
-                if chosen.kind == "log":
+                if free_coordinate.kind == "log":
                     positive(f"lowest {key}", low)
-                chosen = replace(chosen, low=low, high=high, shape=chosen.shape)
+                free_coordinate = replace(free_coordinate, low=low, high=high)
             if key in start:
-                value = _within("start", _value("start", key, start[key], chosen), chosen)
-                given_start[chosen.name] = value
-        for key in (chosen.parameter, chosen.name):
+                given_start[free_coordinate.name] = _value("start", key, start, free_coordinate)
+        for key in keys:
             if key in fixed:
-                value = _within("fixed", _value("fixed", key, fixed[key], chosen), chosen)
-                chosen = replace(chosen, fixed=True, start=value)
-        coordinates[i] = chosen
+                value = _value("fixed", key, fixed, free_coordinate)
+                free_coordinate = replace(free_coordinate, fixed=True, start=value)
+        coordinates[i] = free_coordinate
     if RIG in start:
         given_start[RIG] = positive(f"start of {RIG}", start[RIG], "N/m", 1e8)
     return coordinates, columns, given_start
 
 
-def split(model: Model, coordinates: Sequence[Coordinate]) -> Model:
+def split_model(model: Model, coordinates: Sequence[Coordinate]) -> Model:
     """The model where loads have values of their own of what else belongs to one load."""
     at_own_load = [
         coordinate for coordinate in coordinates if coordinate.parameter in model.at_reference
@@ -262,7 +258,7 @@ def split(model: Model, coordinates: Sequence[Coordinate]) -> Model:
 
 
 def rig_coordinates(
-    given: Any, rigs: Any, folded: Sequence[Folded], loops: Sequence[Loop], bounds: Any
+    stiffness: Any, rigs: Any, folded: Sequence[Folded], loops: Sequence[Loop], bounds: Any
 ) -> tuple[list[Coordinate], list[int | None]]:
     """Coordinates of the rigs' stiffnesses, and which of them each record has (from 0)."""
     if rigs is None:
@@ -273,11 +269,12 @@ def rig_coordinates(
         if isinstance(rigs, str) or not isinstance(rigs, Sequence) or len(rigs) != len(folded):
             raise InputError(
                 Argument("rigs"),
-                f" must hold a label for each of the {_records(len(folded))}, got {show(rigs)}",
+                f" must hold a label for each of the {plural(len(folded), 'record')}, got "
+                f"{show(rigs)}",
             )
         labels = [str(label) for label in rigs]
-    known = list(dict.fromkeys(labels))
-    given_stiffness = of_each_rig(given, known, rigs is not None)
+    rig_labels = list(dict.fromkeys(labels))
+    given_stiffness = of_each_rig(stiffness, rig_labels, rigs is not None)
     place: dict[str, int] = {}
     coordinates: list[Coordinate] = []
     for label, own_stiffness in given_stiffness.items():
@@ -286,7 +283,7 @@ def rig_coordinates(
         place[label] = len(coordinates)
         rig_loops = [loops[i] for i in range(len(folded)) if labels[i] == label]
         scale = max(stiffness_after_reversal(loop) for loop in rig_loops)
-        name = RIG if len(known) == 1 else f"{RIG} of {label}"
+        name = RIG if len(rig_labels) == 1 else f"{RIG} of {label}"
         low, high = 1e-3 * scale, math.inf
         limits = _mapping("bounds", bounds).get(RIG)
         if limits is not None:
@@ -299,7 +296,7 @@ def rig_coordinates(
     return coordinates, [place.get(label) for label in labels]
 
 
-def softer(
+def rig_contradiction(
     coordinates: Sequence[Coordinate],
     rigs: Sequence[int | None],
     loops: Sequence[Loop],
@@ -336,7 +333,7 @@ def starts_for(
     rigs: Sequence[int | None],
     folded: Sequence[Folded],
     loops: Sequence[Loop],
-    given: Mapping[str, float],
+    start_values: Mapping[str, float],
 ) -> Iterator[list[float]]:
     """Physical values of all coordinates to start from, one after the other as they are wanted.
 
@@ -354,13 +351,13 @@ def starts_for(
                 and not moved_coordinate.fixed
                 and moved_coordinate.prior is None
             ):
-                values[i] = given.get(RIG, moved_coordinate.scale / share)
+                values[i] = start_values.get(RIG, moved_coordinate.scale / share)
         instance_values = model.start
         if instance_values is not None:
             instance_start = list(values)
             for i, moved_coordinate in enumerate(coordinates):
                 if not moved_coordinate.fixed and moved_coordinate.parameter in instance_values:
-                    instance_start[i] = given.get(
+                    instance_start[i] = start_values.get(
                         moved_coordinate.name, instance_values[moved_coordinate.parameter]
                     )
             yield _bounded(coordinates, instance_start)
@@ -368,9 +365,9 @@ def starts_for(
             guessed = _guessed(model, columns, rigs, folded, loops, values)
         except InputError:
             guessed = {
-                i: given[coordinate.name]
+                i: start_values[coordinate.name]
                 for i, coordinate in enumerate(coordinates)
-                if coordinate.name in given
+                if coordinate.name in start_values
             }
             if any(
                 i not in guessed and not coordinates[i].fixed for column in columns for i in column
@@ -379,7 +376,7 @@ def starts_for(
         for i, guess in guessed.items():
             moved_coordinate = coordinates[i]
             if not moved_coordinate.fixed:
-                values[i] = given.get(moved_coordinate.name, guess)
+                values[i] = start_values.get(moved_coordinate.name, guess)
         yield _bounded(coordinates, values)
 
 

@@ -16,7 +16,7 @@ from microslip.identification.fit import Fit, settle
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of, cycle_ratio, information
 from microslip.identification.quantities import Quantity
-from microslip.identification.verdicts import shown
+from microslip.identification.verdicts import number_text
 
 DISAGREE = 3.0
 """Standard deviations beyond which what was given and the loops disagree."""
@@ -30,7 +30,7 @@ Function = Callable[[Floats], tuple[float, Floats]]
 
 
 @dataclass(frozen=True)
-class Given:
+class GivenDatum:
     """A value from elsewhere, beside what the fit made of it."""
 
     name: str
@@ -55,7 +55,7 @@ class Given:
     def text(self) -> str:
         """It in a line."""
         value, error, fitted = (
-            shown(x, self.unit) for x in (self.value, self.uncertainty, self.found)
+            number_text(x, self.unit) for x in (self.value, self.uncertainty, self.found)
         )
         return (
             f"given {self.name} = {value} ± {error}: found {fitted}, {self.residual:+.2f} standard "
@@ -86,7 +86,7 @@ class _Source(NamedTuple):
         return (fitted - self.value) / self.error
 
 
-class _Left(NamedTuple):
+class _Refit(NamedTuple):
     """The fit without some of the data."""
 
     q: Floats
@@ -114,8 +114,8 @@ class Contradicted(NamedTuple):
             if abs(function(elsewhere)[0] - value) > _MOVED * math.sqrt(variance):
                 return True
             by = datum(self.best)[1]
-            both = float(gradient @ self.covariance @ by)
-            if both**2 > _SHARE * variance * float(by @ self.covariance @ by) > 0.0:
+            shared = float(gradient @ self.covariance @ by)
+            if shared**2 > _SHARE * variance * float(by @ self.covariance @ by) > 0.0:
                 return True
         return False
 
@@ -134,13 +134,13 @@ def of_coordinate(problem: Problem, j: int) -> Function:
     return function
 
 
-def borne_out(
+def compare_data(
     problem: Problem,
     best: Fit,
     freedom: int,
     names: Sequence[str],
     quantities: Iterable[Quantity],
-) -> tuple[tuple[Given, ...], Contradicted | None]:
+) -> tuple[tuple[GivenDatum, ...], Contradicted | None]:
     """Each datum beside what the loops say, and those that they contradict.
 
     ``names`` are those of the problem's data. Each is left out once, and the rest fitted again:
@@ -154,14 +154,14 @@ def borne_out(
         return (), None
     data, wrong = [], []
     for datum in sources:
-        left = _without(problem, best, freedom, [datum])
+        refit = _fit_without(problem, best, freedom, [datum])
         value = datum.function(best.q)[0]
         residual = datum.residual(value)
-        apart = math.copysign(math.sqrt(left.fall), residual)
-        agrees = max(abs(residual), abs(apart)) <= DISAGREE
-        alone = datum.function(left.q)[0]
+        disagreement = math.copysign(math.sqrt(refit.fall), residual)
+        agrees = max(abs(residual), abs(disagreement)) <= DISAGREE
+        alone = datum.function(refit.q)[0]
         data.append(
-            Given(
+            GivenDatum(
                 datum.name,
                 datum.unit,
                 datum.value,
@@ -169,39 +169,44 @@ def borne_out(
                 value,
                 residual,
                 alone,
-                apart,
+                disagreement,
                 agrees,
             )
         )
         if not agrees:
-            wrong.append((datum, left))
+            wrong.append((datum, refit))
     if not wrong and len(sources) > 1:
         # Two that are wrong alike hold each other up.
-        left = _without(problem, best, freedom, sources)
-        if chdtrc(len(sources), left.fall) < _RARE:
-            wrong = [(source, left) for source in sources]
+        refit = _fit_without(problem, best, freedom, sources)
+        if chdtrc(len(sources), refit.fall) < _RARE:
+            wrong = [(source, refit) for source in sources]
             data = [replace(datum, agrees=False) for datum in data]
     if not wrong:
         return tuple(data), None
     by_name = {datum.name: datum for datum in data}
-    said = [_said(by_name[datum.name], datum.function(left.q)[0]) for datum, left in wrong]
+    texts = [
+        _contradiction_text(by_name[datum.name], datum.function(refit.q)[0])
+        for datum, refit in wrong
+    ]
     contradicted = Contradicted(
-        f"what was given and the loops disagree: {'; '.join(said)}",
+        f"what was given and the loops disagree: {'; '.join(texts)}",
         tuple(datum.name for datum, _ in wrong),
         best.q,
-        covariance_of(information(problem, best.q)) * max(left.noise for _, left in wrong),
-        tuple((left.q, datum.function) for datum, left in wrong),
+        covariance_of(information(problem, best.q)) * max(refit.noise for _, refit in wrong),
+        tuple((refit.q, datum.function) for datum, refit in wrong),
     )
     return tuple(data), contradicted
 
 
-def _said(datum: Given, alone: float) -> str:
+def _contradiction_text(datum: GivenDatum, alone: float) -> str:
     """One contradiction in words."""
-    apart = max(abs(datum.residual), abs(datum.disagreement))
-    given, error, without = (shown(x, datum.unit) for x in (datum.value, datum.uncertainty, alone))
+    deviations = max(abs(datum.residual), abs(datum.disagreement))
+    value, error, without = (
+        number_text(x, datum.unit) for x in (datum.value, datum.uncertainty, alone)
+    )
     return (
-        f"{datum.name} was given as {given} ± {error}, without that {without} is found, "
-        f"{significant(apart, 2)} standard deviations apart"
+        f"{datum.name} was given as {value} ± {error}, without that {without} is found, "
+        f"{significant(deviations, 2)} standard deviations apart"
     )
 
 
@@ -236,7 +241,7 @@ def _sources(problem: Problem, names: Sequence[str], units: dict[str, str]) -> l
     return sources
 
 
-def _without(problem: Problem, best: Fit, freedom: int, left_out: Sequence[_Source]) -> _Left:
+def _fit_without(problem: Problem, best: Fit, freedom: int, left_out: Sequence[_Source]) -> _Refit:
     """The fit near the best one, by the same weights, without some data."""
     remaining = copy.copy(problem)
     out = {source.coordinate for source in left_out}
@@ -252,8 +257,8 @@ def _without(problem: Problem, best: Fit, freedom: int, left_out: Sequence[_Sour
     for moving in remaining.parts:
         fit = settle(remaining, fit.q, moving)
         if not fit.finite:
-            return _Left(best.q, 0.0, 1.0)
+            return _Refit(best.q, 0.0, 1.0)
     reduced = fit.cost / max(freedom - len(left_out), 1)
     noise = max(reduced, float(cycle_ratio(remaining, fit.q).max(initial=1.0)), 1.0)
     problem.evaluations = remaining.evaluations
-    return _Left(fit.q, max(best.cost - fit.cost, 0.0) / noise, noise)
+    return _Refit(fit.q, max(best.cost - fit.cost, 0.0) / noise, noise)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from microslip import kernels
 from microslip._core.checks import Floats
 from microslip.identification.coordinates import RIG, Coordinate, Datum
-from microslip.identification.cycle_branches import cycle_of, later, turned
+from microslip.identification.cycle_branches import cycle_of, delayed, phase_derivative
 from microslip.identification.folding import Folded
 from microslip.identification.models.base import BackboneModel, CycleModel, Model
 from microslip.identification.rig_in_series import Answer, behind_spring
@@ -78,7 +78,7 @@ class Problem:
         for key in keys:
             first.setdefault(key, len(first))
         self.order = sorted(range(len(folded)), key=lambda i: first[keys[i]])
-        self.cycles = [cycle_of(later(folded[i], self.lags[i])) for i in self.order]
+        self.cycles = [cycle_of(delayed(folded[i], self.lags[i])) for i in self.order]
         sizes = [cycle.half.size for cycle in self.cycles]
         starts = np.concatenate(([0], np.cumsum(sizes))).astype(np.int64)
         self.starts = starts
@@ -148,12 +148,12 @@ class Problem:
         for number, group in enumerate(self.groups):
             compliance = 0.0 if group.rig is None else 1.0 / outer[group.rig]
             key = (compliance, *(outer[j] for j in group.columns))
-            kept = self._answers[number]
-            if kept is None or kept[0] != key:
+            cached = self._answers[number]
+            if cached is None or cached[0] != key:
                 values = {n: outer[j] for n, j in zip(names, group.columns, strict=True)}
-                kept = key, self._answer(number, group, values, compliance)
-                self._answers[number] = kept
-            force[group.places], stiffness[group.places], by_values, by_compliance = kept[1]
+                cached = key, self._answer(number, group, values, compliance)
+                self._answers[number] = cached
+            force[group.places], stiffness[group.places], by_values, by_compliance = cached[1]
             for j, derivative in zip(group.columns, by_values, strict=True):
                 if j in row:
                     by[row[j], group.places] = slopes[j] * derivative
@@ -170,9 +170,9 @@ class Problem:
 
     def branch_of(self, number: int) -> tuple[Floats, Floats]:
         """Force and stiffness along the branches of a group, of the last answer."""
-        kept = self._answers[number]
-        assert kept is not None
-        return kept[1][0], kept[1][1]
+        cached = self._answers[number]
+        assert cached is not None
+        return cached[1][0], cached[1][1]
 
     def _answer(
         self, number: int, group: Group, values: dict[str, float], compliance: float
@@ -275,10 +275,10 @@ class Problem:
         self.weight = share * self._own_weight
         self._last = None
 
-    def take_weights(self, other: Problem) -> None:
+    def take_weights(self, source: Problem) -> None:
         """Weights of a problem of the same records and bins, if they have as many."""
-        if other.weight.size == self.weight.size:
-            self.weight = self.weight * (other.weight / other._own_weight)
+        if source.weight.size == self.weight.size:
+            self.weight = self.weight * (source.weight / source._own_weight)
             self._last = None
 
     # -- nuisances ------------------------------------------------------------------------------
@@ -371,10 +371,10 @@ class Problem:
         def rise(v: Floats, values: dict[str, float], load: float | None) -> Floats:
             if load is None:
                 return np.zeros((1, v.size))
-            less, more = (
+            lower, higher = (
                 model.curve(v, values, load * (1.0 + way * _LOAD_STEP))[0] for way in (-1.0, 1.0)
             )
-            return ((more - less) / (2 * _LOAD_STEP))[None]
+            return ((higher - lower) / (2 * _LOAD_STEP))[None]
 
         return np.asarray(self._by_change(q, rise)[0])
 
@@ -428,7 +428,7 @@ class Problem:
 
     def _turned(self, at: int) -> Floats:
         """Derivative of the displacement's coefficients by a phase."""
-        return turned(later(self.folded[self.order[at]], self.lags[self.order[at]]))
+        return phase_derivative(delayed(self.folded[self.order[at]], self.lags[self.order[at]]))
 
     def late(self, at: int) -> Floats:
         """What a phase by which the displacement is earlier does to the weighted residuals."""
@@ -483,8 +483,8 @@ class Problem:
             span, metric = self.bins[at], self.metrics[at]
             # Best linear unbiased: a nuisance of variance s^2 takes s^2/(1 + s^2) of its share.
             keep = 1.0 - (1.0 - metric.shrink) ** 2
-            taken = metric.directions @ (keep * (metric.directions.T @ residual[span]))
-            answers[i] = self.force[span] + (residual[span] - taken) / self.weight[span]
+            nuisance = metric.directions @ (keep * (metric.directions.T @ residual[span]))
+            answers[i] = self.force[span] + (residual[span] - nuisance) / self.weight[span]
         return answers
 
     def rig_of(self, record: int, q: Floats) -> float | None:

@@ -111,15 +111,15 @@ def profile(
     i: int,
     threshold: float,
     covariance: Floats,
-    others: NDArray[np.intp],
+    conditional: NDArray[np.intp],
     is_last: bool = False,
 ) -> tuple[Interval, Fit | None]:
     """The profile of coordinate ``i`` up to a rise ``threshold`` of the sum of squares.
 
-    ``others`` are fitted again at each of its points. Also a better minimum, if the profile came
-    upon one; there it breaks off, unless it ``is_last``.
+    The ``conditional`` ones are fitted again at each of its points. Also a better minimum, if the
+    profile came upon one; there it breaks off, unless it ``is_last``.
     """
-    walk = _Walk(problem, best, i, threshold, covariance, others, is_last)
+    walk = _Walk(problem, best, i, threshold, covariance, conditional, is_last)
     low, low_open, at_low = walk.end(-1.0)
     high, high_open, at_high = walk.end(1.0)
     points = tuple(sorted(walk.points))
@@ -132,7 +132,7 @@ def further(
     i: int,
     threshold: float,
     covariance: Floats,
-    others: NDArray[np.intp],
+    conditional: NDArray[np.intp],
     is_last: bool,
     interval: Interval,
     places: Sequence[Floats],
@@ -142,7 +142,7 @@ def further(
     Where the loops do not feel a coordinate at the best value, such as a force limit above all
     forces, no derivative tells the way on which it begins to count.
     """
-    walk = _Walk(problem, best, i, threshold, covariance, others, is_last)
+    walk = _Walk(problem, best, i, threshold, covariance, conditional, is_last)
     goal = math.sqrt(threshold)
     for direction, end, is_open, at_end in (
         (-1.0, interval.low, interval.low_open, interval.at_low),
@@ -177,11 +177,11 @@ class _Walk:
         i: int,
         threshold: float,
         covariance: Floats,
-        others: NDArray[np.intp],
+        conditional: NDArray[np.intp],
         is_last: bool,
     ) -> None:
         self._is_last = is_last
-        self._problem, self._best, self._i, self._others = problem, best, i, others
+        self._problem, self._best, self._i, self._others = problem, best, i, conditional
         self._threshold, self._goal = threshold, math.sqrt(threshold)
         variance = max(float(covariance[i, i]), 1e-300)
         self._error, self._along = math.sqrt(variance), covariance[:, i] / variance
@@ -227,7 +227,7 @@ class _Walk:
         inside, at_inside, place = 0.0, 0.0, best.q
         outside, at_outside = math.inf, math.inf
         distance = min(goal * self._error, room)
-        side, same = 0, 0
+        side, run_length = 0, 0
         if begin is not None:
             inside, at_inside, place = begin
             distance = _next(inside, at_inside, outside, at_outside, goal, room)
@@ -249,9 +249,9 @@ class _Walk:
                 inside, at_inside, place = distance, reached, answer
             else:
                 outside, at_outside = distance, reached
-            same = same + 1 if side == (reached < goal) else 1
+            run_length = run_length + 1 if side == (reached < goal) else 1
             side = int(reached < goal)
-            if same >= _CREEPS and math.isfinite(outside):
+            if run_length >= _CREEPS and math.isfinite(outside):
                 # A secant that always falls on one side creeps; halves do not.
                 distance = 0.5 * (inside + outside)
             else:
@@ -376,5 +376,5 @@ def cycle_ratio(problem: Problem, q: Floats, confidence: float = 0.999) -> Float
     freedom = np.divide(expected**2, square, out=np.ones(q.size), where=square > 0.0)
     largest = chdtri(freedom, 1.0 - confidence) / freedom
     # What the nuisances bring to the variance is no noise of the cycles.
-    more = np.where(ratio > largest, measured - expected, 0.0) + grown
-    return np.asarray(1.0 + more / np.maximum(np.diag(inverse), 1e-300))
+    excess = np.where(ratio > largest, measured - expected, 0.0) + grown
+    return np.asarray(1.0 + excess / np.maximum(np.diag(inverse), 1e-300))

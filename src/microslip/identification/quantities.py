@@ -13,11 +13,11 @@ from microslip._core.checks import Floats, number, positive, show
 from microslip._core.wording import did_you_mean
 from microslip.errors import UNSAID, Argument, InputError
 from microslip.identification.coordinates import (
-    APART,
     AREA,
     DENSITY,
     RADIUS,
     RIG,
+    SUMMIT_DATA,
     Coordinate,
     Datum,
 )
@@ -54,10 +54,10 @@ def quantities_of(
     start = np.array([coordinate.inner(coordinate.start) for coordinate in free])
     names = set(model.names)
     groups = list(dict.fromkeys(problem.columns))
-    known = [record.normal_load for record in problem.folded]
-    levels = levels_of(known)
+    record_loads = [record.normal_load for record in problem.folded]
+    levels = levels_of(record_loads)
     labels = labels_of(problem.folded, levels)
-    level = dict(zip(known, levels, strict=True))
+    level = dict(zip(record_loads, levels, strict=True))
     for group in groups:
         members = [i for i, column in enumerate(problem.columns) if column == group]
         loads = _different(problem.folded[i].normal_load for i in members)
@@ -141,14 +141,14 @@ def _differences(function: Callable[[Floats], float], q: Floats) -> Floats:
 # -- what tells radius and density apart ----------------------------------------------------------
 
 
-def area_coordinate(given: Any) -> tuple[Coordinate, float]:
+def area_coordinate(measured: Any) -> tuple[Coordinate, float]:
     """The coordinate of a measured contact area, and the load it was measured at."""
     try:
-        value, error, load = given
+        value, error, load = measured
     except (TypeError, ValueError):
         raise InputError(
             Argument("contact_area"),
-            f" must be (value [m^2], uncertainty [m^2], normal load [N]), got {show(given)}",
+            f" must be (value [m^2], uncertainty [m^2], normal load [N]), got {show(measured)}",
         ) from None
     value = positive(AREA, value, "m^2", 2e-5)
     error = positive(f"uncertainty of {AREA}", error, "m^2", 1e-6)
@@ -159,8 +159,8 @@ def area_coordinate(given: Any) -> tuple[Coordinate, float]:
     return coordinate, load
 
 
-def apart_coordinate(
-    contact_area: Any, known: Any, model: Model, pair: MaterialPair | None
+def summit_prior(
+    contact_area: Any, data: Any, model: Model, pair: MaterialPair | None
 ) -> tuple[Coordinate | None, float | None, Any]:
     """The coordinate that tells radius and density apart, its load, and what else is known.
 
@@ -168,18 +168,18 @@ def apart_coordinate(
     which loops tell the other two.
     """
     if contact_area is not None:
-        return *area_coordinate(contact_area), known
-    if not isinstance(known, Mapping) or pair is None or not _has_summits(model):
-        return None, None, known
+        return *area_coordinate(contact_area), data
+    if not isinstance(data, Mapping) or pair is None or not _has_summits(model):
+        return None, None, data
     for name, unit, example in ((RADIUS, "m", 1e-3), (DENSITY, "m^-2", 1e8)):
-        if name in known:
-            value, error = _datum(name, known[name])
+        if name in data:
+            value, error = _datum(name, data[name])
             value = positive(f"known {name}", value, unit, example)
             coordinate = Coordinate(
                 name, name, unit, 1e-3 * value, 1e3 * value, "log", value, prior=(value, error)
             )
-            return coordinate, None, {key: given for key, given in known.items() if key != name}
-    return None, None, known
+            return coordinate, None, {key: datum for key, datum in data.items() if key != name}
+    return None, None, data
 
 
 def _has_summits(model: Model) -> bool:
@@ -204,10 +204,10 @@ def summits_of(
             *(Argument("contact_area"), " needs ", Argument("pair", UNSAID)),
             ", the two materials: what a load presses flat depends on the modulus",
         )
-    index, given = next(
-        (i, c.parameter) for i, c in enumerate(problem.coordinates) if c.parameter in APART
+    index, datum_name = next(
+        (i, c.parameter) for i, c in enumerate(problem.coordinates) if c.parameter in SUMMIT_DATA
     )
-    if given == DENSITY and area is None:
+    if datum_name == DENSITY and area is None:
         raise InputError(
             *(Argument("known"), ": density needs ", Argument("area", UNSAID)),
             ", the apparent area [m^2]: loops know N/A",
@@ -215,17 +215,17 @@ def summits_of(
     if load is None:
         load = problem.model.reference_load  # type: ignore[attr-defined]
     assert load is not None
-    known = [record.normal_load or load for record in problem.folded]
-    near = min(range(len(known)), key=lambda i: abs(math.log(known[i] / load)))
+    record_loads = [record.normal_load or load for record in problem.folded]
+    near = min(range(len(record_loads)), key=lambda i: abs(math.log(record_loads[i] / load)))
 
     def all_of(q: Floats) -> dict[str, float]:
         joint = problem.model.build(problem.values_of(near, q), load, pair=pair, area=area)
         measured, surface = problem.physical(q)[index], joint.surface
         radius, count = surface.radius, surface.density * surface.area
         # The area goes with count * radius, the loops with count * sqrt(radius).
-        if given == AREA:
+        if datum_name == AREA:
             ratio = measured / joint.contact_area
-        elif given == RADIUS:
+        elif datum_name == RADIUS:
             ratio = math.sqrt(measured / radius)
         else:
             ratio = count / (measured * (area or 1.0))
@@ -251,25 +251,26 @@ def summits_of(
             of(name),
         )
         for name, unit in units.items()
-        if name != given and (name != DENSITY or area is not None)
+        if name != datum_name and (name != DENSITY or area is not None)
     ]
 
 
 # -- data from elsewhere --------------------------------------------------------------------------
 
 
-def known_data(problem: Problem, quantities: list[Quantity], known: Any) -> list[Datum]:
+def known_data(problem: Problem, quantities: list[Quantity], data_options: Any) -> list[Datum]:
     """Data on parameters or on what follows from them, as (value, standard deviation)."""
-    if known is None:
+    if data_options is None:
         return []
-    if not isinstance(known, Mapping):
+    if not isinstance(data_options, Mapping):
         raise InputError(
-            Argument("known"), f" must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(known)}"
+            Argument("known"),
+            f" must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(data_options)}",
         )
     by_name = {quantity.name: quantity for quantity in quantities}
     free = {problem.coordinates[int(j)].name: i for i, j in enumerate(problem.free)}
     data = []
-    for name, given in known.items():
+    for name, raw_datum in data_options.items():
         if name not in by_name and name not in free:
             names = [*free, *by_name]
             hint = did_you_mean(name, names) if isinstance(name, str) else ""
@@ -279,7 +280,7 @@ def known_data(problem: Problem, quantities: list[Quantity], known: Any) -> list
                 f"{', '.join(names)}{hint}",
                 *(_MORE if name in _NEED_MORE else ()),
             )
-        value, error = _datum(name, given)
+        value, error = _datum(name, raw_datum)
         if name in by_name:
             function = by_name[name].function
         else:
@@ -288,16 +289,16 @@ def known_data(problem: Problem, quantities: list[Quantity], known: Any) -> list
     return data
 
 
-def _datum(name: str, given: Any) -> tuple[float, float]:
+def _datum(name: str, raw_datum: Any) -> tuple[float, float]:
     """Value and standard deviation, of a pair or of what has both, such as error bars of a scan."""
-    value, error = (getattr(given, key, None) for key in ("value", "standard_error"))
+    value, error = (getattr(raw_datum, key, None) for key in ("value", "standard_error"))
     if value is None or error is None:
         try:
-            value, error = given
+            value, error = raw_datum
         except (TypeError, ValueError):
             raise InputError(
                 Argument("known"),
-                f": {name} must be (value, standard deviation), got {show(given)}",
+                f": {name} must be (value, standard deviation), got {show(raw_datum)}",
             ) from None
     return number(f"known {name}", value), positive(f"standard deviation of {name}", error)
 

@@ -14,7 +14,7 @@ from microslip.identification.verdicts import (
     IDENTIFIED,
     IN_DOUBT,
     Fitted,
-    shown,
+    number_text,
 )
 
 LIMITS = ("friction_coefficient", "force_limit")
@@ -27,7 +27,7 @@ BY_AREA = (RADIUS, DENSITY, "summit_count")
 """What follows from a contact area."""
 
 
-def in_doubt(numbers: Mapping[str, Fitted], why: str) -> dict[str, Fitted]:
+def mark_in_doubt(numbers: Mapping[str, Fitted], why: str) -> dict[str, Fitted]:
     """The same numbers, none identified: what they were found under does not hold."""
     return {
         name: replace(fitted, verdict=IN_DOUBT, reason=why)
@@ -37,7 +37,7 @@ def in_doubt(numbers: Mapping[str, Fitted], why: str) -> dict[str, Fitted]:
     }
 
 
-def remedied(numbers: Mapping[str, Fitted], remedy: str) -> dict[str, Fitted]:
+def with_remedy(numbers: Mapping[str, Fitted], remedy: str) -> dict[str, Fitted]:
     """The same numbers, with what would settle those in doubt."""
     return {
         name: replace(fitted, remedy=remedy) if fitted.verdict in (IN_DOUBT, APPARENT) else fitted
@@ -45,12 +45,12 @@ def remedied(numbers: Mapping[str, Fitted], remedy: str) -> dict[str, Fitted]:
     }
 
 
-def apparent(
+def mark_apparent(
     numbers: Mapping[str, Fitted], folded: Sequence[Folded], stake: float | None
 ) -> dict[str, Fitted]:
     """The same numbers, those identified as what a law that does not answer comes closest with."""
     ends = [
-        " to ".join(dict.fromkeys(shown(end, unit) for end in (min(values), max(values))))
+        " to ".join(dict.fromkeys(number_text(end, unit) for end in (min(values), max(values))))
         for values, unit in (
             ([record.amplitude for record in folded], "m"),
             ([record.normal_load for record in folded if record.normal_load], "N"),
@@ -63,7 +63,7 @@ def apparent(
     )
     if stake is not None:
         why += f"; what the law lacks may hide {significant(100.0 * stake, 2)} % of a number"
-    return remedied(
+    return with_remedy(
         {
             name: replace(fitted, verdict=APPARENT, reason=why)
             if fitted.verdict == IDENTIFIED
@@ -74,7 +74,7 @@ def apparent(
     )
 
 
-def extrapolated(numbers: Mapping[str, Fitted], reached: float) -> dict[str, Fitted]:
+def mark_extrapolated(numbers: Mapping[str, Fitted], reached: float) -> dict[str, Fitted]:
     """The same numbers, the limit of sliding as what no record reached."""
     why = (
         f"no record slides as a whole: the loops reach {significant(100.0 * reached, 2)} % of this "
@@ -93,13 +93,15 @@ def far_area(coordinates: Sequence[Coordinate], loads: Sequence[float | None]) -
     measured = next(
         (coordinate.load for coordinate in coordinates if coordinate.parameter == AREA), None
     )
-    known = [load for load in loads if load]
-    if measured is None or not known:
+    record_loads = [load for load in loads if load]
+    if measured is None or not record_loads:
         return None
-    if min(known) / _FAR <= measured <= _FAR * max(known):
+    if min(record_loads) / _FAR <= measured <= _FAR * max(record_loads):
         return None
-    ends = " to ".join(dict.fromkeys(shown(end, "N") for end in (min(known), max(known))))
+    ends = " to ".join(
+        dict.fromkeys(number_text(end, "N") for end in (min(record_loads), max(record_loads)))
+    )
     return (
-        f"the contact area was measured at {shown(measured, 'N')}, far from the loads of the "
+        f"the contact area was measured at {number_text(measured, 'N')}, far from the loads of the "
         f"records, {ends}: what follows from it rests on the law between them"
     )

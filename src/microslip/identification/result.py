@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import positive, show
 from microslip._core.frozen import Locked
+from microslip._core.wording import plural
 from microslip.errors import UNSAID, Argument, InputError
 from microslip.friction import Interface
 from microslip.identification.fit_quality import RecordFit
 from microslip.identification.load_labels import labels_of
 from microslip.identification.models.base import Model
 from microslip.identification.parameter_choice import levels_of
-from microslip.identification.prior_data import Given
+from microslip.identification.prior_data import GivenDatum
 from microslip.identification.verdicts import (
     AT_A_LOAD,
     HAS_VALUE,
@@ -27,8 +28,8 @@ from microslip.identification.verdicts import (
     Direction,
     Fitted,
     digits_of,
-    shown,
-    shown_interval,
+    ends_text,
+    number_text,
 )
 from microslip.materials import MaterialPair
 from microslip.report.plot import Plot
@@ -93,7 +94,7 @@ class Identification(Locked, Plottable):
     delays: Mapping[str, Fitted] = field(default_factory=lambda: MappingProxyType({}))
     """Time [s] by which the force of each record lags behind, by the names of the records, where it
     was free; of a record without a time base the phase [rad]."""
-    given: tuple[Given, ...] = ()
+    given: tuple[GivenDatum, ...] = ()
     """Each datum that was given with an uncertainty, and whether the loops bear it out."""
 
     stake: float | None = None
@@ -131,14 +132,16 @@ class Identification(Locked, Plottable):
         loads = [record.normal_load for record in self.records]
         pick = 0
         if load is not None:
-            known = [math.inf if x is None or x <= 0.0 else abs(math.log(x / load)) for x in loads]
-            pick = int(np.argmin(known))
+            distances = [
+                math.inf if x is None or x <= 0.0 else abs(math.log(x / load)) for x in loads
+            ]
+            pick = int(np.argmin(distances))
         names = self.columns[pick]
         values = {name: self.parameters[full].value for name, full in names.items()}
         model = self._model
-        own = [self.parameters[names[name]].load for name in model.at_reference]
-        if own:
-            model = model.split(model.at_reference, [at for at in own if at is not None])
+        own_loads = [self.parameters[names[name]].load for name in model.at_reference]
+        if own_loads:
+            model = model.split(model.at_reference, [at for at in own_loads if at is not None])
         return model, values, loads[pick] if load is None else load
 
     def joint(self, normal_load: float | None = None, *, even_if: tuple[str, ...] = ()) -> Any:
@@ -164,7 +167,7 @@ class Identification(Locked, Plottable):
             A fit that did not converge; an interface without a pair of materials; a load at which
             a law that has one set of values a load was not measured.
         """
-        self._refuse(even_if)
+        self._check_accepted(even_if)
         load = None
         if normal_load is not None:
             load = positive("normal_load", normal_load, "N", 500.0)
@@ -177,15 +180,15 @@ class Identification(Locked, Plottable):
         fitted = self.derived.get("radius") or self.parameters.get("radius")
         return None if fitted is None or not math.isfinite(fitted.value) else fitted.value
 
-    def _refuse(self, even_if: tuple[str, ...]) -> None:
-        given = (even_if,) if isinstance(even_if, str) else tuple(even_if)
-        for word in given:
+    def _check_accepted(self, even_if: tuple[str, ...]) -> None:
+        accepted = (even_if,) if isinstance(even_if, str) else tuple(even_if)
+        for word in accepted:
             if word not in (NOT_CONVERGED, NOT):
                 raise InputError(
                     Argument("even_if"),
                     f" must be of {NOT_CONVERGED!r} and {NOT!r}, got {show(word)}",
                 )
-        if not self.converged and NOT_CONVERGED not in given:
+        if not self.converged and NOT_CONVERGED not in accepted:
             raise InputError(
                 *("the fit did not converge (", self.message, "); its values are no result; give "),
                 *("other ", Argument("start", UNSAID), " or ", Argument("bounds", UNSAID)),
@@ -195,7 +198,9 @@ class Identification(Locked, Plottable):
     def _check_measured(self, load: float) -> None:
         loads = [record.normal_load for record in self.records if record.normal_load]
         folded = [record.folded for record in self.records]
-        known = labels_of(folded, levels_of([record.normal_load for record in folded])).values()
+        load_texts = labels_of(
+            folded, levels_of([record.normal_load for record in folded])
+        ).values()
         if (
             loads
             and len({tuple(c.items()) for c in self.columns}) > 1
@@ -203,7 +208,7 @@ class Identification(Locked, Plottable):
         ):
             raise InputError(
                 Argument("normal_load"),
-                f" must be one of those measured, {', '.join(known)} N: {self.law!r} "
+                f" must be one of those measured, {', '.join(load_texts)} N: {self.law!r} "
                 f"has values of its own for each, got {load:g} N",
             )
 
@@ -295,39 +300,35 @@ class Identification(Locked, Plottable):
     def table(self) -> str:
         """The parameters as text: name, value, interval and verdict; then what is left open."""
         lines = [
-            f"{self.law}: {self.status}; {_count(len(self.records))}, reduced "
+            f"{self.law}: {self.status}; {plural(len(self.records), 'record')}, reduced "
             f"chi-squared {self.reduced_chi_squared:.3g}"
         ]
         numbers = (self.parameters, self.derived, self.delays)
         for number in (fitted for kind in numbers for fitted in kind.values()):
             digits = digits_of(number)
-            low, high = (shown(end, number.unit, digits) for end in (number.low, number.high))
-            ends = shown_interval((low, high), number.low_open, number.high_open)
-            known = number.verdict in HAS_VALUE
-            value = shown(number.value, number.unit) if known else "–"
+            low, high = (number_text(end, number.unit, digits) for end in (number.low, number.high))
+            ends = ends_text((low, high), number.low_open, number.high_open)
+            has_value = number.verdict in HAS_VALUE
+            value = number_text(number.value, number.unit) if has_value else "–"
             ends = "" if number.verdict == "fixed" else ends
-            lines.append(f"{_named(number):<36} {value:>14}  {ends:<30} {number.verdict}")
+            lines.append(f"{_name_with_load(number):<36} {value:>14}  {ends:<30} {number.verdict}")
         for number in self.parameters.values():
             if number.reason:
                 lines.append(f"{number.name}: {number.reason}; {number.remedy}")
-        for given in self.given:
-            lines.append(given.text)
+        for datum in self.given:
+            lines.append(datum.text)
         lines += [direction.text for direction in self.directions]
         return "\n".join(lines)
 
     def __repr__(self) -> str:
         return (
             f"Identification({self.law!r}, {self.status}, "
-            f"{_count(len(self.records))}, "
+            f"{plural(len(self.records), 'record')}, "
             f"reduced_chi_squared={self.reduced_chi_squared:.3g})"
         )
 
 
-def _count(records: int) -> str:
-    return "1 record" if records == 1 else f"{records} records"
-
-
-def _named(fitted: Fitted) -> str:
+def _name_with_load(fitted: Fitted) -> str:
     """Name of a number, with the load of what belongs to one load though its name has none."""
     if fitted.load is None or fitted.name not in AT_A_LOAD:
         return fitted.name

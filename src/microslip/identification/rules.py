@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from microslip._core.verdicts import Rule, Verdict
 
-LEFT, MUCH = 2.0, 25.0
+CAUSES_FROM, WRONG_FROM = 2.0, 25.0
 """Reduced chi-squared from which on causes are looked for, and from which on what was given may be
 wrong."""
 
@@ -37,6 +37,6 @@ def verdicts(stake: float | None, is_known: Iterable[bool], converged: bool) -> 
 
     Of one that did not converge nothing is known.
     """
-    known = list(is_known)
-    share = sum(known) / len(known) if known else 1.0
+    identified = list(is_known)
+    share = sum(identified) / len(identified) if identified else 1.0
     return MISFIT.judge(stake), KNOWN.judge(share if converged else 0.0)

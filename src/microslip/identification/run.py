@@ -26,15 +26,15 @@ from microslip.identification.models.interface import InterfaceModel
 from microslip.identification.noise_notes import notes_of
 from microslip.identification.problem import Problem
 from microslip.identification.quantities import (
-    apart_coordinate,
     known_data,
     quantities_of,
+    summit_prior,
     summits_of,
 )
 from microslip.identification.result import Identification
 from microslip.identification.rig_stiffness import is_rigid
-from microslip.identification.rules import MUCH
-from microslip.identification.side_effects import PLAY, checked, columns_of, play_of
+from microslip.identification.rules import WRONG_FROM
+from microslip.identification.side_effects import PLAY, checked_effects, columns_of, play_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.threads import single_threaded
@@ -168,7 +168,7 @@ def identify(
     significantly, or by the scatter of whole cycles (Huber's sandwich) where that is larger.
     """
     report = _reporter(progress)
-    level = _share("confidence", confidence)
+    level = _checked_share("confidence", confidence)
     if level < _LEAST_CONFIDENCE:
         raise InputError(
             Argument("confidence"), f" must be at least {_LEAST_CONFIDENCE:g}, got {exact(level)}"
@@ -176,12 +176,12 @@ def identify(
     if loss not in LOSSES:
         raise InputError(Argument("loss"), f" must be one of {', '.join(LOSSES)}, got {show(loss)}")
     if intervals not in INTERVALS:
-        wanted = ", ".join(map(repr, INTERVALS))
-        raise InputError(Argument("intervals"), f" must be one of {wanted}, got {show(intervals)}")
-    held = number("held_back", held_back, "", 0.25)
-    held = 0.0 if held == 0.0 else _share("held_back", held)
-    folded = folded_once(records, cycles, lambda share: report(0.3 * share), noise)
-    held = held if all(record.cycles > 1 for record in folded) else 0.0
+        allowed = ", ".join(map(repr, INTERVALS))
+        raise InputError(Argument("intervals"), f" must be one of {allowed}, got {show(intervals)}")
+    held_share = number("held_back", held_back, "", 0.25)
+    held_share = 0.0 if held_share == 0.0 else _checked_share("held_back", held_share)
+    folded = fold_all(records, cycles, lambda share: report(0.3 * share), noise)
+    held_share = held_share if all(record.cycles > 1 for record in folded) else 0.0
     options = {"heights": heights, "surface": surface}
     model = model_of(law, **{key: value for key, value in options.items() if value is not None})
     parameter_choice.checked_loads(model, folded)
@@ -200,25 +200,29 @@ def identify(
             )
         rig_stiffness = None
         notes.append(f"{model.name!r} has an elastic part of its own: the rig is part of it")
-    coordinates, columns, given = parameter_choice.coordinates_for(
+    coordinates, columns, start_values = parameter_choice.coordinates_for(
         model, folded, fixed=fixed, bounds=bounds, start=start, shared=shared, per_load=per_load
     )
-    model = parameter_choice.split(model, coordinates)
+    model = parameter_choice.split_model(model, coordinates)
     rig_bounds = bounds
-    more, rig_of = parameter_choice.rig_coordinates(rig_stiffness, rigs, folded, loops, rig_bounds)
+    rig_coordinates, rig_of = parameter_choice.rig_coordinates(
+        rig_stiffness, rigs, folded, loops, rig_bounds
+    )
     places = [None if rig is None else len(coordinates) + rig for rig in rig_of]
-    coordinates = [*coordinates, *more]
-    if soft := parameter_choice.softer(coordinates, places, loops, parameter_choice.FAR_SOFTER):
+    coordinates = [*coordinates, *rig_coordinates]
+    if soft := parameter_choice.rig_contradiction(
+        coordinates, places, loops, parameter_choice.FAR_SOFTER
+    ):
         raise InputError(soft)
-    apart, area_load, known = apart_coordinate(contact_area, known, model, pair)
-    parameter_choice.checked_area(apart, area)
-    if apart is not None:
-        coordinates.append(apart)
-    free_delay, lags = _delay(delay, folded)
+    summit_coordinate, area_load, known = summit_prior(contact_area, known, model, pair)
+    parameter_choice.checked_area(summit_coordinate, area)
+    if summit_coordinate is not None:
+        coordinates.append(summit_coordinate)
+    free_delay, lags = _checked_delay(delay, folded)
 
-    asked = checked(nuisances)
-    effects = tuple(name for name in asked if name != PLAY)
-    count_of_summits = _summits(summits, model, notes)
+    effect_names = checked_effects(nuisances)
+    effects = tuple(name for name in effect_names if name != PLAY)
+    count_of_summits = _checked_summits(summits, model, notes)
     problem = Problem(
         folded,
         model,
@@ -231,9 +235,11 @@ def identify(
         effects=effects,
         beside=[columns_of(record, effects) for record in folded] if effects else None,
     )
-    starts = parameter_choice.starts_for(model, coordinates, columns, places, folded, loops, given)
+    starts = parameter_choice.starts_for(
+        model, coordinates, columns, places, folded, loops, start_values
+    )
     quantities = quantities_of(problem, pair, area)
-    if apart is not None:
+    if summit_coordinate is not None:
         quantities += summits_of(problem, pair, area, area_load)
     problem.data = known_data(problem, quantities, known)
     count = fit_quality.total_bins(folded) + problem.extra_count
@@ -248,7 +254,7 @@ def identify(
     )
     best = solve(problem, inner, freedom=freedom, loss=loss)
     if best is None:
-        soft = parameter_choice.softer(coordinates, places, loops)
+        soft = parameter_choice.rig_contradiction(coordinates, places, loops)
         if soft is not None:
             raise InputError(soft)
         raise InputError(
@@ -256,9 +262,9 @@ def identify(
             f" for {', '.join(model.names)}",
         )
     if free_delay:
-        problem, best = _in_time(problem, best, loss, freedom)
-    if PLAY in asked:
-        problem, best, of_play = _without_play(problem, best, loss, freedom)
+        problem, best = _fit_with_delays(problem, best, loss, freedom)
+    if PLAY in effect_names:
+        problem, best, of_play = _fit_with_play(problem, best, loss, freedom)
         notes.append(of_play)
     report(0.5)
     answer = profiled(problem, best, level, freedom, lambda s: report(0.5 + 0.4 * s), intervals)
@@ -270,28 +276,30 @@ def identify(
     is_other = is_other and not any(lags)
     for text in (
         None if is_other else late_note(problem, answer.best, freedom),
-        parameter_choice.softer(coordinates, places, loops)
-        if answer.best.cost > MUCH * freedom
+        parameter_choice.rig_contradiction(coordinates, places, loops)
+        if answer.best.cost > WRONG_FROM * freedom
         else None,
     ):
         notes += [] if text is None else [text]
     predicted = None
-    if held and answer.best.finite:
-        predicted = fit_quality.held_back_error(problem, answer.best, held)
+    if held_share and answer.best.finite:
+        predicted = fit_quality.held_back_error(problem, answer.best, held_share)
     report(1.0)
     result = result_of(
         problem, answer, quantities, level, freedom, count, predicted, pair, area, notes, known
     )
     if intervals == "curvature" or not isinstance(model, InterfaceModel):
         return result
-    own = set(model.names)
+    law_names = set(model.names)
 
-    def refit(other: str, **more: Any) -> Identification:
-        kept = {name: value for name, value in (fixed or {}).items() if name not in own}
+    def refit(other_law: str, **law_options: Any) -> Identification:
+        fixed_still = {
+            name: value for name, value in (fixed or {}).items() if name not in law_names
+        }
         return identify(
             folded,  # type: ignore[arg-type]
-            other,
-            fixed=kept,
+            other_law,
+            fixed=fixed_still,
             rig_stiffness=rig_stiffness,
             rigs=rigs,
             delay=delay,
@@ -300,7 +308,7 @@ def identify(
             held_back=0,
             confidence=confidence,
             intervals="curvature",
-            **more,
+            **law_options,
         )
 
     return spread_over_laws(result, refit)
@@ -319,14 +327,14 @@ def _reporter(progress: Progress | None) -> Progress:
     return progress
 
 
-def _share(name: str, given: Any) -> float:
-    value = number(name, given, "", 0.25)
+def _checked_share(name: str, raw_value: Any) -> float:
+    value = number(name, raw_value, "", 0.25)
     if not 0.0 < value < 1.0:
         raise InputError(Argument(name), f" must be between 0 and 1, got {exact(value)}")
     return value
 
 
-def folded_once(
+def fold_all(
     records: Any,
     cycles: slice | None,
     report: Progress,
@@ -335,16 +343,16 @@ def folded_once(
     """The records, each on one cycle; those that are there already, as they are."""
     if isinstance(records, list) and records and isinstance(records[0], Folded):
         return records
-    records = parameter_choice.listed(records)
+    records = parameter_choice.record_list(records)
     bins = max(64, min(MOST_BINS, _MOST_FORCES // len(records)))
     stated = None if noise is None else noise_of(noise)
     if stated is not None and cycles is not None:
-        both = (Argument("cycles"), " and ", Argument("noise"))
-        raise InputError(*both, " contradict each other: an averaged loop is one cycle")
+        options = (Argument("cycles"), " and ", Argument("noise"))
+        raise InputError(*options, " contradict each other: an averaged loop is one cycle")
     folded = []
     for at, record in enumerate(records):
         one_cycle = fold(record, cycles, bins) if stated is None else averaged(record, stated, bins)
-        folded.append(_right_way(one_cycle))
+        folded.append(_checked_direction(one_cycle))
         report((at + 1) / len(records))
     names = [record.name for record in folded]
     if len(set(names)) < len(names):
@@ -352,7 +360,7 @@ def folded_once(
     return folded
 
 
-def _right_way(folded: Folded) -> Folded:
+def _checked_direction(folded: Folded) -> Folded:
     """A record whose force has the sign of friction; a loop that gives energy has not."""
     x, force = folded.displacement(folded.phase), folded.force
     width = 0.5 * (np.roll(folded.phase, -1) - np.roll(folded.phase, 1)) % math.pi
@@ -387,18 +395,18 @@ def _area_of(area: Any, model: Model, surface: Any) -> float | None:
     return getattr(model, "area", None) or getattr(surface, "area", None)
 
 
-def _summits(given: Any, model: Model, notes: list[str]) -> float | None:
+def _checked_summits(count: Any, model: Model, notes: list[str]) -> float | None:
     """How many summits there are, where the law has a distribution of their heights."""
     template = getattr(model, "template", None)
     if template is None or not isinstance(template.law, GreenwoodWilliamson):
-        if given is not None:
+        if count is not None:
             raise InputError(
                 *(Argument("summits"), " needs ", Argument("law", "interface")),
                 " with a distribution of summit heights: other laws have no summits by chance",
             )
         return None
-    if given is not None:
-        return positive("summits", given, "", 2e4)
+    if count is not None:
+        return positive("summits", count, "", 2e4)
     law = getattr(model, "law", None)
     number = UNSAID if law is None else round(law.surface.density * law.surface.area)
     notes.append(
@@ -412,7 +420,7 @@ def _summits(given: Any, model: Model, notes: list[str]) -> float | None:
     return None
 
 
-def _delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:
+def _checked_delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:
     free = isinstance(delay, str)
     if free and delay != "free":
         raise InputError(Argument("delay"), f" must be a time [s] or 'free', got {show(delay)}")
@@ -431,7 +439,9 @@ def _delay(delay: Any, folded: Sequence[Folded]) -> tuple[bool, list[float]]:
     return free, [2.0 * math.pi * (record.frequency or 0.0) * lag for record in folded]
 
 
-def _without_play(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple[Problem, Fit, str]:
+def _fit_with_play(
+    problem: Problem, best: Fit, loss: str, freedom: int
+) -> tuple[Problem, Fit, str]:
     """The fit with the play of the rig taken off, and what to say of it."""
     error = 0.0
     for _ in range(2):  # by the weights of the fit without play, then by its own
@@ -439,7 +449,7 @@ def _without_play(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple
         if play.explained <= 0.0:
             break
         error = play.error
-        again = Problem(
+        problem_with_play = Problem(
             [replace(f, play=play.value, play_error=error) for f in problem.folded],
             problem.model,
             problem.coordinates,
@@ -451,11 +461,11 @@ def _without_play(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple
             effects=problem.effects,
             beside=problem.beside,
         )
-        again.data, again.evaluations = problem.data, problem.evaluations
-        solution = solve(again, [best.q], freedom=freedom, loss=loss)
+        problem_with_play.data, problem_with_play.evaluations = problem.data, problem.evaluations
+        solution = solve(problem_with_play, [best.q], freedom=freedom, loss=loss)
         if solution is None or not solution.finite:
             break
-        problem, best = again, solution
+        problem, best = problem_with_play, solution
     value = problem.folded[0].play
     if value <= 2.0 * error or value == 0.0:
         return problem, best, "no play between joint and transducer shows in the loops"
@@ -463,14 +473,14 @@ def _without_play(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple
     return problem, best, f"play of {' ± '.join(sizes)} between joint and transducer is taken off"
 
 
-def _in_time(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple[Problem, Fit]:
+def _fit_with_delays(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple[Problem, Fit]:
     """The fit with each force as late as it wants to be; the rest of it is a linear nuisance."""
     for _ in range(_MOST_DELAYS):
         lags = problem.lags_at(best.q)
         moved = max(abs(a - b) for a, b in zip(lags, problem.lags, strict=True))
         if moved < _IN_TIME or not moved < _LATEST:
             break
-        again = Problem(
+        problem_in_time = Problem(
             problem.folded,
             problem.model,
             problem.coordinates,
@@ -479,9 +489,9 @@ def _in_time(problem: Problem, best: Fit, loss: str, freedom: int) -> tuple[Prob
             free_delay=True,
             lags=lags,
         )
-        again.data, again.evaluations = problem.data, problem.evaluations
-        solution = solve(again, [best.q], freedom=freedom, loss=loss)
+        problem_in_time.data, problem_in_time.evaluations = problem.data, problem.evaluations
+        solution = solve(problem_in_time, [best.q], freedom=freedom, loss=loss)
         if solution is None or not solution.finite:
             break
-        problem, best = again, solution
+        problem, best = problem_in_time, solution
     return problem, best

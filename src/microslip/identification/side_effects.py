@@ -17,7 +17,7 @@ from microslip.identification.folding import Folded
 from microslip.identification.models.base import BackboneModel
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of
-from microslip.identification.rules import LEFT
+from microslip.identification.rules import CAUSES_FROM
 
 _MUCH, _SIGNIFICANT = 0.5, 1e-3
 PLAY = "play"
@@ -36,17 +36,17 @@ class Effect(NamedTuple):
     """Its course over the bins of a record, of any size."""
 
 
-def _middle(values: Floats) -> Floats:
+def _centred(values: Floats) -> Floats:
     return np.asarray(values - 0.5 * (values.max() + values.min()))
 
 
 EFFECTS: Mapping[str, Effect] = {
-    "parallel": Effect("a spring beside the joint", lambda f: _middle(f.displacement(f.phase))),
+    "parallel": Effect("a spring beside the joint", lambda f: _centred(f.displacement(f.phase))),
     "viscous": Effect("a force that goes with velocity", lambda f: f.displacement(f.phase, 1)),
     "inertia": Effect("a mass behind the force sensor", lambda f: f.displacement(f.phase, 2)),
     "tilt": Effect(
         "friction that changes along the way, as of tilted faces (to first order)",
-        lambda f: np.asarray(_middle(f.force) * _middle(f.displacement(f.phase))),
+        lambda f: np.asarray(_centred(f.force) * _centred(f.displacement(f.phase))),
     ),
 }
 """Forces that may be asked for, by name."""
@@ -54,33 +54,33 @@ NAMES = (*EFFECTS, PLAY)
 """All that may be asked for."""
 
 
-def checked(given: Sequence[str] | None) -> tuple[str, ...]:
+def checked_effects(names: Sequence[str] | None) -> tuple[str, ...]:
     """The names of effects that were asked for."""
-    if given is None:
+    if names is None:
         return ()
-    if isinstance(given, str) or not isinstance(given, Sequence):
+    if isinstance(names, str) or not isinstance(names, Sequence):
         raise InputError(
-            Argument("nuisances"), f" must be a list of {', '.join(NAMES)}, got {show(given)}"
+            Argument("nuisances"), f" must be a list of {', '.join(NAMES)}, got {show(names)}"
         )
-    for name in given:
+    for name in names:
         if name not in NAMES:
             raise InputError(
                 Argument("nuisances"), f" must be of {', '.join(NAMES)}, got {show(name)}"
             )
-    return tuple(dict.fromkeys(given))
+    return tuple(dict.fromkeys(names))
 
 
 def columns_of(folded: Folded, names: Sequence[str]) -> Floats:
     """Courses of the effects in a record, a column each of the norm 1."""
-    found = []
+    columns = []
     for name in names:
         column = EFFECTS[name].shape(folded)
         size = float(np.linalg.norm(column))
-        found.append(column / (size or 1.0))
-    return np.array(found).T.reshape(folded.phase.size, len(names))
+        columns.append(column / (size or 1.0))
+    return np.array(columns).T.reshape(folded.phase.size, len(names))
 
 
-def needed(problem: Problem, best: Fit) -> dict[str, tuple[float, float]]:
+def explained_shares(problem: Problem, best: Fit) -> dict[str, tuple[float, float]]:
     """Share of what is left that each effect would explain, and the chance that noise does.
 
     A score test, one size for each record: by how much the sum of squares would fall in the linear
@@ -98,13 +98,13 @@ def needed(problem: Problem, best: Fit) -> dict[str, tuple[float, float]]:
         for at, (span, metric) in enumerate(zip(problem.bins, problem.metrics, strict=True)):
             column = columns_of(problem.folded[problem.order[at]], (name,))[:, 0]
             columns[span, at] = metric.apply(column * problem.weight[span])
-        left = columns - by @ (inverse @ (by.T @ columns))
-        size = np.linalg.norm(left, axis=0)
-        known = size > 1e-4 * np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        basis, _ = np.linalg.qr(left[:, known] / size[known])
+        remainder = columns - by @ (inverse @ (by.T @ columns))
+        size = np.linalg.norm(remainder, axis=0)
+        is_distinct = size > 1e-4 * np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        basis, _ = np.linalg.qr(remainder[:, is_distinct] / size[is_distinct])
         fall = float(np.sum((basis.T @ residual) ** 2))
         reduced = max(best.cost / max(residual.size - best.q.size, 1), 1.0)
-        chance = float(chdtrc(max(int(known.sum()), 1), fall / reduced))
+        chance = float(chdtrc(max(int(is_distinct.sum()), 1), fall / reduced))
         shares[name] = fall / best.cost if best.cost > 0.0 else 0.0, chance
     return shares
 
@@ -172,13 +172,13 @@ def play_of(problem: Problem, best: Fit) -> Play:
 
 def notes_of(problem: Problem, best: Fit, freedom: int) -> list[str]:
     """What is to be said of effects that would explain most of what the law leaves."""
-    if not best.finite or best.cost < LEFT * freedom:
+    if not best.finite or best.cost < CAUSES_FROM * freedom:
         return []
-    found = needed(problem, best)
-    most = max((share for share, _ in found.values()), default=0.0)
+    shares = explained_shares(problem, best)
+    largest = max((share for share, _ in shares.values()), default=0.0)
     if not any(folded.play for folded in problem.folded):
         play = play_of(problem, best)
-        if play.explained > max(most, _NEARLY_ALL):
+        if play.explained > max(largest, _NEARLY_ALL):
             share = significant(100.0 * play.explained, 2)
             return [
                 Phrase(
@@ -188,10 +188,10 @@ def notes_of(problem: Problem, best: Fit, freedom: int) -> list[str]:
                 )
             ]
     # Of a sine displacement and acceleration are one: the first of what is as good.
-    name = next((key for key, (share, _) in found.items() if share >= 0.97 * most), "")
-    if not name or found[name][0] < _MUCH or found[name][1] > _SIGNIFICANT:
+    name = next((key for key, (share, _) in shares.items() if share >= 0.97 * largest), "")
+    if not name or shares[name][0] < _MUCH or shares[name][1] > _SIGNIFICANT:
         return []
-    share = significant(100.0 * min(found[name][0], 1.0), 2)
+    share = significant(100.0 * min(shares[name][0], 1.0), 2)
     return [
         Phrase(
             f"{EFFECTS[name].words} would explain {share} % of what the law leaves; ",

@@ -38,13 +38,13 @@ def amplitudes_of(records: Sequence[RecordFit]) -> list[float]:
 
 def _different(values: Iterable[float]) -> list[float]:
     """Rising values; those that differ by no more than loads of one level are one, their mean."""
-    kept: list[list[float]] = []
+    groups: list[list[float]] = []
     for value in sorted(values):
-        if kept and value <= kept[-1][0] * (1.0 + SAME_LOAD):
-            kept[-1].append(value)
+        if groups and value <= groups[-1][0] * (1.0 + SAME_LOAD):
+            groups[-1].append(value)
         else:
-            kept.append([value])
-    return [float(np.mean(group)) for group in kept]
+            groups.append([value])
+    return [float(np.mean(group)) for group in groups]
 
 
 def _written(value: float, unit: str) -> str:

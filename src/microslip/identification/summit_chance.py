@@ -53,17 +53,17 @@ def over_separations(
     low, high = (float(bound[row]) for bound in bounds_of(problem))
     trial = copy.copy(problem)
     trial.metrics = list(problem.metrics)
-    first = _at(trial, best.q, row, float(best.q[row]))
+    first = _fit_at(trial, best.q, row, float(best.q[row]))
     if first is None:
         return list(intervals)
-    most, places = float(rises[row]), [first]
+    rise_limit, places = float(rises[row]), [first]
     for way in (-1.0, 1.0):
         near, separation = first, first.separation
         for _ in range(_MOST):
             separation = min(max(separation + way * _STEP, low), high)
-            there = _at(trial, near.q, row, separation)
-            lowest = min(other.height for other in places)
-            if there is None or there.height > lowest + most + _HILL:
+            there = _fit_at(trial, near.q, row, separation)
+            lowest = min(place.height for place in places)
+            if there is None or there.height > lowest + rise_limit + _HILL:
                 break
             places.append(there)
             near = there
@@ -72,24 +72,24 @@ def over_separations(
     problem.evaluations = trial.evaluations
     lowest = min(place.height for place in places)
     widened = list(intervals)
-    for place in _between(sorted(places, key=lambda place: place.separation)):
+    for place in _interpolated(sorted(places, key=lambda place: place.separation)):
         for i, interval in enumerate(widened):
-            left = float(rises[i]) - (place.height - lowest)
-            if left < 0.0:
+            remaining = float(rises[i]) - (place.height - lowest)
+            if remaining < 0.0:
                 continue
-            half = math.sqrt(left * place.variance[i])
+            half = math.sqrt(remaining * place.variance[i])
             ends = [float(place.q[i]) + way * half for way in (-1.0, 1.0)]
             if ends[0] < interval.low:
-                moved = _moved(place.q, i, ends[0])  # a profile of the best weights ends before
+                moved = _with_end(place.q, i, ends[0])  # a profile of the best weights ends before
                 interval = replace(interval, low=ends[0], at_low=moved, points=())
             if ends[1] > interval.high:
-                moved = _moved(place.q, i, ends[1])
+                moved = _with_end(place.q, i, ends[1])
                 interval = replace(interval, high=ends[1], at_high=moved, points=())
             widened[i] = interval
-    return _within(problem, widened)
+    return _clipped(problem, widened)
 
 
-def _between(places: Sequence[_Place]) -> list[_Place]:
+def _interpolated(places: Sequence[_Place]) -> list[_Place]:
     """The places with others on straight lines between them."""
     dense = list(places[:1])
     for a, b in pairwise(places):
@@ -98,9 +98,9 @@ def _between(places: Sequence[_Place]) -> list[_Place]:
     return dense
 
 
-def _at(problem: Problem, q: Floats, row: int, separation: float) -> _Place | None:
+def _fit_at(problem: Problem, q: Floats, row: int, separation: float) -> _Place | None:
     """The fit with one separation given; None where the law has no answer there."""
-    others = np.delete(np.arange(q.size), row)
+    conditional = np.delete(np.arange(q.size), row)
     q = q.copy()
     q[row] = separation
     with warnings.catch_warnings(), np.errstate(all="ignore"):
@@ -108,27 +108,27 @@ def _at(problem: Problem, q: Floats, row: int, separation: float) -> _Place | No
         try:
             for _ in range(_ROUNDS):
                 problem.update(q)
-                fit = settle(problem, q, others)
+                fit = settle(problem, q, conditional)
                 if not fit.finite:
                     return None
                 q = fit.q
             _, by = problem.residuals(q)
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
-    own = by[:, others]
+    by_conditional = by[:, conditional]
     variance = np.zeros(q.size)
-    variance[others] = np.diag(covariance_of(own.T @ own))
+    variance[conditional] = np.diag(covariance_of(by_conditional.T @ by_conditional))
     height = fit.cost + problem.log_determinant
     return _Place(separation, q, height, variance) if math.isfinite(height) else None
 
 
-def _moved(q: Floats, i: int, end: float) -> Floats:
+def _with_end(q: Floats, i: int, end: float) -> Floats:
     moved = q.copy()
     moved[i] = end
     return moved
 
 
-def _within(problem: Problem, intervals: Sequence[Interval]) -> list[Interval]:
+def _clipped(problem: Problem, intervals: Sequence[Interval]) -> list[Interval]:
     """No end beyond what is searched; one that is there is open."""
     low, high = bounds_of(problem)
     return [

@@ -180,7 +180,7 @@ _POWERS = {
 _WITH_PREFIX = ("m", "N", "N/m", "J", "s", "Hz", "Pa")
 
 
-def shown(value: float, unit: str, digits: int = 3) -> str:
+def number_text(value: float, unit: str, digits: int = 3) -> str:
     """A value with its unit, with a prefix where that has the power one."""
     if math.isnan(value):
         return "–"
@@ -193,7 +193,7 @@ def shown(value: float, unit: str, digits: int = 3) -> str:
     return f"{significant(value, digits)} {_POWERS.get(unit, unit)}"
 
 
-def shown_interval(ends: tuple[str, str], low_open: bool, high_open: bool) -> str:
+def ends_text(ends: tuple[str, str], low_open: bool, high_open: bool) -> str:
     """The ends of an interval, of which those are left out that are open."""
     if low_open and high_open:
         return "open"
@@ -213,7 +213,7 @@ def digits_of(fitted: Fitted) -> int:
 def reason_for(coordinate: Coordinate, judged: Judged, confidence: float) -> str:
     """Why a number is not identified, in one sentence."""
     level = f"{100.0 * confidence:g} %"
-    low, high = (shown(end, coordinate.unit) for end in (judged.low, judged.high))
+    low, high = (number_text(end, coordinate.unit) for end in (judged.low, judged.high))
     if judged.verdict == ABOVE:
         return f"the loops only say that it is not above {high} ({level})"
     if judged.verdict == BELOW:
@@ -222,7 +222,7 @@ def reason_for(coordinate: Coordinate, judged: Judged, confidence: float) -> str
         return ""
     answers = f"within the noise of the loops every value {{}} answers them ({level})"
     if judged.low_open and judged.high_open:
-        searched = tuple(shown(end, coordinate.unit) for end in judged.searched)
+        searched = tuple(number_text(end, coordinate.unit) for end in judged.searched)
         if not all(math.isfinite(end) for end in judged.searched):
             return answers.format("that was tried")
         return answers.format(f"that was tried, from {searched[0]} to {searched[1]},")
@@ -270,12 +270,12 @@ def direction_of(
 ) -> Direction | None:
     """The direction between the two ends of the profile of a coordinate; all are free ones."""
     change: dict[str, float] = {}
-    for other, a, b in zip(coordinates, low, high, strict=True):
-        if other.kind == "inverse":
+    for free, a, b in zip(coordinates, low, high, strict=True):
+        if free.kind == "inverse":
             with np.errstate(divide="ignore"):
-                change[other.name] = float(np.log(a) - np.log(b)) if min(a, b) > 0.0 else math.inf
+                change[free.name] = float(np.log(a) - np.log(b)) if min(a, b) > 0.0 else math.inf
         else:
-            change[other.name] = float(b - a) * (other.scale if other.kind == "linear" else 1.0)
+            change[free.name] = float(b - a) * (free.scale if free.kind == "linear" else 1.0)
     if not math.isfinite(change[coordinate.name]) or change[coordinate.name] == 0.0:
         return None
     unit = 1.0 if coordinate.shape else math.log(2.0)
@@ -285,30 +285,30 @@ def direction_of(
         1.0, change[coordinate.name]
     )
     change = {name: factor * value for name, value in change.items()}
-    first = _moved(coordinate, change[coordinate.name])
-    others = [
-        _moved(other, change[other.name])
-        for other in sorted(coordinates, key=lambda c: -abs(change[c.name]) / _least(c))
-        if other is not coordinate and abs(change[other.name]) >= _least(other)
+    first = _change_text(coordinate, change[coordinate.name])
+    other_changes = [
+        _change_text(free, change[free.name])
+        for free in sorted(coordinates, key=lambda c: -abs(change[c.name]) / _mention_limit(c))
+        if free is not coordinate and abs(change[free.name]) >= _mention_limit(free)
     ]
-    along = f" with {_joined(others[:4])}" if others else ""
+    along = f" with {_joined(other_changes[:4])}" if other_changes else ""
     text = f"{first}{along} changes the loops by less than the noise"
     return Direction(text, change, remedy)
 
 
-def _least(coordinate: Coordinate) -> float:
+def _mention_limit(coordinate: Coordinate) -> float:
     """Change below which a direction does not mention a coordinate."""
     if coordinate.kind == "linear" and not coordinate.shape:
         return 1e-2 * (abs(coordinate.start) or 1.0)
     return 5e-4
 
 
-def _moved(coordinate: Coordinate, change: float) -> str:
+def _change_text(coordinate: Coordinate, change: float) -> str:
     word = "up" if change > 0.0 else "down"
     if math.isinf(change):
         return f"{coordinate.name} {word} without end"
     if coordinate.shape or coordinate.kind == "linear":
-        return f"{coordinate.name} {word} by {shown(abs(change), coordinate.unit, 2)}"
+        return f"{coordinate.name} {word} by {number_text(abs(change), coordinate.unit, 2)}"
     share = math.expm1(change)
     if share > 1.0:
         return f"{coordinate.name} up by a factor of {significant(1.0 + share, 2)}"
@@ -319,10 +319,10 @@ def _joined(texts: Sequence[str]) -> str:
     return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
 
 
-def alike(direction: Direction, other: Direction) -> bool:
+def is_parallel(direction: Direction, reference: Direction) -> bool:
     """Whether two directions are the same but for their length and sign."""
     a, b = (
         np.nan_to_num(np.array(list(d.change.values())), posinf=10.0, neginf=-10.0)
-        for d in (direction, other)
+        for d in (direction, reference)
     )
     return bool(abs(np.dot(a, b)) > 0.95 * np.linalg.norm(a) * np.linalg.norm(b))

@@ -38,6 +38,8 @@ def metric_of(flat: Floats, uncertain: Floats) -> Metric:
     uncertain = uncertain - basis @ (basis.T @ uncertain)
     square, turned = np.linalg.eigh(uncertain.T @ uncertain)
     matters = square > _SMALL**2
-    left = (uncertain @ turned[:, matters]) / np.sqrt(square[matters])
+    basis_uncertain = (uncertain @ turned[:, matters]) / np.sqrt(square[matters])
     shrink = 1.0 - 1.0 / np.sqrt(1.0 + square[matters])
-    return Metric(np.hstack((basis, left)), np.concatenate((np.ones(basis.shape[1]), shrink)))
+    return Metric(
+        np.hstack((basis, basis_uncertain)), np.concatenate((np.ones(basis.shape[1]), shrink))
+    )

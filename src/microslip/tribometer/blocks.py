@@ -53,7 +53,7 @@ class Block(NamedTuple):
         return slice(self.first, self.stop)
 
     @property
-    def whole(self) -> int:
+    def cycle_count(self) -> int:
         """How many whole cycles it has."""
         return len_of(self.cycles)
 
@@ -90,12 +90,12 @@ def blocks_of(record: Record) -> Blocks:
     motion = motion_of(x, force, [int(gap) for gap in gaps])
     edges = [0, *(int(gap) + 1 for gap in gaps), x.size]
     pieces = list(pairwise(edges))
-    found = [candidates(x[first:stop], motion) for first, stop in pieces]
-    each = np.array([[len_of(cycles) for cycles in of_block] for of_block in found])
-    kind = int(each.sum(axis=0).argmax())
+    piece_cycles = [candidates(x[first:stop], motion) for first, stop in pieces]
+    cycle_counts = np.array([[len_of(cycles) for cycles in of_block] for of_block in piece_cycles])
+    kind = int(cycle_counts.sum(axis=0).argmax())
     blocks = [
         Block(first, stop, cycles)
-        for (first, stop), of_block in zip(pieces, found, strict=True)
+        for (first, stop), of_block in zip(pieces, piece_cycles, strict=True)
         if (cycles := of_block[kind]) is not None
     ]
     if not blocks:
@@ -103,7 +103,7 @@ def blocks_of(record: Record) -> Blocks:
     notes: tuple[str, ...] = ()
     if gaps.size:
         assert record.time is not None
-        notes = (_told(record.time, gaps, len(pieces) - len(blocks)),)
+        notes = (_gap_note(record.time, gaps, len(pieces) - len(blocks)),)
     small = [part for block in blocks for part in _with_smaller(x, force, block, motion, kind)]
     return Blocks(tuple(small), notes)
 
@@ -116,28 +116,28 @@ def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: 
     is_long = edges[1::2] - edges[::2] >= FEWEST * motion.period
     smaller: list[Block] = []
     cuts = block.cycles.cuts
-    apart = np.ones(cuts.size - 1, dtype=bool)
+    is_between = np.ones(cuts.size - 1, dtype=bool)
     for begin, end in zip(edges[::2][is_long], edges[1::2][is_long], strict=True):
         first, stop = block.first + int(begin), block.first + int(end)
         try:
-            own = motion_of(x[first:stop], force[first:stop])
+            stretch_motion = motion_of(x[first:stop], force[first:stop])
         except InputError:  # it rests there
             continue
-        alike = abs(own.period - motion.period) < _SAME_PERIOD * motion.period
-        if not alike or own.amplitude < _OVER_NOISE * own.noise:
+        alike = abs(stretch_motion.period - motion.period) < _SAME_PERIOD * motion.period
+        if not alike or stretch_motion.amplitude < _OVER_NOISE * stretch_motion.noise:
             continue
-        cycles = candidates(x[first:stop], own)[kind]
+        cycles = candidates(x[first:stop], stretch_motion)[kind]
         if cycles is not None and len_of(cycles) >= FEWEST:
-            smaller += _with_smaller(x, force, Block(first, stop, cycles), own, kind)
-            apart &= (cuts[1:] <= begin) | (cuts[:-1] >= end)
+            smaller += _with_smaller(x, force, Block(first, stop, cycles), stretch_motion, kind)
+            is_between &= (cuts[1:] <= begin) | (cuts[:-1] >= end)
     if not smaller:
         return [block]
-    edges = np.flatnonzero(np.diff(apart, prepend=False, append=False))
-    larger = [_between(block, a, b) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    edges = np.flatnonzero(np.diff(is_between, prepend=False, append=False))
+    larger = [_cycles_between(block, a, b) for a, b in zip(edges[::2], edges[1::2], strict=True)]
     return sorted(larger + smaller, key=lambda part: part.first)
 
 
-def _between(block: Block, begin: int, end: int) -> Block:
+def _cycles_between(block: Block, begin: int, end: int) -> Block:
     """The cycles of a block from one number to another."""
     cycles = block.cycles
     origin = cycles.cuts[begin]
@@ -152,7 +152,7 @@ def _between(block: Block, begin: int, end: int) -> Block:
     )
 
 
-def _told(time: Floats, gaps: NDArray[np.intp], empty: int) -> str:
+def _gap_note(time: Floats, gaps: NDArray[np.intp], empty: int) -> str:
     """What to say of gaps, and of the blocks between them that have no cycle."""
     at = int(gaps[np.diff(time)[gaps].argmax()])
     longest = f"{engineering(float(time[at + 1] - time[at]), 's')}"

@@ -47,7 +47,7 @@ class Wear(NamedTuple):
     """Worn volume [m^3]."""
 
 
-class Between(NamedTuple):
+class BetweenRuns(NamedTuple):
     """A quantity over several runs at one condition: analysis of variance, runs at random."""
 
     column: str
@@ -98,10 +98,10 @@ class Campaign(Locked):
         if count == 0:
             raise InputError(Argument("measurements"), " must be at least one, got none")
         for name in ("runs", "worn_volumes"):
-            given = getattr(self, name)
-            if given is not None and len(given) != count:
+            labels = getattr(self, name)
+            if labels is not None and len(labels) != count:
                 raise InputError(
-                    Argument(name), f" must be one for each of {count} records, got {show(given)}"
+                    Argument(name), f" must be one for each of {count} records, got {show(labels)}"
                 )
         for volume in self.worn_volumes or ():
             if volume is not None:
@@ -116,13 +116,13 @@ class Campaign(Locked):
     def cumulative(self) -> list[Floats]:
         """Energy [J] dissipated up to each cycle of each record, on from the last of its run."""
         before: dict[str, float] = {}
-        found = []
+        energies = []
         labels = self.runs or [""] * len(self.measurements)
         for measured, run in zip(self.measurements, labels, strict=True):
             energy = np.nan_to_num(measured.cycles["dissipated_energy"])
-            found.append(before.get(run, 0.0) + np.cumsum(energy))
-            before[run] = float(found[-1][-1])
-        return found
+            energies.append(before.get(run, 0.0) + np.cumsum(energy))
+            before[run] = float(energies[-1][-1])
+        return energies
 
     def fretting_map(self) -> list[Point]:
         """Amplitude, load and regime of each record that has a normal load."""
@@ -133,8 +133,10 @@ class Campaign(Locked):
                 continue
             likely = sorted(measured.probability.values())
             count = len(measured)
-            own = sorted(measured.regimes.count(name) / count for name in measured.probability)
-            mixed = len(likely) > 1 and max(likely[-2], own[-2]) >= MIXED
+            frequencies = sorted(
+                measured.regimes.count(name) / count for name in measured.probability
+            )
+            mixed = len(likely) > 1 and max(likely[-2], frequencies[-2]) >= MIXED
             amplitude = measured.mean["amplitude"].value
             regime = "mixed" if mixed else measured.regime
             points.append(Point(measured.name, amplitude, load.value, regime))
@@ -142,12 +144,12 @@ class Campaign(Locked):
 
     def wear(self, confidence: float = 0.95) -> Wear | None:
         """Energy wear coefficient of the records that have a worn volume; None without any."""
-        given = self.worn_volumes or [None] * len(self.measurements)
-        chosen = [i for i, volume in enumerate(given) if volume is not None]
-        if not chosen:
+        volumes = self.worn_volumes or [None] * len(self.measurements)
+        rows = [i for i, volume in enumerate(volumes) if volume is not None]
+        if not rows:
             return None
-        energy = self.energies()[chosen]
-        volume = np.array([given[i] for i in chosen], dtype=float)
+        energy = self.energies()[rows]
+        volume = np.array([volumes[i] for i in rows], dtype=float)
         if not np.all(energy > 0.0):
             raise InputError(
                 "an energy wear coefficient needs records that dissipate energy, got "
@@ -155,21 +157,21 @@ class Campaign(Locked):
             )
         square = float(energy @ energy)
         slope = float(energy @ volume) / square
-        names = tuple(self.measurements[i].name for i in chosen)
+        names = tuple(self.measurements[i].name for i in rows)
         if energy.size < 2:
             nothing = math.nan
             return Wear(Estimate(slope, nothing, nothing, nothing, 1), names, energy, volume)
-        left = volume - slope * energy
-        error = math.sqrt(float(left @ left) / (energy.size - 1) / square)
+        residual = volume - slope * energy
+        error = math.sqrt(float(residual @ residual) / (energy.size - 1) / square)
         half = quantile(confidence, energy.size - 1) * error
-        found = Estimate(slope, slope - half, slope + half, error, int(energy.size))
-        return Wear(found, names, energy, volume)
+        coefficient = Estimate(slope, slope - half, slope + half, error, int(energy.size))
+        return Wear(coefficient, names, energy, volume)
 
-    def comparison(self, confidence: float = 0.95) -> list[Between]:
+    def comparison(self, confidence: float = 0.95) -> list[BetweenRuns]:
         """Runs compared, at each condition that at least two of them have; none without runs."""
         if self.runs is None or len(set(self.runs)) < 2:
             return []
-        found = []
+        comparisons = []
         for condition, members in self._conditions():
             for column in COMPARED:
                 by_run: dict[str, list[float]] = {}
@@ -178,8 +180,8 @@ class Campaign(Locked):
                     if mean is not None and math.isfinite(mean.value):
                         by_run.setdefault(self.runs[i], []).append(mean.value)
                 if len(by_run) > 1:
-                    found.append(between(column, condition, by_run, confidence))
-        return found
+                    comparisons.append(between_runs(column, condition, by_run, confidence))
+        return comparisons
 
     def _conditions(self) -> list[tuple[str, list[int]]]:
         """Records of one load and amplitude, and what these are in words."""
@@ -210,9 +212,9 @@ class Campaign(Locked):
         return list(zip(words, groups, strict=True))
 
 
-def between(
+def between_runs(
     column: str, condition: str, by_run: dict[str, list[float]], confidence: float
-) -> Between:
+) -> BetweenRuns:
     """One-way analysis of variance with random runs, which may have unlike numbers of records."""
     sizes = np.array([len(values) for values in by_run.values()], dtype=float)
     means = np.array([float(np.mean(values)) for values in by_run.values()])
@@ -229,4 +231,4 @@ def between(
         usual = (total - float(sizes @ sizes) / total) / (runs - 1)
         variance = max(among - within**2, 0.0) / usual
     mean = Estimate(middle, middle - half, middle + half, error, runs)
-    return Between(column, condition, tuple(by_run), mean, within, math.sqrt(variance))
+    return BetweenRuns(column, condition, tuple(by_run), mean, within, math.sqrt(variance))

@@ -22,11 +22,11 @@ _REGIMES: dict[str, tuple[Marker, str]] = {
 def evolution(campaign: Campaign) -> Plot:
     """Friction, stiffness and energy of each cycle, over cycles and over cumulative energy."""
     measurements = campaign.measurements
-    shown = evenly(len(measurements), MOST)
+    drawn_rows = evenly(len(measurements), MOST)
     totals = campaign.cumulative()
-    most = max(float(np.abs(totals[i]).max()) for i in shown)
-    unit, letter = prefix(most)
-    loaded = all("friction_peak" in measurements[i].cycles for i in shown)
+    largest = max(float(np.abs(totals[i]).max()) for i in drawn_rows)
+    unit, letter = prefix(largest)
+    loaded = all("friction_peak" in measurements[i].cycles for i in drawn_rows)
     rows = [
         ("friction_peak", "Friction T_m/N [–]") if loaded else ("force_amplitude", "Force"),
         ("reversal_stiffness", "Stiffness"),
@@ -34,7 +34,7 @@ def evolution(campaign: Campaign) -> Plot:
     ]
     panels = []
     for row, (name, label) in enumerate(rows):
-        values = [np.abs(measurements[i].cycles[name]) for i in shown]
+        values = [np.abs(measurements[i].cycles[name]) for i in drawn_rows]
         finite = np.concatenate([value[np.isfinite(value)] for value in values])
         si = {"force_amplitude": "N", "reversal_stiffness": "N/m", "dissipated_energy": "J"}
         scale = 1.0
@@ -52,7 +52,7 @@ def evolution(campaign: Campaign) -> Plot:
                 Axis(label if column == 0 else "", log=name != "friction_peak", unit=scale),
                 cell=(row, row, column, column),
             )
-            for at, i in enumerate(shown):
+            for at, i in enumerate(drawn_rows):
                 color, dash = COLORS[at % MOST], DASHES[at % len(DASHES)]
                 x = np.arange(1.0, values[at].size + 1.0) if column == 0 else totals[i] / unit
                 y = values[at] / scale
@@ -64,10 +64,10 @@ def evolution(campaign: Campaign) -> Plot:
     names = [m.name if runs is None else f"{runs[i]}: {m.name}" for i, m in enumerate(measurements)]
     legend = tuple(
         Entry(shorten(names[i], 40), COLORS[at % MOST], DASHES[at % len(DASHES)])
-        for at, i in enumerate(shown)
+        for at, i in enumerate(drawn_rows)
     )
-    more = len(measurements) - len(shown)
-    title = f"{more} more records are in the tables" if more else ""
+    undrawn = len(measurements) - len(drawn_rows)
+    title = f"{undrawn} more records are in the tables" if undrawn else ""
     return Plot(
         panels, 7.2, heights=(1.0,) * 3, widths=(1.0, 1.0), legend=legend, legend_title=title
     )

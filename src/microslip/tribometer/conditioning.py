@@ -74,12 +74,12 @@ def condition(
         jitter = float(steps.std() / steps.mean())
         rate = 1.0 / float(steps.mean())
         if jitter > EVEN:
-            even = np.linspace(record.time[0], record.time[-1], len(record))
-            x, force = (np.interp(even, record.time, values) for values in (x, force))
+            even_time = np.linspace(record.time[0], record.time[-1], len(record))
+            x, force = (np.interp(even_time, record.time, values) for values in (x, force))
             if isinstance(load, np.ndarray):
-                load = np.interp(even, record.time, load)
+                load = np.interp(even_time, record.time, load)
             if commanded is not None:
-                commanded = np.interp(even, record.time, commanded)
+                commanded = np.interp(even_time, record.time, commanded)
             notes.append(f"uneven steps of time, {jitter:.2g} of their mean, were evened")
     if delay != 0.0:
         shift = delay * _rate(rate, "delay")
@@ -91,10 +91,10 @@ def condition(
         force = np.interp(place + shift, place, force)
         # What has no force of its own any more goes.
         lost = math.ceil(abs(shift))
-        kept = slice(0, force.size - lost) if shift > 0.0 else slice(lost, None)
-        x, force = x[kept], force[kept]
-        load = load[kept] if isinstance(load, np.ndarray) else load
-        commanded = None if commanded is None else commanded[kept]
+        inner = slice(0, force.size - lost) if shift > 0.0 else slice(lost, None)
+        x, force = x[inner], force[inner]
+        load = load[inner] if isinstance(load, np.ndarray) else load
+        commanded = None if commanded is None else commanded[inner]
         notes.append(f"the force was moved forward by {delay:.6g} s")
     if drift:
         cycles = split(x, force)
@@ -219,10 +219,10 @@ def delay_of(record: Record, *, confidence: float = 0.95) -> Estimate:
         return np.asarray(0.5 * (tops - bottoms) * (-1.0 if cycles.flipped else 1.0))
 
     inside = (cycles.peaks >= reach) & (cycles.troughs < force.size - reach)
-    both = rows(force)
-    if both.shape[0] < 2:
+    force_rows = rows(force)
+    if force_rows.shape[0] < 2:
         raise InputError("delay_of needs at least two cycles away from the ends of the record")
-    profile = both.mean(axis=0)
+    profile = force_rows.mean(axis=0)
     # Only as far as the line holds: till a quarter of the force is gone.
     fallen = np.flatnonzero(profile[reach:] < profile.max() - 0.25 * float(np.ptp(force)))
     half = min(int(fallen[0]) if fallen.size else reach, (2 * reach) // 3)
@@ -231,7 +231,7 @@ def delay_of(record: Record, *, confidence: float = 0.95) -> Estimate:
             f"delay_of needs at least 4 samples in the first quarter of the force after a "
             f"reversal, got {half}; sample faster"
         )
-    groups = np.array_split(both, min(10, both.shape[0]))
+    groups = np.array_split(force_rows, min(10, force_rows.shape[0]))
     window = slice(reach - half, reach + half + 1)
     means = np.array([group.mean(axis=0)[window] for group in groups])
     way = rows(record.displacement).mean(axis=0)
@@ -254,8 +254,8 @@ def _kinks(rows: Floats, t: Floats, way: Floats, reach: int) -> Floats:
         after = moved - before
         design = np.stack((np.ones_like(t), before, after, after**2 / way.max()), axis=1)
         basis = np.linalg.qr(design)[0]
-        rest = rows - (rows @ basis) @ basis.T
-        misfit[:, i] = np.sum(rest**2, axis=1)
+        residual = rows - (rows @ basis) @ basis.T
+        misfit[:, i] = np.sum(residual**2, axis=1)
     best = np.clip(misfit.argmin(axis=1), 1, places.size - 2)
     row = np.arange(rows.shape[0])
     low, middle, high = (misfit[row, best + side] for side in (-1, 0, 1))
@@ -312,10 +312,10 @@ def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float =
     away = 1.0 / loads - (1.0 / loads).mean()
     square = float(np.dot(away, away))
     slope = float(np.dot(away, softness)) / square
-    rest = softness - softness.mean() - slope * away
+    residual = softness - softness.mean() - slope * away
     at_end = (1.0 / loads).mean()
     value = float(softness.mean() - slope * at_end)
-    variance = float(np.dot(rest, rest)) / (loads.size - 2)
+    variance = float(np.dot(residual, residual)) / (loads.size - 2)
     error = math.sqrt(variance * (1.0 / loads.size + at_end**2 / square))
     if value <= 0.0:
         raise InputError(

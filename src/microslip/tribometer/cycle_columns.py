@@ -113,22 +113,22 @@ def columns_of(
         pressed = np.full(first.size, load)
     if pressed is not None:
         columns["normal_load"] = pressed
-    ratio = _over(energy, 4.0 * amplitude * force_amplitude)
+    ratio = _ratio(energy, 4.0 * amplitude * force_amplitude)
     columns |= {
         "dissipated_energy": energy,
         "energy_ratio": ratio,
         "loss_factor": 4.0 / math.pi * ratio,
         "damping_ratio": 2.0 / math.pi * ratio,
         "sliding_distance": sliding,
-        "sliding_ratio": _over(sliding, amplitude),
-        "fouvry_ratio": _over(energy, 4.0 * force_amplitude * sliding),
+        "sliding_ratio": _ratio(sliding, amplitude),
+        "fouvry_ratio": _ratio(energy, 4.0 * force_amplitude * sliding),
     }
     if pressed is not None:
-        columns["friction_peak"] = _over(force_amplitude, pressed)
-        columns["friction_energy"] = _over(energy, 4.0 * pressed * sliding)
+        columns["friction_peak"] = _ratio(force_amplitude, pressed)
+        columns["friction_energy"] = _ratio(energy, 4.0 * pressed * sliding)
     columns |= stiffness_columns(moved, force, cycles, high - low, compliance)
     gap = np.abs(force[last] - force[first])
-    columns["closure_error"] = _over(gap, 2.0 * np.abs(force_amplitude))
+    columns["closure_error"] = _ratio(gap, 2.0 * np.abs(force_amplitude))
     return columns
 
 
@@ -151,12 +151,12 @@ def columns_of_blocks(
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _over(numerator: Floats, denominator: Floats) -> Floats:
+def _ratio(numerator: Floats, denominator: Floats) -> Floats:
     nothing = np.full_like(numerator, np.nan)
     return np.divide(numerator, denominator, out=nothing, where=denominator != 0.0)
 
 
-def _around(values: Floats, places: NDArray[np.int64], low: int, high: int) -> Floats:
+def _window_rows(values: Floats, places: NDArray[np.int64], low: int, high: int) -> Floats:
     """Samples around places, a row for each; at the ends of the record the last one again."""
     rows = np.clip(places[:, None] + np.arange(low, high + 1), 0, values.size - 1)
     return np.asarray(values[rows])
@@ -169,7 +169,7 @@ def _heights(x: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
         return x[places]
     t = np.arange(-half, half + 1) / half
     weights = np.linalg.pinv(np.stack((np.ones_like(t), t, t**2), axis=1))[0]
-    return np.asarray(_around(x, places, -half, half) @ weights)
+    return np.asarray(_window_rows(x, places, -half, half) @ weights)
 
 
 def _forces(force: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
@@ -181,12 +181,12 @@ def _forces(force: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
     if half >= 2:
         t = np.arange(-half - 1, 0) / half
         weights = np.linalg.pinv(np.stack((np.ones_like(t), t**2), axis=1))[0]
-        return np.asarray(_around(force, places, -half - 1, -1) @ weights)
-    once, twice = np.maximum(places - 1, 0), np.maximum(places - 2, 0)
-    last, before = force[places] - force[once], force[once] - force[twice]
+        return np.asarray(_window_rows(force, places, -half - 1, -1) @ weights)
+    previous, twice = np.maximum(places - 1, 0), np.maximum(places - 2, 0)
+    last, before = force[places] - force[previous], force[previous] - force[twice]
     # The way back begins where the force does; dry friction may have jumped all the way.
     turned = (last * before < 0.0) | (np.abs(last) > 0.5 * np.ptp(force))
-    return force[np.where(turned, once, places)]
+    return force[np.where(turned, previous, places)]
 
 
 def _sliding_distance(x: Floats, force: Floats, cycles: Cycles) -> Floats:
@@ -205,8 +205,8 @@ def _sliding_distance(x: Floats, force: Floats, cycles: Cycles) -> Floats:
     share = force[changes] / (force[changes] - force[changes + 1])
     place = x[changes] + share * (x[changes + 1] - x[changes])
     count = np.bincount(way, minlength=turn.size).astype(float)
-    width = _over(np.bincount(way, place, minlength=turn.size).astype(float), count)
+    width = _ratio(np.bincount(way, place, minlength=turn.size).astype(float), count)
     # Signed, or noise would slide where nothing does.
     distance = 0.5 * (width[1::2] - width[::2])
-    known = distance[np.isfinite(distance)]
-    return distance * (-1.0 if known.size and np.median(known) < 0.0 else 1.0)
+    finite = distance[np.isfinite(distance)]
+    return distance * (-1.0 if finite.size and np.median(finite) < 0.0 else 1.0)

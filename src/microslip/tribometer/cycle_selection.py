@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip._core.wording import plural
 from microslip.errors import InputError
 from microslip.tribometer.spikes import Spike
 
@@ -16,7 +17,7 @@ OPEN = 0.25
 _MOST_LOSS = 1.05 * 4.0 / math.pi  # of a rectangle; noise may make its corners a little less
 
 
-def counted(
+def counted_cycles(
     columns: Mapping[str, NDArray[np.float64]], spikes: tuple[Spike, ...]
 ) -> tuple[NDArray[np.bool_], list[str]]:
     """The cycles that the means are of, and what to say of the others."""
@@ -26,18 +27,18 @@ def counted(
     sound = np.ones(closure.size, dtype=bool)
     for spike in spikes:
         sound &= (last < spike.first) | (first > spike.last)
-    shown = "; ".join(map(str, spikes[:3])) + ("; ..." if len(spikes) > 3 else "")
+    texts = "; ".join(map(str, spikes[:3])) + ("; ..." if len(spikes) > 3 else "")
     if not sound.any():
         raise InputError(
-            f"no cycle is without a spike: {many(len(spikes), 'spike')}, {shown}; look at the "
+            f"no cycle is without a spike: {plural(len(spikes), 'spike')}, {texts}; look at the "
             "sensor and its cable, or leave these samples out"
         )
     if not sound.all():
         notes.append(
-            f"left out of the means: {_cycles(~sound)} with a spike, here straight lines: {shown}"
+            f"left out of the means: {_cycles(~sound)} with a spike, here straight lines: {texts}"
         )
     elif spikes:
-        notes.append(f"spikes beyond the whole cycles: {shown}")
+        notes.append(f"spikes beyond the whole cycles: {texts}")
     closed = closure <= OPEN
     if not (sound & closed).any():
         notes.append("no cycle closes, the ends of each differ by over a quarter of the force")
@@ -50,7 +51,7 @@ def counted(
     return sound & closed, notes
 
 
-def beyond(loss_factor: NDArray[np.float64]) -> list[str]:
+def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
     """What to say of loops that are larger than the rectangle around them."""
     large = loss_factor > _MOST_LOSS
     if not large.any():
@@ -62,13 +63,8 @@ def beyond(loss_factor: NDArray[np.float64]) -> list[str]:
     ]
 
 
-def _cycles(chosen: NDArray[np.bool_]) -> str:
+def _cycles(is_named: NDArray[np.bool_]) -> str:
     """Such as "2 cycles (3, 8)"."""
-    places = np.flatnonzero(chosen) + 1
-    shown = ", ".join(map(str, places[:5])) + (", ..." if places.size > 5 else "")
-    return f"{many(places.size, 'cycle')} ({shown})"
-
-
-def many(number: int, what: str) -> str:
-    """A number of things, such as "1 cycle"."""
-    return f"{number} {what}{'' if number == 1 else 's'}"
+    places = np.flatnonzero(is_named) + 1
+    numbers = ", ".join(map(str, places[:5])) + (", ..." if places.size > 5 else "")
+    return f"{plural(places.size, 'cycle')} ({numbers})"

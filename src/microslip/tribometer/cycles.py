@@ -76,8 +76,8 @@ def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> 
 
     Its period is that between ``gaps``, samples behind which the record is interrupted.
     """
-    few = displacement[:: max(1, displacement.size >> 17)]
-    low, high = (float(value) for value in np.percentile(few, (1.0, 99.0)))
+    sampled = displacement[:: max(1, displacement.size >> 17)]
+    low, high = (float(value) for value in np.percentile(sampled, (1.0, 99.0)))
     middle, amplitude = 0.5 * (low + high), 0.5 * (high - low)
     if amplitude == 0.0:
         raise InputError(
@@ -146,10 +146,10 @@ def candidates(displacement: Floats, motion: Motion) -> tuple[Cycles | None, ...
 def split(displacement: Floats, force: Floats) -> Cycles:
     """The cycles of a record without gaps, cut where most of them are whole."""
     motion = motion_of(displacement, force)
-    found = [cycles for cycles in candidates(displacement, motion) if cycles is not None]
-    if not found:
+    splits = [cycles for cycles in candidates(displacement, motion) if cycles is not None]
+    if not splits:
         raise no_cycle(motion)
-    return max(found, key=len_of)
+    return max(splits, key=len_of)
 
 
 def len_of(cycles: Cycles | None) -> int:
@@ -242,23 +242,23 @@ def _extended(
 
 def _extended_turns(
     turns: Places,
-    chosen: NDArray[np.bool_],
+    is_kind: NDArray[np.bool_],
     period: float,
     x: Floats,
     near: float,
     slack: float,
 ) -> Floats:
     """Turning points of one kind with those at the ends; with none seen, half a cycle away."""
-    found = turns[chosen].astype(float)
-    if found.size == 0:
-        other = float(turns[0])
-        found = np.array([other - 0.5 * period, other + 0.5 * period])
-        inside = (found >= -slack) & (found <= x.size - 1 + slack)
-        found = np.clip(found[inside], 0.0, x.size - 1.0)
+    places = turns[is_kind].astype(float)
+    if places.size == 0:
+        turn = float(turns[0])
+        places = np.array([turn - 0.5 * period, turn + 0.5 * period])
+        inside = (places >= -slack) & (places <= x.size - 1 + slack)
+        places = np.clip(places[inside], 0.0, x.size - 1.0)
         extreme = -x[turns[0]]
-        return np.asarray(found[np.abs(x[np.rint(found).astype(int)] - extreme) <= near])
-    extreme = float(np.median(x[np.rint(found).astype(int)]))
-    return _extended(found, period, x, extreme, near, slack)
+        return np.asarray(places[np.abs(x[np.rint(places).astype(int)] - extreme) <= near])
+    extreme = float(np.median(x[np.rint(places).astype(int)]))
+    return _extended(places, period, x, extreme, near, slack)
 
 
 def _assemble(

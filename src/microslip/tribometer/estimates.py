@@ -36,18 +36,18 @@ def quantile(confidence: float, freedom: int) -> float:
     # With t = sqrt(f) tan(a), the confidence is the integral of cos^(f-1) from 0 to a, over that
     # to pi/2 (Wallis' product). It is concave in a: Newton's steps from below never overshoot.
     power = freedom - 1
-    even, odd = math.pi / 2.0, 1.0
+    even_product, odd = math.pi / 2.0, 1.0
     factors = np.arange(power, 1, -2, dtype=np.float64)
-    whole = (odd if power % 2 else even) * math.exp(float(np.log1p(-1.0 / factors).sum()))
+    quarter = (odd if power % 2 else even_product) * math.exp(float(np.log1p(-1.0 / factors).sum()))
     nodes, weights = gauss_legendre(60)
 
     def falls(angle: Any) -> Any:
         return np.exp(-0.5 * power * np.log1p(np.tan(angle) ** 2))
 
-    angle = confidence * whole
+    angle = confidence * quarter
     for _ in range(_STEPS):
         inside = angle * float(weights @ falls(angle * nodes))
-        step = (confidence * whole - inside) / float(falls(angle))
+        step = (confidence * quarter - inside) / float(falls(angle))
         angle += step
         if step <= 4e-16 * angle:
             break
@@ -92,7 +92,7 @@ def trend(x: Floats, y: Floats, confidence: float) -> Estimate:
     slope = float(np.dot(away, y)) / square
     if x.size < 3:
         return Estimate(slope, math.nan, math.nan, math.nan, int(x.size))
-    rest = y - y.mean() - slope * away
-    error = math.sqrt(float(np.dot(rest, rest)) / (x.size - 2) / square)
+    residual = y - y.mean() - slope * away
+    error = math.sqrt(float(np.dot(residual, residual)) / (x.size - 2) / square)
     half = quantile(confidence, x.size - 2) * error
     return Estimate(slope, slope - half, slope + half, error, int(x.size))

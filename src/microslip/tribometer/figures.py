@@ -20,14 +20,14 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
 
     Forces are over the mean normal load where every record has one.
     """
-    shown = [measurements[i] for i in evenly(len(measurements), MOST_LOOPS)]
-    normalised = all("normal_load" in measured.mean for measured in shown)
-    x_unit, x_letter = length_prefix(max(m.mean["amplitude"].value for m in shown))
-    y_unit, y_letter = prefix(max(m.mean["force_amplitude"].value for m in shown))
-    energies = np.concatenate([m.cycles["dissipated_energy"] for m in shown])
+    drawn_records = [measurements[i] for i in evenly(len(measurements), MOST_LOOPS)]
+    normalised = all("normal_load" in measured.mean for measured in drawn_records)
+    x_unit, x_letter = length_prefix(max(m.mean["amplitude"].value for m in drawn_records))
+    y_unit, y_letter = prefix(max(m.mean["force_amplitude"].value for m in drawn_records))
+    energies = np.concatenate([m.cycles["dissipated_energy"] for m in drawn_records])
     e_unit, e_letter = prefix(float(np.abs(energies).max()))
     force_label = "Force / normal load, T/N [–]" if normalised else f"Force [{y_letter}N]"
-    left = Panel(
+    loop_panel = Panel(
         Axis(f"Displacement [{x_letter}m]", unit=x_unit),
         Axis(force_label, unit=1.0 if normalised else y_unit),
         note="Mean cycles, offsets taken off",
@@ -44,15 +44,15 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
         note="Each cycle",
         cell=(0, 0, 1, 1),
     )
-    left.cross()
+    loop_panel.cross()
     legend = []
-    for i, measured in enumerate(shown):
+    for i, measured in enumerate(drawn_records):
         color, dash = COLORS[i % len(COLORS)], DASHES[i % len(DASHES)]
         x, force = measured.loop
         x = x - measured.mean["displacement_offset"].value
         force = force - measured.mean["force_offset"].value
         scale = measured.mean["normal_load"].value if normalised else y_unit
-        left.line(x / x_unit, force / scale, color, dash=dash)
+        loop_panel.line(x / x_unit, force / scale, color, dash=dash)
         energy = measured.cycles["dissipated_energy"] / e_unit
         places = np.arange(1, energy.size + 1)
         if energy.size == 1:
@@ -63,13 +63,13 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
         if load is not None:
             label += f", {engineering(load.value, 'N')}"
         legend.append(Entry(label, color, dash))
-    more = len(measurements) - len(shown)
+    undrawn = len(measurements) - len(drawn_records)
     return Plot(
-        [left, right],
+        [loop_panel, right],
         3.9,
         widths=(1.5, 1.0),
         legend=tuple(legend),
-        legend_title=f"{more} more records are in the tables" if more else "",
+        legend_title=f"{undrawn} more records are in the tables" if undrawn else "",
     )
 
 
@@ -81,13 +81,13 @@ def record_figure(record: Any) -> Plot:
         t_unit, letter = prefix(float(time[-1])) if 0.0 < float(time[-1]) < 1.0 else (1.0, "")
         label = f"Time [{letter}s]"
     x_unit, x_letter = length_prefix(float(np.abs(record.displacement).max()) or 1.0)
-    shown = [(f"Displacement [{x_letter}m]", x_unit, record.displacement)]
+    channels = [(f"Displacement [{x_letter}m]", x_unit, record.displacement)]
     for name, values in (("Force", record.force), ("Normal load", record.normal_load)):
         if np.ndim(values) == 1:
             unit, letter = force_prefix(values)
-            shown.append((f"{name} [{letter}N]", unit, values))
+            channels.append((f"{name} [{letter}N]", unit, values))
     panels = []
-    for name, unit, values in shown:
+    for name, unit, values in channels:
         panel = Panel(Axis(label, margin=0.0, unit=t_unit), Axis(name, unit=unit))
         panel.line(time / t_unit, values / unit, width=0.9)
         panels.append(panel)

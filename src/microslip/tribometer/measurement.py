@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.frozen import lock
 from microslip._core.units import engineering
+from microslip._core.wording import plural
 from microslip.errors import Argument, InputError, Phrase
 from microslip.friction import BackboneLaw
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.tribometer.blocks import Block, Blocks, blocks_of
 from microslip.tribometer.cycle_columns import UNITS, columns_of_blocks
-from microslip.tribometer.cycle_selection import beyond, counted, many
+from microslip.tribometer.cycle_selection import counted_cycles, excess_loss_notes
 from microslip.tribometer.cycles import Cycles
 from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend
 from microslip.tribometer.options import CONFIDENCE
@@ -28,7 +29,7 @@ from microslip.tribometer.record import Record
 from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresholds
 from microslip.tribometer.reversal import STIFFNESSES
 from microslip.tribometer.settling import Settled, settled
-from microslip.tribometer.spikes import spikes_of, without
+from microslip.tribometer.spikes import spikes_of, without_spikes
 
 _FOLDS = 64
 
@@ -155,7 +156,7 @@ class Measurement(Plottable):
 
     def table(self) -> str:
         """The means as text: quantity, mean, confidence interval and unit."""
-        lines = [f"{self.name}: {many(len(self), 'cycle')}, {self.regime}"]
+        lines = [f"{self.name}: {plural(len(self), 'cycle')}, {self.regime}"]
         for name, mean in self.mean.items():
             interval = f"[{mean.low:.6g}, {mean.high:.6g}]" if mean.number > 1 else "-"
             lines.append(f"{name:<20} {mean.value:>13.6g}  {interval:<30} {UNITS[name]}")
@@ -191,7 +192,7 @@ class Measurement(Plottable):
         }
 
     def __repr__(self) -> str:
-        return f"Measurement({self.name!r}, {many(len(self), 'cycle')}, {self.regime})"
+        return f"Measurement({self.name!r}, {plural(len(self), 'cycle')}, {self.regime})"
 
 
 def measure(
@@ -261,7 +262,7 @@ def measure(
     level: float = CONFIDENCE.check(confidence)
     limits = thresholds(model)
     spikes = spikes_of(record)
-    record = without(record, spikes)
+    record = without_spikes(record, spikes)
     x, force, notes = record.displacement, record.force, list(record.notes)
     if rig_stiffness is not None:
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
@@ -299,17 +300,17 @@ def measure(
             "in some cycles too few samples lie in the first quarter of the force after a "
             "reversal to read a stiffness"
         )
-    closed, said = counted(columns, spikes)
-    notes += said
+    closed, selection_notes = counted_cycles(columns, spikes)
+    notes += selection_notes
     if cycles is None:
         like = settled(columns, closed)
     else:
-        like = Settled(_among(cycles, closed), False, ())
-    closed = like.chosen
+        like = Settled(_requested_cycles(cycles, closed), False, ())
+    closed = like.selection
     notes += like.notes
-    told = regimes_of(columns, limits, closed, like.is_moving)
-    regimes = told.of_each
-    notes += beyond(columns["loss_factor"])
+    record_regimes = regimes_of(columns, limits, closed, like.is_moving)
+    regimes = record_regimes.of_each
+    notes += excess_loss_notes(columns["loss_factor"])
     notes += clipped(record)
     slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
     sliding = float(np.median(slid)) if slid.size else math.nan
@@ -321,14 +322,14 @@ def measure(
                 *(Argument("rig_stiffness"), " to take it off"),
             )
         )
-    largest = max(blocks.having_cycles, key=lambda block: block.whole)
+    largest = max(blocks.having_cycles, key=lambda block: block.cycle_count)
     return Measurement(
         name=record.name,
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
         regimes=regimes,
         thresholds=limits,
         mean=_means(columns, closed, level, like.is_moving),
-        probability=MappingProxyType(told.probability),
+        probability=MappingProxyType(record_regimes.probability),
         confidence=level,
         frequency=_frequency(record, blocks),
         third_harmonic=_third_harmonic(record.displacement, largest),
@@ -339,23 +340,23 @@ def measure(
         is_settled=not like.is_moving,
         levels=tuple(
             AmplitudeLevel(
-                lock(found.chosen),
-                not found.is_moving,
-                _means(columns, found.chosen, level, found.is_moving),
+                lock(stretch.selection),
+                not stretch.is_moving,
+                _means(columns, stretch.selection, level, stretch.is_moving),
             )
-            for found in like.levels
+            for stretch in like.levels
         ),
     )
 
 
 def _means(
-    columns: Mapping[str, Floats], chosen: NDArray[Any], level: float, is_moving: bool
+    columns: Mapping[str, Floats], rows: NDArray[Any], level: float, is_moving: bool
 ) -> Mapping[str, Estimate]:
     """Means of the columns over some cycles."""
     return MappingProxyType(
         {
             name: (mean_of_inverses if name in STIFFNESSES else mean_of)(
-                values[chosen], level, is_moving
+                values[rows], level, is_moving
             )
             for name, values in columns.items()
             if name != "start"
@@ -370,21 +371,21 @@ def _means_written(means: Mapping[str, Estimate]) -> dict[str, Any]:
     }
 
 
-def _among(cycles: slice, closed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _requested_cycles(cycles: slice, closed: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The cycles that were asked for, of those that count."""
     if not isinstance(cycles, slice):
         raise InputError(
             Argument("cycles"), f" must be a slice, such as slice(2, 20), got {show(cycles)}"
         )
-    asked = np.zeros(closed.size, dtype=bool)
-    asked[cycles] = True
-    if not (asked & closed).any():
+    is_asked = np.zeros(closed.size, dtype=bool)
+    is_asked[cycles] = True
+    if not (is_asked & closed).any():
         raise InputError(
             Argument("cycles"),
             f" must have some of the {np.count_nonzero(closed)} cycles that count, of "
             f"{closed.size}, got {show(cycles)}",
         )
-    return asked & closed
+    return is_asked & closed
 
 
 # -- the record as a whole ------------------------------------------------------------------------
@@ -393,11 +394,11 @@ def _among(cycles: slice, closed: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, blocks: Blocks) -> None:
     """Refuse a rig that would give way by more than all the displacement that was measured."""
     ways = [x[block.samples] for block in blocks.having_cycles]
-    each = [
+    ranges = [
         way[block.cycles.peaks] - way[block.cycles.troughs]
         for way, block in zip(ways, blocks.having_cycles, strict=True)
     ]
-    moved = 0.5 * float(np.median(np.abs(np.concatenate(each))))
+    moved = 0.5 * float(np.median(np.abs(np.concatenate(ranges))))
     pushed = float(np.median(np.abs(force_amplitude)))
     if pushed < rig_stiffness * moved:
         return
@@ -414,17 +415,19 @@ def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, block
 def _frequency(record: Record, blocks: Blocks) -> float | None:
     """Cycles a second within the blocks; what lies between them does not count."""
     cuts = [block.first + block.cycles.cuts for block in blocks.having_cycles]
-    whole = sum(block.whole for block in blocks.having_cycles)
+    cycle_count = sum(block.cycle_count for block in blocks.having_cycles)
     if record.time is not None:
-        return whole / float(sum(record.time[cut[-1]] - record.time[cut[0]] for cut in cuts))
+        return cycle_count / float(sum(record.time[cut[-1]] - record.time[cut[0]] for cut in cuts))
     if record.sample_rate is not None:
-        return whole * record.sample_rate / float(sum(cut[-1] - cut[0] for cut in cuts))
+        return cycle_count * record.sample_rate / float(sum(cut[-1] - cut[0] for cut in cuts))
     return None
 
 
-def _angles(cycles: Cycles, most: int = 1 << 18) -> tuple[slice, Floats]:
+def _angles(cycles: Cycles, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:
     """Some whole cycles at the begin, and the share of its cycle for each of their samples."""
-    count = max(1, int(np.searchsorted(cycles.cuts, cycles.cuts[0] + most, side="right")) - 1)
+    count = max(
+        1, int(np.searchsorted(cycles.cuts, cycles.cuts[0] + sample_limit, side="right")) - 1
+    )
     cuts = cycles.cuts[: count + 1]
     place = np.arange(cuts[0], cuts[-1])
     return slice(int(cuts[0]), int(cuts[-1])), np.interp(place, cuts, np.arange(cuts.size)) % 1.0
@@ -454,11 +457,11 @@ def _mean_loop(
     x: Floats,
     force: Floats,
     columns: Mapping[str, Floats],
-    chosen: NDArray[np.intp],
+    rows: NDArray[np.intp],
     samples: int = 256,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Mean of up to a hundred of the chosen cycles, spread over the record; closed."""
-    places = chosen[np.linspace(0, chosen.size - 1, min(100, chosen.size)).astype(int)]
+    places = rows[np.linspace(0, rows.size - 1, min(100, rows.size)).astype(int)]
     grid = np.linspace(0.0, 1.0, samples + 1)
     total = np.zeros((2, grid.size))
     for i in places:
@@ -477,19 +480,19 @@ def clipped(record: Record) -> list[str]:
 
     A plateau of a rig that is quiet looks alike, so it is said and no error.
     """
-    found = []
+    notes = []
     for name in ("displacement", "force"):
         values: Floats = getattr(record, name)
         for extreme in (float(values.min()), float(values.max())):
             at = np.flatnonzero(values == extreme)
             share = at.size / values.size
-            together = np.count_nonzero(np.diff(at) == 1)
-            if share > 0.005 and together > 0.5 * at.size and at.size > 8:
-                found.append(
+            neighbours = np.count_nonzero(np.diff(at) == 1)
+            if share > 0.005 and neighbours > 0.5 * at.size and at.size > 8:
+                notes.append(
                     f"{share:.1%} of the {name} is exactly {extreme:g}: a clipped sensor, "
                     "or a plateau without noise"
                 )
-    return found
+    return notes
 
 
 def _plain(value: float) -> float | None:

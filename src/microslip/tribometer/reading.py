@@ -15,7 +15,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.units import FORCE, QuantityError, engineering, to_si
-from microslip._core.wording import quoted, shorten, show
+from microslip._core.wording import plural, quoted, shorten, show
 from microslip.errors import UNSAID, Argument, InputError
 from microslip.readers import (
     arrays,
@@ -52,7 +52,7 @@ _MOST_LONE, _LONGEST_LONE = 0.01, 3
 
 
 @dataclass(frozen=True)
-class Wishes:
+class Statements:
     """What the user states of a file; None where nothing."""
 
     columns: Mapping[str, Any]
@@ -66,61 +66,63 @@ class Wishes:
     format: Any
 
 
-def read(path: Path, wishes: Wishes) -> dict[str, Any]:
+def read(path: Path, statements: Statements) -> dict[str, Any]:
     """The parts of a record, by their names."""
-    table = _open(path, wishes.format)
+    table = _open(path, statements.format)
     columns = understood(table.columns)
-    loads = wishes.columns["normal_load"]
+    loads = statements.columns["normal_load"]
     load = _one_load(columns, loads)
-    taken, how = _chosen(columns, wishes, skip_load=load is not None)
+    by_part, how = _columns_by_part(columns, statements, skip_load=load is not None)
     stated = {
-        "units": by_role("units", wishes.units, {"force": "mN"}),
-        "calibration": by_role("calibration", wishes.calibration, {"force": "12.5 N/V"}),
-        "zero": by_role("zero", wishes.zero, {"force": "mean"}),
-        "sign": by_role("sign", _signs(wishes.sign), {"force": -1}),
+        "units": by_role("units", statements.units, {"force": "mN"}),
+        "calibration": by_role("calibration", statements.calibration, {"force": "12.5 N/V"}),
+        "zero": by_role("zero", statements.zero, {"force": "mean"}),
+        "sign": by_role("sign", _signs(statements.sign), {"force": -1}),
     }
     for name, mapping in stated.items():
         for role in mapping:
-            if role not in taken:
+            if role not in by_part:
                 raise InputError(
                     *(Argument(name), f": no column is read as {role}; write "),
                     Argument(role, UNSAID),
                 )
     scales = {
         role: scale_of(column, role, stated["units"].get(role), stated["calibration"].get(role))
-        for role, column in taken.items()
+        for role, column in by_part.items()
     }
-    signs = {role: sign_of(stated["sign"].get(role, 1), role) for role in taken}
-    arrays, first, notes = _arrays(table, taken, wishes.rows)
+    signs = {role: sign_of(stated["sign"].get(role, 1), role) for role in by_part}
+    arrays, first, notes = _arrays(table, by_part, statements.rows)
     notes = [f"{shorten(path.name, 100)}: {table.kind}.", *notes]
-    for role, column in taken.items():
-        note = _finish(arrays[role], role, scales[role], stated["zero"].get(role), signs[role])
+    for role, column in by_part.items():
+        note = _to_si(arrays[role], role, scales[role], stated["zero"].get(role), signs[role])
         notes.append(f'{role}: column "{shorten(column.heading, 60)}" {how[role]}, {note}.')
-    if "time" in taken:
+    if "time" in by_part:
         _check_time(table, arrays["time"], first)
-    found: dict[str, Any] = dict.fromkeys(KINDS) | {k: lock(v) for k, v in arrays.items()}
-    found["sample_rate"], found["frequency"] = wishes.sample_rate, wishes.frequency
+    parts: dict[str, Any] = dict.fromkeys(KINDS) | {k: lock(v) for k, v in arrays.items()}
+    parts["sample_rate"], parts["frequency"] = statements.sample_rate, statements.frequency
     if load is not None:
-        found["normal_load"] = load
+        parts["normal_load"] = load
         notes.append(f"normal_load: {engineering(load, 'N')} throughout, as stated.")
-    _state(found, table, taken, wishes, notes)
-    if "time" not in taken and found["sample_rate"] is None:
+    _add_stated(parts, table, by_part, statements, notes)
+    if "time" not in by_part and parts["sample_rate"] is None:
         notes.append("time: none; the record says nothing of frequencies.")
-    others = [column.heading for column in columns if column not in taken.values()]
-    if others:
-        more = f" and {len(others) - 20} more" if len(others) > 20 else ""
-        shown = ", ".join(f'"{shorten(text, 40)}"' for text in others[:20])
-        notes.append(f"not read: {shown}{more}.")
-    return found | {"notes": tuple(notes)}
+    unread = [column.heading for column in columns if column not in by_part.values()]
+    if unread:
+        remainder = f" and {len(unread) - 20} more" if len(unread) > 20 else ""
+        headings = ", ".join(f'"{shorten(text, 40)}"' for text in unread[:20])
+        notes.append(f"not read: {headings}{remainder}.")
+    return parts | {"notes": tuple(notes)}
 
 
-def _open(path: Path, wanted: Any) -> Table:
+def _open(path: Path, file_format: Any) -> Table:
     with usable(path, "a record"):
         head = head_of(path)
-        if wanted is not None:
-            if wanted not in READERS:
-                raise ValueError(f"wanted format {quoted(sorted(READERS))}, got {show(wanted)}")
-            return READERS[wanted](path)
+        if file_format is not None:
+            if file_format not in READERS:
+                raise ValueError(
+                    f"wanted format {quoted(sorted(READERS))}, got {show(file_format)}"
+                )
+            return READERS[file_format](path)
         if not head:
             raise ValueError("wanted a record, got an empty file")
         kind = kind_of(head, path.suffix.lower())
@@ -129,81 +131,83 @@ def _open(path: Path, wanted: Any) -> Table:
         return READERS[kind](path)
 
 
-def _one_load(columns: list[Named], given: Any) -> float | None:
+def _one_load(columns: list[Named], stated: Any) -> float | None:
     """Normal load [N] that is one for all samples, if that was stated."""
-    if isinstance(given, bool) or given is None:
+    if isinstance(stated, bool) or stated is None:
         return None
-    if isinstance(given, numbers.Real):
-        return float(given)
-    if isinstance(given, str) and re.match(r"\s*[+-]?[\d.]", given):
-        if any(given.strip() in (c.heading, c.name, c.short) for c in columns):
+    if isinstance(stated, numbers.Real):
+        return float(stated)
+    if isinstance(stated, str) and re.match(r"\s*[+-]?[\d.]", stated):
+        if any(stated.strip() in (c.heading, c.name, c.short) for c in columns):
             return None
         try:
-            return to_si(given, FORCE, "500 N")
+            return to_si(stated, FORCE, "500 N")
         except QuantityError as error:
             raise InputError(Argument("normal_load"), f": {error}") from None
     return None
 
 
-def _signs(given: Any) -> Any:
-    return {"force": given} if isinstance(given, int) and not isinstance(given, bool) else given
+def _signs(sign: Any) -> Any:
+    return {"force": sign} if isinstance(sign, int) and not isinstance(sign, bool) else sign
 
 
-def _chosen(
-    columns: list[Named], wishes: Wishes, skip_load: bool
+def _columns_by_part(
+    columns: list[Named], statements: Statements, skip_load: bool
 ) -> tuple[dict[str, Named], dict[str, str]]:
     """Column of each part of the record, and how it was found."""
-    taken: dict[str, Named] = {}
+    by_part: dict[str, Named] = {}
     how: dict[str, str] = {}
     skipped = {"normal_load"} if skip_load else set[str]()
-    if wishes.columns["time"] is None and wishes.sample_rate is not None:
+    if statements.columns["time"] is None and statements.sample_rate is not None:
         skipped.add("time")
-    for role, given in wishes.columns.items():
-        if given is False and role not in NEEDED:
+    for role, stated in statements.columns.items():
+        if stated is False and role not in NEEDED:
             skipped.add(role)
-        elif given is not None and role not in skipped:
-            column = find(columns, given, role)
-            other = next((r for r, c in taken.items() if c == column), None)
-            if other:
+        elif stated is not None and role not in skipped:
+            column = find(columns, stated, role)
+            same_column = next((r for r, c in by_part.items() if c == column), None)
+            if same_column:
                 raise InputError(
                     Argument(role),
-                    f': column "{shorten(column.heading, 40)}" is the {other} already',
+                    f': column "{shorten(column.heading, 40)}" is the {same_column} already',
                 )
-            taken[role], how[role] = column, "as stated"
+            by_part[role], how[role] = column, "as stated"
     for role in KINDS:
-        if role in taken or role in skipped:
+        if role in by_part or role in skipped:
             continue
         try:
-            taken[role], how[role] = guess(columns, role, taken)
+            by_part[role], how[role] = guess(columns, role, by_part)
         except LookupError:
             if role in NEEDED:
                 raise InputError(
                     *(Argument(role), f": no column tells; {listed(columns)}; write "),
                     *(Argument(role, "NAME"), ', or "#2" for the second'),
                 ) from None
-    return {role: taken[role] for role in KINDS if role in taken}, how
+    return {role: by_part[role] for role in KINDS if role in by_part}, how
 
 
 def _arrays(
-    table: Table, taken: Mapping[str, Named], rows: Any
+    table: Table, by_part: Mapping[str, Named], rows: Any
 ) -> tuple[dict[str, Floats], int, list[str]]:
     """Numbers of the columns as they are in the file, the first row of them, and notes."""
-    arrays = dict(zip(taken, table.load([column.place for column in taken.values()]), strict=True))
-    names = {role: f'"{shorten(column.heading, 40)}"' for role, column in taken.items()}
+    arrays = dict(
+        zip(by_part, table.load([column.place for column in by_part.values()]), strict=True)
+    )
+    names = {role: f'"{shorten(column.heading, 40)}"' for role, column in by_part.items()}
     sizes = {role: values.size for role, values in arrays.items()}
     if len({*sizes.values()}) > 1:
-        each = ", ".join(f"{names[role]} {size}" for role, size in sizes.items())
-        raise ValueError(f"columns must be of one length, got {each} samples")
+        size_texts = ", ".join(f"{names[role]} {size}" for role, size in sizes.items())
+        raise ValueError(f"columns must be of one length, got {size_texts} samples")
     first, notes = 0, []
     if rows is not None:
         if not isinstance(rows, slice) or rows.step not in (None, 1):
-            wanted = Argument("rows", _Rows("first", "end"))
-            raise InputError("wanted ", wanted, f", got {show(rows)}")
+            example = Argument("rows", _Rows("first", "end"))
+            raise InputError("wanted ", example, f", got {show(rows)}")
         first, end, _ = rows.indices(sizes["displacement"])
         arrays = {role: values[first:end].copy() for role, values in arrays.items()}
         notes.append(f"rows {first} to {max(end, first)} (without) of {sizes['displacement']}.")
     size = arrays["displacement"].size
-    whole = size
+    end_row = size
     # A sum is quick, and finite unless something is not.
     with np.errstate(all="ignore"):
         sound = all(np.isfinite(values.sum()) for values in arrays.values())
@@ -212,20 +216,20 @@ def _arrays(
         for values in arrays.values():
             bad |= ~np.isfinite(values)
         good = np.flatnonzero(~bad)
-        whole = int(good[-1]) + 1 if good.size else 0
-        if bad[:whole].any():
-            if not _is_lone(bad[:whole]):
-                _complain(table, arrays, names, bad[:whole], first)
-            arrays = {role: _filled(values[:whole]) for role, values in arrays.items()}
+        end_row = int(good[-1]) + 1 if good.size else 0
+        if bad[:end_row].any():
+            if not _is_lone(bad[:end_row]):
+                _refuse_gaps(table, arrays, names, bad[:end_row], first)
+            arrays = {role: _filled(values[:end_row]) for role, values in arrays.items()}
             notes.append(
-                f"straight lines stand in the place of {_rows(int(bad[:whole].sum()))} without "
-                f"numbers, the first {table.where(int(bad.argmax()) + first)}."
+                f"straight lines stand in the place of {plural(int(bad[:end_row].sum()), 'row')} "
+                f"without numbers, the first {table.where(int(bad.argmax()) + first)}."
             )
-        if whole < size:
-            notes.append(f"left out: {_rows(size - whole)} without numbers at the end.")
-            arrays = {role: values[:whole].copy() for role, values in arrays.items()}
-    if whole < 2:
-        raise ValueError(f"wanted at least two rows of numbers, got {whole}")
+        if end_row < size:
+            notes.append(f"left out: {plural(size - end_row, 'row')} without numbers at the end.")
+            arrays = {role: values[:end_row].copy() for role, values in arrays.items()}
+    if end_row < 2:
+        raise ValueError(f"wanted at least two rows of numbers, got {end_row}")
     return arrays, first, notes
 
 
@@ -261,11 +265,7 @@ class _Rows:
         return f"{first}..{self.end}"
 
 
-def _rows(count: int) -> str:
-    return f"{count} row{'s' if count > 1 else ''}"
-
-
-def _complain(
+def _refuse_gaps(
     table: Table, arrays: Mapping[str, Floats], names: Mapping[str, str], bad: Any, first: int
 ) -> None:
     """Say where the first number is that is none, and which rows are sound."""
@@ -276,28 +276,30 @@ def _complain(
     start, end = runs[int(np.argmax(runs[:, 1] - runs[:, 0]))] + first
     raise InputError(
         f"{table.where(row + first)}, column {names[role]}: wanted a number, got "
-        f"{arrays[role][row]} ({_rows(int(bad.sum()))} like this before the end); "
+        f"{arrays[role][row]} ({plural(int(bad.sum()), 'row')} like this before the end); "
         "the longest stretch of numbers is ",
         Argument("rows", _Rows(start, end)),
     )
 
 
-def _finish(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> str:
+def _to_si(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> str:
     """Turn numbers of a file into SI floats, in place, and say what was done."""
     kind = KINDS[role]
     scale(values, taken_as.factor)
-    origin, said = zero_of(zero, role, values)
+    origin, zero_note = zero_of(zero, role, values)
     if origin:
         values -= origin
     if sign < 0:
         np.negative(values, out=values)
     ends = float(values.min()), float(values.max())
     low, high = _range(*ends, kind.unit)
-    if not said:
-        said = "sign turned, zero as in the file" if sign < 0 else "sign and zero as in the file"
+    if not zero_note:
+        zero_note = (
+            "sign turned, zero as in the file" if sign < 0 else "sign and zero as in the file"
+        )
     else:
-        said += ", sign turned" if sign < 0 else ", sign as in the file"
-    return f"{taken_as.words}, {said}: from {low} to {high}"
+        zero_note += ", sign turned" if sign < 0 else ", sign as in the file"
+    return f"{taken_as.words}, {zero_note}: from {low} to {high}"
 
 
 def _range(low: float, high: float, unit: str) -> tuple[str, str]:
@@ -322,34 +324,34 @@ def _check_time(table: Table, time: Floats, first: int) -> None:
     )
 
 
-def _state(
-    found: dict[str, Any],
+def _add_stated(
+    parts: dict[str, Any],
     table: Table,
-    taken: Mapping[str, Named],
-    wishes: Wishes,
+    by_part: Mapping[str, Named],
+    statements: Statements,
     notes: list[str],
 ) -> None:
     """What the file states for the whole record, where the user and the columns do not."""
-    if found["sample_rate"] is not None:
-        if "time" in taken:
-            both = (Argument("time"), " and ", Argument("sample_rate"))
-            raise InputError(*both, " say the same; write one of them")
-        notes.append(f"sample_rate: {found['sample_rate']:g} Hz, as stated.")
-    elif "time" not in taken:
-        rates = dict.fromkeys(table.columns[taken[role].place].rate for role in NEEDED)
+    if parts["sample_rate"] is not None:
+        if "time" in by_part:
+            options = (Argument("time"), " and ", Argument("sample_rate"))
+            raise InputError(*options, " say the same; write one of them")
+        notes.append(f"sample_rate: {parts['sample_rate']:g} Hz, as stated.")
+    elif "time" not in by_part:
+        rates = dict.fromkeys(table.columns[by_part[role].place].rate for role in NEEDED)
         if len(rates) > 1:
-            shown = " and ".join(f"{rate:g} Hz" if rate else "none" for rate in rates)
-            raise ValueError(f"displacement and force differ in sample rate, got {shown}")
+            rate_texts = " and ".join(f"{rate:g} Hz" if rate else "none" for rate in rates)
+            raise ValueError(f"displacement and force differ in sample rate, got {rate_texts}")
         (rate,) = rates
         where = "their channels"
-        if rate is None and (said := table.stated.get("sample_rate")):
-            rate, where = said.value, said.where
+        if rate is None and (stated := table.stated.get("sample_rate")):
+            rate, where = stated.value, stated.where
         if rate is not None:
-            found["sample_rate"] = rate
+            parts["sample_rate"] = rate
             notes.append(f'sample_rate: {rate:g} Hz by "{where}" of the file.')
     for key in ("frequency", "normal_load"):
-        said = table.stated.get(key)
-        if said and found[key] is None and wishes.columns.get(key) is None:
-            found[key] = said.value
+        stated = table.stated.get(key)
+        if stated and parts[key] is None and statements.columns.get(key) is None:
+            parts[key] = stated.value
             unit = "N" if key == "normal_load" else "Hz"
-            notes.append(f'{key}: {said.value:g} {unit} by "{said.where}" of the file.')
+            notes.append(f'{key}: {stated.value:g} {unit} by "{stated.where}" of the file.')

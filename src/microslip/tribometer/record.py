@@ -20,7 +20,7 @@ from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
-from microslip.tribometer.reading import Wishes, read
+from microslip.tribometer.reading import Statements, read
 
 _UNITS = {"time": "s", "displacement": "m", "force": "N", "normal_load": "N", "commanded": "m"}
 
@@ -83,7 +83,7 @@ class Record(Locked, Plottable):
         name: str = "record",
         notes: tuple[str, ...] = (),
     ) -> None:
-        arrays = {"displacement": _own("displacement", displacement)}
+        arrays = {"displacement": _locked_series("displacement", displacement)}
         size = arrays["displacement"].size
         if size < 2:
             raise InputError(
@@ -94,10 +94,10 @@ class Record(Locked, Plottable):
         if alone or isinstance(normal_load, (numbers.Real, str)):
             load = positive("normal_load", normal_load, "N", 100.0)
         elif normal_load is not None:
-            arrays["normal_load"] = load = _own("normal_load", normal_load)
-        for key, given in (("force", force), ("time", time), ("commanded", commanded)):
-            if given is not None or key == "force":
-                arrays[key] = _own(key, given)
+            arrays["normal_load"] = load = _locked_series("normal_load", normal_load)
+        for key, raw_values in (("force", force), ("time", time), ("commanded", commanded)):
+            if raw_values is not None or key == "force":
+                arrays[key] = _locked_series(key, raw_values)
         for key, values in arrays.items():
             if values.size != size:
                 raise InputError(
@@ -214,7 +214,7 @@ class Record(Locked, Plottable):
         """
         if not isinstance(path, (str, os.PathLike)):
             raise InputError(Argument("path"), f" must be the name of a file, got {show(path)}")
-        wishes = Wishes(
+        statements = Statements(
             columns={
                 "displacement": displacement,
                 "force": force,
@@ -232,15 +232,17 @@ class Record(Locked, Plottable):
             format=format,
         )
         try:
-            return cls(**read(Path(path), wishes), name=Path(path).stem if name is None else name)
+            return cls(
+                **read(Path(path), statements), name=Path(path).stem if name is None else name
+            )
         except MemoryError:
             raise InputError(
-                f"{shown_path(path)}: too large for the memory; cut the record"
+                f"{path_text(path)}: too large for the memory; cut the record"
             ) from None
         except InputError as error:
-            raise error.within(f"{shown_path(path)}: ") from None
+            raise error.within(f"{path_text(path)}: ") from None
         except ValueError as error:
-            raise InputError(f"{shown_path(path)}: {error}") from None
+            raise InputError(f"{path_text(path)}: {error}") from None
 
     def to_csv(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the record as CSV in SI units; :meth:`read` gives the same numbers, bit for bit.
@@ -271,7 +273,7 @@ class Record(Locked, Plottable):
             for key, unit in numbers.items()
             if (value := getattr(self, key)) is not None
         ]
-        head += [f"# note: {shown(note)}\n" for note in self.notes]
+        head += [f"# note: {line_text(note)}\n" for note in self.notes]
         head.append(",".join(f"{key} [{_UNITS[key]}]" for key in columns) + "\n")
         rows = zip(*(map(repr, values) for values in columns.values()), strict=True)
         lines = chain(head, (",".join(row) + "\n" for row in rows))
@@ -279,11 +281,11 @@ class Record(Locked, Plottable):
             _write(target, lines, overwrite)
         except FileExistsError:
             raise InputError(
-                f"{shown_path(path)}: exists already; write overwrite=True to replace it"
+                f"{path_text(path)}: exists already; write overwrite=True to replace it"
             ) from None
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
-            raise InputError(f"{shown_path(path)}: cannot be written: {reason.lower()}") from None
+            raise InputError(f"{path_text(path)}: cannot be written: {reason.lower()}") from None
 
 
 def _write(target: Path, lines: Iterable[str], overwrite: bool) -> None:
@@ -302,24 +304,28 @@ def _write(target: Path, lines: Iterable[str], overwrite: bool) -> None:
         place.replace(target)
 
 
-def _own(key: str, given: Any) -> Floats:
+def _locked_series(key: str, raw_values: Any) -> Floats:
     """Values of a series that nobody else can change."""
-    values = checked(key, given).reshape(-1)
+    values = checked(key, raw_values).reshape(-1)
     # Readers hand over arrays that are locked already; a long record is not copied again.
-    if isinstance(given, np.ndarray) and not given.flags.writeable and given.base is None:
-        values = given if values.base is given and given.ndim == 1 else values
+    if (
+        isinstance(raw_values, np.ndarray)
+        and not raw_values.flags.writeable
+        and raw_values.base is None
+    ):
+        values = raw_values if values.base is raw_values and raw_values.ndim == 1 else values
         return lock(values)
     return lock(values.copy())
 
 
-def _frequency(key: str, given: Any) -> float | None:
-    return None if given is None else positive(key, given, "Hz", 1000.0)
+def _frequency(key: str, raw_value: Any) -> float | None:
+    return None if raw_value is None else positive(key, raw_value, "Hz", 1000.0)
 
 
 def _check_time(time: Floats, sample_rate: float | None) -> None:
     if sample_rate is not None:
-        both = (Argument("time"), " and ", Argument("sample_rate"))
-        raise InputError(*both, " say the same; give one of them, got both")
+        options = (Argument("time"), " and ", Argument("sample_rate"))
+        raise InputError(*options, " say the same; give one of them, got both")
     steps = np.diff(time)
     if steps.min() > 0.0:
         return
@@ -334,11 +340,11 @@ def _check_time(time: Floats, sample_rate: float | None) -> None:
     )
 
 
-def shown_path(path: str | os.PathLike[str]) -> str:
+def path_text(path: str | os.PathLike[str]) -> str:
     """A path as messages show it: on one line."""
-    return shown(os.fspath(path))[-200:]
+    return line_text(os.fspath(path))[-200:]
 
 
-def shown(text: str) -> str:
+def line_text(text: str) -> str:
     """Text on one line, without what no line can hold."""
     return "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in text)

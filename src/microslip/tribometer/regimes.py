@@ -88,7 +88,7 @@ def thresholds(model: BackboneLaw | None = None) -> Thresholds:
     return Thresholds(stick, gross, f"{type(model).__name__} at {word}")
 
 
-class Told(NamedTuple):
+class RecordRegimes(NamedTuple):
     """The regimes of a record."""
 
     of_each: tuple[str, ...]
@@ -100,43 +100,49 @@ class Told(NamedTuple):
 def regimes_of(
     columns: Mapping[str, Floats],
     limits: Thresholds,
-    chosen: NDArray[np.bool_],
+    is_counted: NDArray[np.bool_],
     is_moving: bool,
-) -> Told:
+) -> RecordRegimes:
     """The regime of each cycle, and how likely each is for the mean of those chosen.
 
     Ratios are those of means, by the scatter of what each cycle leaves of them: noise of single
     cycles that stick makes ratios of next to nothing.
     """
     energy, force = columns["dissipated_energy"], columns["force_amplitude"]
-    below = _below(energy, 4.0 * columns["amplitude"] * force, limits.stick, chosen)
-    short = _below(energy, 4.0 * force * columns["sliding_distance"], limits.gross, chosen)
+    below = _chance_below(energy, 4.0 * columns["amplitude"] * force, limits.stick, is_counted)
+    short = _chance_below(
+        energy, 4.0 * force * columns["sliding_distance"], limits.gross, is_counted
+    )
     likely = dict(
         zip(REGIMES, (below, (1.0 - below) * short, (1.0 - below) * (1.0 - short)), strict=True)
     )
-    own = _each(columns, limits)
+    cycle_regimes = _cycle_regimes(columns, limits)
     if is_moving:
-        share = {name: own.count(name) / max(len(own), 1) for name in REGIMES}
-        return Told(own, share)
+        share = {name: cycle_regimes.count(name) / max(len(cycle_regimes), 1) for name in REGIMES}
+        return RecordRegimes(cycle_regimes, share)
     mean = max(REGIMES, key=lambda name: likely[name])
-    pairs = zip(own, chosen.tolist(), strict=True)
-    return Told(tuple(mean if is_chosen else regime for regime, is_chosen in pairs), likely)
+    pairs = zip(cycle_regimes, is_counted.tolist(), strict=True)
+    return RecordRegimes(
+        tuple(mean if is_chosen else regime for regime, is_chosen in pairs), likely
+    )
 
 
-def _below(above: Floats, under: Floats, limit: float, chosen: NDArray[np.bool_]) -> float:
+def _chance_below(
+    above: Floats, under: Floats, limit: float, is_counted: NDArray[np.bool_]
+) -> float:
     """Probability that the ratio of two means is not above a limit."""
-    fine = chosen & np.isfinite(above) & np.isfinite(under)
-    left = above[fine] - limit * under[fine]
-    if left.size == 0:
+    fine = is_counted & np.isfinite(above) & np.isfinite(under)
+    margin = above[fine] - limit * under[fine]
+    if margin.size == 0:
         return 0.5
-    mean = float(left.mean())
-    error = float(left.std(ddof=1)) / math.sqrt(left.size) if left.size > 1 else 0.0
+    mean = float(margin.mean())
+    error = float(margin.std(ddof=1)) / math.sqrt(margin.size) if margin.size > 1 else 0.0
     if error == 0.0:
         return float(mean <= 0.0)
     return 0.5 * math.erfc(mean / (error * math.sqrt(2.0)))
 
 
-def _each(columns: Mapping[str, Floats], limits: Thresholds) -> tuple[str, ...]:
+def _cycle_regimes(columns: Mapping[str, Floats], limits: Thresholds) -> tuple[str, ...]:
     """The regime of each cycle, from its energy ratio and Fouvry's."""
     ratio, fouvry = columns["energy_ratio"], columns["fouvry_ratio"]
     stick = ~(ratio > limits.stick)

@@ -74,8 +74,8 @@ def way_of(
     right = np.einsum("nwi,nw->ni", powers, np.where(good[:, None], place, 0.0))
     good &= np.linalg.cond(normal) < 1e12
     first, second = nothing.copy(), nothing.copy()
-    found = np.linalg.solve(normal[good], right[good][..., None])[..., 0]
-    first[good], second[good] = found[:, 1] / span[good], found[:, 2] / span[good]
+    polynomials = np.linalg.solve(normal[good], right[good][..., None])[..., 0]
+    first[good], second[good] = polynomials[:, 1] / span[good], polynomials[:, 2] / span[good]
     with np.errstate(divide="ignore", invalid="ignore"):
         # x = span (a z + b z^2), with z = f + f^2/2 + ...: bent by (1/2 + b/a) f.
         bend = 0.5 + second / first
@@ -113,7 +113,7 @@ def stiffness_columns(
 
     "right" is after the highest displacement, "left" after the lowest.
     """
-    right, left = (
+    right, after_lowest = (
         way_of(sign * x, sign * force, begin, end, span, compliance)
         for sign, begin, end in (
             (-1.0, cycles.peaks, cycles.troughs),
@@ -121,13 +121,13 @@ def stiffness_columns(
         )
     )
     if cycles.flipped:
-        left, right = right, left
+        after_lowest, right = right, after_lowest
     linear = np.full(span.size, np.nan)
-    known = np.isfinite(left.range) | np.isfinite(right.range)
-    linear[known] = np.nanmean(np.array([left.range, right.range])[:, known], axis=0)
+    is_told = np.isfinite(after_lowest.range) | np.isfinite(right.range)
+    linear[is_told] = np.nanmean(np.array([after_lowest.range, right.range])[:, is_told], axis=0)
     return {
-        "reversal_stiffness": _inverse(0.5 * (left.compliance + right.compliance)),
-        "stiffness_left": _inverse(left.compliance),
+        "reversal_stiffness": _inverse(0.5 * (after_lowest.compliance + right.compliance)),
+        "stiffness_left": _inverse(after_lowest.compliance),
         "stiffness_right": _inverse(right.compliance),
         "linear_range": linear,
     }

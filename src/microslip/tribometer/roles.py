@@ -68,12 +68,12 @@ _WITH_UNIT = {
 }  # fmt: skip
 
 
-def guess(columns: Sequence[Named], role: str, taken: Mapping[str, Named]) -> tuple[Named, str]:
+def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> tuple[Named, str]:
     """The column of a role by its name, else the only one of a fitting unit, and by what.
 
     None is a LookupError, more than one a ValueError.
     """
-    free = [c for c in columns if c not in taken.values()]
+    free = [c for c in columns if c not in by_part.values()]
     by_name = [c for c in free if role_of(c) == role]
     how = "by its name"
     if not by_name and role in (*NEEDED, "time"):
@@ -83,12 +83,12 @@ def guess(columns: Sequence[Named], role: str, taken: Mapping[str, Named]) -> tu
     if not by_name:
         raise LookupError(role)
     if len(by_name) > 1:
-        none = () if role in NEEDED else (", or ", Argument(role, False))
+        or_false = () if role in NEEDED else (", or ", Argument(role, False))
         raise InputError(
             Argument(role),
             f": {len(by_name)} columns could be it, {headings(by_name[:20])}; write ",
             Argument(role, unmistakable(by_name[0], columns)),
-            *none,
+            *or_false,
         )
     return by_name[0], how
 

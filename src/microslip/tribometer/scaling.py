@@ -37,28 +37,28 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
     name = f'{role}: column "{shorten(column.heading, 40)}": '
     if unit is not None and (not isinstance(unit, str) or not unit.strip()):
         raise ValueError(f'{role}: wanted a unit such as "{kind.usual[1]}", got {show(unit)}')
-    shown, where = (str(unit).strip(), "as stated") if unit else (column.unit, column.where)
+    unit_text, where = (str(unit).strip(), "as stated") if unit else (column.unit, column.where)
     if calibration is not None:
-        return _calibrated(column, role, shown, calibration)
-    if shown is None:
+        return _calibrated(column, role, unit_text, calibration)
+    if unit_text is None:
         usual = "s" if role == "time" else kind.usual[1]
         no_time = (", or ", Argument("time", False)) if role == "time" else ()
-        wanted = Argument("units", {role: usual})
-        raise InputError(f"{name}no unit; write ", wanted, *no_time)
-    if kind is FORCE and fits(shown, MASS):
+        units_wanted = Argument("units", {role: usual})
+        raise InputError(f"{name}no unit; write ", units_wanted, *no_time)
+    if kind is FORCE and fits(unit_text, MASS):
         # Scales and load cells show masses for the force of their weight.
-        factor = factor_of(f"{shown}*g_0", kind, "")
-        return Scale(factor, f"{shown} {where}, as the weight of that mass")
+        factor = factor_of(f"{unit_text}*g_0", kind, "")
+        return Scale(factor, f"{unit_text} {where}, as the weight of that mass")
     try:
         factor = factor_of(
-            shown, kind, f'{name}wanted a unit such as "{kind.usual[1]}", got "{shown}"'
+            unit_text, kind, f'{name}wanted a unit such as "{kind.usual[1]}", got "{unit_text}"'
         )
     except QuantityError as error:
         factor_wanted = Argument("calibration", {role: f"10 {kind.usual[1]}/V"})
-        volts = ("; of a sensor write ", factor_wanted) if is_raw(shown) else ()
+        volts = ("; of a sensor write ", factor_wanted) if is_raw(unit_text) else ()
         raise InputError(str(error), *volts) from None
-    words = f"{shown} {where}"
-    if unit and column.unit and column.unit != shown:
+    words = f"{unit_text} {where}"
+    if unit and column.unit and column.unit != unit_text:
         words += f' (against "{shorten(column.unit, 24)}" {column.where})'
     return Scale(factor, words)
 
@@ -74,33 +74,33 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
                 f'{role}: column "{shorten(column.heading, 40)}" is in {unit} already; '
                 f'to correct it write "{calibration:g} {unit}/{unit}"'
             )
-        factor, given = Decimal(repr(float(calibration))), f"{calibration:g} {kind.unit}"
+        factor, factor_text = Decimal(repr(float(calibration))), f"{calibration:g} {kind.unit}"
     else:
         match = _FACTOR.fullmatch(calibration) if isinstance(calibration, str) else None
         if match is None:
             raise ValueError(
                 f"{role}: wanted a calibration such as {example}, got {show(calibration)}"
             )
-        given = f"{match[1]} {match[2]}"
+        factor_text = f"{match[1]} {match[2]}"
         if unit is None:
             # What the factor is per is what the column counts in.
             unit = match[2].rpartition("/")[2].strip() if "/" in match[2] else None
         try:
             per = Decimal(1) if unit is None else _own_factor(unit)
-            wanted = kind.unit if unit is None else f"{kind.unit}/({unit})"
+            factor_unit = kind.unit if unit is None else f"{kind.unit}/({unit})"
             message = f"{role}: wanted a calibration such as {example}, got {show(calibration)}"
             if unit is not None:
                 message += f" for a column in {unit}"
             factor = Decimal(match[1]) * per
-            factor *= factor_of(match[2], Kind("calibration", wanted, (example,)), message)
+            factor *= factor_of(match[2], Kind("calibration", factor_unit, (example,)), message)
         except DecimalException:
             raise ValueError(
-                f"{role}: wanted a calibration such as {example}, got {given}"
+                f"{role}: wanted a calibration such as {example}, got {factor_text}"
             ) from None
     if not factor or not factor.is_finite():
         raise ValueError(f"{role}: wanted a calibration that is not zero, got {show(calibration)}")
     counts = f", column in {unit}" if unit else ""
-    return Scale(factor, f"by the calibration {given}{counts}")
+    return Scale(factor, f"by the calibration {factor_text}{counts}")
 
 
 def _own_factor(unit: str) -> Decimal:
@@ -110,45 +110,45 @@ def _own_factor(unit: str) -> Decimal:
     )
 
 
-def zero_of(given: object, role: str, values: Floats) -> tuple[float, str]:
+def zero_of(zero: object, role: str, values: Floats) -> tuple[float, str]:
     """The value that is zero, in SI units, and what the notes say of it."""
     kind = KINDS[role]
-    if given is None:
+    if zero is None:
         return 0.0, ""
-    if given == "mean":
+    if zero == "mean":
         value = float(values.mean())
-    elif given == "middle":
+    elif zero == "middle":
         value = 0.5 * (float(values.min()) + float(values.max()))
-    elif given == "first":
+    elif zero == "first":
         value = float(values[0])
-    elif isinstance(given, (int, float)) and not isinstance(given, bool) and np.isfinite(given):
-        value = float(given)
+    elif isinstance(zero, (int, float)) and not isinstance(zero, bool) and np.isfinite(zero):
+        value = float(zero)
     else:
-        wanted = f"{role}: wanted a zero such as {quoted([*ZEROS, f'1 {kind.usual[1]}'])}"
-        if not isinstance(given, str):
-            raise ValueError(f"{wanted}, got {show(given)}")
+        message = f"{role}: wanted a zero such as {quoted([*ZEROS, f'1 {kind.usual[1]}'])}"
+        if not isinstance(zero, str):
+            raise ValueError(f"{message}, got {show(zero)}")
         try:
-            value = to_si(given, kind, f"1 {kind.usual[1]}", "any")
+            value = to_si(zero, kind, f"1 {kind.usual[1]}", "any")
         except QuantityError:
-            raise ValueError(f"{wanted}, got {show(given)}") from None
-    how = f"its {given} value, " if given in ZEROS else ""
+            raise ValueError(f"{message}, got {show(zero)}") from None
+    how = f"its {zero} value, " if zero in ZEROS else ""
     return value, f"zero at {how}{engineering(value, kind.unit)}"
 
 
-def sign_of(given: object, role: str) -> int:
+def sign_of(sign: object, role: str) -> int:
     """1 or -1."""
-    if given in (1, -1) and not isinstance(given, bool):
-        return int(given)
-    raise ValueError(f"{role}: wanted a sign 1 or -1, got {show(given)}")
+    if sign in (1, -1) and not isinstance(sign, bool):
+        return int(sign)
+    raise ValueError(f"{role}: wanted a sign 1 or -1, got {show(sign)}")
 
 
-def by_role(name: str, given: object, example: dict[str, Any]) -> Mapping[str, Any]:
+def by_role(name: str, option: object, example: dict[str, Any]) -> Mapping[str, Any]:
     """A mapping whose keys are parts of a record."""
-    if given is None:
+    if option is None:
         return {}
-    if not isinstance(given, Mapping):
-        raise InputError("wanted ", Argument(name, example), f", got {show(given)}")
-    for key in given:
+    if not isinstance(option, Mapping):
+        raise InputError("wanted ", Argument(name, example), f", got {show(option)}")
+    for key in option:
         if key not in KINDS:
             raise InputError(Argument(name), f": wanted one of {quoted(KINDS)}, got {show(key)}")
-    return given
+    return option

@@ -39,7 +39,7 @@ _MOVING = ("force_amplitude", "dissipated_energy")
 class Level(NamedTuple):
     """A stretch of cycles at one amplitude, where a record has several."""
 
-    chosen: NDArray[np.intp]
+    selection: NDArray[np.intp]
     """Its cycles in which nothing moves; all of them where that is nowhere so."""
     is_moving: bool
     """Whether it is nowhere so."""
@@ -48,7 +48,7 @@ class Level(NamedTuple):
 class Settled(NamedTuple):
     """Cycles between which nothing moves."""
 
-    chosen: NDArray[np.bool_]
+    selection: NDArray[np.bool_]
     """The cycles that the means are of."""
     is_moving: bool
     """Whether no settled stretch was found: then the means are of all that count."""
@@ -73,15 +73,15 @@ def settled(
     levels: tuple[Level, ...] = ()
     if runs is not None:
         if not runs:
-            return Settled(sound, True, (_moving(columns, places, ("amplitude",)),))
+            return Settled(sound, True, (_moving_note(columns, places, ("amplitude",)),))
         first, stop = max(runs, key=lambda run: run[1] - run[0])
-        notes.append(_stepped(columns, places, runs))
+        notes.append(_steps_note(columns, places, runs))
         levels = tuple(_level(columns, places[begin:end], alike) for begin, end in runs)
         places = places[first:stop]
     late = _settled_end(columns, places, alike)
     if late is None:
-        notes.append(_moving(columns, places, _MOVING))
-        return Settled(_only(places, sound.size), True, tuple(notes), levels)
+        notes.append(_moving_note(columns, places, _MOVING))
+        return Settled(_mask(places, sound.size), True, tuple(notes), levels)
     if late > 0:
         notes.append(
             f"force or energy still moves at first: from {_span(columns, places, _MOVING)} over "
@@ -89,7 +89,7 @@ def settled(
             f"{places[late] + 1} to {places[-1] + 1}, where neither changes by over "
             f"{100.0 * alike:g} %"
         )
-    return Settled(_only(places[late:], sound.size), False, tuple(notes), levels)
+    return Settled(_mask(places[late:], sound.size), False, tuple(notes), levels)
 
 
 def _level(columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float) -> Level:
@@ -106,7 +106,7 @@ def _runs(values: Floats) -> list[tuple[int, int]] | None:
     widest = max(ALIKE * float(np.median(np.abs(values))), range_of_noise)
     if float(np.ptp(values)) <= widest:
         return None
-    found: list[tuple[int, int]] = []
+    runs: list[tuple[int, int]] = []
     open_stretches = [(0, values.size)]
     for _ in range(_MOST):
         if not open_stretches:
@@ -120,8 +120,8 @@ def _runs(values: Floats) -> list[tuple[int, int]] | None:
         open_stretches += [(first, begin), (end, stop)]
         # A ramp has stretches, too, in which it moves by less than the limit, from end to end.
         if not _moves(values[begin:end], 0.25 * widest):
-            found.append((begin, end))
-    return sorted(found)
+            runs.append((begin, end))
+    return sorted(runs)
 
 
 def _longest(values: Floats, widest: float) -> tuple[int, int]:
@@ -147,20 +147,20 @@ def _longest(values: Floats, widest: float) -> tuple[int, int]:
     return best
 
 
-def rise(values: Floats, least: float) -> float:
-    """Rise of a straight line over the values; 0 if not more than ``least`` or by accident."""
+def rise(values: Floats, smallest: float) -> float:
+    """Rise of a straight line over the values; 0 if not more than ``smallest`` or by accident."""
     slope, error = _slope(values)
-    whole = slope * (values.size - 1)
-    return whole if abs(whole) > least and abs(slope) > CERTAIN * error else 0.0
+    total = slope * (values.size - 1)
+    return total if abs(total) > smallest and abs(slope) > CERTAIN * error else 0.0
 
 
-def _moves(values: Floats, least: float) -> bool:
-    return rise(values, least) != 0.0
+def _moves(values: Floats, smallest: float) -> bool:
+    return rise(values, smallest) != 0.0
 
 
 def _slope(values: Floats) -> tuple[float, float]:
-    found = trend(np.arange(values.size, dtype=float), values, 0.95)
-    return found.value, found.standard_error
+    line = trend(np.arange(values.size, dtype=float), values, 0.95)
+    return line.value, line.standard_error
 
 
 def _settled_end(
@@ -189,10 +189,10 @@ def _settled_end(
     return None
 
 
-def _only(places: NDArray[np.intp], size: int) -> NDArray[np.bool_]:
-    chosen = np.zeros(size, dtype=bool)
-    chosen[places] = True
-    return chosen
+def _mask(places: NDArray[np.intp], size: int) -> NDArray[np.bool_]:
+    is_chosen = np.zeros(size, dtype=bool)
+    is_chosen[places] = True
+    return is_chosen
 
 
 _WORDS = {
@@ -204,17 +204,19 @@ _WORDS = {
 
 def _span(columns: Mapping[str, Floats], places: NDArray[np.intp], names: tuple[str, ...]) -> str:
     """Such as "force amplitude 300 N to 500 N": in the mean of the first and the last tenth."""
-    few = max(1, places.size // 10)
-    said = []
+    tenth = max(1, places.size // 10)
+    texts = []
     for name in names:
         word, unit = _WORDS[name]
-        ends = (float(columns[name][part].mean()) for part in (places[:few], places[-few:]))
+        ends = (float(columns[name][part].mean()) for part in (places[:tenth], places[-tenth:]))
         low, high = (engineering(end, unit) for end in ends)
-        said.append(f"{word} {low} to {high}")
-    return ", ".join(said)
+        texts.append(f"{word} {low} to {high}")
+    return ", ".join(texts)
 
 
-def _moving(columns: Mapping[str, Floats], places: NDArray[np.intp], names: tuple[str, ...]) -> str:
+def _moving_note(
+    columns: Mapping[str, Floats], places: NDArray[np.intp], names: tuple[str, ...]
+) -> str:
     return (
         f"not settled: {_span(columns, places, names)} from cycle {places[0] + 1} to "
         f"{places[-1] + 1}; intervals are the range of the cycles, not of a mean, which belongs "
@@ -222,15 +224,15 @@ def _moving(columns: Mapping[str, Floats], places: NDArray[np.intp], names: tupl
     )
 
 
-def _stepped(
+def _steps_note(
     columns: Mapping[str, Floats], places: NDArray[np.intp], runs: list[tuple[int, int]]
 ) -> str:
     """Which stretches of one amplitude there are, and of which the means are."""
     amplitude = columns["amplitude"][places]
-    said = []
+    texts = []
     for first, stop in runs:
         of = places[first:stop]
-        said.append(
+        texts.append(
             f"cycles {of[0] + 1} to {of[-1] + 1} at "
             f"{engineering(float(columns['amplitude'][of].mean()), 'm')} with "
             f"{engineering(float(columns['dissipated_energy'][of].mean()), 'J')} a cycle"
@@ -238,7 +240,7 @@ def _stepped(
     first, stop = max(runs, key=lambda run: run[1] - run[0])
     return (
         f"the amplitude is not the same in all cycles, {engineering(float(amplitude.min()), 'm')} "
-        f"to {engineering(float(amplitude.max()), 'm')}; settled are {'; '.join(said[:8])}"
-        f"{'; ...' if len(said) > 8 else ''}. The means are of cycles {places[first] + 1} to "
+        f"to {engineering(float(amplitude.max()), 'm')}; settled are {'; '.join(texts[:8])}"
+        f"{'; ...' if len(texts) > 8 else ''}. The means are of cycles {places[first] + 1} to "
         f"{places[stop - 1] + 1}"
     )

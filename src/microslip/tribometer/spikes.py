@@ -57,15 +57,15 @@ def spikes_of(record: Record) -> tuple[Spike, ...]:
     grow nor noise make one; a normal load must be off by five times its median, too. The limits are
     this project's.
     """
-    found: list[Spike] = []
+    spikes: list[Spike] = []
     for channel in _UNITS:
         values = getattr(record, channel)
         if isinstance(values, np.ndarray):
-            found += _in(channel, values)
-    return tuple(found)
+            spikes += _spikes_in(channel, values)
+    return tuple(spikes)
 
 
-def without(record: Record, spikes: Sequence[Spike]) -> Record:
+def without_spikes(record: Record, spikes: Sequence[Spike]) -> Record:
     """A record with straight lines where the spikes are."""
     if not spikes:
         return record
@@ -83,15 +83,15 @@ def without(record: Record, spikes: Sequence[Spike]) -> Record:
     return replace(record, **changed)
 
 
-def _in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
-    few = values[:: max(1, values.size >> 17)]
-    low, middle, high = (float(value) for value in np.percentile(few, (5.0, 50.0, 95.0)))
+def _spikes_in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
+    sampled = values[:: max(1, values.size >> 17)]
+    low, middle, high = (float(value) for value in np.percentile(sampled, (5.0, 50.0, 95.0)))
     usual = 0.5 * (high - low)
     if channel == "normal_load":  # which hardly moves: noise or a slow drift is its whole range
         usual = max(usual, abs(middle))
     # The median of the neighbours lies between any two of them, thus not much beyond the range.
     far = np.flatnonzero(np.abs(values - middle) > (FAR - 1.0) * usual)
-    found = []
+    spikes = []
     for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1) if far.size else ():
         first, last = int(run[0]), int(run[-1])
         if last - first >= LONGEST:
@@ -105,5 +105,5 @@ def _in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
         scale = max(usual, 0.5 * float(near[-2] - near[1]))
         if float(off.min()) > FAR * scale:
             value = float(values[first + int(np.argmax(off))])
-            found.append(Spike(channel, first, last, value, scale))
-    return found
+            spikes.append(Spike(channel, first, last, value, scale))
+    return spikes

@@ -176,8 +176,12 @@ class VirtualTribometer:
         if self._load is not None:
             highest = self._load * (1.0 + self.load_ripple)
             lowest = self._load * (1.0 - self.load_ripple)
-            self._within("normal_load", lowest, "N", "normal load of the joint, ripple included,")
-            self._within("normal_load", highest, "N", "normal load of the joint, ripple included,")
+            self._check_limit(
+                "normal_load", lowest, "N", "normal load of the joint, ripple included,"
+            )
+            self._check_limit(
+                "normal_load", highest, "N", "normal load of the joint, ripple included,"
+            )
 
     @property
     def _load(self) -> float | None:
@@ -185,7 +189,7 @@ class VirtualTribometer:
         load: float | None = getattr(self.joint, "normal_load", None)
         return load
 
-    def _within(self, limit: str, value: float, unit: str, name: str) -> None:
+    def _check_limit(self, limit: str, value: float, unit: str, name: str) -> None:
         low, high = self.limits[limit]
         if not low <= value <= high:
             raise InputError(
@@ -234,8 +238,8 @@ class VirtualTribometer:
         amplitude = positive("amplitude", amplitude, "m", 1e-5)
         frequency = positive("frequency", frequency, "Hz", 10.0)
         cycles = whole("cycles", cycles, 1, MOST_SAMPLES)
-        self._within("amplitude", amplitude, "m", "amplitude")
-        self._within("frequency", frequency, "Hz", "frequency")
+        self._check_limit("amplitude", amplitude, "m", "amplitude")
+        self._check_limit("frequency", frequency, "Hz", "frequency")
         rate = self.sample_rate or SAMPLES_A_CYCLE * frequency
         if rate < FEWEST_SAMPLES * frequency:
             raise InputError(
@@ -247,9 +251,9 @@ class VirtualTribometer:
         length = (cycles + 0.25) * rate / frequency
         steps = max(length, (cycles + 0.25) * STEPS_A_CYCLE if self.load_ripple else 0.0)
         if steps > MOST_SAMPLES:
-            least = f" ({STEPS_A_CYCLE} a cycle with load_ripple)" if steps > length else ""
+            step_note = f" ({STEPS_A_CYCLE} a cycle with load_ripple)" if steps > length else ""
             raise InputError(
-                f"a record must have at most {MOST_SAMPLES} samples{least}, got {steps:.4g}: "
+                f"a record must have at most {MOST_SAMPLES} samples{step_note}, got {steps:.4g}: "
                 "take fewer cycles or a lower sample_rate"
             )
         size, step = math.floor(length + 1e-9) + 1, 2.0 * math.pi * frequency / rate
@@ -257,7 +261,7 @@ class VirtualTribometer:
         x = amplitude * shape(angle, self.third_harmonic)
         force, load = self._respond(x, amplitude, angle)
         for extreme in (float(force.min()), float(force.max())):  # between samples, too
-            self._within("force", extreme, "N", "force")
+            self._check_limit("force", extreme, "N", "force")
         history = {"displacement": x, "force": force, "normal_load": load}
         clean = {name: v[sampled] for name, v in history.items() if v is not None}
         noisy = self._with_noise(clean, amplitude)

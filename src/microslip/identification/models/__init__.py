@@ -36,14 +36,18 @@ __all__ = [
     "template_of",
 ]
 
-_OWN: dict[type, type[Model]] = {Interface: InterfaceModel, Iwan: IwanModel, BoucWen: BoucWenModel}
+_SPECIAL: dict[type, type[Model]] = {
+    Interface: InterfaceModel,
+    Iwan: IwanModel,
+    BoucWen: BoucWenModel,
+}
 """Laws that need more than their parameters: a surface, a grid, whole cycles."""
 
 
 def _model(kind: Any) -> Model | None:
     """The model of a class of laws; None for one that cannot be fitted."""
-    if kind in _OWN:
-        return _OWN[kind].made()
+    if kind in _SPECIAL:
+        return _SPECIAL[kind].made()
     if not (inspect.isclass(kind) and issubclass(kind, BackboneLaw)):
         return None
     if not says_all(kind) or any(item.many for item in parameters_of(kind)):
@@ -59,9 +63,9 @@ MODELS: tuple[Model, ...] = (
 """The model of every exported law that can be fitted; the shared tests run over it."""
 
 
-def _given(surface: Any = None, **others: Any) -> Model:
+def _given_surface_model(surface: Any = None, **options: Any) -> Model:
     """The model of a surface that is known, given by its option."""
-    if not isinstance(surface, NormalLaw) or others:
+    if not isinstance(surface, NormalLaw) or options:
         raise InputError(
             *(Argument("law"), f" {GivenSurfaceModel.name!r} needs ", Argument("surface", UNSAID)),
             f", a surface with its materials, and nothing else, got {show(surface)}",
@@ -81,27 +85,29 @@ def model_of(law: Any, **options: Any) -> Model:
                 Argument("law"), f" must be a name to take options, got a model and {set(options)}"
             )
         return law
-    given = not isinstance(law, (str, type))
+    is_instance = not isinstance(law, (str, type))
     if isinstance(law, Interface) and isinstance(law.surface, SphereOnFlat) and not options:
         return SphereModel.of(law)
     if isinstance(law, str):
-        asked = re.sub(_JOINTS, "-", law.strip().casefold())
-        if asked == GivenSurfaceModel.name:
-            return _given(**options)
-        model = next((model for model in MODELS if model.name == asked), None)
+        key = re.sub(_JOINTS, "-", law.strip().casefold())
+        if key == GivenSurfaceModel.name:
+            return _given_surface_model(**options)
+        model = next((model for model in MODELS if model.name == key), None)
     else:
-        model = _model(type(law) if given else law)
+        model = _model(type(law) if is_instance else law)
     if model is None:
-        known = ", ".join(repr(each.name) for each in MODELS)
-        more = "" if isinstance(law, str) else ", the class or an instance of a law that says its "
-        more += "parameters" if more else ""
-        raise InputError(Argument("law"), f" must be one of {known}{more}, got {show(law)}")
-    takes = () if given else model.options
+        names = ", ".join(repr(candidate.name) for candidate in MODELS)
+        alternatives = (
+            "" if isinstance(law, str) else ", the class or an instance of a law that says its "
+        )
+        alternatives += "parameters" if alternatives else ""
+        raise InputError(Argument("law"), f" must be one of {names}{alternatives}, got {show(law)}")
+    takes = () if is_instance else model.options
     for name in options:
         if name not in takes:
-            whose = f"the instance of {type(law).__name__}" if given else f"{model.name!r}"
-            says = f"only {' and '.join(takes)}" if takes else "none"
-            raise InputError(f"{name} is no option of {whose}, which takes {says}")
-    if given:
+            whose = f"the instance of {type(law).__name__}" if is_instance else f"{model.name!r}"
+            accepted = f"only {' and '.join(takes)}" if takes else "none"
+            raise InputError(f"{name} is no option of {whose}, which takes {accepted}")
+    if is_instance:
         return model.of(law)
     return model.made(**options) if options else model

@@ -42,10 +42,10 @@ class BoucWenModel(CycleModel):
 
         Below beta = 1/2 the model would give energy away.
         """
-        said = {item.name: item for item in parameters_of(BoucWen)}
+        metadata = {item.name: item for item in parameters_of(BoucWen)}
         searched = {"alpha": (0.0, 0.99), "n": (1.0, 20.0), "beta": (0.5, 5.0)}
         names = ("stiffness", "yield_force", "alpha", "n", "beta")
-        return tuple(replace(said[name], search=searched.get(name)) for name in names)
+        return tuple(replace(metadata[name], search=searched.get(name)) for name in names)
 
     @property
     def start(self) -> Mapping[str, float] | None:
@@ -54,10 +54,10 @@ class BoucWenModel(CycleModel):
         if law is None:
             return None
         elastic = law.alpha * law.stiffness
-        whole = elastic + (1.0 - law.alpha) * law.A * law.stiffness
-        alpha = elastic / whole
+        stiffness = elastic + (1.0 - law.alpha) * law.A * law.stiffness
+        alpha = elastic / stiffness
         return {
-            "stiffness": whole,
+            "stiffness": stiffness,
             "yield_force": law.force_limit / (1.0 - alpha),
             "alpha": alpha,
             "n": law.n,
@@ -122,20 +122,24 @@ class BoucWenModel(CycleModel):
         shift = np.roll(moves, -root, axis=1)
         shift = scale * np.hstack((shift, shift[:, :1]))
         by_values = np.empty((4 + len(shift), path.size))
-        w, grown, known = start, 1.0, np.zeros((len(by_values), 1))
+        w, grown, by_start_values = start, 1.0, np.zeros((len(by_values), 1))
         for turn, end, way in zip(turns, ends, ways, strict=True):
             part = slice(turn, end + 1)
             s = np.abs(path[part] - path[turn]) * scale
             y, f, gain, by_shape = flow.move(way * w, s)
             memory[part], rate[part], by_start[part] = way * y, f, f * gain * grown
-            by_values[:, part] = f * gain * known
+            by_values[:, part] = f * gain * by_start_values
             by_values[:2, part] += way * f * s * by_scale[:, None]
             by_values[2:4, part] += way * by_shape
             by_values[4:, part] += f * (shift[:, part] - shift[:, [turn]])
-            w, grown, known = float(memory[end]), float(by_start[end]), by_values[:, [end]]
+            w, grown, by_start_values = (
+                float(memory[end]),
+                float(by_start[end]),
+                by_values[:, [end]],
+            )
         # How what it should have been moves with the parameters.
         settles = max(1.0 - grown, 2.0**-53)
-        memory_by = by_values + (known / settles) * by_start
+        memory_by = by_values + (by_start_values / settles) * by_start
 
         path, memory, rate, memory_by = (
             np.roll(row[..., :-1], root, axis=-1) for row in (path, memory, rate, memory_by)
@@ -143,14 +147,18 @@ class BoucWenModel(CycleModel):
         return path, memory, rate, memory_by
 
     def build(
-        self, values: Mapping[str, float], load: float | None = None, **known: Any
+        self, values: Mapping[str, float], load: float | None = None, **materials: Any
     ) -> BoucWen:
         """The model itself; the load does not enter."""
         k, limit, alpha, n, beta = (values[name] for name in self.names)
         return BoucWen(k, limit, alpha, 1.0, beta, 1.0 - beta, n)
 
     def derived(
-        self, values: Mapping[str, float], loads: Sequence[float | None], *known: Any, **more: Any
+        self,
+        values: Mapping[str, float],
+        loads: Sequence[float | None],
+        *materials: Any,
+        **options: Any,
     ) -> tuple[Derived, ...]:
         """The limit (1 - alpha) F_y of the hysteretic force."""
         limit, alpha = values["yield_force"], values["alpha"]
@@ -175,10 +183,10 @@ class BoucWenModel(CycleModel):
         return tuple((model, model.start or {}) for model in models)
 
 
-def _runs(path: Floats, least: float) -> tuple[list[int], list[float]]:
+def _runs(path: Floats, shortest: float) -> tuple[list[int], list[float]]:
     """Where the runs of a path begin, which starts at its top, and their ways.
 
-    A way back that is shorter than ``least`` is rounding and none, nor is a place that repeats.
+    A way back that is shorter than ``shortest`` is rounding and none, nor is a place that repeats.
     """
     steps = np.sign(np.diff(path))
     moves = np.flatnonzero(steps)
@@ -188,7 +196,7 @@ def _runs(path: Floats, least: float) -> tuple[list[int], list[float]]:
         on = way * float(path[place] - path[furthest])
         if on > 0.0:
             furthest = place
-        elif on < -least:
+        elif on < -shortest:
             way = -way
             turns.append(furthest)
             ways.append(way)

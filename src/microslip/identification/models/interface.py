@@ -97,34 +97,34 @@ class InterfaceModel(BackboneModel):
 
         One that was given stays; the load of an instance is none, for the records may have others.
         """
-        known = loads_of(loads, len(loops))
+        checked_loads = loads_of(loads, len(loops))
         if self.reference_load is not None and self.law is None:
             return self
-        return replace(self, reference_load=math.exp(float(np.mean(np.log(known)))))
+        return replace(self, reference_load=math.exp(float(np.mean(np.log(checked_loads)))))
 
     def split(self, names: Collection[str], loads: Sequence[float]) -> InterfaceModel:
         """With a separation of its own at each of the loads, if it is among the names."""
-        own = tuple(loads) if set(names) & set(self.at_reference) else ()
-        return replace(self, own_loads=own)
+        separation_loads = tuple(loads) if set(names) & set(self.at_reference) else ()
+        return replace(self, own_loads=separation_loads)
 
     def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
         """Those of :meth:`Interface.guess`, at the reference load."""
-        known = loads_of(loads, len(loops))
+        checked_loads = loads_of(loads, len(loops))
         if self.own_loads:
-            reference: float | None = self._reference(known[0])
+            reference: float | None = self._reference(checked_loads[0])
         else:
             reference = self.prepared(loops, loads).reference_load
         assert reference is not None
         template = self.template
         shape = Shape(template.law, template.unit)
-        values = interface_values(loops, known, reference, shape, template.bounds())
+        values = interface_values(loops, checked_loads, reference, shape, template.bounds())
         return self.within(dict(zip(self.names, values, strict=True)))
 
     def _reference(self, load: float | None) -> float | None:
         """The load [N] whose separation a parameter is: of several the nearest."""
         if load is None or not self.own_loads:
             return self.reference_load
-        return min(self.own_loads, key=lambda own: abs(math.log(own / load)))
+        return min(self.own_loads, key=lambda candidate: abs(math.log(candidate / load)))
 
     def _ratio(self, load: float | None) -> tuple[float, float]:
         """The load [N] and its share of the reference."""
@@ -136,9 +136,9 @@ class InterfaceModel(BackboneModel):
                 "for example Record(..., normal_load=500.0)",
             )
         if reference is None or load is None:
-            known = load if reference is None else reference
-            assert known is not None
-            return known, 1.0
+            stated = load if reference is None else reference
+            assert stated is not None
+            return stated, 1.0
         return load, load / reference
 
     def branch(self, u: Floats, values: Mapping[str, float], load: float | None) -> Branch:
@@ -177,7 +177,7 @@ class InterfaceModel(BackboneModel):
         mu, scale, h = (values[name] for name in self.names)
         template = self.template
         here = template.separation(h, ratio)
-        lowest = min(template.separation(h, self._ratio(other)[1]) for other in loads)
+        lowest = min(template.separation(h, self._ratio(any_load)[1]) for any_load in loads)
         heights, unit = law.heights, template.unit
         top = max(heights.span[1] / unit, lowest + 1.0)
         edges = np.linspace(lowest, min(top, lowest + _TALLEST), _HEIGHTS + 1)

@@ -38,8 +38,8 @@ class IwanModel(Locked, BackboneModel):
     options = ("cells",)
 
     def __post_init__(self) -> None:
-        whole = isinstance(self.cells, (int, np.integer)) and not isinstance(self.cells, bool)
-        if not whole or not 1 <= self.cells <= MOST_CELLS:
+        is_integer = isinstance(self.cells, (int, np.integer)) and not isinstance(self.cells, bool)
+        if not is_integer or not 1 <= self.cells <= MOST_CELLS:
             raise InputError(
                 Argument("cells"),
                 f" must be an integer from 1 to {MOST_CELLS}, got {show(self.cells)}",
@@ -112,7 +112,9 @@ class IwanModel(Locked, BackboneModel):
         slope = stuck[piece]
         return gone[piece] + slope * u, slope
 
-    def build(self, values: Mapping[str, float], load: float | None = None, **known: Any) -> Iwan:
+    def build(
+        self, values: Mapping[str, float], load: float | None = None, **materials: Any
+    ) -> Iwan:
         """The cells that have any stiffness."""
         k = np.array([values[name] for name in self.names])
         real = k > _LEAST * max(float(k.max()), 0.0)
@@ -123,13 +125,17 @@ class IwanModel(Locked, BackboneModel):
         return Iwan(k[real], k[real] * self._grid[real])
 
     def derived(
-        self, values: Mapping[str, float], loads: Sequence[float | None], *known: Any, **more: Any
+        self,
+        values: Mapping[str, float],
+        loads: Sequence[float | None],
+        *materials: Any,
+        **options: Any,
     ) -> tuple[Derived, ...]:
         """Stiffness at rest and force limit, sums over the cells."""
         k = np.array([values[name] for name in self.names])
-        ones, grid = np.ones_like(k), np.array(self._grid)
+        unit_gradient, grid = np.ones_like(k), np.array(self._grid)
         return (
-            Derived("stiffness", "N/m", float(k.sum()), ones, None),
+            Derived("stiffness", "N/m", float(k.sum()), unit_gradient, None),
             Derived("force_limit", "N", float(k @ grid), grid, None),
         )
 

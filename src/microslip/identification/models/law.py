@@ -56,7 +56,7 @@ class LawModel(BackboneModel):
         law = self.build(values)
         by_values = law._parameter_derivatives(u)
         if by_values is None:
-            by_values = self._differences(lambda other: other._backbone(u), values, u.size)
+            by_values = self._differences(lambda law_at: law_at._backbone(u), values, u.size)
         return law._backbone(u), law._slope(u), by_values
 
     def curve(
@@ -67,13 +67,17 @@ class LawModel(BackboneModel):
         return law._backbone(u), law._slope(u)
 
     def build(
-        self, values: Mapping[str, float], load: float | None = None, **known: Any
+        self, values: Mapping[str, float], load: float | None = None, **materials: Any
     ) -> BackboneLaw:
         """The law itself; the load does not enter."""
         return self.kind(**{name: values[name] for name in self.names})
 
     def derived(
-        self, values: Mapping[str, float], loads: Sequence[float | None], *known: Any, **more: Any
+        self,
+        values: Mapping[str, float],
+        loads: Sequence[float | None],
+        *materials: Any,
+        **options: Any,
     ) -> tuple[Derived, ...]:
         """What the law tells besides its parameters; its limit and its stiffness in any case."""
         units = dict(self.kind._quantities)
@@ -85,8 +89,8 @@ class LawModel(BackboneModel):
         quantities = []
         for name, unit in units.items():
 
-            def of(other: BackboneLaw, name: str = name) -> Floats:
-                return np.array([getattr(other, name)])
+            def of(law_at: BackboneLaw, name: str = name) -> Floats:
+                return np.array([getattr(law_at, name)])
 
             gradient = self._differences(of, values, 1)[:, 0]
             quantities.append(Derived(name, unit, float(getattr(law, name)), gradient, None))
@@ -97,15 +101,15 @@ class LawModel(BackboneModel):
     ) -> Floats:
         """Derivatives by the parameters (parameters, places)."""
         rows = np.empty((len(self.parameters), size))
-        for row, said in zip(rows, self.parameters, strict=True):
-            value = values[said.name]
+        for row, parameter in zip(rows, self.parameters, strict=True):
+            value = values[parameter.name]
             scale = abs(value)
-            if not said.is_positive:
-                scale = max(scale, min(1.0, said.high - said.low))
+            if not parameter.is_positive:
+                scale = max(scale, min(1.0, parameter.high - parameter.low))
             step = _STEP * scale
-            places = _places(value, step, said)
+            places = _places(value, step, parameter)
             row[:] = sum(
-                weight * function(self.build({**values, said.name: value + place * step}))
+                weight * function(self.build({**values, parameter.name: value + place * step}))
                 for place, weight in zip(places, _weights(places), strict=True)
                 if weight
             )
@@ -122,12 +126,18 @@ class LawModel(BackboneModel):
         return tuple((LawModel(self.kind, law), values_of(law)) for law in self.kind.examples())
 
 
-def _places(value: float, step: float, said: Parameter) -> tuple[int, ...]:
+def _places(value: float, step: float, parameter: Parameter) -> tuple[int, ...]:
     """Seven steps about a value, moved as far as the parameter allows none on one side."""
-    low, high = max(said.above, said.least), min(said.below, said.most)
+    low, high = max(parameter.above, parameter.least), min(parameter.below, parameter.most)
     # An open end is kept away from by a step.
-    down = math.inf if math.isinf(low) else (value - low) / step - (said.above >= said.least)
-    up = math.inf if math.isinf(high) else (high - value) / step - (said.below <= said.most)
+    down = (
+        math.inf if math.isinf(low) else (value - low) / step - (parameter.above >= parameter.least)
+    )
+    up = (
+        math.inf
+        if math.isinf(high)
+        else (high - value) / step - (parameter.below <= parameter.most)
+    )
     first = -3 + max(0, 3 - math.floor(min(down, 3.0))) - max(0, 3 - math.floor(min(up, 3.0)))
     return tuple(range(first, first + 7))
 
@@ -136,8 +146,8 @@ def _places(value: float, step: float, said: Parameter) -> tuple[int, ...]:
 def _weights(places: tuple[int, ...]) -> tuple[float, ...]:
     """Weights of the first derivative by values at steps from a place, exact to the sixth power."""
     powers = np.vander(np.array(places, dtype=float), increasing=True).T
-    wanted = np.zeros(len(places))
-    wanted[1] = 1.0
-    weights = np.linalg.solve(powers, wanted)
+    unit = np.zeros(len(places))
+    unit[1] = 1.0
+    weights = np.linalg.solve(powers, unit)
     weights[np.abs(weights) < 1e-12] = 0.0
     return tuple(weights.tolist())

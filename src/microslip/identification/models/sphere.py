@@ -74,8 +74,8 @@ class SphereModel(BackboneModel):
 
     def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> SphereModel:
         """With the geometric mean of the loads as reference."""
-        known = loads_of(loads, len(loops))
-        return replace(self, reference_load=math.exp(float(np.mean(np.log(known)))))
+        checked_loads = loads_of(loads, len(loops))
+        return replace(self, reference_load=math.exp(float(np.mean(np.log(checked_loads)))))
 
     def split(self, names: Any, loads: Sequence[float]) -> SphereModel:
         """A slip limit of its own at each load is that at this load, whatever the reference."""
@@ -86,10 +86,10 @@ class SphereModel(BackboneModel):
 
     def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
         """From the largest force, and from the stiffness after a reversal, 3/2 mu N/u_L."""
-        known = loads_of(loads, len(loops))
-        friction = _limit_of(loops, known)
+        checked_loads = loads_of(loads, len(loops))
+        friction = _limit_of(loops, checked_loads)
         limits = []
-        for loop, load in zip(loops, known, strict=True):
+        for loop, load in zip(loops, checked_loads, strict=True):
             top = int(np.argmax(loop.displacement))
             x, force = np.roll(loop.displacement, -top), np.roll(loop.force, -top)
             gone = (force[0] - force) / float(np.ptp(force))
@@ -106,11 +106,11 @@ class SphereModel(BackboneModel):
         assert load is not None
         limit = values["slip_limit"] * (load / self._reference(load)) ** (2.0 / 3.0)
         force = values["friction_coefficient"] * load
-        left = np.maximum(1.0 - u / limit, 0.0)
+        stuck = np.maximum(1.0 - u / limit, 0.0)
         # 1 - (1 - x)^(3/2) without loss of digits.
         x = np.minimum(u / limit, 1.0)
-        share = x * (3.0 - 3.0 * x + x**2) / (1.0 + left * np.sqrt(left))
-        slope = 1.5 * force / limit * np.sqrt(left)
+        share = x * (3.0 - 3.0 * x + x**2) / (1.0 + stuck * np.sqrt(stuck))
+        slope = 1.5 * force / limit * np.sqrt(stuck)
         by = np.stack((load * share, -slope * u / values["slip_limit"]))
         return force * share, slope, by
 
@@ -149,18 +149,18 @@ class SphereModel(BackboneModel):
         """Force limit and stiffness at each load; with the materials the radius."""
         mu, limit = (values[name] for name in self.names)
         pair = pair or self.pair
-        found = []
+        quantities = []
         for load in sorted({load for load in loads if load is not None}):
-            own = limit * (load / self._reference(load)) ** (2.0 / 3.0)
-            stiff = 1.5 * mu * load / own
-            found.append(Derived("force_limit", "N", mu * load, np.array([load, 0.0]), load))
+            load_limit = limit * (load / self._reference(load)) ** (2.0 / 3.0)
+            stiff = 1.5 * mu * load / load_limit
+            quantities.append(Derived("force_limit", "N", mu * load, np.array([load, 0.0]), load))
             by = np.array([stiff / mu, -stiff / limit])
-            found.append(Derived("tangential_stiffness", "N/m", stiff, by, load))
+            quantities.append(Derived("tangential_stiffness", "N/m", stiff, by, load))
         if pair is not None:
             radius = self._radius(values, pair, self._reference(loads[0] or 1.0))
             by = np.array([3.0 * radius / mu, -3.0 * radius / limit])
-            found.append(Derived("radius", "m", radius, by, None))
-        return tuple(found)
+            quantities.append(Derived("radius", "m", radius, by, None))
+        return tuple(quantities)
 
     @classmethod
     def of(cls, law: Interface) -> SphereModel:
@@ -206,14 +206,18 @@ class GivenSurfaceModel(BackboneModel):
         return force, slope, ((force - u * slope) / values["friction_coefficient"])[None]
 
     def build(
-        self, values: Mapping[str, float], load: float | None = None, **known: Any
+        self, values: Mapping[str, float], load: float | None = None, **materials: Any
     ) -> Interface:
         """The joint on the surface."""
         assert load is not None
         return Interface(self.surface, values["friction_coefficient"], normal_load=load)
 
     def derived(
-        self, values: Mapping[str, float], loads: Sequence[float | None], *known: Any, **more: Any
+        self,
+        values: Mapping[str, float],
+        loads: Sequence[float | None],
+        *materials: Any,
+        **options: Any,
     ) -> tuple[Derived, ...]:
         """Force limit at each load."""
         mu = values["friction_coefficient"]

@@ -98,12 +98,12 @@ class Template:
         if ratio == 1.0:
             return z
         # A branch is asked for several times at the same values, of every load.
-        kept = self._separations.get((z, ratio))
-        if kept is None:
+        cached = self._separations.get((z, ratio))
+        if cached is None:
             if len(self._separations) >= _KEPT:
                 self._separations.clear()
-            kept = self._separations[z, ratio] = self._separation(z, ratio)
-        return kept
+            cached = self._separations[z, ratio] = self._separation(z, ratio)
+        return cached
 
     def _separation(self, z: float, ratio: float) -> float:
         target = math.log(ratio) + math.log(self.load(z))
@@ -153,11 +153,11 @@ class Template:
     def _tables_at(self, z: float) -> tuple[Table, Table, Table] | None:
         if z in self._tables:
             return self._tables[z]
-        made = self._sampled(z)
+        tables = self._sampled(z)
         for old in list(self._tables)[: 1 - _KEPT]:
             self._tables.pop(old, None)
-        self._tables[z] = made
-        return made
+        self._tables[z] = tables
+        return tables
 
     def _sampled(self, z: float) -> tuple[Table, Table, Table] | None:
         """The three shares as tables; None where the law is not smooth."""
@@ -245,8 +245,8 @@ def template_of(heights: Any = None) -> Template:
     """The template of heights, of a surface or of nothing: Gaussian heights."""
     law = heights
     if not isinstance(law, NormalLaw):
-        given = Gaussian(std=1.0) if law is None else as_heights(law)
-        law = GreenwoodWilliamson(aluminium(), given, radius=1.0, density=1.0, area=1.0)
+        shape = Gaussian(std=1.0) if law is None else as_heights(law)
+        law = GreenwoodWilliamson(aluminium(), shape, radius=1.0, density=1.0, area=1.0)
     unit: float
     if isinstance(law, GreenwoodWilliamson):
         unit = law.heights.spread

@@ -11,7 +11,7 @@ from microslip._core.units import engineering, prefix, significant
 from microslip._core.verdicts import Verdict, Word
 from microslip.identification import rules
 from microslip.identification.labels import label
-from microslip.identification.verdicts import HAS_VALUE, shown, shown_interval
+from microslip.identification.verdicts import HAS_VALUE, ends_text, number_text
 from microslip.report.document import Number
 
 Summary = Mapping[str, Any]
@@ -39,7 +39,7 @@ class Open(NamedTuple):
 
 def quantity(value: float | None, unit: str, digits: int = 4) -> str:
     """A value with its unit."""
-    return "–" if value is None else shown(value, unit, digits)
+    return "–" if value is None else number_text(value, unit, digits)
 
 
 def word_of(number: Summary) -> Word:
@@ -60,7 +60,7 @@ def interval_text(number: Summary) -> str:
         return "–"
     digits = _digits(number)
     low, high = (quantity(number[end], number["unit"], digits) for end in ("low", "high"))
-    return shown_interval((low, high), number["low_open"], number["high_open"])
+    return ends_text((low, high), number["low_open"], number["high_open"])
 
 
 def _digits(number: Summary) -> int:
@@ -247,7 +247,7 @@ def rig_texts(comparison: Summary) -> list[str]:
 
 def _between(number: Summary) -> str:
     low, high = (quantity(number[end], number["unit"], 3) for end in ("low", "high"))
-    return shown_interval((low, high), number["low_open"], number["high_open"])
+    return ends_text((low, high), number["low_open"], number["high_open"])
 
 
 def energy_text(record: Summary) -> str:

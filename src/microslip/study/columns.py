@@ -8,7 +8,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import Field, GetCoreSchemaHandler, ValidationInfo
+from pydantic import GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
 from microslip._core.units import LARGEST, SMALLEST, Kind, Sign, factor_of, is_unit, times
@@ -17,7 +17,7 @@ from microslip.readers.dialect import with_hyphen
 from microslip.readers.files import usable
 from microslip.readers.tables import Named, find, understood
 from microslip.readers.text import TextFile, open_text
-from microslip.study.part import Check, Part, Reading
+from microslip.study.part import Check, Part, Reading, optional, required
 
 MAX_BYTES = 256_000_000
 MAX_ROWS = 1_000_000
@@ -54,18 +54,14 @@ class SiValues(tuple[float, ...]):
 class Column(Part):
     """A column of a CSV file: its header says the unit, as in "x [um]", or `unit` does."""
 
-    file: FileName = Field(
-        description="CSV file with a line of column names; relative to the folder of the study.",
-        examples=['"record.csv"'],
+    file: FileName = required(
+        "CSV file with a line of column names; relative to the folder of the study.", '"record.csv"'
     )
-    column: ColumnName = Field(
-        description='Name of the column, with or without the unit of its header: "x" or "x [um]".',
-        examples=['"x"'],
+    column: ColumnName = required(
+        'Name of the column, with or without the unit of its header: "x" or "x [um]".', '"x"'
     )
-    unit: UnitName | None = Field(
-        default=None,
-        description='Unit of the column; not needed where its header has one, "[um]" or "(um)".',
-        examples=['"um"'],
+    unit: UnitName | None = optional(
+        'Unit of the column; not needed where its header has one, "[um]" or "(um)".', '"um"'
     )
 
     def read(self, kind: Kind, sign: Sign, info: ValidationInfo, key: str) -> SiValues:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import (
     Discriminator,
-    Field,
     ModelWrapValidatorHandler,
     PrivateAttr,
     Tag,
@@ -25,7 +24,7 @@ from microslip._core.wording import shorten
 from microslip.errors import InputError
 from microslip.scans.options import PERSSON, PROCESS, PROCESSES, RA, RQ, RSM, RZ
 from microslip.study.fields import Area, Density, Radius, Roughness, TwoNames, array, number, one_of
-from microslip.study.part import KeyedError, Part, as_key
+from microslip.study.part import KeyedError, Part, as_key, optional, required
 from microslip.study.scanned_surface import ScanName, ScanSurface
 
 if TYPE_CHECKING:
@@ -55,13 +54,9 @@ class RoughFace(NamedTuple):
 class SummitsFace(Part):
     """A face by its summits: spread of their heights, radius [m], density [1/m^2]."""
 
-    std: Roughness = Field(
-        description="Standard deviation of the summit heights.", examples=['"0.4 um"']
-    )
-    radius: Radius = Field(
-        description="One over the mean curvature of the summits.", examples=['"20 um"']
-    )
-    density: Density = Field(description="Summits per area.", examples=['"3000 1/mm^2"'])
+    std: Roughness = required("Standard deviation of the summit heights.", '"0.4 um"')
+    radius: Radius = required("One over the mean curvature of the summits.", '"20 um"')
+    density: Density = required("Summits per area.", '"3000 1/mm^2"')
 
     def face(self) -> RoughFace:
         """Its summits."""
@@ -73,24 +68,18 @@ class SummitsFace(Part):
 class DrawnFace(Part):
     """A face by its drawing: Ra, Rq or Rz, RSm [m], or the process that made it."""
 
-    ra: Roughness | None = Field(default=None, description=RA.help, examples=[RA.written])
-    rq: Roughness | None = Field(default=None, description=RQ.help, examples=[RQ.written])
-    rz: Roughness | None = Field(default=None, description=RZ.help, examples=[RZ.written])
-    rsm: Roughness | None = Field(default=None, description=RSM.help, examples=[RSM.written])
-    process: Annotated[str, one_of(*PROCESSES)] | None = Field(
-        default=None, description=PROCESS.help, examples=[PROCESS.written]
-    )
+    ra: Roughness | None = optional(RA.help, RA.written)
+    rq: Roughness | None = optional(RQ.help, RQ.written)
+    rz: Roughness | None = optional(RZ.help, RZ.written)
+    rsm: Roughness | None = optional(RSM.help, RSM.written)
+    process: Annotated[str, one_of(*PROCESSES)] | None = optional(PROCESS.help, PROCESS.written)
     breadth: (
         Annotated[
             float,
             number("a number of at least 1.5 such as 10", lambda v: v >= 1.5, {"minimum": 1.5}),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="Nayak's alpha, the breadth of the spectrum; 10 between 2 and 50 if absent.",
-        examples=["10"],
-    )
+    ) = optional("Nayak's alpha, the breadth of the spectrum; 10 between 2 and 50 if absent.", "10")
 
     @model_validator(mode="after")
     def _can_be(self) -> Self:
@@ -138,10 +127,10 @@ class _ScannedFace(Part):
 
     scan: Annotated[
         tuple[ScanName, ...], array('["ground1.plu", "ground2.plu"]', _MOST_SCANS, single=True)
-    ] = Field(
-        description="Scan of the face, or several of it, which are averaged; relative to the "
+    ] = required(
+        "Scan of the face, or several of it, which are averaged; relative to the "
         "folder of the study.",
-        examples=['["ground1.plu", "ground2.plu"]'],
+        '["ground1.plu", "ground2.plu"]',
     )
 
     _scans: tuple[ScanSurface, ...] = PrivateAttr(default=())
@@ -247,11 +236,11 @@ else:
 class FacedSurface(Part):
     """A surface of rough faces, as summits against a flat."""
 
-    materials: TwoNames = Field(
-        description="Names of the two bodies: materials of this file or metals of the table.",
-        examples=['["steel", "steel"]'],
+    materials: TwoNames = required(
+        "Names of the two bodies: materials of this file or metals of the table.",
+        '["steel", "steel"]',
     )
-    area: Area = Field(description="Apparent area.", examples=['"2 cm^2"'])
+    area: Area = required("Apparent area.", '"2 cm^2"')
 
     _faces: Any = PrivateAttr(default=None)
 
@@ -310,16 +299,15 @@ class FacedSurface(Part):
 class TwoFaces(FacedSurface):
     """Two rough faces on each other, or one on a smooth one, by scans, a drawing or summits."""
 
-    law: Literal["two-faces"] = Field(description="Two rough faces on each other.")
-    first: AnyFace = Field(
-        description="The face of the first body: { scan, cutoff, … }, { ra, rsm, process } or "
+    law: Literal["two-faces"] = required("Two rough faces on each other.")
+    first: AnyFace = required(
+        "The face of the first body: { scan, cutoff, … }, { ra, rsm, process } or "
         "{ std, radius, density }.",
-        examples=['{ ra = "0.8 um", rsm = "60 um" }'],
+        '{ ra = "0.8 um", rsm = "60 um" }',
     )
-    second: AnyFace | None = Field(
-        default=None,
-        description="The face of the second body, likewise; smooth if absent.",
-        examples=['{ std = "0.4 um", radius = "20 um", density = "3000 1/mm^2" }'],
+    second: AnyFace | None = optional(
+        "The face of the second body, likewise; smooth if absent.",
+        '{ std = "0.4 um", radius = "20 um", density = "3000 1/mm^2" }',
     )
 
     def given_faces(self) -> dict[str, AnyFace]:
@@ -330,7 +318,7 @@ class TwoFaces(FacedSurface):
 class DrawnSurface(DrawnFace, FacedSurface):
     """A rough face by its drawing on a smooth one: Ra, Rq or Rz, RSm, or a process."""
 
-    law: Literal["drawing"] = Field(description="A face by its drawing on a smooth one.")
+    law: Literal["drawing"] = required("A face by its drawing on a smooth one.")
 
     def given_faces(self) -> dict[str, AnyFace]:
         """Itself."""

@@ -16,7 +16,7 @@ from microslip.study.columns import Column, ColumnName, FileName, UnitName, text
 from microslip.study.distributions import check, frozen
 from microslip.study.fields import Height, Heights, Roughness, ShapeParameter
 from microslip.study.parametric import DescribedAlone, can_be_described, table_of
-from microslip.study.part import KeyedError, Part
+from microslip.study.part import KeyedError, Part, optional, required
 
 DistributionName = Annotated[str, text('the name of a distribution such as "weibull_min"')]
 
@@ -31,20 +31,12 @@ class GivenHeights(Part):
         }
     )
 
-    kind: Literal["values"] = Field(description="Given heights, all equally likely.")
-    values: Heights = Field(
-        description="The heights, unless a file holds them.", examples=['["0.4 um", "0.7 um"]']
-    )
-    file: FileName | None = Field(
-        default=None, description="CSV file that holds them instead.", examples=['"heights.csv"']
-    )
-    column: ColumnName | None = Field(
-        default=None, description="Name of its column.", examples=['"y"']
-    )
-    unit: UnitName | None = Field(
-        default=None,
-        description='Unit of the column; not needed where its header has one, "[um]" or "(um)".',
-        examples=['"um"'],
+    kind: Literal["values"] = required("Given heights, all equally likely.")
+    values: Heights = required("The heights, unless a file holds them.", '["0.4 um", "0.7 um"]')
+    file: FileName | None = optional("CSV file that holds them instead.", '"heights.csv"')
+    column: ColumnName | None = optional("Name of its column.", '"y"')
+    unit: UnitName | None = optional(
+        'Unit of the column; not needed where its header has one, "[um]" or "(um)".', '"um"'
     )
 
     @model_validator(mode="before")
@@ -69,19 +61,17 @@ class GivenHeights(Part):
 class ScipyHeights(Part):
     """Summit heights by a continuous distribution of scipy.stats, placed and scaled [m]."""
 
-    kind: Literal["scipy"] = Field(description="A continuous distribution of scipy.stats.")
-    distribution: DistributionName = Field(
-        description='Name in scipy.stats, such as "weibull_min".', examples=['"weibull_min"']
+    kind: Literal["scipy"] = required("A continuous distribution of scipy.stats.")
+    distribution: DistributionName = required(
+        'Name in scipy.stats, such as "weibull_min".', '"weibull_min"'
     )
     parameters: dict[str, ShapeParameter] = Field(
         default_factory=dict,
         description="Shape parameters by the names that SciPy gives them; plain numbers.",
         examples=["{ c = 2.0 }"],
     )
-    location: Height = Field(
-        default=0.0, description="SciPy's loc, a shift of all heights; 0 if absent."
-    )
-    scale: Roughness = Field(description="SciPy's scale.", examples=['"1 um"'])
+    location: Height = optional("SciPy's loc, a shift of all heights; 0 if absent.", default=0.0)
+    scale: Roughness = required("SciPy's scale.", '"1 um"')
 
     def build(self) -> Any:
         """The frozen distribution of scipy.stats, heights in metres."""

@@ -6,7 +6,7 @@ from functools import reduce
 from operator import or_
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Tag, model_validator
 
 from microslip._core.parameters import key_of
 from microslip.errors import Argument, InputError
@@ -15,7 +15,7 @@ from microslip.normal import AsperityPopulation, GreenwoodWilliamson, NormalLaw
 from microslip.normal.elastic_plastic import MODELS
 from microslip.study.fields import Loads, UncertainFriction, UncertainLoad, YieldStress, one_of
 from microslip.study.parametric import DescribedAlone, can_be_described, table_of
-from microslip.study.part import KeyedError, Part
+from microslip.study.part import KeyedError, Part, optional, required
 from microslip.study.pressure import AnyPressure
 
 INTERFACE = key_of(Interface)
@@ -24,43 +24,38 @@ INTERFACE = key_of(Interface)
 class Joint(Part):
     """What presses and holds the surfaces: friction coefficient [–] and normal loads [N]."""
 
-    law: Literal["interface"] = Field(
-        default="interface", description="The surface decides; other laws have keys of their own."
+    law: Literal["interface"] = optional(
+        "The surface decides; other laws have keys of their own.", default="interface"
     )
-    friction_coefficient: UncertainFriction = Field(
-        description="Coulomb's coefficient of friction, above zero.", examples=["0.55"]
+    friction_coefficient: UncertainFriction = required(
+        "Coulomb's coefficient of friction, above zero.", "0.55"
     )
-    normal_load: Loads = Field(
-        default=(),
-        description="One normal load or a list of different ones; one joint for each. Only a "
+    normal_load: Loads = optional(
+        "One normal load or a list of different ones; one joint for each. Only a "
         "[structure] needs none: its bolts press.",
-        examples=['["500 N", "2 kN"]'],
+        '["500 N", "2 kN"]',
+        default=(),
     )
 
-    tightening_load: UncertainLoad | None = Field(
-        default=None,
-        description="Largest normal load that the joint has carried: summits yielded under it and "
+    tightening_load: UncertainLoad | None = optional(
+        "Largest normal load that the joint has carried: summits yielded under it and "
         "are elastic since; the normal loads are at most that.",
-        examples=['"5 kN"'],
+        '"5 kN"',
     )
-    yield_stress: YieldStress | None = Field(
-        default=None,
-        description="Yield stress of the softer body, for tightening_load; by default that of its "
+    yield_stress: YieldStress | None = optional(
+        "Yield stress of the softer body, for tightening_load; by default that of its "
         "hardness, H/2.84.",
-        examples=['"355 MPa"'],
+        '"355 MPa"',
     )
-    tightening_model: Annotated[str, one_of(*MODELS)] | None = Field(
-        default=None,
-        description="How a summit yields under tightening_load; after Jackson and Green (2005) "
-        "by default.",
-        examples=['"jackson-green"'],
+    tightening_model: Annotated[str, one_of(*MODELS)] | None = optional(
+        "How a summit yields under tightening_load; after Jackson and Green (2005) by default.",
+        '"jackson-green"',
     )
 
-    pressure: AnyPressure | None = Field(
-        default=None,
-        description="How the load is spread over the faces; evenly over the whole area if absent. "
+    pressure: AnyPressure | None = optional(
+        "How the load is spread over the faces; evenly over the whole area if absent. "
         "Bolts with a tension or a torque say the load, too.",
-        examples=['{ kind = "bolt", size = "M8", preload = "15 kN", plates = ["10 mm", "10 mm"] }'],
+        '{ kind = "bolt", size = "M8", preload = "15 kN", plates = ["10 mm", "10 mm"] }',
     )
 
     @model_validator(mode="after")

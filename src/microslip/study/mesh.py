@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self, cast
 
 import numpy as np
-from pydantic import AfterValidator, Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import AfterValidator, PrivateAttr, ValidationInfo, model_validator
 
 from microslip._core.checks import Floats
 from microslip._core.units import LENGTH, MASS_DENSITY, factor_of
@@ -18,7 +18,7 @@ from microslip.materials import Material
 from microslip.study.columns import UnitName, text
 from microslip.study.fields import Line, array, different, number, quantity
 from microslip.study.metals import unknown
-from microslip.study.part import KeyedError, Part, Reading
+from microslip.study.part import KeyedError, Part, Reading, optional, required
 
 if TYPE_CHECKING:
     from microslip.structures import MeshedJoint
@@ -36,32 +36,30 @@ Coordinate = Annotated[float, number("a finite number such as 1.0", lambda value
 class MeshPart(Part):
     """A mesh in place of a drawing: hexahedra or tetrahedra with named bodies, faces and bolts."""
 
-    file: MeshName = Field(
-        description="File that meshio reads, such as Gmsh's .msh with physical groups or Abaqus' "
+    file: MeshName = required(
+        "File that meshio reads, such as Gmsh's .msh with physical groups or Abaqus' "
         ".inp with sets; relative to the folder of the study.",
-        examples=['"beam.msh"'],
+        '"beam.msh"',
     )
-    unit: UnitName = Field(
-        default="m", description="Unit of length of the mesh.", examples=['"mm"']
+    unit: UnitName = optional("Unit of length of the mesh.", '"mm"', default="m")
+    bodies: Names = required(
+        "Names of the volumes; together they hold all cells. Those that share nodes are joined.",
+        '["left", "right", "bolts"]',
     )
-    bodies: Names = Field(
-        description="Names of the volumes; together they hold all cells. Those that share nodes "
-        "are joined.",
-        examples=['["left", "right", "bolts"]'],
-    )
-    contacts: Annotated[tuple[Pair, ...], array('[["left face", "right face"]]', 20)] = Field(
-        description="Names of the two faces of each contact, the lower first: surfaces, or sets "
+    contacts: Annotated[tuple[Pair, ...], array('[["left face", "right face"]]', 20)] = required(
+        "Names of the two faces of each contact, the lower first: surfaces, or sets "
         "of nodes. Their meshes need not match.",
-        examples=['[["left face", "right face"]]'],
+        '[["left face", "right face"]]',
     )
-    bolts: Names = Field(
-        description="Names of the volumes of the shanks, each a body or a part of one.",
-        examples=['["shank 1", "shank 2"]'],
+    bolts: Names = required(
+        "Names of the volumes of the shanks, each a body or a part of one.",
+        '["shank 1", "shank 2"]',
     )
-    materials: Annotated[tuple[Line, ...], array('["steel", "aluminium"]', _MOST)] | None = Field(
-        default=None,
-        description="Material of each body; the first of the surface unless given.",
-        examples=['["steel", "steel", "titanium"]'],
+    materials: Annotated[tuple[Line, ...], array('["steel", "aluminium"]', _MOST)] | None = (
+        optional(
+            "Material of each body; the first of the surface unless given.",
+            '["steel", "steel", "titanium"]',
+        )
     )
     densities: (
         Annotated[
@@ -69,19 +67,17 @@ class MeshPart(Part):
             array('["7850 kg/m^3", "2700 kg/m^3"]', _MOST),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="Mass density of each body; `structure.density` unless given.",
-        examples=['["7850 kg/m^3", "7850 kg/m^3", "4430 kg/m^3"]'],
+    ) = optional(
+        "Mass density of each body; `structure.density` unless given.",
+        '["7850 kg/m^3", "7850 kg/m^3", "4430 kg/m^3"]',
     )
     along: (
         Annotated[tuple[Coordinate, Coordinate, Coordinate], array("[1, 0, 0]", 3, min_items=3)]
         | None
-    ) = Field(
-        default=None,
-        description="Direction along the contacts; that in which they are longest unless "
+    ) = optional(
+        "Direction along the contacts; that in which they are longest unless "
         "given, and places in them then count from their middle.",
-        examples=["[1, 0, 0]"],
+        "[1, 0, 0]",
     )
     _joint: Any = PrivateAttr(default=None)
 

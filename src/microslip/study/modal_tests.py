@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import AfterValidator, PrivateAttr, ValidationInfo, model_validator
 
 from microslip._core.checks import Floats
 from microslip._core.units import FREQUENCY, LENGTH
 from microslip.study.columns import Column, FileName
 from microslip.study.fields import Line, Share, array, different, one_of, quantity, whole
-from microslip.study.part import Check, Part, Reading
+from microslip.study.part import Check, Part, Reading, optional, required
 
 FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
 """What can be fitted to a test."""
@@ -25,40 +25,31 @@ Hertz = Annotated[float, quantity(FREQUENCY, "150 Hz")]
 class MeasuredPart(Part):
     """A test of one mode, drawn over the prediction: a curve, a ring-down or a stepped sine."""
 
-    file: FileName = Field(
-        description="CSV file with a line of column names; relative to the folder of the study. "
+    file: FileName = required(
+        "CSV file with a line of column names; relative to the folder of the study. "
         "Amplitude, frequency and damping ratio are a curve; time and displacement, velocity or "
         "acceleration a ring-down; frequency, amplitude and phase a stepped sine.",
-        examples=['"test.csv"'],
+        '"test.csv"',
     )
-    amplitude: Line = Field(
-        default="amplitude",
-        description="Column of the displacement amplitudes at the sensor.",
-        examples=['"amplitude"'],
+    amplitude: Line = optional(
+        "Column of the displacement amplitudes at the sensor.", '"amplitude"', default="amplitude"
     )
-    frequency: Line = Field(
-        default="frequency",
-        description="Column of the frequencies.",
-        examples=['"frequency"'],
-    )
-    damping_ratio: Line = Field(
+    frequency: Line = optional("Column of the frequencies.", '"frequency"', default="frequency")
+    damping_ratio: Line = optional(
+        "Column of the damping ratios, in percent where its header says so.",
+        '"damping_ratio"',
         default="damping_ratio",
-        description="Column of the damping ratios, in percent where its header says so.",
-        examples=['"damping_ratio"'],
     )
     band: Annotated[tuple[Hertz, Hertz], array('["150 Hz", "220 Hz"]', 2, min_items=2)] | None = (
-        Field(
-            default=None,
-            description="Frequencies between which the mode of a ring-down lies, where others ring "
-            "with it.",
-            examples=['["150 Hz", "220 Hz"]'],
+        optional(
+            "Frequencies between which the mode of a ring-down lies, where others ring with it.",
+            '["150 Hz", "220 Hz"]',
         )
     )
-    mode: Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)] | None = Field(
-        default=None,
-        description="The mode that was tested, counted from 1; of `structure.modes` the one whose "
+    mode: Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)] | None = optional(
+        "The mode that was tested, counted from 1; of `structure.modes` the one whose "
         "frequency is nearest unless given.",
-        examples=["1"],
+        "1",
     )
     fit: (
         Annotated[
@@ -67,17 +58,14 @@ class MeasuredPart(Part):
             AfterValidator(different),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="What is fitted to the test, from the values of the study on.",
-        examples=['["friction_coefficient", "tension"]'],
+    ) = optional(
+        "What is fitted to the test, from the values of the study on.",
+        '["friction_coefficient", "tension"]',
     )
-    frequency_error: Share = Field(
-        default=0.003, description="Relative uncertainty of the frequencies, the model's included."
+    frequency_error: Share = optional(
+        "Relative uncertainty of the frequencies, the model's included.", default=0.003
     )
-    damping_error: Share = Field(
-        default=0.05, description="Relative uncertainty of the damping ratios."
-    )
+    damping_error: Share = optional("Relative uncertainty of the damping ratios.", default=0.05)
     _table: Floats = PrivateAttr(default_factory=lambda: np.zeros((0, 3)))
 
     @model_validator(mode="after")

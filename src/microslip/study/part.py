@@ -53,6 +53,16 @@ class Check(NamedTuple):
         return core_schema.no_info_before_validator_function(self.check, handler(source))
 
 
+def required(description: str, example: str = "", **settings: Any) -> Any:
+    """A key that has to be given: what it is, and an example as TOML."""
+    return Field(description=description, examples=[example] if example else None, **settings)
+
+
+def optional(description: str, example: str = "", default: Any = None, **settings: Any) -> Any:
+    """A key that may be left out."""
+    return required(description, example, default=default, **settings)
+
+
 def key(option: Option, *checks: Any, **changes: Any) -> Any:
     """Key of a study for an option: its reading, default, description, example and schema."""
     settings: dict[str, Any] = {"description": option.help}

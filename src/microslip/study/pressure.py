@@ -24,7 +24,7 @@ from microslip.study.fields import (
     quantity,
     whole,
 )
-from microslip.study.part import KeyedError, Part, as_key
+from microslip.study.part import KeyedError, Part, as_key, optional, required
 from microslip.study.uncertain import Uncertain
 
 Length = Annotated[float, quantity(LENGTH, "12 mm"), Uncertain('"12 mm"')]
@@ -80,10 +80,8 @@ def _keyed(error: InputError) -> KeyedError:
 class _Round(PressurePart):
     """Round, between two radii."""
 
-    outer: Length = Field(description="Radius at which it ends.", examples=['"8 mm"'])
-    inner: Length | None = Field(
-        default=None, description="Radius of the hole, if there is one.", examples=['"4.5 mm"']
-    )
+    outer: Length = required("Radius at which it ends.", '"8 mm"')
+    inner: Length | None = optional("Radius of the hole, if there is one.", '"4.5 mm"')
     count: _Count = _COUNT
 
     def spread(self, rings: int = RINGS) -> Pressure:
@@ -98,32 +96,30 @@ class _Round(PressurePart):
 class ConePressure(_Round):
     """Pressure that falls along a straight line to none at the outer radius."""
 
-    kind: Literal["cone"] = Field(description="Falls along a straight line from the inner radius.")
+    kind: Literal["cone"] = required("Falls along a straight line from the inner radius.")
 
 
 class ParabolaPressure(_Round):
     """Pressure that falls along a parabola to none at the outer radius."""
 
-    kind: Literal["parabola"] = Field(description="Falls along a parabola from the inner radius.")
+    kind: Literal["parabola"] = required("Falls along a parabola from the inner radius.")
 
 
 class AnnulusPressure(_Round):
     """An even pressure on a ring or a disc."""
 
-    kind: Literal["annulus"] = Field(description="Even between the radii.")
+    kind: Literal["annulus"] = required("Even between the radii.")
 
 
 class TablePressure(PressurePart):
     """Round, by a table of pressures at distances from the axis; only how they compare counts."""
 
-    kind: Literal["table"] = Field(description="By a table over the distance from the axis.")
-    distance: _DISTANCES = Field(
-        description="Distances, rising: a list or a column of a CSV file.",
-        examples=['["0 mm", "5 mm", "10 mm"]'],
+    kind: Literal["table"] = required("By a table over the distance from the axis.")
+    distance: _DISTANCES = required(
+        "Distances, rising: a list or a column of a CSV file.", '["0 mm", "5 mm", "10 mm"]'
     )
-    pressure: _PRESSURES = Field(
-        description="Pressures there: a list or a column of a CSV file.",
-        examples=['["20 MPa", "12 MPa", "0 MPa"]'],
+    pressure: _PRESSURES = required(
+        "Pressures there: a list or a column of a CSV file.", '["20 MPa", "12 MPa", "0 MPa"]'
     )
     count: _Count = _COUNT
 
@@ -135,14 +131,12 @@ class TablePressure(PressurePart):
 class PatchesPressure(PressurePart):
     """Patches of a pressure film or of a finite-element model."""
 
-    kind: Literal["patches"] = Field(description="Patches with their areas and pressures.")
-    area: _AREAS = Field(
-        description="Area of each patch, or of all: a list or a column of a CSV file.",
-        examples=['["4 mm^2", "4 mm^2"]'],
+    kind: Literal["patches"] = required("Patches with their areas and pressures.")
+    area: _AREAS = required(
+        "Area of each patch, or of all: a list or a column of a CSV file.", '["4 mm^2", "4 mm^2"]'
     )
-    pressure: _PRESSURES = Field(
-        description="Pressure on each: a list or a column of a CSV file.",
-        examples=['["20 MPa", "12 MPa"]'],
+    pressure: _PRESSURES = required(
+        "Pressure on each: a list or a column of a CSV file.", '["20 MPa", "12 MPa"]'
     )
 
     def spread(self, rings: int = RINGS) -> Pressure:
@@ -153,46 +147,36 @@ class PatchesPressure(PressurePart):
 class BoltPressure(PressurePart):
     """What bolts press where two plates meet: a cone of 30 degrees from head and nut."""
 
-    kind: Literal["bolt"] = Field(description="By bolts through two plates.")
-    size: Annotated[str, one_of(*BOLTS)] = Field(
-        description="Size of the bolts, which gives head and hole.", examples=['"M8"']
+    kind: Literal["bolt"] = required("By bolts through two plates.")
+    size: Annotated[str, one_of(*BOLTS)] = required(
+        "Size of the bolts, which gives head and hole.", '"M8"'
     )
-    plates: Annotated[tuple[Length, ...], array('["10 mm", "10 mm"]', 2)] = Field(
-        description="Thickness of both plates.", examples=['["10 mm", "10 mm"]']
+    plates: Annotated[tuple[Length, ...], array('["10 mm", "10 mm"]', 2)] = required(
+        "Thickness of both plates.", '["10 mm", "10 mm"]'
     )
-    count: _Count = Field(default=1, description="How many bolts.", examples=["4"])
-    preload: Annotated[float, quantity(FORCE, "15 kN"), Uncertain('"15 kN"')] | None = Field(
-        default=None, description="Tension of each bolt.", examples=['"15 kN"']
+    count: _Count = optional("How many bolts.", "4", default=1)
+    preload: Annotated[float, quantity(FORCE, "15 kN"), Uncertain('"15 kN"')] | None = optional(
+        "Tension of each bolt.", '"15 kN"'
     )
-    torque: Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')] | None = Field(
-        default=None, description="Tightening torque in its place.", examples=['"20 N m"']
+    torque: Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')] | None = optional(
+        "Tightening torque in its place.", '"20 N m"'
     )
-    nut_factor: LoadShare | None = Field(
-        default=None,
-        description="K of torque = K d tension; 0.2 if absent, without frictions.",
-        examples=["0.2"],
+    nut_factor: LoadShare | None = optional(
+        "K of torque = K d tension; 0.2 if absent, without frictions.", "0.2"
     )
-    thread_friction: UncertainFriction | None = Field(
-        default=None, description="Friction in the thread, for VDI 2230.", examples=["0.12"]
+    thread_friction: UncertainFriction | None = optional(
+        "Friction in the thread, for VDI 2230.", "0.12"
     )
-    bearing_friction: UncertainFriction | None = Field(
-        default=None, description="Friction under the head, for VDI 2230.", examples=["0.12"]
+    bearing_friction: UncertainFriction | None = optional(
+        "Friction under the head, for VDI 2230.", "0.12"
     )
-    hole: Length | None = Field(
-        default=None, description="Diameter of the holes.", examples=['"9 mm"']
+    hole: Length | None = optional("Diameter of the holes.", '"9 mm"')
+    head: Length | None = optional(
+        "Diameter of what presses on the plates: head, nut or washer.", '"16 mm"'
     )
-    head: Length | None = Field(
-        default=None,
-        description="Diameter of what presses on the plates: head, nut or washer.",
-        examples=['"16 mm"'],
-    )
-    angle: _Angle = Field(
-        default=math.radians(30.0), description="Half angle of the cone.", examples=['"30 deg"']
-    )
-    edge: Length | None = Field(
-        default=None,
-        description="Diameter at which the plates end, or half-way to the next bolt.",
-        examples=['"30 mm"'],
+    angle: _Angle = optional("Half angle of the cone.", '"30 deg"', default=math.radians(30.0))
+    edge: Length | None = optional(
+        "Diameter at which the plates end, or half-way to the next bolt.", '"30 mm"'
     )
 
     @model_validator(mode="after")

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import PrivateAttr, ValidationInfo, model_validator
 
 from microslip._core.units import engineering
 from microslip._core.wording import quoted, shorten, show
@@ -38,7 +38,7 @@ from microslip.scans.options import (
 )
 from microslip.study.columns import text
 from microslip.study.fields import TwoNames
-from microslip.study.part import Check, KeyedError, Part, Reading, as_key
+from microslip.study.part import Check, KeyedError, Part, Reading, as_key, optional, required
 from microslip.study.part import key as key_of
 
 if TYPE_CHECKING:
@@ -74,14 +74,13 @@ def _alone(values: Any) -> Any:
 class ScanSurface(Part):
     """Summits of a scanned surface; its short-wave cut-off [m] decides what a summit is."""
 
-    law: Literal["scan"] = Field(description="Summits found in a scan of a surface.")
-    materials: TwoNames = Field(
-        description="Names of the two bodies: materials of this file or metals of the table.",
-        examples=['["steel", "steel"]'],
+    law: Literal["scan"] = required("Summits found in a scan of a surface.")
+    materials: TwoNames = required(
+        "Names of the two bodies: materials of this file or metals of the table.",
+        '["steel", "steel"]',
     )
-    scan: ScanName = Field(
-        description="File of the scan, relative to the folder of the study.",
-        examples=['"ground.plu"'],
+    scan: ScanName = required(
+        "File of the scan, relative to the folder of the study.", '"ground.plu"'
     )
     cutoff: float | None = key_of(CUTOFF)
     long_cutoff: float | None = key_of(LONG_CUTOFF)
@@ -98,9 +97,7 @@ class ScanSurface(Part):
     unit: tuple[str, ...] | None = key_of(UNIT)
     pixel: tuple[float, ...] | None = key_of(PIXEL)
     key: str | None = key_of(KEY)
-    channel: Channel | None = Field(
-        default=None, description=CHANNEL.help, examples=[CHANNEL.example]
-    )
+    channel: Channel | None = optional(CHANNEL.help, CHANNEL.example)
     valid: tuple[float, ...] | None = key_of(VALID, examples=['["-1 mm", "1 mm"]'])
 
     _scan: Any = PrivateAttr(default=None)

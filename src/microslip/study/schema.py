@@ -40,7 +40,7 @@ from microslip.study.fields import (
 )
 from microslip.study.joints import AnyJoint
 from microslip.study.metals import with_metals
-from microslip.study.part import KeyedError, Part
+from microslip.study.part import KeyedError, Part, optional, required
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import AnyMaterial, AnySurface
 from microslip.study.uncertain import with_followers
@@ -58,11 +58,11 @@ FORMATS = ("netcdf", "csv", "svg", "png", "pdf")
 class Curve(Part):
     """Amplitudes of the curves [m], evenly spaced on a log axis."""
 
-    start: Amplitude = Field(alias="from", description="Smallest amplitude.", examples=['"1 nm"'])
-    to: Amplitude = Field(description="Largest amplitude.", examples=['"100 um"'])
+    start: Amplitude = required("Smallest amplitude.", '"1 nm"', alias="from")
+    to: Amplitude = required("Largest amplitude.", '"100 um"')
     points: Annotated[
         int, whole(f"a whole number from 2 to {MAX_POINTS}, such as 200", 2, MAX_POINTS)
-    ] = Field(default=200, description="How many amplitudes, evenly spaced on a log axis.")
+    ] = optional("How many amplitudes, evenly spaced on a log axis.", default=200)
 
     @model_validator(mode="after")
     def _rising(self) -> Self:
@@ -79,22 +79,18 @@ class LoadVariation(Part):
         json_schema_extra={"oneOf": [{"required": ["amplitude"]}, {"required": ["share"]}]}
     )
 
-    amplitude: UncertainLoad | None = Field(
-        default=None, description="Amplitude of the load, at every load.", examples=['"400 N"']
+    amplitude: UncertainLoad | None = optional("Amplitude of the load, at every load.", '"400 N"')
+    share: LoadShare | None = optional(
+        "Amplitude of the load as a share of each normal load, in its place.", "0.2"
     )
-    share: LoadShare | None = Field(
-        default=None,
-        description="Amplitude of the load as a share of each normal load, in its place.",
-        examples=["0.2"],
-    )
-    phase: Phase = Field(
+    phase: Phase = optional(
+        "How far the load is ahead of the displacement, in its own periods.",
+        '"90 deg"',
         default=0.0,
-        description="How far the load is ahead of the displacement, in its own periods.",
-        examples=['"90 deg"'],
     )
     harmonic: Annotated[
         int, whole(f"a whole number from 1 to {MAX_HARMONIC}, such as 2", 1, MAX_HARMONIC)
-    ] = Field(default=1, description="Periods of the load in a cycle of the displacement.")
+    ] = optional("Periods of the load in a cycle of the displacement.", default=1)
 
     @model_validator(mode="after")
     def _one_size(self) -> Self:
@@ -117,31 +113,27 @@ class LoadVariation(Part):
 class LoadColumn(Part):
     """Normal loads [N] along a history, in another column of its file."""
 
-    column: ColumnName = Field(
-        description='Name of the column, with or without the unit of its header: "N" or "N [kN]".',
-        examples=['"load"'],
+    column: ColumnName = required(
+        'Name of the column, with or without the unit of its header: "N" or "N [kN]".', '"load"'
     )
-    unit: UnitName | None = Field(
-        default=None,
-        description='Unit of the column; not needed where its header has one, "[kN]" or "(kN)".',
-        examples=['"N"'],
+    unit: UnitName | None = optional(
+        'Unit of the column; not needed where its header has one, "[kN]" or "(kN)".', '"N"'
     )
 
 
 class History(Column):
     """A history of the joint from rest, displacements [m] or forces [N], in a CSV file."""
 
-    quantity: Annotated[Literal["displacement", "force"], one_of("displacement", "force")] = Field(
-        default="displacement", description="What the column holds."
+    quantity: Annotated[Literal["displacement", "force"], one_of("displacement", "force")] = (
+        optional("What the column holds.", default="displacement")
     )
-    normal_load: LoadColumn | None = Field(
-        default=None, description="Normal loads along the history, where they are not constant."
+    normal_load: LoadColumn | None = optional(
+        "Normal loads along the history, where they are not constant."
     )
-    time: ColumnName | None = Field(
-        default=None,
-        description="Name of a column of its times, which its figure is drawn against; they decide "
+    time: ColumnName | None = optional(
+        "Name of a column of its times, which its figure is drawn against; they decide "
         "nothing else.",
-        examples=['"t [s]"'],
+        '"t [s]"',
     )
 
     _values: tuple[float, ...] = PrivateAttr(default=())
@@ -207,27 +199,19 @@ class Excitation(Part):
         json_schema_extra={"not": {"required": ["amplitudes", "force_amplitudes"]}}
     )
 
-    amplitudes: Amplitudes | None = Field(
-        default=None,
-        description="Displacement amplitudes of the loops, one loop each at every load.",
-        examples=['["0.1 um", "1 um"]'],
+    amplitudes: Amplitudes | None = optional(
+        "Displacement amplitudes of the loops, one loop each at every load.", '["0.1 um", "1 um"]'
     )
-    force_amplitudes: ForceAmplitudes | None = Field(
-        default=None,
-        description="Force amplitudes of the loops, instead of displacement amplitudes.",
-        examples=['["50 N", "200 N"]'],
+    force_amplitudes: ForceAmplitudes | None = optional(
+        "Force amplitudes of the loops, instead of displacement amplitudes.", '["50 N", "200 N"]'
     )
-    curve: Curve | None = Field(
-        default=None,
-        description="Displacement amplitudes of the curves, evenly spaced on a log axis.",
+    curve: Curve | None = optional(
+        "Displacement amplitudes of the curves, evenly spaced on a log axis."
     )
-    load_variation: LoadVariation | None = Field(
-        default=None,
-        description="How the normal load varies over the cycles of the loops.",
+    load_variation: LoadVariation | None = optional(
+        "How the normal load varies over the cycles of the loops."
     )
-    history: History | None = Field(
-        default=None, description="A history from rest, in a column of a CSV file."
-    )
+    history: History | None = optional("A history from rest, in a column of a CSV file.")
 
     @property
     def load_varies(self) -> bool:
@@ -254,14 +238,12 @@ class Excitation(Part):
 class OscillatorPart(Part):
     """A mass [kg] on a spring [N/m], held by the joint as well; viscous damping ratio [–]."""
 
-    mass: Mass = Field(description="Mass.", examples=['"2 kg"'])
-    stiffness: Stiffness = Field(
-        description="Stiffness of the spring beside the joint.", examples=['"1e6 N/m"']
-    )
-    viscous_damping_ratio: ViscousRatio = Field(
+    mass: Mass = required("Mass.", '"2 kg"')
+    stiffness: Stiffness = required("Stiffness of the spring beside the joint.", '"1e6 N/m"')
+    viscous_damping_ratio: ViscousRatio = optional(
+        "Damping ratio of the structure without the joint, at its frequency at rest.",
+        "0.01",
         default=0.0,
-        description="Damping ratio of the structure without the joint, at its frequency at rest.",
-        examples=["0.01"],
     )
 
 
@@ -272,33 +254,29 @@ class Output(Part):
         tuple[Annotated[str, one_of(*FORMATS)], ...],
         array('["netcdf", "csv", "svg"]', 20),
         AfterValidator(different),
-    ] = Field(
-        default=FORMATS[:3],
-        description="Files that are written; PNG and PDF where asked for.",
-    )
-    report: YesOrNo = Field(
-        default=True, description="Whether a page with all results, report.html, is written."
+    ] = optional("Files that are written; PNG and PDF where asked for.", default=FORMATS[:3])
+    report: YesOrNo = optional(
+        "Whether a page with all results, report.html, is written.", default=True
     )
 
 
 class StudyTables(Part):
     """A validated description of one prediction; quantities are SI floats."""
 
-    version: Annotated[int, whole("schema = 1", SCHEMA, SCHEMA)] = Field(
-        alias="schema", description="Version of this format: 1.", examples=["1"]
+    version: Annotated[int, whole("schema = 1", SCHEMA, SCHEMA)] = required(
+        "Version of this format: 1.", "1", alias="schema"
     )
-    title: Line = Field(default="", description="One line for figures, tables and the report.")
+    title: Line = optional("One line for figures, tables and the report.", default="")
     not_identified: (
         Annotated[
             tuple[Annotated[str, text('a key such as "surface.radius"')], ...],
             array('["surface.radius"]', 20, single=True),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="Keys whose numbers loops did not tell, as `microslip identify` writes them: "
+    ) = optional(
+        "Keys whose numbers loops did not tell, as `microslip identify` writes them: "
         "they are asked back until they are known.",
-        examples=['["surface.radius"]'],
+        '["surface.radius"]',
     )
     material: dict[str, AnyMaterial] = Field(
         default_factory=dict,
@@ -306,25 +284,17 @@ class StudyTables(Part):
         "it has one, the keys given win.",
         examples=['{ mine = { young_modulus = "69 GPa", poisson_ratio = 0.33 } }'],
     )
-    surface: AnySurface = Field(  # type: ignore[assignment]
-        default=None,
-        description="The two bodies and how they touch; only for the law interface.",
-        examples=[""],
-    )
-    joint: AnyJoint = Field(
-        description="Friction and load, or a friction law by its own parameters.", examples=[""]
-    )
+    surface: AnySurface = optional("The two bodies and how they touch; only for the law interface.")
+    joint: AnyJoint = required("Friction and load, or a friction law by its own parameters.")
     excitation: Excitation = Field(
         default_factory=Excitation, description="Amplitudes, curves and histories."
     )
-    oscillator: OscillatorPart | None = Field(
-        default=None, description="A mass on a spring that the joint holds, too."
+    oscillator: OscillatorPart | None = optional("A mass on a spring that the joint holds, too.")
+    structure: StructurePart | None = optional(
+        "A bolted structure that the surface holds together."
     )
-    structure: StructurePart | None = Field(
-        default=None, description="A bolted structure that the surface holds together."
-    )
-    uncertainty: UncertaintyPart | None = Field(
-        default=None, description="How numbers that are given with their scatter are drawn."
+    uncertainty: UncertaintyPart | None = optional(
+        "How numbers that are given with their scatter are drawn."
     )
     output: Output = Field(default_factory=Output, description="What is written.")
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 
 import numpy as np
-from pydantic import AfterValidator, Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import AfterValidator, PrivateAttr, ValidationInfo, model_validator
 
 from microslip._core.checks import Floats
 from microslip._core.units import FORCE, LENGTH, MASS_DENSITY, TORQUE
@@ -27,7 +27,7 @@ from microslip.study.fields import (
 )
 from microslip.study.mesh import MeshPart
 from microslip.study.modal_tests import MOST_MODES, Tests
-from microslip.study.part import KeyedError, Part
+from microslip.study.part import KeyedError, Part, optional, required
 from microslip.study.uncertain import Uncertain
 
 if TYPE_CHECKING:
@@ -52,59 +52,30 @@ _FACTOR = number("a finite number such as 1.0", lambda value: True, {})
 class BoltsPart(Part):
     """Equal bolts through the lap: places from its middle, diameters, tension or torque."""
 
-    positions: Places | None = Field(
-        default=None,
-        description="Places along the lap, from its middle; a mesh has them itself.",
-        examples=['["-30 mm", "0 mm", "30 mm"]'],
+    positions: Places | None = optional(
+        "Places along the lap, from its middle; a mesh has them itself.",
+        '["-30 mm", "0 mm", "30 mm"]',
     )
-    across: Places | None = Field(
-        default=None,
-        description="Places across the lap, one a bolt; all in the middle unless given.",
-        examples=['["0 mm", "0 mm", "0 mm"]'],
+    across: Places | None = optional(
+        "Places across the lap, one a bolt; all in the middle unless given.",
+        '["0 mm", "0 mm", "0 mm"]',
     )
-    shank: Size | None = Field(
-        default=None,
-        description="Diameter of the shanks; a mesh has it itself.",
-        examples=['"8 mm"'],
+    shank: Size | None = optional("Diameter of the shanks; a mesh has it itself.", '"8 mm"')
+    hole: Size | None = optional("Diameter of the holes.", '"8.4 mm"')
+    washer: Size | None = optional("Outer diameter of the washers, or of the heads.", '"17 mm"')
+    head: Size | None = optional(
+        "Height of a head and of a nut with its washer; 0.8 shank diameters unless given.", '"7 mm"'
     )
-    hole: Size | None = Field(
-        default=None, description="Diameter of the holes.", examples=['"8.4 mm"']
+    tension: Tension | None = optional("Tension of each bolt.", '"12 kN"')
+    torque: Torque | None = optional("Tightening torque instead of the tension.", '"20 N m"')
+    thread: Size | None = optional("Nominal diameter of the thread, for a torque.", '"8 mm"')
+    nut_factor: LoadShare | None = optional(
+        "K of torque = K d tension, such as 0.2 for dry steel.", "0.2"
     )
-    washer: Size | None = Field(
-        default=None,
-        description="Outer diameter of the washers, or of the heads.",
-        examples=['"17 mm"'],
-    )
-    head: Size | None = Field(
-        default=None,
-        description="Height of a head and of a nut with its washer; 0.8 shank diameters unless "
-        "given.",
-        examples=['"7 mm"'],
-    )
-    tension: Tension | None = Field(
-        default=None, description="Tension of each bolt.", examples=['"12 kN"']
-    )
-    torque: Torque | None = Field(
-        default=None, description="Tightening torque instead of the tension.", examples=['"20 N m"']
-    )
-    thread: Size | None = Field(
-        default=None,
-        description="Nominal diameter of the thread, for a torque.",
-        examples=['"8 mm"'],
-    )
-    nut_factor: LoadShare | None = Field(
-        default=None,
-        description="K of torque = K d tension, such as 0.2 for dry steel.",
-        examples=["0.2"],
-    )
-    pitch: Size | None = Field(
-        default=None, description="Pitch of the thread, with two frictions.", examples=['"1.25 mm"']
-    )
-    thread_friction: UncertainFriction | None = Field(
-        default=None, description="Friction in the thread.", examples=["0.12"]
-    )
-    bearing_friction: UncertainFriction | None = Field(
-        default=None, description="Friction under the turned head or nut.", examples=["0.12"]
+    pitch: Size | None = optional("Pitch of the thread, with two frictions.", '"1.25 mm"')
+    thread_friction: UncertainFriction | None = optional("Friction in the thread.", "0.12")
+    bearing_friction: UncertainFriction | None = optional(
+        "Friction under the turned head or nut.", "0.12"
     )
 
     @model_validator(mode="after")
@@ -127,24 +98,24 @@ class SensorPart(Part):
     """Where amplitudes are meant, as a test's sensor shows them."""
 
     at: Annotated[tuple[Place, Place, Place], array('["0.36 m", "0 m", "0 m"]', 3, min_items=3)] = (
-        Field(
-            description="Its place from the middle of the lap: along, across, upwards.",
-            examples=['["0.36 m", "0 m", "0 m"]'],
+        required(
+            "Its place from the middle of the lap: along, across, upwards.",
+            '["0.36 m", "0 m", "0 m"]',
         )
     )
-    direction: Annotated[Literal["x", "y", "z"], one_of("x", "y", "z")] = Field(
-        default="z", description="Along (x), across (y) or upwards (z)."
+    direction: Annotated[Literal["x", "y", "z"], one_of("x", "y", "z")] = optional(
+        "Along (x), across (y) or upwards (z).", default="z"
     )
 
 
 class AmplitudeRange(Part):
     """Displacement amplitudes at the sensor [m], evenly spaced on a log axis."""
 
-    start: PlainSize = Field(alias="from", description="Smallest amplitude.", examples=['"0.1 um"'])
-    to: PlainSize = Field(description="Largest amplitude.", examples=['"30 um"'])
+    start: PlainSize = required("Smallest amplitude.", '"0.1 um"', alias="from")
+    to: PlainSize = required("Largest amplitude.", '"30 um"')
     points: Annotated[
         int, whole(f"a whole number from 2 to {MOST_POINTS}, such as 10", 2, MOST_POINTS)
-    ] = Field(default=10, description="How many.")
+    ] = optional("How many.", default=10)
 
     @model_validator(mode="after")
     def _rising(self) -> Self:
@@ -156,19 +127,14 @@ class AmplitudeRange(Part):
 class FormPart(Part):
     """How far the faces stand apart where nothing presses: columns x, y and gap of a CSV file."""
 
-    file: FileName = Field(
-        description="CSV file with a line of column names; relative to the folder of the study.",
-        examples=['"form.csv"'],
+    file: FileName = required(
+        "CSV file with a line of column names; relative to the folder of the study.", '"form.csv"'
     )
-    x: Line = Field(
-        default="x", description="Column of the places along the lap.", examples=['"x"']
-    )
-    y: Line = Field(default="y", description="Column of the places across it.", examples=['"y"'])
-    gap: Line = Field(default="gap", description="Column of the gaps.", examples=['"gap"'])
-    factor: Annotated[float, _FACTOR, Uncertain("1.0")] = Field(
-        default=1.0,
-        description="What the gaps are multiplied with: 0 is flat, -1 the reversed form.",
-        examples=["1.0"],
+    x: Line = optional("Column of the places along the lap.", '"x"', default="x")
+    y: Line = optional("Column of the places across it.", '"y"', default="y")
+    gap: Line = optional("Column of the gaps.", '"gap"', default="gap")
+    factor: Annotated[float, _FACTOR, Uncertain("1.0")] = optional(
+        "What the gaps are multiplied with: 0 is flat, -1 the reversed form.", "1.0", default=1.0
     )
     _table: Floats = PrivateAttr(default_factory=lambda: np.zeros((0, 3)))
 
@@ -190,69 +156,56 @@ class FormPart(Part):
 class StructurePart(Part):
     """Two beams or plates, bolted where they overlap; the first body of the surface below."""
 
-    length: Size | None = Field(default=None, description="From end to end.", examples=['"720 mm"'])
-    width: Size | None = Field(default=None, description="Across.", examples=['"25.4 mm"'])
-    thickness: Size | None = Field(
-        default=None, description="Of each part, outside the lap.", examples=['"25.4 mm"']
+    length: Size | None = optional("From end to end.", '"720 mm"')
+    width: Size | None = optional("Across.", '"25.4 mm"')
+    thickness: Size | None = optional("Of each part, outside the lap.", '"25.4 mm"')
+    lap: Size | None = optional("Length of the overlap.", '"120 mm"')
+    style: Annotated[Literal["half-lap", "single-lap"], one_of("half-lap", "single-lap")] = (
+        optional(
+            "Parts half as thick in the overlap, or whole plates on each other.", default="half-lap"
+        )
     )
-    lap: Size | None = Field(
-        default=None, description="Length of the overlap.", examples=['"120 mm"']
+    mesh: MeshPart | None = optional(
+        "A mesh of one's own in place of length, width, thickness and lap."
     )
-    style: Annotated[Literal["half-lap", "single-lap"], one_of("half-lap", "single-lap")] = Field(
-        default="half-lap",
-        description="Parts half as thick in the overlap, or whole plates on each other.",
-    )
-    mesh: MeshPart | None = Field(
-        default=None,
-        description="A mesh of one's own in place of length, width, thickness and lap.",
-    )
-    density: UncertainDensity | None = Field(
-        default=None, description="Mass density of the parts.", examples=['"7850 kg/m^3"']
-    )
-    bolts: BoltsPart = Field(description="The bolts.", examples=[""])
+    density: UncertainDensity | None = optional("Mass density of the parts.", '"7850 kg/m^3"')
+    bolts: BoltsPart = required("The bolts.")
     patches: Annotated[
         tuple[Annotated[int, whole("a whole number from 1 to 100", 1, 100)], ...],
         array("[15, 2]", 2, min_items=2),
-    ] = Field(default=(15, 2), description="Contact patches along and across the lap.")
-    element_size: PlainSize | None = Field(
-        default=None,
-        description="Size of the finite elements in the lap; a 24th of the lap or a quarter of the "
+    ] = optional("Contact patches along and across the lap.", default=(15, 2))
+    element_size: PlainSize | None = optional(
+        "Size of the finite elements in the lap; a 24th of the lap or a quarter of the "
         "width, what is less, unless given.",
-        examples=['"5 mm"'],
+        '"5 mm"',
     )
-    form: FormPart | None = Field(default=None, description="Form of the faces; flat unless given.")
+    form: FormPart | None = optional("Form of the faces; flat unless given.")
     modes: Annotated[
         tuple[Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)], ...],
         array("[1, 3]", MOST_MODES),
         AfterValidator(different),
-    ] = Field(default=(1,), description="Elastic modes, counted from 1.")
-    amplitude: AmplitudeRange | None = Field(
-        default=None,
-        description="Amplitudes at the sensor; from 1e-7 to 5e-5 of the length unless given.",
+    ] = optional("Elastic modes, counted from 1.", default=(1,))
+    amplitude: AmplitudeRange | None = optional(
+        "Amplitudes at the sensor; from 1e-7 to 5e-5 of the length unless given."
     )
-    sensor: SensorPart | None = Field(
-        default=None,
-        description="Where amplitudes are meant; the right end unless given, and required with a "
-        "mesh.",
-        examples=['{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }'],
+    sensor: SensorPart | None = optional(
+        "Where amplitudes are meant; the right end unless given, and required with a mesh.",
+        '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
     )
-    base_damping_ratio: ViscousRatio = Field(
-        default=0.0,
-        description="Damping of all but the joint, which is added: an input, no result.",
-        examples=["0.0005"],
+    base_damping_ratio: ViscousRatio = optional(
+        "Damping of all but the joint, which is added: an input, no result.", "0.0005", default=0.0
     )
     samples: Annotated[
         int, whole(f"a whole number from 8 to {MOST_SAMPLES}, such as 64", 8, MOST_SAMPLES)
-    ] = Field(default=64, description="Samples for the bands, where something is given as a range.")
-    converge: YesOrNo = Field(
-        default=False,
-        description="Whether patches are refined where energy is lost, and what finer patches, "
+    ] = optional("Samples for the bands, where something is given as a range.", default=64)
+    converge: YesOrNo = optional(
+        "Whether patches are refined where energy is lost, and what finer patches, "
         "elements, more kept modes and harmonics would change is told; some minutes.",
+        default=False,
     )
-    measured: Tests = Field(
+    measured: Tests = optional(
+        "A test, or several of them as [[structure.measured]], drawn over the prediction.",
         default=(),
-        description="A test, or several of them as [[structure.measured]], drawn over the "
-        "prediction.",
     )
 
     @model_validator(mode="after")

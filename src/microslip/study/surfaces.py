@@ -39,7 +39,7 @@ from microslip.study.fields import (
 )
 from microslip.study.heights import HEIGHTS_TABLES, AnyHeights, GivenHeights, ScipyHeights
 from microslip.study.parametric import Described, table_of
-from microslip.study.part import KeyedError, Part, as_key
+from microslip.study.part import KeyedError, Part, as_key, optional, required
 from microslip.study.scanned_surface import ScanSurface
 
 __all__ = [
@@ -64,13 +64,11 @@ __all__ = [
 class Elastic(Part):
     """An elastic material [Pa, –, Pa]; its hardness only serves warnings."""
 
-    rigid: Literal[False] = Field(default=False, description="Whether the body does not deform.")
-    young_modulus: Modulus = Field(description="Young's modulus E.", examples=['"69 GPa"'])
-    poisson_ratio: PoissonRatio = Field(description="Poisson's ratio.", examples=["0.33"])
-    hardness: Hardness | None = Field(
-        default=None,
-        description="Indentation hardness; it changes no result, it adds the plasticity index.",
-        examples=['"1.2 GPa"'],
+    rigid: Literal[False] = optional("Whether the body does not deform.", default=False)
+    young_modulus: Modulus = required("Young's modulus E.", '"69 GPa"')
+    poisson_ratio: PoissonRatio = required("Poisson's ratio.", "0.33")
+    hardness: Hardness | None = optional(
+        "Indentation hardness; it changes no result, it adds the plasticity index.", '"1.2 GPa"'
     )
 
     def build(self) -> Material:
@@ -81,7 +79,7 @@ class Elastic(Part):
 class Rigid(Part):
     """A body that does not deform."""
 
-    rigid: Literal[True] = Field(description="A body that does not deform; it has no other key.")
+    rigid: Literal[True] = required("A body that does not deform; it has no other key.")
 
     def build(self) -> Material:
         """The material."""
@@ -92,9 +90,9 @@ class Surface(Part):
     """Two bodies and how they touch."""
 
     law: str
-    materials: TwoNames = Field(
-        description="Names of the two bodies: materials of this file or metals of the table.",
-        examples=['["steel", "steel"]'],
+    materials: TwoNames = required(
+        "Names of the two bodies: materials of this file or metals of the table.",
+        '["steel", "steel"]',
     )
 
 
@@ -113,14 +111,12 @@ class DescribedSurface(Described, Surface):
 class PopulationSurface(Surface):
     """A finite set of summits; one radius for all or one for each [m]."""
 
-    law: Literal["population"] = Field(description="Given summits.")
-    heights: Annotated[GivenHeights, Field(discriminator="kind")] = Field(
-        description="Heights of the summits.",
-        examples=['{ kind = "values", values = ["0.4 um", "0.7 um"] }'],
+    law: Literal["population"] = required("Given summits.")
+    heights: Annotated[GivenHeights, Field(discriminator="kind")] = required(
+        "Heights of the summits.", '{ kind = "values", values = ["0.4 um", "0.7 um"] }'
     )
-    radius: Radii = Field(
-        description="One radius, one for each height, or a column of a CSV file.",
-        examples=['"1 mm"'],
+    radius: Radii = required(
+        "One radius, one for each height, or a column of a CSV file.", '"1 mm"'
     )
 
     @model_validator(mode="after")
@@ -142,19 +138,16 @@ class PopulationSurface(Surface):
 class TableSurface(Surface):
     """A measured or computed normal law: separations [m], their loads [N], how it goes on."""
 
-    law: Literal["table"] = Field(description="A measured or computed normal law.")
-    separation: Separations = Field(
-        description="Separations, rising: a list or a column of a CSV file.",
-        examples=['["0 um", "1 um", "2 um"]'],
+    law: Literal["table"] = required("A measured or computed normal law.")
+    separation: Separations = required(
+        "Separations, rising: a list or a column of a CSV file.", '["0 um", "1 um", "2 um"]'
     )
-    load: TabulatedLoads = Field(
-        description="Loads at these, falling and convex: a list or a column of a CSV file.",
-        examples=['["2 kN", "0.5 kN", "0 N"]'],
+    load: TabulatedLoads = required(
+        "Loads at these, falling and convex: a list or a column of a CSV file.",
+        '["2 kN", "0.5 kN", "0 N"]',
     )
-    tail: Annotated[Literal["exponential"], one_of("exponential")] | None = Field(
-        default=None,
-        description="How the law goes on where its last load is not zero.",
-        examples=['"exponential"'],
+    tail: Annotated[Literal["exponential"], one_of("exponential")] | None = optional(
+        "How the law goes on where its last load is not zero.", '"exponential"'
     )
 
     @model_validator(mode="after")
@@ -209,36 +202,26 @@ class TableSurface(Surface):
 class SpectralSurface(Surface):
     """A surface by its power spectrum, pressed on a half space, by Persson's theory."""
 
-    law: Literal["persson"] = Field(description="A power spectrum, by Persson's theory.")
-    wavenumber: Wavenumbers | None = Field(
-        default=None,
-        description="Wavenumbers 2 pi/wavelength, rising: a list or a column, as spectrum.csv of "
+    law: Literal["persson"] = required("A power spectrum, by Persson's theory.")
+    wavenumber: Wavenumbers | None = optional(
+        "Wavenumbers 2 pi/wavelength, rising: a list or a column, as spectrum.csv of "
         "`microslip surface` has it.",
-        examples=['["10 1/mm", "100 1/mm", "1000 1/mm"]'],
+        '["10 1/mm", "100 1/mm", "1000 1/mm"]',
     )
-    spectrum: SpectralDensities | None = Field(
-        default=None,
-        description="Power spectral densities C(q) of the heights there: a list or a column.",
-        examples=['["10 um^4", "2 um^4", "0.003 um^4"]'],
+    spectrum: SpectralDensities | None = optional(
+        "Power spectral densities C(q) of the heights there: a list or a column.",
+        '["10 um^4", "2 um^4", "0.003 um^4"]',
     )
-    rms: Roughness | None = Field(
-        default=None,
-        description="Rms height of a self-affine surface, in place of a spectrum.",
-        examples=['"0.5 um"'],
+    rms: Roughness | None = optional(
+        "Rms height of a self-affine surface, in place of a spectrum.", '"0.5 um"'
     )
-    hurst: Share | None = Field(default=None, description="Its Hurst exponent.", examples=["0.8"])
-    longest: Roughness | None = Field(
-        default=None, description="Its longest wave.", examples=['"2 mm"']
+    hurst: Share | None = optional("Its Hurst exponent.", "0.8")
+    longest: Roughness | None = optional("Its longest wave.", '"2 mm"')
+    roll_off: Roughness | None = optional(
+        "Wavelength below which its spectrum falls; the longest if absent.", '"0.5 mm"'
     )
-    roll_off: Roughness | None = Field(
-        default=None,
-        description="Wavelength below which its spectrum falls; the longest if absent.",
-        examples=['"0.5 mm"'],
-    )
-    shortest: Roughness | None = Field(
-        default=None, description="Its shortest wave, which decides the slope.", examples=['"5 um"']
-    )
-    area: Area = Field(description="Apparent area.", examples=['"2 cm^2"'])
+    shortest: Roughness | None = optional("Its shortest wave, which decides the slope.", '"5 um"')
+    area: Area = required("Apparent area.", '"2 cm^2"')
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:

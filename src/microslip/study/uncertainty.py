@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import AfterValidator, PrivateAttr, ValidationInfo, model_validator
 
 from microslip._core.checks import Floats
 from microslip.study.columns import FileName
 from microslip.study.fields import Line, YesOrNo, array, different, number, one_of, whole
-from microslip.study.part import KeyedError, Part, Reading
+from microslip.study.part import KeyedError, Part, Reading, optional, required
 
 MOST_SAMPLES = 65_536
 GROUPS = 8
@@ -31,12 +31,10 @@ _CORRELATION = number(
 class CorrelationPart(Part):
     """How two uncertain numbers go together: the correlation of their normal scores."""
 
-    between: Annotated[tuple[Line, ...], array('["surface.radius", "surface.density"]', 2)] = Field(
-        description="Keys of the two.", examples=['["surface.radius", "surface.density"]']
+    between: Annotated[tuple[Line, ...], array('["surface.radius", "surface.density"]', 2)] = (
+        required("Keys of the two.", '["surface.radius", "surface.density"]')
     )
-    value: Annotated[float, _CORRELATION] = Field(
-        description="Correlation of their normal scores.", examples=["-0.5"]
-    )
+    value: Annotated[float, _CORRELATION] = required("Correlation of their normal scores.", "-0.5")
 
 
 class UncertaintyPart(Part):
@@ -44,43 +42,41 @@ class UncertaintyPart(Part):
 
     samples: Annotated[
         int, whole(f"a whole number from 64 to {MOST_SAMPLES}, such as 512", 64, MOST_SAMPLES)
-    ] = Field(default=512, description="Points, rounded up to eight times a power of two.")
-    seed: Annotated[int, whole("a whole number of at least 0", 0, 2**32 - 1)] = Field(
-        default=0, description="Of the scrambling: the same seed gives the same bytes."
+    ] = optional("Points, rounded up to eight times a power of two.", default=512)
+    seed: Annotated[int, whole("a whole number of at least 0", 0, 2**32 - 1)] = optional(
+        "Of the scrambling: the same seed gives the same bytes.", default=0
     )
     quantiles: Annotated[
         tuple[Annotated[float, _SHARE], ...],
         array("[0.05, 0.5, 0.95]", 9),
         AfterValidator(different),
         AfterValidator(lambda given: tuple(sorted(given))),
-    ] = Field(default=(0.05, 0.5, 0.95), description="Shares that lie below the bands.")
-    method: Annotated[Literal["sobol", "random"], one_of("sobol", "random")] = Field(
-        default="sobol", description="Scrambled Sobol' points, or independent ones."
+    ] = optional("Shares that lie below the bands.", default=(0.05, 0.5, 0.95))
+    method: Annotated[Literal["sobol", "random"], one_of("sobol", "random")] = optional(
+        "Scrambled Sobol' points, or independent ones.", default="sobol"
     )
-    indices: YesOrNo = Field(
-        default=False, description="Whether Sobol' indices are computed, too; they cost as much."
+    indices: YesOrNo = optional(
+        "Whether Sobol' indices are computed, too; they cost as much.", default=False
     )
     correlations: Annotated[
         tuple[CorrelationPart, ...],
         array('[{ between = ["surface.radius", "surface.density"], value = -0.5 }]', 100),
-    ] = Field(default=(), description="Which of the uncertain numbers go together.")
+    ] = optional("Which of the uncertain numbers go together.", default=())
     scan_patches: (
         Annotated[
             tuple[Annotated[int, whole("a whole number from 1 to 30", 1, 30)], ...],
             array("[3, 3]", 2),
         ]
         | None
-    ) = Field(
-        default=None,
-        description="Patches of a scanned surface, across and down, that are drawn anew together: "
+    ) = optional(
+        "Patches of a scanned surface, across and down, that are drawn anew together: "
         "spread, radius and density of the summits keep their correlation.",
-        examples=["[3, 3]"],
+        "[3, 3]",
     )
-    identification: FileName | None = Field(
-        default=None,
-        description="Folder that microslip identify wrote: friction, spread of the heights and "
+    identification: FileName | None = optional(
+        "Folder that microslip identify wrote: friction, spread of the heights and "
         "density scatter as its covariance says.",
-        examples=['"records-identified"'],
+        '"records-identified"',
     )
     _fit: dict[str, object] = PrivateAttr(default_factory=dict)
 

@@ -277,14 +277,7 @@ class Option:
 
     def _item_schema(self) -> JsonSchema:
         if isinstance(self.kind, Kind):
-            signs = r"\+?" if self.sign == "positive" else "[+\N{MINUS SIGN}-]?"
-            quantity = {
-                "type": "string",
-                "pattern": rf"^\s*{signs}{NUMBER_PATTERN}\s*{UNIT_PATTERN}$",
-                "description": f"{self.kind.with_article.capitalize()} with its unit, such as "
-                f'"{self.example}".',
-                "examples": [self.example],
-            }
+            quantity = quantity_schema(self.kind, self.example, self.sign)
             return {"anyOf": [{"type": "number"}, quantity]} if self.bare else quantity
         if self.choices:
             return {"type": "string", "enum": list(self.choices)}
@@ -298,6 +291,17 @@ class Option:
         if self.kind is str:
             return {**schema, "minLength": 1, "maxLength": 1000}
         return {**schema, **{key: limit for key, limit in limits.items() if limit is not None}}
+
+
+def quantity_schema(kind: Kind, example: str, sign: Sign, unit: str = UNIT_PATTERN) -> JsonSchema:
+    """JSON Schema of text with a unit."""
+    signs = r"\+?" if sign == "positive" else "[+\N{MINUS SIGN}-]?"
+    return {
+        "type": "string",
+        "pattern": rf"^\s*{signs}{NUMBER_PATTERN}\s*{unit}$",
+        "description": f'{kind.with_article.capitalize()} with its unit, such as "{example}".',
+        "examples": [example],
+    }
 
 
 def _is_number(raw_value: object) -> bool:

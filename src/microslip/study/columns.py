@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from decimal import Decimal
-from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import GetCoreSchemaHandler, ValidationInfo
@@ -66,10 +65,8 @@ class Column(Part):
 
     def read(self, kind: Kind, sign: Sign, info: ValidationInfo, key: str) -> SiValues:
         """Values of the column."""
-        reading = info.context if isinstance(info.context, Reading) else Reading()
-        name = shorten(self.file, 100)
-        path = Path(self.file)
-        here = (reading.folder or Path()) / path
+        reading, name = Reading.of(info), shorten(self.file, 100)
+        here = reading.path(self.file)
         try:
             with usable(here, "a CSV file"):
                 file = open_text(here, MAX_BYTES)
@@ -78,10 +75,7 @@ class Column(Part):
             factor = factor_of(unit, kind, "") if kind.unit else _share(unit)
             values = _values(file, column.place, factor, sign, kind)
         except ValueError as error:
-            message = str(error)
-            if reading.folder and not path.is_absolute():
-                message = message.replace("no such file", "no such file in the folder of the study")
-            raise ValueError(f"{name}: {message}") from None
+            raise ValueError(f"{name}: {reading.message(str(error), self.file)}") from None
         reading.notes.append(
             f'{key}: {len(values)} values from {name}, column "{shorten(column.heading, 60)}", '
             f"unit {unit}."

@@ -24,7 +24,7 @@ from microslip._core.wording import shorten
 from microslip.errors import InputError
 from microslip.scans.options import PERSSON, PROCESS, PROCESSES, RA, RQ, RSM, RZ
 from microslip.study.fields import Area, Density, Radius, Roughness, TwoNames, array, number, one_of
-from microslip.study.part import KeyedError, Part, as_key, optional, required
+from microslip.study.part import KeyedError, Part, keyed, optional, required
 from microslip.study.scanned_surface import ScanName, ScanSurface
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class DrawnFace(Part):
     breadth: (
         Annotated[
             float,
-            number("a number of at least 1.5 such as 10", lambda v: v >= 1.5, {"minimum": 1.5}),
+            number("a number of at least 1.5 such as 10", minimum=1.5),
         ]
         | None
     ) = optional("Nayak's alpha, the breadth of the spectrum; 10 between 2 and 50 if absent.", "10")
@@ -86,9 +86,7 @@ class DrawnFace(Part):
         try:
             _ = self.finish
         except InputError as error:
-            parts = error.parts[1:] if error.argument else error.parts
-            message = InputError(*parts).said(as_key).strip()
-            raise KeyedError(f".{error.argument or 'ra'}", message) from None
+            raise keyed(error, "", "ra") from None
         return self
 
     @property

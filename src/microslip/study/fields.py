@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import operator
 import re
-from collections.abc import Callable
 from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator
 
+from microslip._core.options import quantity_schema
 from microslip._core.units import (
     ANGLE,
     AREA,
@@ -31,25 +32,17 @@ from microslip.study.uncertain import Uncertain
 MAX_ITEMS = 1000
 MAX_VALUES = 1_000_000
 
-_NUMBER = r"(\d[\d_]*(\.\d*)?|\.\d+)([eE][+-]?\d+)?"
-_UNIT = r"(1 ?/|/)?[^\s\d.,+-][^,]*"
+_ANGLES = r"(deg|degrees?|°|rad|radians?|mrad)"
 
 T = TypeVar("T")
 
 
 def quantity(kind: Kind, example: str, sign: Sign = "positive") -> Check:
     """Text with a unit, such as `example`, into an SI float."""
-
-    def describe(_: JsonSchema) -> JsonSchema:
-        signs = r"\+?" if sign == "positive" else "[+\N{MINUS SIGN}-]?"
-        return {
-            "type": "string",
-            "pattern": rf"^\s*{signs}{_NUMBER}\s*{_UNIT}$",
-            "description": f'{kind.with_article.capitalize()} with its unit, such as "{example}".',
-            "examples": [example],
-        }
-
-    return Check(lambda raw_value: to_si(raw_value, kind, example, sign), describe)
+    return Check(
+        lambda raw_value: to_si(raw_value, kind, example, sign),
+        lambda _: quantity_schema(kind, example, sign),
+    )
 
 
 def angle(example: str) -> Check:
@@ -59,22 +52,13 @@ def angle(example: str) -> Check:
         value = to_si(raw_value, ANGLE, example, "any")
         message = f'wanted an angle such as "{example}", got {show(raw_value)}'
         # pint takes percent and other plain numbers for angles as well.
-        if not re.search(r"(deg|degrees?|°|rad|radians?|mrad)\s*$", str(raw_value)):
+        if not re.search(rf"{_ANGLES}\s*$", str(raw_value)):
             raise ValueError(f"{message} (wanted in deg or rad)")
         if abs(value) > 2.0 * math.pi:
             raise ValueError(f"{message} (more than a turn)")
         return value
 
-    def describe(_: JsonSchema) -> JsonSchema:
-        sign = "[+\N{MINUS SIGN}-]?"
-        return {
-            "type": "string",
-            "pattern": rf"^\s*{sign}{_NUMBER}\s*(deg|degrees?|°|rad|radians?|mrad)\s*$",
-            "description": f'An angle with its unit, such as "{example}".',
-            "examples": [example],
-        }
-
-    return Check(check, describe)
+    return Check(check, lambda _: quantity_schema(ANGLE, example, "any", rf"{_ANGLES}\s*"))
 
 
 def array(
@@ -117,8 +101,14 @@ def different(items: tuple[T, ...]) -> tuple[T, ...]:
     return items
 
 
-def number(description: str, inside: Callable[[float], bool], bounds: JsonSchema) -> Check:
-    """A finite plain number that is `inside`; `bounds` says so to an editor."""
+_BOUNDS = {
+    "minimum": operator.ge, "maximum": operator.le,
+    "exclusiveMinimum": operator.gt, "exclusiveMaximum": operator.lt,
+}  # fmt: skip
+
+
+def number(description: str, **bounds: float) -> Check:
+    """A finite plain number within bounds, by their names in JSON Schema."""
 
     def check(raw_value: object) -> float:
         if isinstance(raw_value, (int, float)) and not isinstance(raw_value, bool):
@@ -126,7 +116,7 @@ def number(description: str, inside: Callable[[float], bool], bounds: JsonSchema
                 value = float(raw_value)
             except OverflowError:
                 value = math.inf
-            if math.isfinite(value) and inside(value):
+            if math.isfinite(value) and all(_BOUNDS[n](value, x) for n, x in bounds.items()):
                 return value
         raise ValueError(f"wanted {description}, got {show(raw_value)}")
 
@@ -203,41 +193,24 @@ Hardness = Annotated[float, quantity(HARDNESS, "1.2 GPa"), Uncertain('"1.2 GPa"'
 YieldStress = Annotated[float, quantity(PRESSURE, "355 MPa"), Uncertain('"355 MPa"')]
 PoissonRatio = Annotated[
     float,
-    number(
-        "a number above -1 and at most 0.5",
-        lambda value: -1.0 < value <= 0.5,
-        {"exclusiveMinimum": -1, "maximum": 0.5},
-    ),
+    number("a number above -1 and at most 0.5", exclusiveMinimum=-1, maximum=0.5),
     Uncertain("0.33"),
 ]
 Friction = Annotated[
-    float,
-    number(
-        "a positive number such as 0.55",
-        lambda value: 0.0 < value <= 1e6,
-        {"exclusiveMinimum": 0, "maximum": 1e6},
-    ),
+    float, number("a positive number such as 0.55", exclusiveMinimum=0, maximum=1e6)
 ]
 UncertainFriction = Annotated[Friction, Uncertain("0.55")]
 ViscousRatio = Annotated[
     float,
-    number(
-        "a number from 0 to below 1 such as 0.01",
-        lambda value: 0.0 <= value < 1.0,
-        {"minimum": 0, "exclusiveMaximum": 1},
-    ),
+    number("a number from 0 to below 1 such as 0.01", minimum=0, exclusiveMaximum=1),
     Uncertain("0.01"),
 ]
 Share = Annotated[
     float,
-    number(
-        "a number above 0 and at most 1 such as 0.2",
-        lambda value: 0.0 < value <= 1.0,
-        {"exclusiveMinimum": 0, "maximum": 1},
-    ),
+    number("a number above 0 and at most 1 such as 0.2", exclusiveMinimum=0, maximum=1),
 ]
 LoadShare = Annotated[Share, Uncertain("0.2")]
-ShapeParameter = Annotated[float, number("a finite number", lambda value: True, {})]
+ShapeParameter = Annotated[float, number("a finite number")]
 
 Roughness = Annotated[float, quantity(LENGTH, "0.5 um"), Uncertain('"0.5 um"')]
 Height = Annotated[float, quantity(LENGTH, "0.5 um", "any")]

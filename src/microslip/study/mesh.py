@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self, cast
 
 import numpy as np
@@ -30,7 +29,7 @@ _ANY = Material(1.0, 0.0)  # stands for a body's own, which other tables of the 
 MeshName = Annotated[str, text('the name of a mesh such as "beam.msh"')]
 Names = Annotated[tuple[Line, ...], array('["left", "right"]', _MOST), AfterValidator(different)]
 Pair = Annotated[tuple[Line, Line], array('["left face", "right face"]', 2, min_items=2)]
-Coordinate = Annotated[float, number("a finite number such as 1.0", lambda value: True, {})]
+Coordinate = Annotated[float, number("a finite number such as 1.0")]
 
 
 class MeshPart(Part):
@@ -94,14 +93,14 @@ class MeshPart(Part):
                     f"wanted one a body, {len(self.bodies)} of them, got {len(values)}",
                 )
         refusal = f'wanted a unit such as "mm", got {show(self.unit)}'
-        reading = info.context if isinstance(info.context, Reading) else Reading()
+        reading = Reading.of(info)
         try:
             scale = factor_of(self.unit, LENGTH, refusal)
         except ValueError as error:
             raise KeyedError(f"{KEY}.unit", str(error)) from None
         try:
             self._joint = MeshedJoint.read(
-                (reading.folder or Path()) / self.file,
+                reading.path(self.file),
                 bodies=dict.fromkeys(self.bodies, (_ANY, 1.0)),
                 contacts=self.contacts,
                 bolts=dict.fromkeys(self.bolts, 1.0),

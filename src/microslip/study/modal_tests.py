@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
@@ -74,8 +73,8 @@ class MeasuredPart(Part):
         from microslip.structures import ModalTest
         from microslip.structures.modal_test_files import modal_kind
 
-        reading = info.context if isinstance(info.context, Reading) else Reading()
-        path = (reading.folder or Path()) / self.file
+        reading = Reading.of(info)
+        path = reading.path(self.file)
         named = {"amplitude", "frequency", "damping_ratio"} & self.model_fields_set
         kind = modal_kind(path)
         if self.band is not None or kind in ("ring-down", "stepped sine") or (kind and not named):

@@ -20,7 +20,7 @@ from microslip._core.units import ANGLE, AREA, DENSITY, FORCE, LENGTH, PRESSURE,
 from microslip.errors import InputError
 from microslip.study.columns import FromFile
 from microslip.study.fields import MAX_VALUES, PER_LENGTH, array, quantity
-from microslip.study.part import KeyedError, Part, as_key, key
+from microslip.study.part import Part, as_key, key, keyed
 from microslip.study.uncertain import Uncertain
 
 _KINDS = {
@@ -106,9 +106,8 @@ class DescribedAlone(Described):
         try:
             self.build()
         except InputError as error:
-            parts, name = error.parts, error.argument
-            if name in type(self).model_fields:
-                raise KeyedError(f".{name}", InputError(*parts[1:]).said(as_key).strip()) from None
+            if error.argument in type(self).model_fields:
+                raise keyed(error, "") from None
             raise ValueError(error.said(as_key)) from None
         return self
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
 from microslip._core.options import Option
-from microslip.errors import Argument, in_python
+from microslip.errors import Argument, InputError, in_python
 
 JsonSchema = dict[str, Any]
 
@@ -36,6 +36,21 @@ class Reading:
 
     folder: Path | None = None
     notes: list[str] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, info: ValidationInfo) -> Reading:
+        """The context of a validator, or an empty one."""
+        return info.context if isinstance(info.context, cls) else cls()
+
+    def path(self, name: str) -> Path:
+        """A file that the study names."""
+        return (self.folder or Path()) / name
+
+    def message(self, error: str, name: str) -> str:
+        """What is wrong with a file, saying where it was looked for."""
+        if self.folder is None or Path(name).is_absolute():
+            return error
+        return error.replace("no such file", "no such file in the folder of the study")
 
 
 class Check(NamedTuple):
@@ -90,6 +105,13 @@ def as_key(argument: Argument) -> str:
     if not argument.has_value:
         return argument.name
     return f"{argument.name} = {_as_toml(argument.value)}"
+
+
+def keyed(error: InputError, table: str, otherwise: str = "") -> KeyedError:
+    """An error of the physics at the key of its argument, or at another key of the table."""
+    parts = error.parts[1:] if error.argument else error.parts
+    key = f"{table}.{error.argument or otherwise}".removesuffix(".")
+    return KeyedError(key, InputError(*parts).said(as_key).strip())
 
 
 def _as_toml(value: object) -> str:

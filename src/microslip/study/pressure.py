@@ -24,7 +24,7 @@ from microslip.study.fields import (
     quantity,
     whole,
 )
-from microslip.study.part import KeyedError, Part, as_key, optional, required
+from microslip.study.part import KeyedError, Part, keyed, optional, required
 from microslip.study.uncertain import Uncertain
 
 Length = Annotated[float, quantity(LENGTH, "12 mm"), Uncertain('"12 mm"')]
@@ -67,14 +67,8 @@ class PressurePart(Part):
         try:
             self.spread()
         except InputError as error:
-            raise _keyed(error) from None
+            raise keyed(error, "joint.pressure") from None
         return self
-
-
-def _keyed(error: InputError) -> KeyedError:
-    parts = error.parts[1:] if error.argument else error.parts
-    name = f".{error.argument}" if error.argument else ""
-    return KeyedError(f"joint.pressure{name}", InputError(*parts).said(as_key).strip())
 
 
 class _Round(PressurePart):
@@ -189,7 +183,7 @@ class BoltPressure(PressurePart):
             try:
                 self._tension()
             except InputError as error:
-                raise _keyed(error) from None
+                raise keyed(error, "joint.pressure") from None
         return self
 
     def _tension(self) -> float:

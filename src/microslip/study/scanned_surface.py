@@ -109,9 +109,8 @@ class ScanSurface(Part):
     def _read(self, info: ValidationInfo) -> Self:
         from microslip.scans import Scan
 
-        reading = info.context if isinstance(info.context, Reading) else Reading()
-        name, path = shorten(self.scan, 100), Path(self.scan)
-        here = (reading.folder or Path()) / path
+        reading, name = Reading.of(info), shorten(self.scan, 100)
+        here = reading.path(self.scan)
         try:
             self._scan = Scan.read(
                 here,
@@ -125,8 +124,8 @@ class ScanSurface(Part):
         except InputError as error:
             message = " ".join(error.said(as_key).split()).replace(str(here), name)
             message = message if message.startswith(name) else f"{name}: {message}"
-            if not here.exists() and reading.folder and not path.is_absolute():
-                message = message.replace("no such file", "no such file in the folder of the study")
+            if not here.exists():
+                message = reading.message(message, self.scan)
             raise KeyedError("surface.scan", message) from None
         notes = " ".join(said(note, as_key) for note in self._scan.notes)
         reading.notes.append(f"surface.scan: {notes}")

@@ -46,7 +46,7 @@ Torque = Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')]
 UncertainDensity = Annotated[
     float, quantity(MASS_DENSITY, "7850 kg/m^3"), Uncertain('"7850 kg/m^3"')
 ]
-_FACTOR = number("a finite number such as 1.0", lambda value: True, {})
+_FACTOR = number("a finite number such as 1.0")
 
 
 class BoltsPart(Part):

@@ -39,7 +39,7 @@ from microslip.study.fields import (
 )
 from microslip.study.heights import HEIGHTS_TABLES, AnyHeights, GivenHeights, ScipyHeights
 from microslip.study.parametric import Described, table_of
-from microslip.study.part import KeyedError, Part, as_key, optional, required
+from microslip.study.part import KeyedError, Part, keyed, optional, required
 from microslip.study.scanned_surface import ScanSurface
 
 __all__ = [
@@ -246,9 +246,7 @@ class SpectralSurface(Surface):
         try:
             self._curve(MaterialPair(Material(1e9, 0.3), Material.rigid()))
         except InputError as error:
-            parts = error.parts[1:] if error.argument else error.parts
-            message = InputError(*parts).said(as_key).strip()
-            raise KeyedError(f"surface.{error.argument or needed[-1]}", message) from None
+            raise keyed(error, "surface", needed[-1]) from None
         return self
 
     def _curve(self, pair: MaterialPair) -> PerssonCurve:

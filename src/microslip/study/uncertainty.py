@@ -18,13 +18,13 @@ GROUPS = 8
 
 _SHARE = number(
     "a number above 0 and below 1 such as 0.05",
-    lambda value: 0.0 < value < 1.0,
-    {"exclusiveMinimum": 0, "exclusiveMaximum": 1},
+    exclusiveMinimum=0,
+    exclusiveMaximum=1,
 )
 _CORRELATION = number(
     "a number above -1 and below 1 such as -0.5",
-    lambda value: -1.0 < value < 1.0,
-    {"exclusiveMinimum": -1, "exclusiveMaximum": 1},
+    exclusiveMinimum=-1,
+    exclusiveMaximum=1,
 )
 
 
@@ -83,9 +83,8 @@ class UncertaintyPart(Part):
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
         if self.identification is not None:
-            reading = info.context if isinstance(info.context, Reading) else Reading()
             try:
-                self._fit = read_fit(reading, self.identification)
+                self._fit = read_fit(Reading.of(info), self.identification)
             except (OSError, ValueError, KeyError, TypeError) as error:
                 reason = str(error) if isinstance(error, ValueError) else "no result of identify"
                 raise KeyedError(
@@ -127,9 +126,8 @@ _FITTED = ("friction_coefficient", "slip_scale", "standardised_separation")
 def read_fit(reading: Reading, folder: str) -> dict[str, object]:
     """Names, values and covariance of an identified interface, from the summary of its folder."""
     import json
-    from pathlib import Path
 
-    path = (reading.folder or Path()) / folder / "summary.json"
+    path = reading.path(folder) / "summary.json"
     if not path.exists():
         raise ValueError("no such folder of an identification (it has no summary.json)")
     data = json.loads(path.read_text(encoding="utf-8"))

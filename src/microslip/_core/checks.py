@@ -86,7 +86,7 @@ def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool 
         ) from None
     if array.size == 0:
         raise InputError(Argument(name), " must hold at least one number, got an empty array")
-    # A sum is quick and finite unless something is not; only then look closer.
+    # a sum is quick and finite unless something is not; only then look closer.
     with np.errstate(all="ignore"):
         total = float(np.add.reduce(array, axis=None))
     if not math.isfinite(total):

@@ -28,65 +28,30 @@ _JSON_TYPES = {str: "string", float: "number", int: "integer", bool: "boolean"}
 
 @dataclass(frozen=True)
 class Option:
-    """One option, wherever it is given.
+    """One option, wherever it is given."""
 
-    Parameters
-    ----------
-    name : str
-        Keyword in Python and key in a study.
-    help : str
-        What it is, in a sentence with its point.
-    kind : Kind or type, optional
-        A kind of quantity, which edges write with its unit; else float, int, bool or str.
-    label : str, optional
-        What stands for it in tables of a report; by default its name in words.
-    default : object, optional
-        Value where it is not given, in SI units; :data:`REQUIRED` where it has to be.
-    example : str, optional
-        A value as a file or a command line has it, without quotes, such as "10 um".
-    choices : tuple of str, optional
-        The words that it may be.
-    low, high : float, optional
-        Smallest and largest value, both allowed.
-    above, below : float, optional
-        Values between which it lies, neither allowed.
-    sign : {"positive", "any"}, optional
-        Sign of a quantity.
-    none : str, optional
-        Word that stands for None at the edges, such as "none".
-    bare : bool, optional
-        Whether a plain number counts as SI at the edges.
-    most : int, optional
-        How many values it may have; those of more than one are tuples.
-    least : int, optional
-        How many values it must have, where it may have several.
-    flag : str, optional
-        Name on the command line without dashes, where it is another one.
-    metavar : str, optional
-        What stands for the value in the help of a command.
-    answers_for : tuple of str, optional
-        Other arguments in Python for which a command has this option, so that messages find it.
-    """
-
-    name: str
-    help: str
+    name: str  # keyword in Python and key in a study
+    help: str  # what it is, in a sentence with its point
     kind: Kind | type = str
-    label: str = ""
+    """A kind of quantity, which edges write with its unit; else float, int, bool or str."""
+    label: str = ""  # what stands for it in tables of a report; by default its name in words
     default: Any = None
-    example: str = ""
-    choices: tuple[str, ...] = ()
-    low: float | None = None
+    """Value where it is not given, in SI units; :data:`REQUIRED` where it has to be."""
+    example: str = ""  # a value as a file or a command line has it, without quotes, such as "10 um"
+    choices: tuple[str, ...] = ()  # the words that it may be
+    low: float | None = None  # smallest value, itself allowed, as the largest is
     high: float | None = None
-    above: float | None = None
+    above: float | None = None  # below all values, itself not allowed, as below is
     below: float | None = None
-    sign: Sign = "positive"
-    none: str = ""
-    bare: bool = False
-    most: int = 1
-    least: int = 1
-    flag: str = ""
-    metavar: str = ""
+    sign: Sign = "positive"  # sign of a quantity
+    none: str = ""  # word that stands for None at the edges, such as "none"
+    bare: bool = False  # whether a plain number counts as SI at the edges
+    most: int = 1  # how many values it may have; those of more than one are tuples
+    least: int = 1  # how many values it must have, where it may have several
+    flag: str = ""  # name on the command line without dashes, where it is another one
+    metavar: str = ""  # what stands for the value in the help of a command
     answers_for: tuple[str, ...] = field(default=())
+    """Other arguments in Python for which a command has this option, so that messages find it."""
 
     @property
     def required(self) -> bool:

@@ -30,55 +30,30 @@ _SEARCHED = {"N": (1e-12, 1e12), "N/m": (1e-6, 1e15), "m": (1e-13, 1e-1)}
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of a law, of heights or of a surface.
+    """One number of a law, of heights or of a surface."""
 
-    Parameters
-    ----------
-    name : str
-        Its name, as the class writes it.
-    symbol : str, optional
-        Its sign in formulas and tables, such as "k".
-    unit : str, optional
-        Its SI unit, "" for none.
-    meaning : str, optional
-        What it is, in a few words that begin small.
-    above, least, most, below : float, optional
-        What it may be: more than ``above``, at least ``least``, at most ``most``, less than
-        ``below``.
-    search : tuple of float, optional
-        Between which values a fit looks; without it all that is allowed.
-    log : bool, optional
-        Whether it is fitted as its logarithm; without it, whether zero lies below all it may be.
-    beyond : bool, optional
-        Whether joints go on beyond ``search``, which only says how far is searched.
-    natural : bool, optional
-        Whether its lower end is a value that joints have, so that a fit may well end there.
-    why : str, optional
-        Why it must be above ``above``, for the message.
-    default : float, optional
-        Its value where none is given; None for one that has to be.
-    many : bool, optional
-        Whether it is a list of such numbers.
-    example : float, optional
-        A value in SI for a message that shows how to write one.
-    """
-
-    name: str
-    symbol: str = ""
-    unit: str = ""
-    meaning: str = ""
+    name: str  # its name, as the class writes it
+    symbol: str = ""  # its sign in formulas and tables, such as "k"
+    unit: str = ""  # its SI unit, "" for none
+    meaning: str = ""  # what it is, in a few words that begin small
+    # What it may be: more than ``above``, at least ``least``, at most ``most``, less than
+    # ``below``.
     above: float = -math.inf
     least: float = -math.inf
     most: float = math.inf
     below: float = math.inf
     search: tuple[float, float] | None = None
+    """Between which values a fit looks; without it all that is allowed."""
     log: bool | None = None
+    """Whether it is fitted as its logarithm; without it, whether zero lies below all it may be."""
     beyond: bool = False
+    """Whether joints go on beyond ``search``, which only says how far is searched."""
     natural: bool = False
-    why: str = ""
-    default: float | None = None
-    many: bool = False
-    example: float = 1.0
+    """Whether its lower end is a value that joints have, so that a fit may well end there."""
+    why: str = ""  # why it must be above ``above``, for the message
+    default: float | None = None  # its value where none is given; None for one that has to be
+    many: bool = False  # whether it is a list of such numbers
+    example: float = 1.0  # a value in SI for a message that shows how to write one
 
     @property
     def is_positive(self) -> bool:

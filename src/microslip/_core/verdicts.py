@@ -36,32 +36,17 @@ class Verdict(NamedTuple):
 
 @dataclass(frozen=True)
 class Rule:
-    """How a quantity is judged.
+    """How a quantity is judged."""
 
-    Parameters
-    ----------
-    name : str
-        What is judged.
-    watch, outside : float
-        Where ``ok`` ends and where ``outside`` begins; falling limits (``outside`` below
-        ``watch``) judge what must not be too small.
-    meaning : str
-        The assumption in a sentence.
-    reason : str
-        Evidence for the limits, with its source.
-    remedy : str
-        What to do where it does not hold.
-    missing : str
-        What has to be given before it can be judged.
-    """
-
-    name: str
+    name: str  # what is judged
+    # Where ``ok`` ends and where ``outside`` begins; falling limits (``outside`` below
+    # ``watch``) judge what must not be too small.
     watch: float
     outside: float
-    meaning: str
-    reason: str = ""
-    remedy: str = ""
-    missing: str = ""
+    meaning: str  # the assumption in a sentence
+    reason: str = ""  # evidence for the limits, with its source
+    remedy: str = ""  # what to do where it does not hold
+    missing: str = ""  # what has to be given before it can be judged
 
     def judge(self, value: float | None) -> Verdict:
         """Hold a value to the limits; None or not a number is not judged."""

@@ -140,13 +140,7 @@ class Workspace:
         return upload
 
     def start(self, request: dict[str, Any]) -> Run:
-        """Begin a run that the page asks for.
-
-        Raises
-        ------
-        InputError
-            A command, an option or an upload that there is not; a study that names files.
-        """
+        """Begin a run that the page asks for, unless it names what is not there."""
         kind = request.get("kind")
         if kind not in COMMANDS:
             raise InputError(f"kind must be one of {', '.join(COMMANDS)}, got {kind!r}")
@@ -267,13 +261,7 @@ class Workspace:
 
 
 def check_study(path: Path) -> None:
-    """Refuse a study that names files: no name from a browser is ever opened.
-
-    Raises
-    ------
-    InputError
-        Such a study, or one that is no TOML.
-    """
+    """Refuse a study that names files: no name from a browser is ever opened."""
     try:
         tables: list[Any] = [tomllib.loads(path.read_bytes().decode("utf-8"))]
     except (ValueError, RecursionError) as error:

@@ -21,13 +21,7 @@ _RECORD_OPTIONS = ("displacement", "force", "normal_load", "time", "sample_rate"
 
 
 def look(question: dict[str, Any]) -> dict[str, Any]:
-    """Look into a scan or a record; with a part of it to keep, write that to a file.
-
-    Raises
-    ------
-    InputError
-        A file that cannot be read so.
-    """
+    """Look into a scan or a record; with a part of it to keep, write that to a file."""
     path = Path(question["path"])
     options = {k.replace("-", "_"): v for k, v in (question.get("options") or {}).items() if v}
     if question["what"] == "scan":

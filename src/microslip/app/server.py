@@ -31,13 +31,7 @@ _PICTURE = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
 def build(workspace: Workspace, token: str, port: int) -> App:
-    """The application behind its guard.
-
-    Raises
-    ------
-    InputError
-        Starlette is not installed.
-    """
+    """The application behind its guard."""
     try:
         from starlette.applications import Starlette
         from starlette.requests import ClientDisconnect, Request
@@ -165,13 +159,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
 
 
 async def _table(request: Any) -> dict[str, Any]:
-    """The table that a request holds.
-
-    Raises
-    ------
-    InputError
-        Something else.
-    """
+    """The table that a request holds."""
     try:
         table = json.loads(await request.body())
     except (ValueError, RecursionError):
@@ -195,13 +183,7 @@ def _archive(run: Run) -> bytes:
 
 
 def serve(port: int = 0, open_browser: bool = True, say: Any = print) -> None:
-    """Serve the workbench to this machine until it is interrupted.
-
-    Raises
-    ------
-    InputError
-        uvicorn is not installed; a port that is taken.
-    """
+    """Serve the workbench to this machine until it is interrupted."""
     try:
         import uvicorn
     except ImportError:

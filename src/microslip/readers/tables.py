@@ -43,27 +43,16 @@ class Stated(NamedTuple):
 
 @dataclass(frozen=True)
 class Table:
-    """The columns of one file.
+    """The columns of one file."""
 
-    Parameters
-    ----------
-    kind : str
-        What the file is and how it was understood, for the notes.
-    columns : tuple of Column
-        In the order of the file.
-    load : callable
-        Values of the columns at these places, as fresh arrays.
-    where : callable
-        What a person calls the row of this index, such as "line 12".
-    stated : mapping
-        Numbers that the file states besides, such as "sample_rate" [Hz].
-    """
-
-    kind: str
-    columns: tuple[Column, ...]
+    kind: str  # what the file is and how it was understood, for the notes
+    columns: tuple[Column, ...]  # in the order of the file
     load: Callable[[Sequence[int]], list[Floats]]
+    """Values of the columns at these places, as fresh arrays."""
     where: Callable[[int], str] = lambda row: f"sample {row}"
+    """What a person calls the row of this index, such as "line 12"."""
     stated: Mapping[str, Stated] = field(default_factory=dict)
+    """Numbers that the file states besides, such as "sample_rate" [Hz]."""
 
 
 def refuse_long(columns: Iterable[Column]) -> None:

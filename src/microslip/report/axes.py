@@ -41,26 +41,9 @@ _drawn: WeakKeyDictionary[Axes, tuple[int, float, float]] = WeakKeyDictionary()
 def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "") -> Any:
     """Draw a figure: on a page of its own, or its panels on axes that are there.
 
-    Parameters
-    ----------
-    plot : Plot
-        The figure.
-    ax : matplotlib.axes.Axes or array of them, optional
-        One for each panel. What is laid over an earlier figure takes its units and the next colour.
-    color : str, optional
-        Of what would be black.
-    label : str, optional
-        Name of the first line, for ``ax.legend()``.
-
-    Returns
-    -------
-    matplotlib.axes.Axes or ndarray of Axes
-        Those given, or the new ones; an array where there is more than one panel.
-
-    Raises
-    ------
-    InputError
-        Something else than axes, or too few or too many of them.
+    What is laid over an earlier figure takes its units and the next colour. ``color`` is of what
+    would be black, ``label`` names the first line; see
+    :class:`~microslip.report.plottable.Plottable`.
     """
     panels = plot.panels
     if ax is None:

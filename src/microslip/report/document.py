@@ -23,71 +23,33 @@ Write = Callable[[Any], str]
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table: values in SI, each told with the prefix that suits it.
+    """One column of a table: values in SI, each told with the prefix that suits it."""
 
-    Parameters
-    ----------
-    key : str
-        Name for programs, such as "dissipated_energy".
-    label : str
-        Heading on a page, such as "Energy per cycle".
-    unit : str, optional
-        SI unit of the values; "" for a number without one, None for text.
-    digits : int, optional
-        Significant digits for people; files hold all of them.
-    write : callable, optional
-        How a value is written for people where unit and digits do not say it; see
-        :mod:`microslip.report.cells`.
-    short : str, optional
-        Heading on a terminal; by default the label.
-    brief : bool, optional
-        Whether a terminal shows it.
-    """
-
-    key: str
-    label: str
-    unit: str | None = None
-    digits: int = 4
+    key: str  # name for programs, such as "dissipated_energy"
+    label: str  # heading on a page, such as "Energy per cycle"
+    unit: str | None = None  # SI unit of the values; "" for a number without one, None for text
+    digits: int = 4  # significant digits for people; files hold all of them
+    # How a value is written for people where unit and digits do not say it; see
+    # :mod:`microslip.report.cells`.
     write: Write | None = None
-    short: str = ""
-    brief: bool = True
+    short: str = ""  # heading on a terminal; by default the label
+    brief: bool = True  # whether a terminal shows it
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of plain values under columns; columns of which nothing is known are not shown.
+    """Rows of plain values under columns; columns of which nothing is known are not shown."""
 
-    Parameters
-    ----------
-    title : str
-        What stands above it; a section's only table needs none on a page.
-    columns : tuple of Column
-        Its columns; the first ``keys`` of them say what a row is about.
-    rows : tuple of tuple
-        Plain values in SI, None where something is not known.
-    keys : int, optional
-        How many of the first columns are repeated where a terminal is too narrow.
-    most : int, optional
-        Rows for people, spread evenly with the first and the last; files hold all of them.
-    caption : str, optional
-        A paragraph below it on a page.
-    brief : bool, optional
-        Whether a terminal shows it.
-    noun : str, optional
-        What a row is about, in the plural, where rows are left out.
-    few : tuple of int, optional
-        Places of the rows that a terminal shows, if not all.
-    """
-
-    title: str
-    columns: tuple[Column, ...]
-    rows: tuple[tuple[Value, ...], ...]
-    keys: int = 1
+    title: str  # what stands above it; a section's only table needs none on a page
+    columns: tuple[Column, ...]  # its columns; the first ``keys`` of them say what a row is about
+    rows: tuple[tuple[Value, ...], ...]  # plain values in SI, None where something is not known
+    keys: int = 1  # how many of the first columns are repeated where a terminal is too narrow
     most: int = 60
-    caption: str = ""
-    brief: bool = True
-    noun: str = "rows"
-    few: tuple[int, ...] = ()
+    """Rows for people, spread evenly with the first and the last; files hold all of them."""
+    caption: str = ""  # a paragraph below it on a page
+    brief: bool = True  # whether a terminal shows it
+    noun: str = "rows"  # what a row is about, in the plural, where rows are left out
+    few: tuple[int, ...] = ()  # places of the rows that a terminal shows, if not all
 
 
 @dataclass(frozen=True)
@@ -100,55 +62,28 @@ class Facts:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure that is made only when a renderer wants it.
+    """A figure that is made only when a renderer wants it."""
 
-    Parameters
-    ----------
-    name : str
-        Stem of its files.
-    caption : str
-        What to see in it, in a sentence or two.
-    plot : callable
-        Says the figure as data.
-    alternative : str
-        What it is, for those who cannot see it.
-    """
-
-    name: str
-    caption: str
-    plot: Callable[[], Plot]
-    alternative: str = ""
+    name: str  # stem of its files
+    caption: str  # what to see in it, in a sentence or two
+    plot: Callable[[], Plot]  # says the figure as data
+    alternative: str = ""  # what it is, for those who cannot see it
 
 
 @dataclass(frozen=True)
 class Verdicts:
-    """Assumptions held to their limits, and where.
+    """Assumptions held to their limits, and where."""
 
-    Parameters
-    ----------
-    verdicts : tuple of Verdict
-        In the order of reading; several of one name are told as one.
-    places : tuple of str, optional
-        Where each of them is so, such as "5 kN"; empty, or an empty text, for everywhere.
-    percent : frozenset of str, optional
-        Names whose values stand in percent.
-    noun : str, optional
-        What the places are, in the plural.
-    caption : str, optional
-        A paragraph below them on a page.
-    none : str, optional
-        What to say where there are no verdicts at all.
-    short : bool, optional
-        Whether a terminal counts those that are ok, and leaves out what the others assume.
-    """
-
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[Verdict, ...]  # in the order of reading; several of one name are told as one
     places: tuple[str, ...] = ()
-    percent: frozenset[str] = frozenset()
-    noun: str = "loads"
-    caption: str = ""
+    """Where each of them is so, such as "5 kN"; empty, or an empty text, for everywhere."""
+    percent: frozenset[str] = frozenset()  # names whose values stand in percent
+    noun: str = "loads"  # what the places are, in the plural
+    caption: str = ""  # a paragraph below them on a page
     none: str = "No limits are known for this law."
+    """What to say where there are no verdicts at all."""
     short: bool = False
+    """Whether a terminal counts those that are ok, and leaves out what the others assume."""
 
 
 @dataclass(frozen=True)
@@ -204,36 +139,17 @@ class Number(NamedTuple):
 
 @dataclass(frozen=True)
 class Document:
-    """A whole result for people and for programs.
+    """A whole result for people and for programs."""
 
-    Parameters
-    ----------
-    kind : str
-        What summary.json says it is, such as "microslip-measurement".
-    title : str
-        Its name.
-    answer : str
-        The result in one sentence with its number.
-    sections : tuple of Section
-        What follows, in the order of reading.
-    data : mapping
-        The plain values of summary.json in SI units: what :func:`header` begins, and the numbers.
-    remarks : tuple of str, optional
-        What must be read with the answer.
-    number : Number, optional
-        The one that a page shows first.
-    figure : str, optional
-        Name of the picture that a page shows first.
-    """
-
-    kind: str
-    title: str
-    answer: str
-    sections: tuple[Section, ...]
+    kind: str  # what summary.json says it is, such as "microslip-measurement"
+    title: str  # its name
+    answer: str  # the result in one sentence with its number
+    sections: tuple[Section, ...]  # what follows, in the order of reading
     data: Mapping[str, Any] = field(default_factory=dict)
-    remarks: tuple[str, ...] = ()
-    number: Number | None = None
-    figure: str = ""
+    """The plain values of summary.json in SI units: what :func:`header` begins, and the numbers."""
+    remarks: tuple[str, ...] = ()  # what must be read with the answer
+    number: Number | None = None  # the one that a page shows first
+    figure: str = ""  # name of the picture that a page shows first
 
     def blocks(self) -> Iterator[Block]:
         """All blocks, in the order of reading."""

@@ -35,21 +35,12 @@ TEXT, NUMBER, FIGURE, FILE = 6e-7, 9e-8, 0.02, 1e-3
 
 @dataclass(frozen=True)
 class File:
-    """One file of a result.
+    """One file of a result."""
 
-    Parameters
-    ----------
-    name : str
-        In the folder.
-    write : callable
-        Writes it, given its path and what takes the share that is done.
-    cost : float
-        Seconds that it takes, more or less.
-    """
-
-    name: str
+    name: str  # in the folder
     write: Callable[[Path, Progress], None]
-    cost: float = FILE
+    """Writes it, given its path and what takes the share that is done."""
+    cost: float = FILE  # seconds that it takes, more or less
 
 
 def header(kind: str, schema: int, title: str) -> dict[str, Any]:
@@ -65,28 +56,9 @@ def header(kind: str, schema: int, title: str) -> dict[str, Any]:
 def standard_files(
     document: Document, names: Sequence[str], extra_files: Iterable[File] = ()
 ) -> tuple[File, ...]:
-    """Files of a document: summary, page and pictures as ``names`` asks for them, and others.
+    """Files of a document by their names: summary, page, pictures, and what else is there.
 
-    Parameters
-    ----------
-    document : Document
-        The whole result.
-    names : sequence of str
-        What is to be written: ``summary.json``, ``report.html``, figures as ``NAME.svg``,
-        ``NAME.png`` and ``NAME.pdf``, and the names of ``extra_files``. Summaries list them under
-        ``files``.
-    extra_files : iterable of File
-        Tables, arrays, texts.
-
-    Returns
-    -------
-    tuple of File
-        One for each name.
-
-    Raises
-    ------
-    KeyError
-        A name that nothing is behind.
+    Pictures are ``NAME.svg``, ``NAME.png`` and ``NAME.pdf``; summaries list all under ``files``.
     """
     cache = Drawn()
     by_name = {file.name: file for file in extra_files}
@@ -148,13 +120,7 @@ def netcdf_file(name: str, contents: Callable[[], Contents], numbers: int) -> Fi
 
 
 def write_all(files: Sequence[File], folder: Path, progress: Progress | None = None) -> None:
-    """Write files into an existing folder.
-
-    Raises
-    ------
-    OSError
-        If one cannot be written.
-    """
+    """Write files into an existing folder."""
     report = progress or (lambda share: None)
     # One way of adding for the parts and the whole, or the last share is not 1 to the last digit.
     reached = list(accumulate((file.cost for file in files), initial=0.0))
@@ -178,13 +144,7 @@ def save(
     overwrite: bool = False,
     progress: Progress | None = None,
 ) -> tuple[Path, ...]:
-    """Write a folder, whole or not at all; see :func:`~microslip.report.folder.staged`.
-
-    Raises
-    ------
-    StudyError
-        If the folder exists, is not an earlier result of this kind, or cannot be written.
-    """
+    """Write a folder, whole or not at all; see :func:`~microslip.report.folder.staged`."""
     with staged(Path(folder), overwrite, kind, noun) as stage:
         write_all(files, stage, progress)
     return tuple(Path(folder) / file.name for file in files)
@@ -216,23 +176,7 @@ def write_csv(
 ) -> None:
     """Write blocks of equal columns as one CSV file whose header names columns and units.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    parts : iterator of mapping
-        Columns by name, piece by piece.
-    rows : int
-        How many rows there will be.
-    units : mapping
-        Units of the columns by their names.
-    progress : callable, optional
-        Called now and then with the share that is done, 0 … 1.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
+    ``rows`` is how many there will be, for the share that ``progress`` is told.
     """
     written = 0
     with path.open("w", encoding="utf-8", newline="") as file:

@@ -80,7 +80,7 @@ def _stage(target: Path, ancestor: Path) -> Iterator[Path]:
                 continue
             born = stage.stat()
             try:
-                # A folder may hand its group down, which only shows in the mode.
+                # a folder may hand its group down, which only shows in the mode.
                 stage.chmod((born.st_mode & 0o7000) | (0o777 & ~_umask()))
                 yield stage
             finally:

@@ -148,72 +148,34 @@ Item = Line | Marks | Rule | Band | Area | Stems | Words | LineName | Pixels
 
 @dataclass
 class Axis:
-    """An axis: its label, its ends (None: from what is drawn), and whether it is logarithmic.
+    """An axis: its label, its ends (None: from what is drawn), and whether it is logarithmic."""
 
-    Parameters
-    ----------
-    label : str
-        With the unit in brackets; a line break is kept.
-    low, high : float, optional
-        Its ends.
-    log : bool
-        Whether it is logarithmic; what is not above zero is then not drawn.
-    margin : float
-        Share of the range that stays free at an end that is not given.
-    ticks : sequence of tuple of float and str, optional
-        Places and labels, instead of round numbers.
-    integer : bool
-        Whether only whole numbers are labelled.
-    bare : bool
-        No labels: another panel below or beside has the same axis.
-    opposite : bool
-        Labels at the top or at the right.
-    unit : float
-        What the values were divided by [SI]: figures laid over each other need it.
-    """
-
-    label: str = ""
-    low: float | None = None
+    label: str = ""  # with the unit in brackets; a line break is kept
+    low: float | None = None  # its ends
     high: float | None = None
-    log: bool = False
-    margin: float = 0.05
-    ticks: Sequence[tuple[float, str]] | None = None
-    integer: bool = False
-    bare: bool = False
-    opposite: bool = False
-    unit: float = 1.0
+    log: bool = False  # whether it is logarithmic; what is not above zero is then not drawn
+    margin: float = 0.05  # share of the range that stays free at an end that is not given
+    ticks: Sequence[tuple[float, str]] | None = None  # places and labels, instead of round numbers
+    integer: bool = False  # whether only whole numbers are labelled
+    bare: bool = False  # no labels: another panel below or beside has the same axis
+    opposite: bool = False  # labels at the top or at the right
+    unit: float = 1.0  # what the values were divided by [SI]: figures laid over each other need it
 
 
 @dataclass
 class Panel:
-    """One pair of axes with what is drawn in it; items are painted in their order.
+    """One pair of axes with what is drawn in it; items are painted in their order."""
 
-    Parameters
-    ----------
-    x, y : Axis
-        Its axes.
-    note : str
-        Above it, at its left: what its lines are.
-    title : str
-        Above it, in the middle.
-    second : tuple of str and float, optional
-        A second vertical axis at the right: its label, and what the values are multiplied by.
-    grid : bool
-        Whether lines are at the ticks.
-    equal : bool
-        Whether a unit is as long on both axes.
-    cell : tuple of int
-        First and last row, first and last column in the grid of the page.
-    """
-
-    x: Axis = field(default_factory=Axis)
+    x: Axis = field(default_factory=Axis)  # its axes
     y: Axis = field(default_factory=Axis)
-    note: str = ""
-    title: str = ""
+    note: str = ""  # above it, at its left: what its lines are
+    title: str = ""  # above it, in the middle
     second: tuple[str, float] | None = None
-    grid: bool = True
-    equal: bool = False
+    """A second vertical axis at the right: its label, and what the values are multiplied by."""
+    grid: bool = True  # whether lines are at the ticks
+    equal: bool = False  # whether a unit is as long on both axes
     cell: tuple[int, int, int, int] = (0, 0, 0, 0)
+    """First and last row, first and last column in the grid of the page."""
     items: list[Item] = field(default_factory=list)
 
     def line(
@@ -264,31 +226,16 @@ class Entry:
 
 @dataclass
 class Plot:
-    """A page of panels with a legend below.
+    """A page of panels with a legend below."""
 
-    Parameters
-    ----------
-    panels : list of Panel
-        In the cells of a grid.
-    height : float
-        Of the page [in]; it is 7.1 in wide.
-    title : str
-        Above all.
-    heights, widths : tuple of float
-        Of the rows and columns of the grid, relative to each other.
-    legend : tuple of Entry
-        Below all, in as many lines as they need.
-    legend_title : str
-        Above the legend.
-    """
-
-    panels: list[Panel]
-    height: float = 5.6
-    title: str = ""
+    panels: list[Panel]  # in the cells of a grid
+    height: float = 5.6  # of the page [in]; it is 7.1 in wide
+    title: str = ""  # above all
     heights: tuple[float, ...] = (1.0,)
+    """Of the rows and columns of the grid, relative to each other."""
     widths: tuple[float, ...] = (1.0,)
-    legend: tuple[Entry, ...] = ()
-    legend_title: str = ""
+    legend: tuple[Entry, ...] = ()  # below all, in as many lines as they need
+    legend_title: str = ""  # above the legend
 
 
 def stacked(panels: Sequence[Panel], height: float, heights: Sequence[float]) -> Plot:

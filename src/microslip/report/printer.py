@@ -53,13 +53,9 @@ class _Console(Console):
 
 
 class Printer:
-    """Prints to one stream, with no more than the stream can show.
+    """Prints to one stream, a terminal in colour or a pipe plainly, with no more than it can show.
 
-    Parameters
-    ----------
-    stream : file object
-        Where the text goes: a terminal in colour, a pipe plainly and in full width. None, the
-        standard output of a process that has none, takes nothing.
+    None, the standard output of a process that has none, takes nothing.
     """
 
     def __init__(self, stream: TextIO | None) -> None:
@@ -134,20 +130,9 @@ class Printer:
         keys: int = 1,
         text: Container[int] = (),
     ) -> None:
-        """Print a table; where it is too wide, as several that repeat the first columns.
+        """Print a table; where it is too wide, as several that repeat the first ``keys`` columns.
 
-        Parameters
-        ----------
-        title : str
-            What stands above it.
-        head : sequence of str
-            Names of the columns.
-        rows : iterable of sequence of str
-            The cells.
-        keys : int
-            How many of the first columns say what a row is about.
-        text : container of int
-            Columns that hold text and no numbers.
+        Columns in ``text`` hold text and no numbers.
         """
         rows = [[self._fit(cell) for cell in row] for row in rows]
         if title:

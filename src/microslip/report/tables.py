@@ -25,14 +25,7 @@ class TextTable(NamedTuple):
 def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> TextTable:
     """A table for people, without the columns of which nothing is known.
 
-    Parameters
-    ----------
-    table : Table
-        What to show.
-    limit : int, optional
-        Rows, if fewer than the table wants.
-    brief : bool
-        Whether only its brief columns are shown, and of its rows the few that are picked.
+    ``brief`` shows only its brief columns, and of its rows the few that are picked.
     """
     row_places = (list(table.few) if brief else []) or _shown(
         table, min(table.most, limit or table.most)

@@ -123,26 +123,10 @@ LAWS = tuple(_SURFACES)
 
 
 def template(law: str = "greenwood-williamson", name: str = "joint.toml", hint: str = "") -> str:
-    """A commented study that runs as it is.
+    """A commented study that runs as it is, for one of :data:`LAWS`.
 
-    Parameters
-    ----------
-    law : str
-        One of :data:`LAWS`.
-    name : str
-        Name of its file, for the title and the commands in its comments.
-    hint : str
-        A first line for editors, such as "#:schema study.schema.json"; none if empty.
-
-    Returns
-    -------
-    str
-        TOML text.
-
-    Raises
-    ------
-    StudyError
-        If there is no such law.
+    ``name`` is that of its file, for the title and the commands in its comments; ``hint`` a first
+    line for editors, such as "#:schema study.schema.json".
     """
     if law not in _SURFACES:
         near = did_you_mean(law, LAWS) if isinstance(law, str) else ""
@@ -164,20 +148,7 @@ def template(law: str = "greenwood-williamson", name: str = "joint.toml", hint: 
 
 
 def write(path: Path, law: str = "greenwood-williamson") -> None:
-    """Write a commented study into a new file.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file, whose name ends in `.toml`. It must not be there.
-    law : str
-        One of :data:`LAWS`.
-
-    Raises
-    ------
-    StudyError
-        If the name is another one, the file is there or cannot be written.
-    """
+    """Write a commented study into a new file, whose name ends in `.toml`."""
     name = shorten(str(path), 200)
     if path.suffix != ".toml":  # which ".toml" has not
         example = shorten(f"{path.name.partition('.')[0] or 'joint'}.toml", 60)
@@ -201,33 +172,11 @@ def write(path: Path, law: str = "greenwood-williamson") -> None:
 
 
 def demo_text(beam: bool = False) -> str:
-    """A study that comes with the package: a milled aluminium joint, or a bolted beam.
-
-    Parameters
-    ----------
-    beam : bool
-        Whether it is the beam.
-
-    Returns
-    -------
-    str
-        TOML text.
-    """
+    """A study that comes with the package: a milled aluminium joint, or a bolted beam."""
     name = "demo_beam.toml" if beam else "demo.toml"
     return files("microslip.study").joinpath(name).read_text(encoding="utf-8")
 
 
 def command_line(*words: str | Path) -> str:
-    """Words as they are typed in a shell.
-
-    Parameters
-    ----------
-    *words : str or pathlib.Path
-        Such as a command and the name of a file.
-
-    Returns
-    -------
-    str
-        One line; words are quoted where a shell wants it, and printable in any case.
-    """
+    """Words as they are typed in a shell: on one line, quoted where it wants that, printable."""
     return shorten(" ".join(shlex.quote(str(word)) for word in words), 1000)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, record
+from microslip._core.checks import Floats, floats, record, show, whole
 from microslip._core.frozen import Locked, assign, lock
 from microslip.errors import Argument, InputError
+
+MOST_SAMPLES = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,6 +183,7 @@ class Loop(Locked):
         )
 
 
+@lru_cache(maxsize=32)
 def unit_cycle(samples: int) -> tuple[Floats, int]:
     """Displacements of one cycle of amplitude one, and the index of -1.
 
@@ -191,4 +194,22 @@ def unit_cycle(samples: int) -> tuple[Floats, int]:
     back = samples - 1 - turn
     up = -np.cos(math.pi * np.arange(1, back + 1) / back)
     down[turn], up[-1] = -1.0, 1.0
-    return np.concatenate((down, up)), turn
+    return lock(np.concatenate((down, up))), turn
+
+
+@lru_cache(maxsize=32)
+def halves_of(samples: int) -> Floats:
+    """Half the distance of each sample of the unit cycle from the turning point before it."""
+    shape, turn = unit_cycle(samples)
+    return lock(0.5 * np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :])))
+
+
+def checked_cycle(amplitude: float, samples: int) -> tuple[float, Floats, int]:
+    """An amplitude, the samples of a cycle of amplitude one, and the index of -1 among them."""
+    count = whole("samples", samples, 5, MOST_SAMPLES)
+    a = floats("amplitude", amplitude)
+    if a.ndim > 0 or a <= 0.0:
+        raise InputError(
+            Argument("amplitude"), f" must be one number above zero [m], got {show(amplitude)}"
+        )
+    return (float(a), *unit_cycle(count))

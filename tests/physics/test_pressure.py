@@ -9,7 +9,7 @@ import pytest
 from scipy import integrate
 
 import microslip as ms
-from microslip.friction.bolt_sizes import BOLTS
+from microslip.friction.pressure import BOLTS
 
 ALUMINIUM = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(ALUMINIUM, ALUMINIUM)

@@ -5,7 +5,7 @@ from .bouc_wen import BoucWen as BoucWen
 from .coulomb import Coulomb as Coulomb
 from .coupled import CoupledResponse as CoupledResponse
 from .coupled_cycles import CoupledCycle as CoupledCycle
-from .coupled_harmonics import CoupledHarmonics as CoupledHarmonics
+from .coupled_cycles import CoupledHarmonics as CoupledHarmonics
 from .cycles import PeriodicResponse as PeriodicResponse
 from .field import JointField as JointField
 from .field_cycles import FieldCycle as FieldCycle

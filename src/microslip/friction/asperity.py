@@ -355,25 +355,14 @@ class Asperity(Interface):
     ) -> Asperity:
         """An asperity to start a fit from: friction of the limit, radius of the slip limit.
 
-        Parameters
-        ----------
-        data : Loop, Record or sequence of such
-            What was measured: displacement [m] and force [N], at least one closed cycle each.
-        pair : MaterialPair
-            The two materials, which must be given.
-        normal_load : array_like, optional
-            Normal load [N], one number or one for each of the data; without it that of the
-            records.
-
-        Returns
-        -------
-        Asperity
-            The asperity, at the mean load.
+        The ``pair`` of materials must be given; so must the ``normal_load`` [N], one number or one
+        for each of the data, where the records do not say it. The asperity is that at the mean
+        load. The rest is as of :meth:`BackboneLaw.guess`.
 
         Raises
         ------
         InputError
-            Data of another kind, no closed cycle, a force that does not vary, no load; no pair.
+            No pair, no load; whatever that one refuses.
         """
         check_pair(pair)
         assert pair is not None

@@ -38,16 +38,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
     # -- what a law gives ---------------------------------------------------------------------
 
-    if TYPE_CHECKING:  # a field or a property, as a law likes
-
-        @property
-        def force_limit(self) -> float:
-            """Force of gross slip [N]."""
-
-    @abstractmethod
-    def _backbone(self, u: Floats) -> Floats:
-        """T0 [N] for displacements u >= 0 [m], one-dimensional."""
-
     @abstractmethod
     def _slope(self, u: Floats) -> Floats:
         """T0' [N/m] for displacements u >= 0 [m], one-dimensional."""

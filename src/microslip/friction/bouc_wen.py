@@ -14,8 +14,7 @@ from microslip._core.checks import Floats, exact, positive, record
 from microslip._core.parameters import Parametric, parameter
 from microslip.errors import Argument, InputError
 from microslip.friction.guesses import all_features
-from microslip.friction.unit_cycles import checked_cycle
-from microslip.loops import Loop
+from microslip.loops import Loop, checked_cycle
 from microslip.numerics.inversion import invert
 from microslip.numerics.quadrature import gauss_legendre
 
@@ -101,20 +100,7 @@ class BoucWen(Parametric):
     def guess(cls, data: Any) -> BoucWen:
         """A model to start a fit from, with A = 1 and beta = gamma = 1/2: the closest of a grid.
 
-        Parameters
-        ----------
-        data : Loop, Record or sequence of such
-            What was measured: displacement [m] and force [N], at least one closed cycle each.
-
-        Returns
-        -------
-        BoucWen
-            The model.
-
-        Raises
-        ------
-        InputError
-            Data of another kind, no closed cycle, a force that does not vary.
+        Data and errors are those of :meth:`microslip.BackboneLaw.guess`.
         """
         features = all_features(data)
         force = np.concatenate([f.force for f in features])
@@ -175,17 +161,7 @@ class BoucWen(Parametric):
     # -- responses ----------------------------------------------------------------------------
 
     def force(self, displacement: ArrayLike) -> Floats | float:
-        """Force along any displacement record, from rest.
-
-        Parameters
-        ----------
-        displacement : array_like
-            Displacements [m] in the order of time, one-dimensional.
-
-        Returns
-        -------
-        ndarray or float
-            Forces [N], one for each sample.
+        """Force [N] along any displacement record [m] from rest, one-dimensional.
 
         Raises
         ------
@@ -199,20 +175,9 @@ class BoucWen(Parametric):
         return float(force[0]) if displacements.ndim == 0 else force
 
     def loop(self, amplitude: float, samples: int = 512) -> Loop:
-        """The settled loop between +amplitude and -amplitude.
+        """The settled loop between +amplitude and -amplitude [m], as it is after many cycles.
 
-        Parameters
-        ----------
-        amplitude : float
-            Displacement amplitude [m], above zero.
-        samples : int, optional
-            Number of samples, at least 5; they lie denser at the turning points, the first and the
-            last are both at +amplitude, and -amplitude is among them.
-
-        Returns
-        -------
-        Loop
-            From +amplitude down to -amplitude and up again, as it is after many cycles.
+        Samples lie as those of :meth:`microslip.BackboneLaw.loop`.
 
         Raises
         ------

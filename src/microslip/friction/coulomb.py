@@ -70,23 +70,7 @@ class Coulomb(BackboneLaw):
 
     @classmethod
     def guess(cls, data: Any) -> Coulomb:
-        """A law to start a fit from: its limit is the middle force of a branch.
-
-        Parameters
-        ----------
-        data : Loop, Record or sequence of such
-            What was measured: displacement [m] and force [N], at least one closed cycle each.
-
-        Returns
-        -------
-        Coulomb
-            The law.
-
-        Raises
-        ------
-        InputError
-            Data of another kind, no closed cycle, a force that does not vary.
-        """
+        """A law to start a fit from: its limit is the middle force of a branch."""
         return cls(float(np.median([np.median(f.force) for f in all_features(data)])))
 
     @classmethod

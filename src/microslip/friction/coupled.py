@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from microslip import normal
 from microslip._core.checks import Floats, check_one_of, exact, is_whole, record, show
 from microslip._core.frozen import Locked, lock
 from microslip.errors import Argument, InputError
@@ -17,8 +18,8 @@ from microslip.friction.curves import curve_of
 from microslip.friction.losses import Losses
 from microslip.kernels.profile import Profile
 from microslip.memory import Diagram, along, loads_along
-from microslip.normal import NormalLaw
-from microslip.normal.grids import pairs_of
+from microslip.normal.base import NormalLaw
+from microslip.normal.grids import sum_over_pairs
 
 if TYPE_CHECKING:
     from microslip.kernels.twin_hold import Curve
@@ -63,6 +64,15 @@ class Joint(Protocol):
     def _coupling(self) -> Coupling: ...
 
 
+def check_surface(surface: Any) -> None:
+    """Every joint stands on a normal law."""
+    if not isinstance(surface, NormalLaw):
+        names = ", ".join(law.__name__ for law in normal.NORMAL_LAWS)
+        raise InputError(
+            Argument("surface"), f" must be a normal load law ({names}), got {show(surface)}"
+        )
+
+
 class Coupling:
     """What the memory of a varying load asks of an interface; separations count from its own."""
 
@@ -72,7 +82,6 @@ class Coupling:
         self.origin = joint.separation
         self.friction = joint._friction
         self.slip = joint.slip_per_indentation
-        self._pairs = pairs_of(self._law)
         self._profile: Profile | None = None
         self._faint = False  # whether it ends where the load is too light to matter
         self._refused: tuple[float, float] | None = None
@@ -86,9 +95,7 @@ class Coupling:
         if base.size < 2:  # a trial, or nothing
             pairs = zip(base.tolist(), width.tolist(), strict=True)
             return np.array([self.curve.drop(b, w) for b, w in pairs])
-        if self._pairs is None:
-            return self._law._drop(base + self.origin, width)
-        return self._pairs(self._law, "drop", base + self.origin, width)
+        return sum_over_pairs(self._law, "drop", base + self.origin, width)
 
     def profile(self, low: float, high: float) -> Profile | None:
         """N from low to high and from there on, as a profile; None where it cannot be one.
@@ -146,9 +153,7 @@ class Coupling:
 
     def excess_slope(self, base: Floats, width: Floats) -> Floats:
         """Half of N(b) - N(b + w) + w N'(b + w) [N]."""
-        if self._pairs is None:
-            return self._law._excess_slope(base + self.origin, width)
-        return self._pairs(self._law, "excess_slope", base + self.origin, width)
+        return sum_over_pairs(self._law, "excess_slope", base + self.origin, width)
 
     def load(self, separation: Floats) -> Floats:
         """N there [N]."""
@@ -328,27 +333,12 @@ class CoupledResponse(Locked):
         return np.asarray(self.energy_per_step[first + 1 :].reshape(-1, count).sum(axis=1))
 
     def ratcheting(self, samples_per_cycle: int) -> Floats:
-        """How far the displacement gets in each cycle of a periodic history.
+        """How far the displacement gets [m] in each cycle of a periodic history.
 
         Under force control a load that varies moves a joint on: contacts slip when it is light.
         Where the entries fade to rounding the joint has settled; where they do not, it ratchets,
-        which near gross slip is physical.
-
-        Parameters
-        ----------
-        samples_per_cycle : int
-            Samples in a cycle; cycles are counted back from the last sample.
-
-        Returns
-        -------
-        ndarray
-            Displacement at the end of each whole cycle less that at its beginning [m]. What comes
-            before the first whole cycle is left out.
-
-        Raises
-        ------
-        InputError
-            Not a whole number above zero, or no more samples than one cycle has.
+        which near gross slip is physical. Cycles and errors as :meth:`energy_per_cycle`; what comes
+        before the first whole cycle is left out.
         """
         count, first = self._cycles(samples_per_cycle)
         return np.diff(self.displacement[first::count])

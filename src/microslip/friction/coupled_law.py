@@ -18,8 +18,12 @@ from microslip.friction.coupled import (
     respond,
     respond_to_force,
 )
-from microslip.friction.coupled_cycles import CoupledCycle, coupled_cycle
-from microslip.friction.coupled_harmonics import CoupledHarmonics, coupled_harmonics
+from microslip.friction.coupled_cycles import (
+    CoupledCycle,
+    CoupledHarmonics,
+    coupled_cycle,
+    coupled_harmonics,
+)
 from microslip.friction.cycles import PeriodicResponse, Rest
 from microslip.friction.harmonics import HarmonicForce
 from microslip.friction.straight_step import FirstLoading, loaded
@@ -100,22 +104,8 @@ class CoupledLaw(_Law):
         holds a displacement, a joint may ratchet, a step further each cycle: that is physical, and
         :meth:`microslip.friction.CoupledResponse.ratcheting` of a response reports it.
 
-        Parameters
-        ----------
-        force : array_like
-            Forces [N] in the order of time, one-dimensional, each below mu N at its sample.
-        normal_load, separation : array_like, optional
-            As for :meth:`coupled_force`.
-
-        Returns
-        -------
-        ndarray or float
-            Displacements [m], one for each sample.
-
-        Raises
-        ------
-        InputError
-            As :meth:`coupled_force`, and for a force at or beyond mu N.
+        Forces [N] are each below mu N at their sample, or an InputError; displacements come in [m].
+        Parameters, shapes and errors are otherwise as :meth:`coupled_force` has them.
         """
         x = respond_to_force(self, force, normal_load, separation).displacement
         return float(x[0]) if np.ndim(force) == 0 else x.copy()
@@ -128,25 +118,10 @@ class CoupledLaw(_Law):
         normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
     ) -> CoupledResponse:
-        """All of a record of displacement (or force) and normal load, its dissipation included.
+        """All of a record of displacement [m] or force [N] and normal load, with its dissipation.
 
-        Parameters
-        ----------
-        displacement, force : array_like, optional
-            Displacements [m], or forces [N]: one of them, one-dimensional.
-        normal_load, separation : array_like, optional
-            As for :meth:`coupled_force`.
-
-        Returns
-        -------
-        CoupledResponse
-            Displacement, force, normal load, separation and dissipated energy at each sample.
-
-        Raises
-        ------
-        InputError
-            As :meth:`coupled_force` and :meth:`coupled_displacement`; both or neither of
-            displacement and force.
+        Parameters, shapes and errors are as :meth:`coupled_force` and :meth:`coupled_displacement`
+        have them; both or neither of displacement and force are an InputError.
         """
         check_one_of("displacement [m] or force=... [N]", displacement, force)
         if force is not None:
@@ -178,11 +153,8 @@ class CoupledLaw(_Law):
 
         Parameters
         ----------
-        displacement_cycle : array_like
-            One period of displacements [m], one-dimensional, its first sample not repeated.
-        rest : float or "mean", optional
-            Displacement [m] at which the joint began, without force, under its own load; or the
-            mean of the cycle. The settled mean force depends on it.
+        displacement_cycle, rest
+            As of :meth:`BackboneLaw.periodic`; the joint began under its own load.
         normal_load, separation : array_like, optional
             Normal loads [N] or separations [m] of the cycle, as for :meth:`coupled_force`, one of
             them; without them the load is constant.
@@ -197,8 +169,7 @@ class CoupledLaw(_Law):
         Raises
         ------
         InputError
-            Empty, several dimensions, or not finite; a rest that is neither; loads or separations
-            as for :meth:`coupled_force`.
+            As of :meth:`BackboneLaw.periodic` and :meth:`coupled_force`.
 
         Notes
         -----
@@ -247,16 +218,8 @@ class CoupledLaw(_Law):
 
         Parameters
         ----------
-        coefficients : array_like
-            Coefficients of the displacement [m] in the order of ``harmonics``, one-dimensional:
-            [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
-        harmonics : sequence of int, optional
-            Numbers of the harmonics, rising; 0 is the mean.
-        rest : float or "mean", optional
-            As for :meth:`periodic`.
-        rtol : float, optional
-            Error of the coefficients [-] at a constant load, as for
-            :meth:`microslip.BackboneLaw.harmonics`.
+        coefficients, harmonics, rest, rtol
+            As of :meth:`BackboneLaw.harmonics`; the tolerance is for a constant load.
         normal_load, separation : array_like, optional
             Coefficients of the normal load [N] or the separation [m] in the same order, one of
             them; without them the load is constant. Without harmonic 0 their mean is 0.
@@ -272,8 +235,8 @@ class CoupledLaw(_Law):
         Raises
         ------
         InputError
-            Another shape, not finite, harmonics that do not rise, too few samples, both of load and
-            separation, one that the surface cannot carry.
+            As of :meth:`BackboneLaw.harmonics`; too few samples, both of load and separation, one
+            that the surface cannot carry.
 
         Notes
         -----
@@ -295,26 +258,15 @@ class CoupledLaw(_Law):
     ) -> FirstLoading:
         """Force, load and tangents after one straight step from rest at the joint's own load.
 
-        Parameters
-        ----------
-        displacement : array_like
-            Displacements at the end [m], any shape.
-        normal_load : array_like, optional
-            Normal loads at the end [N], above zero, any shape that goes with it; or
-        separation : array_like, optional
-            separations at the end [m], one of the two.
-
-        Returns
-        -------
-        FirstLoading
-            ``force`` and ``load`` [N], and ``tangent``, d(T, N)/d(displacement, separation)
-            [N/m]: see :func:`microslip.friction.first_loading`, which takes the separations before
-            the step, too, one for each node.
+        Displacements [m], and either normal loads [N] above zero or separations [m], at the end of
+        the step, of any shapes that go together. What comes back is that of
+        :func:`microslip.friction.first_loading`, which takes the separations before the step, too,
+        one for each node.
 
         Raises
         ------
         InputError
-            Both or neither of load and separation; otherwise as :func:`first_loading`.
+            Both or neither of load and separation; otherwise as that function.
         """
         check_one_of("normal_load [N] or separation=... [m]", normal_load, separation)
         if separation is None:

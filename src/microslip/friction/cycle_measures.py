@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, check_one_of, floats, plain, sized
 from microslip.errors import Argument, InputError
-from microslip.friction.unit_cycles import checked_cycle, halves_of
-from microslip.loops import Loop
+from microslip.loops import Loop, checked_cycle, halves_of
 
 
 class CycleMeasures(ABC):
@@ -48,6 +47,11 @@ class CycleMeasures(ABC):
     @abstractmethod
     def _energy_slope(self, amplitude: Floats) -> Floats:
         """Derivative of :meth:`_energy` [N]."""
+
+    @property
+    def _small_exponent(self) -> float:
+        """The exponent towards amplitude 0; not a number where there is none."""
+        return math.nan
 
     def _below_limit(self, name: str, force: Floats) -> Floats:
         largest = float(np.abs(force).max())
@@ -163,14 +167,15 @@ class CycleMeasures(ABC):
     ) -> Any:
         """Local exponent d ln E_d / d ln delta_m [-]: 3 for small microslip, 1 in gross slip.
 
-        Not a number where nothing is dissipated. Given a force amplitude, the same exponent (of the
-        displacement) at the displacement that belongs to it. Parameters, shapes and errors as
-        :meth:`dissipated_energy`.
+        Where the energy underflows it is the limit of small amplitudes; not a number for a law that
+        dissipates nothing there, as on a straight run of a table. Given a force amplitude, the same
+        exponent (of the displacement) at the displacement that belongs to it. Parameters, shapes
+        and errors as :meth:`dissipated_energy`.
         """
 
         def exponent(a: Floats) -> Floats:
             energy = self._energy(a)
-            nothing = np.full_like(a, np.nan)
+            nothing = np.full_like(a, self._small_exponent)
             return np.divide(a * self._energy_slope(a), energy, out=nothing, where=energy > 0.0)
 
         return self._measure(amplitude, force_amplitude, exponent)

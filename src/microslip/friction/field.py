@@ -17,20 +17,20 @@ from microslip._core.checks import (
     exact,
     floats,
     number,
-    show,
     sized,
 )
 from microslip._core.frozen import Locked, assign, lock
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw
+from microslip.friction.coupled import check_surface
 from microslip.friction.field_backbone import FieldBackbone
 from microslip.friction.field_curve import FieldCurve, field_curve
-from microslip.friction.field_input import area_of, at, check_positive, nodes_of
+from microslip.friction.field_cycles import SettledField
+from microslip.friction.field_nodes import area_of, at, check_positive, nodes_of
 from microslip.friction.isotropic import check_sliders
 from microslip.friction.isotropic_field import IsotropicField, knots_of
-from microslip.friction.settled_field import SettledField
 from microslip.memory import FieldResponse, FieldState
-from microslip.normal import NORMAL_LAWS, NormalLaw
+from microslip.normal.base import NormalLaw
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +100,7 @@ class JointField(SettledField, Locked):
         gaps: ArrayLike | None = None,
         surface_area: float | None = None,
     ) -> None:
-        if not isinstance(surface, NormalLaw):
-            names = ", ".join(law.__name__ for law in NORMAL_LAWS)
-            raise InputError(
-                Argument("surface"), f" must be a normal load law ({names}), got {show(surface)}"
-            )
+        check_surface(surface)
         conditions = {
             "loads": loads, "pressures": pressures, "separations": separations, "gaps": gaps,
         }  # fmt: skip

@@ -107,78 +107,155 @@ class FieldCycle(Locked):
         return array.reshape(-1, *array.shape[-2:])
 
 
-def periodic(
-    field: FieldNodes, displacements: ArrayLike, separations: ArrayLike | None, rest: Any
-) -> FieldCycle:
-    """See :meth:`microslip.JointField.periodic`."""
-    x = _cycles(field, "displacements", displacements)
-    start, from_mean = _rest(field, rest, x)
-    # Beyond 1e200 slips there is no more to come, but numbers that overflow.
-    with np.errstate(over="ignore"):
-        places = np.clip((x - start[:, None]) / field._slip[:, None], -1e200, 1e200)
-    steps = None
-    if separations is not None:
-        steps = _steps(field, _cycles(field, "separations", separations))
-        if steps.shape != x.shape:
-            raise InputError(
-                "displacements and separations must have as many samples, got "
-                f"{x.shape[1]} and {steps.shape[1]}"
-            )
-    force, load, slope = (np.empty(x.shape) for _ in range(3))
-    arguments = places, steps, field._steps, x.shape[1], force, load, slope
-    profile = _profile(field, steps)
-    if profile is None:
-        twin_field_cycles.field_cycle(*arguments, field._curve)
-    else:
-        kernels.active.field_cycle(*arguments, *profile.arguments)
-    force *= field._weights[:, None]
-    load *= field._scale[:, None]
-    slope *= (field._weights / field._slip)[:, None]
-    return FieldCycle(lock(force), lock(load), lock(slope), field, places, steps, from_mean)
+class SettledField:
+    """Settled cycles and harmonics of nodes, as :class:`microslip.JointField` has them."""
 
+    def periodic(
+        self: FieldNodes,
+        displacements: ArrayLike,
+        separations: ArrayLike | None = None,
+        rest: ArrayLike | str = 0.0,
+    ) -> FieldCycle:
+        """The settled cycles of all nodes.
 
-def harmonics(
-    field: FieldNodes,
-    coefficients: ArrayLike,
-    orders: Any,
-    separations: ArrayLike | None,
-    rest: Any,
-    samples: int,
-) -> tuple[Floats, ...]:
-    """See :meth:`microslip.JointField.harmonics`."""
-    numbers = _orders(orders)
-    basis, analysis = _transform(numbers, _samples(samples, numbers))
-    count = basis.shape[1]
-    x = _coefficients(field, "coefficients", coefficients, count) @ basis.T
-    start, from_mean = _rest(field, rest, x)
-    places = (x - start[:, None]) / field._slip[:, None]
-    by_place = basis
-    if from_mean and numbers[0] == 0:  # it moves along
-        by_place = basis.copy()
-        by_place[:, 0] = 0.0
-    steps, by_step = None, np.zeros((basis.shape[0], 0))
-    if separations is not None:
-        steps = _steps(field, _coefficients(field, "separations", separations, count) @ basis.T)
-        by_step = basis
-    columns, step_count = count + by_step.shape[1], by_step.shape[1]
-    spectrum, load_spectrum = np.empty((field.size, count)), np.empty((field.size, count))
-    jacobian = np.empty((field.size, count, columns))
-    load_jacobian = np.empty((field.size, count, step_count))
-    _slopes(
-        field, places, steps, by_place[None], by_step[None], 0, analysis, count,
-        spectrum, jacobian, load_spectrum, load_jacobian,
-    )  # fmt: skip
-    weights = field._weights[:, None, None]
-    spectrum *= field._weights[:, None]
-    jacobian[:, :, :count] *= weights / field._slip[:, None, None]
-    if separations is None:
-        return spectrum, jacobian
-    load_spectrum *= field._scale[:, None]
-    tangent = np.zeros((field.size, 2, 2, count, count))
-    tangent[:, 0, 0] = jacobian[:, :, :count]
-    tangent[:, 0, 1] = weights * jacobian[:, :, count:]
-    tangent[:, 1, 1] = field._scale[:, None, None] * load_jacobian
-    return spectrum, load_spectrum, tangent
+        Parameters
+        ----------
+        displacements : array_like
+            One period of displacements [m], its first sample not repeated, shape (nodes, samples),
+            or (samples,) for all nodes alike.
+        separations : array_like, optional
+            Separations [m] at the same samples; without them the nodes stay at their own. Contact
+            may be lost and found again.
+        rest : array_like or "mean", optional
+            Displacements [m] at which the nodes rest without a force, one number or one a node,
+            or the mean of each cycle. With a mean displacement the settled mean force depends on
+            it.
+
+        Returns
+        -------
+        FieldCycle
+            ``force`` and ``load`` [N], ``stiffness`` [N/m] and ``derivative``, see there.
+
+        Raises
+        ------
+        InputError
+            Another shape, not finite, separations outside a table.
+
+        Notes
+        -----
+        Each node goes from rest in a straight line of (separation, displacement) to the sample
+        where separation + |displacement|/kappa is largest; there all other memory is gone, and the
+        cycle that begins there has settled. Where that path pressed new contact down sticking, one
+        more cycle follows. It does not matter with which sample a cycle begins.
+        """
+        x = _cycles(self, "displacements", displacements)
+        start, from_mean = _rest(self, rest, x)
+        # Beyond 1e200 slips there is no more to come, but numbers that overflow.
+        with np.errstate(over="ignore"):
+            places = np.clip((x - start[:, None]) / self._slip[:, None], -1e200, 1e200)
+        steps = None
+        if separations is not None:
+            steps = _steps(self, _cycles(self, "separations", separations))
+            if steps.shape != x.shape:
+                raise InputError(
+                    "displacements and separations must have as many samples, got "
+                    f"{x.shape[1]} and {steps.shape[1]}"
+                )
+        force, load, slope = (np.empty(x.shape) for _ in range(3))
+        arguments = places, steps, self._steps, x.shape[1], force, load, slope
+        profile = _profile(self, steps)
+        if profile is None:
+            twin_field_cycles.field_cycle(*arguments, self._curve)
+        else:
+            kernels.active.field_cycle(*arguments, *profile.arguments)
+        force *= self._weights[:, None]
+        load *= self._scale[:, None]
+        slope *= (self._weights / self._slip)[:, None]
+        return FieldCycle(lock(force), lock(load), lock(slope), self, places, steps, from_mean)
+
+    def harmonics(
+        self: FieldNodes,
+        coefficients: ArrayLike,
+        harmonics: Any = (0, 1),
+        *,
+        separations: ArrayLike | None = None,
+        rest: ArrayLike | str = 0.0,
+        samples: int = 64,
+    ) -> tuple[Floats, ...]:
+        """Fourier coefficients of the settled forces with their Jacobians: balance of harmonics.
+
+        Parameters
+        ----------
+        coefficients : array_like
+            Coefficients of the displacements [m], shape (nodes, coefficients), or one row for all,
+            in the order of ``harmonics``: [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
+        harmonics : sequence of int, optional
+            Numbers of the harmonics, rising; 0 is the mean.
+        separations : array_like, optional
+            Coefficients of the separations [m], of the same shape; without them the nodes stay at
+            their own. Their mean is the mean separation, not its change.
+        rest : array_like or "mean", optional
+            As for :meth:`periodic`.
+        samples : int, optional
+            Equidistant samples of the period [-]. The coefficients are those of the sampled cycle,
+            and the Jacobian is exactly theirs; what sampling costs falls with the square of their
+            number: see the notes.
+
+        Returns
+        -------
+        force : ndarray
+            Coefficients of the forces [N], shape (nodes, coefficients).
+        load : ndarray
+            Those of the normal loads [N], only with ``separations``.
+        jacobian : ndarray
+            Derivatives [N/m] of force coefficients (rows) by displacement coefficients (columns),
+            shape (nodes, coefficients, coefficients). With ``separations`` the shape is (nodes,
+            2, 2, coefficients, coefficients): those of (force, load) by (displacement, separation).
+
+        Raises
+        ------
+        InputError
+            Another shape, not finite, harmonics that do not rise, too few samples for them,
+            separations outside a table.
+
+        Notes
+        -----
+        The derivative runs down the tree of reversals. Samples miss the true turning points by up
+        to half a step, which is the error of second order.
+        """
+        numbers = _orders(harmonics)
+        basis, analysis = _transform(numbers, _samples(samples, numbers))
+        count = basis.shape[1]
+        x = _coefficients(self, "coefficients", coefficients, count) @ basis.T
+        start, from_mean = _rest(self, rest, x)
+        places = (x - start[:, None]) / self._slip[:, None]
+        by_place = basis
+        if from_mean and numbers[0] == 0:  # it moves along
+            by_place = basis.copy()
+            by_place[:, 0] = 0.0
+        steps, by_step = None, np.zeros((basis.shape[0], 0))
+        if separations is not None:
+            steps = _steps(self, _coefficients(self, "separations", separations, count) @ basis.T)
+            by_step = basis
+        columns, step_count = count + by_step.shape[1], by_step.shape[1]
+        spectrum, load_spectrum = np.empty((self.size, count)), np.empty((self.size, count))
+        jacobian = np.empty((self.size, count, columns))
+        load_jacobian = np.empty((self.size, count, step_count))
+        _slopes(
+            self, places, steps, by_place[None], by_step[None], 0, analysis, count,
+            spectrum, jacobian, load_spectrum, load_jacobian,
+        )  # fmt: skip
+        weights = self._weights[:, None, None]
+        spectrum *= self._weights[:, None]
+        jacobian[:, :, :count] *= weights / self._slip[:, None, None]
+        if separations is None:
+            return spectrum, jacobian
+        load_spectrum *= self._scale[:, None]
+        tangent = np.zeros((self.size, 2, 2, count, count))
+        tangent[:, 0, 0] = jacobian[:, :, :count]
+        tangent[:, 0, 1] = weights * jacobian[:, :, count:]
+        tangent[:, 1, 1] = self._scale[:, None, None] * load_jacobian
+        return spectrum, load_spectrum, tangent
 
 
 def _slopes(

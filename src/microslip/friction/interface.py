@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from microslip import normal
 from microslip._core.checks import (
     LARGEST,
     Floats,
@@ -18,18 +20,17 @@ from microslip._core.checks import (
     number,
     plain,
     positive,
-    show,
 )
 from microslip._core.frozen import assign, made_once
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
+from microslip.friction.coupled import check_surface
 from microslip.friction.coupled_law import CoupledLaw
 from microslip.friction.sliders import Sliders
 from microslip.friction.validity import Verdict, validity
 from microslip.kernels.table import Table
 from microslip.materials import MaterialPair
-from microslip.normal import NORMAL_LAWS, NormalLaw
-from microslip.normal.base import FAINTEST
+from microslip.normal.base import FAINTEST, NormalLaw
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,12 +81,7 @@ class Interface(CoupledLaw):
     )
 
     def __post_init__(self) -> None:
-        if not isinstance(self.surface, NormalLaw):
-            names = ", ".join(law.__name__ for law in NORMAL_LAWS)
-            raise InputError(
-                Argument("surface"),
-                f" must be a normal load law ({names}), got {show(self.surface)}",
-            )
+        check_surface(self.surface)
         friction = positive("friction_coefficient", self.friction_coefficient)
         load, separation = self.normal_load, self.separation
         check_one_of("normal_load [N] or separation [m]", load, separation)
@@ -293,20 +289,9 @@ class Interface(CoupledLaw):
         curvature = self.surface._derivative(self.separation + u / kappa, 2)
         return self._friction / kappa**2 * curvature
 
-    def dissipation_exponent(
-        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
-    ) -> Any:
-        """Local exponent d ln E_d / d ln delta_m [-]: 3 towards amplitude 0, 1 in gross slip.
-
-        Not a number where nothing is dissipated, as on a straight run of a table.
-        Given a force amplitude, the same exponent (of the displacement) at the displacement that
-        belongs to it. Parameters, shapes and errors as :meth:`dissipated_energy`.
-        """
-        exponent = super().dissipation_exponent(amplitude, force_amplitude=force_amplitude)
-        if float(self._slider_density(np.zeros(1))[0]) <= 0.0:
-            return exponent
-        # Where the energy underflows the limit of small amplitudes holds.
-        return plain(np.asarray(np.where(np.isnan(exponent), 3.0, exponent)))
+    @property
+    def _small_exponent(self) -> float:
+        return 3.0 if float(self._slider_density(np.zeros(1))[0]) > 0.0 else math.nan
 
     @cached_property
     def _kinks(self) -> Floats:
@@ -349,8 +334,8 @@ class Interface(CoupledLaw):
         Parameters
         ----------
         data : Loop, Record or sequence of such
-            What was measured: displacement [m] and force [N], at least one closed cycle each.
-            Loops of several loads tell the separation, those of one hardly do.
+            As of :meth:`BackboneLaw.guess`; loops of several loads tell the separation, those of
+            one hardly do.
         pair : MaterialPair
             The two materials, which must be given.
         normal_load : array_like, optional
@@ -372,8 +357,8 @@ class Interface(CoupledLaw):
         Raises
         ------
         InputError
-            Data of another kind, no closed cycle, a force that does not vary, no load, loads that
-            no surface of these heights can carry; no pair; a radius or an area not above zero.
+            No pair, no load, loads that no surface of these heights can carry; a radius or an area
+            not above zero; whatever that one refuses.
         """
         if pair is None:
             raise InputError(
@@ -393,8 +378,8 @@ class Interface(CoupledLaw):
 
         The first is the project's worked example, the milled Al 2017 pair at 2 kN.
         """
-        joints = [cls(law, 0.55, 2000.0) for law in NORMAL_LAWS[0].examples()[:1]]
-        for law in NORMAL_LAWS:
+        joints = [cls(law, 0.55, 2000.0) for law in normal.NORMAL_LAWS[0].examples()[:1]]
+        for law in normal.NORMAL_LAWS:
             for surface in law.examples():
                 largest = surface.load(surface._span[0])
                 # Heights that begin abruptly: also so heavy that every summit touches.

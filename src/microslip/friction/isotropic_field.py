@@ -112,18 +112,7 @@ class IsotropicField(Locked):
             )
 
     def start(self, *, energies: bool = False) -> VectorState:
-        """A state of all nodes at rest.
-
-        Parameters
-        ----------
-        energies : bool, optional
-            Whether it counts what each node dissipates at held separations.
-
-        Returns
-        -------
-        VectorState
-            With ``try_``, ``commit``, ``rollback`` and ``copy``.
-        """
+        """A state of all nodes at rest, which may count ``energies`` at held separations."""
         return VectorState(self, False, bool(energies))
 
     def periodic(
@@ -133,7 +122,7 @@ class IsotropicField(Locked):
         *,
         tolerance: float = SETTLED,
     ) -> VectorCycle:
-        """The settled cycles of all nodes.
+        """The settled cycles of all nodes, as one is of :meth:`microslip.IsotropicJoint.periodic`.
 
         Parameters
         ----------
@@ -143,9 +132,7 @@ class IsotropicField(Locked):
         separations : array_like, optional
             Separations [m] at the same samples, shape (nodes, samples).
         tolerance : float, optional
-            Share of the force limit [-]: a cycle that changes by less from one period to the next
-            counts as settled. Sliders that hardly slip near their end change like the inverse
-            square of the number of periods, so that less takes long.
+            Share of the force limit [-], see there.
 
         Returns
         -------
@@ -198,14 +185,10 @@ class IsotropicField(Locked):
         coefficients : array_like
             Coefficients of both displacements [m], shape (nodes, 2, coefficients), in the order of
             ``harmonics``: [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
-        harmonics : sequence of int, optional
-            Numbers of the harmonics, rising; 0 is the mean.
         separations : array_like, optional
             Coefficients of the separations [m], shape (nodes, coefficients).
-        samples : int, optional
-            Equidistant samples of the period [-].
-        tolerance : float, optional
-            As for :meth:`periodic`; the Jacobian is exactly that of the cycle so reached.
+        harmonics, samples, tolerance : optional
+            As those of :meth:`microslip.IsotropicJoint.harmonics`.
 
         Returns
         -------
@@ -247,7 +230,7 @@ class IsotropicField(Locked):
         load, fall = self._load_cycle(steps)
         jacobian = np.zeros((size, 3, 3, count, count))
         jacobian[:, :2, :2] = by_places
-        jacobian[:, :2, 2] = turned.transpose(0, 1, 2, 3)
+        jacobian[:, :2, 2] = turned
         jacobian[:, 2, 2] = np.einsum("tc,nt,tk->nck", analysis, fall, basis)
         return spectrum, load @ analysis, jacobian
 

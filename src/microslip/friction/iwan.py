@@ -152,23 +152,8 @@ class Iwan(Locked, CellModel):
     def guess(cls, data: Any, cells: int = 12) -> Iwan:
         """Cells to start a fit from: stiffnesses by least squares on a geometric grid of yields.
 
-        Parameters
-        ----------
-        data : Loop, Record or sequence of such
-            What was measured: displacement [m] and force [N], at least one closed cycle each.
-        cells : int, optional
-            Number of cells to choose from; those that would have no stiffness are left out.
-
-        Returns
-        -------
-        Iwan
-            The cells.
-
-        Raises
-        ------
-        InputError
-            Data of another kind, no closed cycle, a force that does not vary; cells that are no
-            number from 1 to 1000.
+        There are ``cells`` to choose from, 1 to 1000; those without stiffness are left out. The
+        rest is as of :meth:`BackboneLaw.guess`.
         """
         yields = yield_grid(data, whole("cells", cells, 1, 1000))
         stiffnesses = cell_stiffnesses(data, yields)

@@ -15,7 +15,7 @@ from microslip._core.checks import Floats
 from microslip.kernels import Integers
 from microslip.memory import Slips
 from microslip.normal import NormalLaw, TabulatedNormalLaw
-from microslip.normal.grids import pairs_of
+from microslip.normal.grids import sum_over_pairs
 from microslip.normal.spheres import Spheres
 from microslip.normal.varying_load_losses import means
 from microslip.numerics.quadrature import gauss_legendre
@@ -41,7 +41,6 @@ class Losses:
 
     def __init__(self, law: NormalLaw, origin: float) -> None:
         self._law, self._origin = law, origin
-        self._pairs = pairs_of(law)
         small = law._small_kinks
         # Very many make a curve that a rule takes for smooth.
         kinks = np.union1d(law._kinks, small) if small.size <= _MOST_RUNGS else law._kinks
@@ -125,10 +124,7 @@ class Losses:
         return [(_PARABOLAS, ~tail), (_ROOTS, tail)]
 
     def _slope(self, separation: Floats, gap: Floats) -> Floats:
-        at = separation + self._origin
-        if self._pairs is None:
-            return self._law._excess_slope(at, gap)
-        return self._pairs(self._law, "excess_slope", at, gap)
+        return sum_over_pairs(self._law, "excess_slope", separation + self._origin, gap)
 
 
 def _pieces(

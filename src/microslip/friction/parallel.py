@@ -137,23 +137,7 @@ class Parallel(Locked, BackboneLaw):
 
     @classmethod
     def guess(cls, data: Any) -> Parallel:
-        """A law to start a fit from: one of Jenkins' cells, which can be joined by others.
-
-        Parameters
-        ----------
-        data : Loop, Record or sequence of such
-            What was measured: displacement [m] and force [N], at least one closed cycle each.
-
-        Returns
-        -------
-        Parallel
-            Of one law.
-
-        Raises
-        ------
-        InputError
-            Data of another kind, no closed cycle, a force that does not vary.
-        """
+        """A law to start a fit from: one of Jenkins' cells, which can be joined by others."""
         return cls([Jenkins.guess(data)])
 
     @classmethod

@@ -226,21 +226,7 @@ class PressedJoint(Parallel):
     ) -> PressedJoint:
         """A joint to start a fit from: that of :meth:`Interface.guess`, pressed as it is told.
 
-        Parameters
-        ----------
-        data : Loop, Record or sequence of such
-            What was measured: displacement [m] and force [N], at least one closed cycle each.
-        pressure : Pressure
-            How the load is spread, which must be given.
-        pair, normal_load, heights, radius : optional
-            As those of :meth:`Interface.guess`: lengths in [m], loads in [N].
-        area : float, optional
-            Apparent area of the surface [m^2]; without it that of the pressure.
-
-        Returns
-        -------
-        PressedJoint
-            At the geometric mean of the loads.
+        The ``pressure`` must be given, and lies on an ``area`` [m^2] that is its own unless said.
 
         Raises
         ------

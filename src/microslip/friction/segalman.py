@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, plain
+from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
@@ -125,17 +124,9 @@ class SegalmanIwan(PowerModel):
         slips = amplitude >= self.slip_displacement
         return np.where(slips, 4.0 * self.force_limit, within)
 
-    def dissipation_exponent(
-        self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
-    ) -> Any:
-        """Local exponent d ln E_d / d ln delta_m [-]: 3 + chi below gross slip, 1 far in it.
-
-        Given a force amplitude, the same exponent (of the displacement) at the displacement that
-        belongs to it. Parameters, shapes and errors as :meth:`dissipated_energy`.
-        """
-        exponent = super().dissipation_exponent(amplitude, force_amplitude=force_amplitude)
-        # Where the energy underflows the power law holds.
-        return plain(np.asarray(np.where(np.isnan(exponent), 3.0 + self.chi, exponent)))
+    @property
+    def _small_exponent(self) -> float:
+        return 3.0 + self.chi
 
     def _parameter_derivatives(self, u: Floats) -> Floats:
         # Sums of nothing that cancels; phi depends on the others, and what that gives is in them.
@@ -183,23 +174,7 @@ class SegalmanIwan(PowerModel):
 
     @classmethod
     def guess(cls, data: Any) -> SegalmanIwan:
-        """A model to start a fit from: the closest of a grid of chi and beta.
-
-        Parameters
-        ----------
-        data : Loop, Record or sequence of such
-            What was measured: displacement [m] and force [N], at least one closed cycle each.
-
-        Returns
-        -------
-        SegalmanIwan
-            The model.
-
-        Raises
-        ------
-        InputError
-            Data of another kind, no closed cycle, a force that does not vary.
-        """
+        """A model to start a fit from: the closest of a grid of chi and beta."""
         u, force = points_of(all_features(data))
         fits = []
         for chi in (-0.9, -0.75, -0.5, -0.25, 0.0, 0.5, 1.5):

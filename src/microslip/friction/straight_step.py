@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, beyond, floats, plain, positive, show
 from microslip.errors import InputError
 from microslip.normal import NormalLaw
-from microslip.normal.grids import pairs_of
+from microslip.normal.grids import sum_over_pairs
 
 
 class FirstLoading(NamedTuple):
@@ -118,8 +118,8 @@ def _loaded(
     fall = d0 - d
     sticks = place <= fall
     width = np.where(sticks, fall, place)  # over which D is not 0
-    drop, load = _sum(law, "drop", d, width), law._derivative(d, 0)
-    here, there = -law._derivative(d, 1), _sum(law, "fall", d, width)
+    drop, load = sum_over_pairs(law, "drop", d, width), law._derivative(d, 0)
+    here, there = -law._derivative(d, 1), sum_over_pairs(law, "fall", d, width)
     share = np.divide(place, fall, out=np.ones_like(place), where=sticks & (fall > 0.0))
     mean = np.divide(drop, width, out=here.copy(), where=width > 0.0)
     tangent = np.empty((x.size, 2, 2))
@@ -127,7 +127,7 @@ def _loaded(
     # The integral of (w - v) N''(d + v) over 0 <= v <= w, or of N'' where slip has begun.
     bend = here - there
     if sticks.any():
-        late = 2.0 * _sum(law, "excess_slope", d[sticks], width[sticks])
+        late = 2.0 * sum_over_pairs(law, "excess_slope", d[sticks], width[sticks])
         bend[sticks] -= np.divide(
             late, width[sticks], out=np.zeros_like(late), where=width[sticks] > 0.0
         )
@@ -135,11 +135,3 @@ def _loaded(
     tangent[:, 1, 0] = 0.0
     tangent[:, 1, 1] = -here
     return friction * np.copysign(share, x) * drop, load, tangent
-
-
-def _sum(law: NormalLaw, kind: Any, d: Floats, u: Floats) -> Floats:
-    pairs = pairs_of(law)
-    if pairs is not None:
-        return pairs(law, kind, d, u)
-    sums = {"drop": law._drop, "fall": law._fall, "excess_slope": law._excess_slope}
-    return sums[kind](d, u)

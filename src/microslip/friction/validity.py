@@ -7,9 +7,7 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from microslip._core.verdicts import WORDS, Rule, Verdict, Word
-from microslip.normal import NormalLaw
-from microslip.normal.persson import PRESSURE
-from microslip.normal.sphere import YIELD
+from microslip.normal.base import PRESSURE, YIELD, NormalLaw
 
 __all__ = ["RULES", "Verdict", "Word", "validity", "worst_validity"]
 

@@ -51,23 +51,30 @@ class Nodes(Protocol):
         """Number of nodes."""
 
     @property
-    def _weights(self) -> Floats: ...
+    def _weights(self) -> Floats:
+        """What N of the surface is times for the force of gross slip."""
 
     @property
-    def _scale(self) -> Floats: ...
+    def _scale(self) -> Floats:
+        """What it is times for the load of a node."""
 
     @property
-    def _slip(self) -> Floats: ...
+    def _slip(self) -> Floats:
+        """Displacement per separation, kappa."""
 
     @property
-    def _steps(self) -> Floats: ...
+    def _steps(self) -> Floats:
+        """Separations at rest from the origin."""
 
     @property
-    def _curve(self) -> Curve: ...
+    def _curve(self) -> Curve:
+        """The load curve."""
 
-    def _each(self, name: str, value: Any) -> Floats: ...
+    def _each(self, name: str, value: Any) -> Floats:
+        """One number a node."""
 
-    def _step_array(self, separations: Any, name: str = "separations") -> Floats: ...
+    def _step_array(self, separations: Any, name: str = "separations") -> Floats:
+        """Separations, one a node, from the origin."""
 
 
 class FieldState:

@@ -16,27 +16,14 @@ from microslip.memory.along import along, loads_along, saved_array
 from microslip.memory.diagram import Diagram, Step
 from microslip.memory.ledger import Ledger
 from microslip.memory.record import Memory
-from microslip.memory.trial import Trial
+from microslip.memory.trial import Surface, Trial
 from microslip.memory.turn import Turn, one_at_a_time
 
 _SAVED = (("now", None), ("reversals", 2), ("rows", 4))
 
 
-class Load(Protocol):
+class Load(Surface, Protocol):
     """What a state asks of a law under a load that varies; separations count from its own."""
-
-    friction: float
-    """Coefficient mu [-]."""
-    slip: float
-    """Displacement per place, kappa [-]."""
-    origin: float
-    """The law's own separation [m]."""
-
-    def load(self, separation: Floats) -> Floats:
-        """N [N] at separations [m]."""
-
-    def falls(self, separation: Floats) -> Floats:
-        """-N' [N/m] at separations [m]."""
 
     def losses(self, separation: Floats, displacement: Floats, diagram: Diagram) -> Floats:
         """Energies [J] of the steps of a record that goes on from a diagram."""

@@ -1,32 +1,6 @@
 """Floor 2: normal load laws, one class a law."""
 
-from microslip.normal.base import NormalLaw
-from microslip.normal.elliptic import EllipticSummits
-from microslip.normal.greenwood_williamson import GreenwoodWilliamson
-from microslip.normal.persson import PerssonCurve
-from microslip.normal.population import AsperityPopulation
-from microslip.normal.sphere import SphereOnFlat
-from microslip.normal.table import TabulatedNormalLaw
-from microslip.normal.tightened import TightenedSurface
+import lazy_loader as _lazy
 
-__all__ = [
-    "NORMAL_LAWS",
-    "AsperityPopulation",
-    "EllipticSummits",
-    "GreenwoodWilliamson",
-    "NormalLaw",
-    "PerssonCurve",
-    "SphereOnFlat",
-    "TabulatedNormalLaw",
-    "TightenedSurface",
-]
-
-NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
-    GreenwoodWilliamson,
-    AsperityPopulation,
-    SphereOnFlat,
-    TabulatedNormalLaw,
-    TightenedSurface,
-    EllipticSummits,
-)
-"""Every normal load law; the shared tests run over it."""
+# Who wants one law does not wait for the others.
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

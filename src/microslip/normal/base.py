@@ -18,6 +18,11 @@ from microslip.normal import kinked
 from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
 from microslip.numerics import quadrature
 
+PRESSURE = "mean contact pressure over hardness"
+"""Name of what is judged of a law that knows contacts but no summits."""
+YIELD = "Hertz pressure over that of first yield"
+"""Name of what is judged of one sphere."""
+
 
 def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[str, float | None]:
     """Greenwood and Williamson's (E*/H) sqrt(sigma/rho); none for summits of one height.

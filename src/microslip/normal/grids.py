@@ -164,6 +164,11 @@ def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floa
     return _own_pairs if general or law._spheres is not None else None
 
 
+def sum_over_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
+    """A sum with a separation for each step, by whichever function the law has for that."""
+    return (pairs_of(law) or _own_pairs)(law, kind, d, u)
+
+
 def _sum_of(law: NormalLaw, kind: Kind) -> Callable[[Floats | float, Floats], Floats]:
     sums = {
         "drop": law._drop,

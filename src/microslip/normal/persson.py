@@ -28,15 +28,13 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import Parametric, parameter
 from microslip.errors import Argument, InputError
 from microslip.materials import MaterialPair
-from microslip.normal.base import NormalLaw, check_pair
+from microslip.normal.base import PRESSURE, NormalLaw, check_pair
 from microslip.normal.table import TabulatedNormalLaw
 from microslip.numerics.quadrature import gauss_legendre
 
 _END = 6.6  # beyond, exp(-x^2) is no part of anything
 _PIECE = 10  # nodes between two points of the spectrum
 _MOST_PIECES = 400
-PRESSURE = "mean contact pressure over hardness"
-"""Name of what is judged of a law that knows contacts but no summits."""
 
 if TYPE_CHECKING:
 

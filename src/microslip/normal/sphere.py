@@ -13,12 +13,9 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, number, plain
 from microslip._core.parameters import parameter
 from microslip.materials import MaterialPair
-from microslip.normal.base import NormalLaw, aluminium
+from microslip.normal.base import YIELD, NormalLaw, aluminium
 from microslip.normal.elastic_plastic import HARDNESS_RATIO, JacksonGreen
 from microslip.normal.spheres import Spheres
-
-YIELD = "Hertz pressure over that of first yield"
-"""Name of the rule that judges it."""
 
 
 @dataclass(frozen=True)

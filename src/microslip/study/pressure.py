@@ -11,8 +11,7 @@ from pydantic import Field, model_validator
 
 from microslip._core.units import AREA, FORCE, LENGTH, PRESSURE, TORQUE
 from microslip.errors import InputError
-from microslip.friction.bolt_sizes import BOLTS
-from microslip.friction.pressure import RINGS, Pressure
+from microslip.friction.pressure import BOLTS, RINGS, Pressure
 from microslip.study.columns import FromFile
 from microslip.study.fields import (
     MAX_VALUES,

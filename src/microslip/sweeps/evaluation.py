@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, plain, show, whole
 from microslip._core.frozen import lock
 from microslip.errors import Argument, InputError
-from microslip.friction.unit_cycles import MOST_SAMPLES, halves_of, shape_of
 from microslip.heights import Gaussian, as_heights
+from microslip.loops import MOST_SAMPLES, halves_of, unit_cycle
 from microslip.materials import Material, MaterialPair
 from microslip.normal import GreenwoodWilliamson, NormalLaw
 from microslip.normal.base import FAINTEST
@@ -452,7 +452,7 @@ def _loop(
     law: Pointwise, samples: int, a: float, place: float, unit: float, factor: float, limit: float
 ) -> tuple[Floats, Floats]:
     """A closed loop, as an interface samples it."""
-    shape, turn = shape_of(samples)
+    shape, turn = unit_cycle(samples)
 
     def backbone(u: Floats) -> Floats:
         drop = law.sum("drop", np.full(u.size, place), np.minimum(u, 1e200) / unit)

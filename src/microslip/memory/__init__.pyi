@@ -1,0 +1,14 @@
+from .along import along as along
+from .along import loads_along as loads_along
+from .diagram import Diagram as Diagram
+from .diagram import Rows as Rows
+from .diagram import Slips as Slips
+from .field_state import FieldResponse as FieldResponse
+from .field_state import FieldState as FieldState
+from .record import Memory as Memory
+from .record import Tree as Tree
+from .state import Load as Load
+from .state import State as State
+from .trial import Trial as Trial
+from .vector_state import VectorResponse as VectorResponse
+from .vector_state import VectorState as VectorState

@@ -1,0 +1,19 @@
+"""The list of all normal load laws."""
+
+from microslip.normal.base import NormalLaw
+from microslip.normal.elliptic import EllipticSummits
+from microslip.normal.greenwood_williamson import GreenwoodWilliamson
+from microslip.normal.population import AsperityPopulation
+from microslip.normal.sphere import SphereOnFlat
+from microslip.normal.table import TabulatedNormalLaw
+from microslip.normal.tightened import TightenedSurface
+
+NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
+    GreenwoodWilliamson,
+    AsperityPopulation,
+    SphereOnFlat,
+    TabulatedNormalLaw,
+    TightenedSurface,
+    EllipticSummits,
+)
+"""Every normal load law; the shared tests run over it."""

@@ -17,7 +17,7 @@ from exported import JOINT
 import microslip as ms
 from microslip import export
 from microslip.cli.export import KINDS as OF_COMMAND
-from microslip.export.numbered_cells import compact
+from microslip.export.element_files import compact
 from microslip.export.order import ELEMENTS
 from microslip.study.build import build_joints
 

@@ -48,7 +48,7 @@ def definitions(order: Order) -> str:
     return filled("history.c", TABLE=table, CONTENT=content, COEFFICIENTS=rows, **values)
 
 
-def write(order: Order) -> tuple[dict[str, str], Accuracy]:
+def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """Texts by the names of their files."""
     header = order.header()
     memory = [

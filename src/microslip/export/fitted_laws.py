@@ -16,7 +16,7 @@ _LOOPS = 9
 _SAMPLES = 128
 
 
-def write(order: Order) -> tuple[dict[str, str], Accuracy]:
+def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """One file: JSON, or a study whose joint the model is."""
     low, high = order.span
     model: BackboneLaw | BoucWen

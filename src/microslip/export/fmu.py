@@ -27,7 +27,7 @@ _PLATFORMS = {
 }
 
 
-def write(order: Order) -> tuple[dict[str, bytes], Accuracy]:
+def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """The archive, with a binary for this machine if it has a C compiler."""
     header = comment(order.header())
     body = f"{header}\n{declarations(order)}\n{definitions(order)}"

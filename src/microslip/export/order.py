@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, show, whole
-from microslip._core.wording import one_line
+from microslip._core.checks import Floats, exact, show
 from microslip._version import __version__
 from microslip.errors import Argument, InputError
 from microslip.export.backbone_panels import BackbonePanels
-from microslip.friction import BackboneLaw, JointField
+from microslip.friction import BackboneLaw, JointField, Parallel
 from microslip.friction.base import CellModel
-from microslip.friction.conversions import amplitude_range, check_not_rigid
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from microslip.friction.conversions import check_not_rigid
 
 _AMPLITUDES = 400  # at which errors are looked for
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
-_MOST_DEPTH = 1_000_000
-_MOST_CELLS = 10_000
 ELEMENTS = ("opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran")
 """Kinds whose files hold elements, and so fields."""
 
@@ -72,11 +64,6 @@ class Patch:
     law: BackboneLaw
     nodes: tuple[int, ...]
 
-    def cells(self, order: Order) -> CellModel:
-        """The cells that stand for it, in newtons and metres."""
-        low, high = order.span
-        return self.law.to_iwan(order.cells, smallest_amplitude=low, largest_amplitude=high)
-
 
 @dataclass(frozen=True)
 class Order:
@@ -107,19 +94,17 @@ class Order:
 
     @cached_property
     def cell_models(self) -> tuple[CellModel, ...]:
-        """The cells of each patch."""
-        return tuple(patch.cells(self) for patch in self.patches)
+        """The cells that stand for each patch, in newtons and metres."""
+        low, high = self.span
+        span = {"smallest_amplitude": low, "largest_amplitude": high}
+        return tuple(patch.law.to_iwan(self.cells, **span) for patch in self.patches)
 
     @cached_property
     def accuracy(self) -> Accuracy:
         """Of the file; the worst of its patches."""
         if self.kind in ELEMENTS:
-            fits = [model.fit for model in self.cell_models]
-            return Accuracy(
-                *self.span,
-                max(fit.backbone_error for fit in fits),
-                max(fit.energy_error for fit in fits),
-            )
+            fits = [(m.fit.backbone_error, m.fit.energy_error) for m in self.cell_models]
+            return Accuracy(*self.span, *map(max, zip(*fits, strict=True)))
         return Accuracy.of(self.law, self.span, self.panels.force, self.panels.energy)
 
     def header(self, accuracy: Accuracy | None = None) -> list[str]:
@@ -140,37 +125,8 @@ class Order:
         return [short for line in lines for short in wrap(line, 96, subsequent_indent="  ")]
 
 
-def read_order(
-    kind: str,
-    run: str,
-    law: Any,
-    stem: str,
-    suffix: str,
-    options: Mapping[str, Any],
-) -> Order:
-    """Check what is to be exported."""
-    name = options["name"]
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
-        raise InputError(
-            Argument("name"),
-            " must begin with a letter and hold up to 31 letters, digits and _, which C and "
-            f'Fortran take, for example name="joint"; got {show(name)}',
-        )
-    depth = whole("depth", options["depth"], 2, _MOST_DEPTH)
-    cells = whole("cells", options["cells"], 2, _MOST_CELLS)
-    direction = whole("direction", options["direction"], 1, 3)
-    first = whole("first_number", options["first_number"], 1, 90_000_000)
-    patches = _patches(kind, law, options["nodes"])
-    span = amplitude_range(
-        _together(patches), options["smallest_amplitude"], options["largest_amplitude"]
-    )
-    return Order(
-        kind, run, patches, span, cells, depth, name, direction, first, stem, suffix,
-        one_line(_described(law)),
-    )  # fmt: skip
-
-
-def _patches(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...]:
+def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...]:
+    """The joints of a file, checked."""
     laws = _laws(kind, law)
     if nodes is None:
         if len(laws) > 1:
@@ -254,19 +210,19 @@ def _laws_of_field(field: JointField) -> list[BackboneLaw | None]:
     ]
 
 
-def _together(patches: tuple[Patch, ...]) -> BackboneLaw:
-    from microslip.friction import Parallel
-
+def sum_of(patches: tuple[Patch, ...]) -> BackboneLaw:
+    """The law of all patches moving together."""
     return patches[0].law if len(patches) == 1 else Parallel([patch.law for patch in patches])
 
 
-def _described(law: Any) -> str:
+def described(law: Any) -> str:
+    """A law in a line."""
     surface = getattr(law, "surface", None)
     under = f", on {surface!r}" if surface is not None else ""
     if isinstance(law, JointField):
         return f"a field of {law.size} patches{under}"
     if isinstance(law, Sequence):
         alike = all(item is law[0] for item in law)
-        return f"{len(law)} patch(es){f', each {_described(law[0])}' if alike else ', a law each'}"
+        return f"{len(law)} patch(es){f', each {described(law[0])}' if alike else ', a law each'}"
     limit, stiffness = exact(law.force_limit), exact(law.tangential_stiffness)
     return f"{law!r}{under}; force limit {limit} N, stiffness at rest {stiffness} N/m"

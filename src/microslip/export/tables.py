@@ -13,7 +13,7 @@ from microslip.export.order import Accuracy, Order
 _POINTS = 200
 
 
-def write(order: Order) -> tuple[dict[str, str], Accuracy]:
+def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """One JSON file, or two CSV files: the curves, and beside them the cells."""
     law = order.law
     a = np.geomspace(*order.span, _POINTS)

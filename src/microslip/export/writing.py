@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,12 +10,17 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import show
+from microslip._core.checks import show, whole
 from microslip._core.files import whole_file
-from microslip._core.wording import did_you_mean
+from microslip._core.wording import did_you_mean, one_line
 from microslip.errors import Argument, InputError
 from microslip.export.formats import FORMATS, KINDS
-from microslip.export.order import Accuracy, read_order
+from microslip.export.order import Accuracy, Order, described, patches_of, sum_of
+from microslip.friction.conversions import amplitude_range
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
+_MOST_DEPTH = 1_000_000
+_MOST_CELLS = 10_000
 
 
 @dataclass(frozen=True)
@@ -108,23 +114,21 @@ def write(
     stem = path.stem if path.suffix == suffix else path.name
     if not stem or stem.startswith("."):
         raise InputError(Argument("file"), f" must be the name of a file, got {show(str(file))}")
-    order = read_order(
-        kind,
-        file_format.run,
-        law,
-        stem,
-        suffix,
-        {
-            "smallest_amplitude": smallest_amplitude,
-            "largest_amplitude": largest_amplitude,
-            "cells": cells,
-            "depth": depth,
-            "name": name,
-            "nodes": nodes,
-            "direction": direction,
-            "first_number": first_number,
-        },
-    )
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise InputError(
+            Argument("name"),
+            " must begin with a letter and hold up to 31 letters, digits and _, which C and "
+            f'Fortran take, for example name="joint"; got {show(name)}',
+        )
+    depth, cells = whole("depth", depth, 2, _MOST_DEPTH), whole("cells", cells, 2, _MOST_CELLS)
+    direction = whole("direction", direction, 1, 3)
+    first_number = whole("first_number", first_number, 1, 90_000_000)
+    patches = patches_of(kind, law, nodes)
+    order = Order(
+        kind, file_format.run, patches,
+        amplitude_range(sum_of(patches), smallest_amplitude, largest_amplitude),
+        cells, depth, name, direction, first_number, stem, suffix, one_line(described(law)),
+    )  # fmt: skip
     texts, accuracy = file_format.write(order)
     paths = [path.parent / text for text in texts]
     with ExitStack() as stack:

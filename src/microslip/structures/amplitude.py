@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import SMALLEST, Floats, show, sized
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 from microslip.structures.matrices import direction_matrix
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
 _NODE = 1e-9  # of the largest motion of a mode there
-_UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
+"""How often the sensor's quantity is a derivative of the displacement."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,17 +51,17 @@ class AmplitudeMeasure:
         return abs(float(self.sensor @ shape)) * omega**self.power
 
 
-def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> AmplitudeMeasure:
-    """The measure of a sensor, or the modal one.
+def power_of(quantity: Any) -> int:
+    """How often a quantity is a derivative of the displacement."""
+    if not isinstance(quantity, str) or quantity not in POWERS:
+        words = ", ".join(f'"{name}"' for name in POWERS)
+        raise InputError(Argument("quantity"), f" must be one of {words}, got {show(quantity)}")
+    return POWERS[quantity]
 
-    Raises
-    ------
-    InputError
-        A quantity that is none, a sensor that does not fit or does not see the mode.
-    """
-    if quantity not in _UNITS:
-        quantities = ", ".join(f'"{name}"' for name in get_args(Quantity))
-        raise InputError(f"quantity must be one of {quantities}, got {show(quantity)}")
+
+def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> AmplitudeMeasure:
+    """The measure of a sensor, or the modal one; an error where it does not see the mode."""
+    power = power_of(quantity)
     if at is None:
         if quantity != "displacement":
             raise InputError(
@@ -74,7 +75,7 @@ def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> Amp
     readings = shapes.T @ sensor[:, 0]
     if index not in moving_modes(sensor[:, 0], shapes):
         raise InputError(f"at must be where mode {index} moves; it has a node there")
-    return AmplitudeMeasure(readings, list(_UNITS).index(quantity))
+    return AmplitudeMeasure(readings, power)
 
 
 def moving_modes(sensor: Floats, shapes: Floats) -> list[int]:
@@ -84,13 +85,7 @@ def moving_modes(sensor: Floats, shapes: Floats) -> list[int]:
 
 
 def checked_amplitudes(value: ArrayLike) -> Floats:
-    """Amplitudes above zero, one-dimensional.
-
-    Raises
-    ------
-    InputError
-        Not above zero, not finite, none, several dimensions.
-    """
+    """Amplitudes above zero, one-dimensional, or an error."""
     a = sized("amplitudes", value)
     if a.ndim > 1:
         raise InputError(f"amplitudes must be one-dimensional, got shape {a.shape}")

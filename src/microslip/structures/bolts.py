@@ -107,7 +107,9 @@ class Bolts(Locked):
             raise InputError(f"material must be a Material, got {self.material!r:.60}")
         put(
             "torque",
-            None if self.torque is None else lock(_each("torque", self.torque, len(self), "N m")),
+            None
+            if self.torque is None
+            else lock(each_bolt("torque", self.torque, len(self), "N m")),
         )
         tension = tensions(
             len(self),
@@ -136,8 +138,8 @@ def tensions(
             f"{'not both' if torque is not None else 'for example tension=12e3'}"
         )
     if torque is None:
-        return _each("tension", tension, count, "N")
-    return _each("torque", torque, count, "N m") / _lever(bearing, **rule)
+        return each_bolt("tension", tension, count, "N")
+    return each_bolt("torque", torque, count, "N m") / _lever(bearing, **rule)
 
 
 def _lever(
@@ -195,7 +197,7 @@ def _places(positions: ArrayLike) -> Floats:
     return array.copy()
 
 
-def _each(name: str, value: ArrayLike, count: int, unit: str) -> Floats:
+def each_bolt(name: str, value: ArrayLike, count: int, unit: str) -> Floats:
     """A number above zero for each bolt."""
     array = floats(name, value)
     if array.ndim == 0:

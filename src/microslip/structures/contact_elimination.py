@@ -66,8 +66,8 @@ def solve(
 
     def comply(force: Floats) -> Floats:
         """Coefficients that forces make, without the ones that are solved for."""
-        result = soft * force if force.ndim == 2 else soft[..., None] * force
-        factor = lag if force.ndim == 2 else lag[..., None]
+        shape = soft.shape + (1,) * (force.ndim - 2)
+        result, factor = soft.reshape(shape) * force, lag.reshape(shape)
         result[:, 1::2] -= factor[:, 1::2] * force[:, 2::2]
         result[:, 2::2] += factor[:, 2::2] * force[:, 1::2]
         return np.asarray(result)
@@ -105,9 +105,8 @@ def solve(
         here = slice(first, first + coordinates)
         shaped = compliance[here].reshape(joints, width, total)
         matrix[rows, :total] = (part.tangent @ shaped).reshape(-1, total)
-        matrix[rows, total:] = -(part.tangent @ moved[here].reshape(joints, width, extra)).reshape(
-            -1, extra
-        )
+        shaped = moved[here].reshape(joints, width, extra)
+        matrix[rows, total:] = -(part.tangent @ shaped).reshape(-1, extra)
         right[rows] = (part.tangent @ start[here].reshape(joints, width, 1)).ravel()
         first += coordinates
     matrix[np.arange(total), np.arange(total)] += 1.0

@@ -116,7 +116,7 @@ def _predicted(track: Sequence[tuple[float, ModePoint]], amplitude: float) -> Mo
     last, point = track[-1]
     factor = amplitude / last
     if len(track) == 1:
-        return point.scaled(factor)
+        return point._replace(coefficients=factor * point.coefficients)
     before, earlier = track[-2]
     share = min(math.log(factor) / math.log(last / before), 3.0)
     slope = point.coefficients / last - earlier.coefficients / before

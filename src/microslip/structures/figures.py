@@ -17,24 +17,24 @@ def modal_figure(curve: Any) -> Plot:
     solved = curve.amplitude[np.isfinite(curve.amplitude)]
     unit, letter = prefix(float(solved.max()))
     at_sensor = not np.array_equal(curve.amplitude, curve.modal_amplitude)
-    label = (
-        f"Amplitude at the sensor [{letter}m]"
-        if at_sensor
-        else (f"Modal amplitude [{letter}m kg^½]")
+    label = "Amplitude at the sensor [{}m]" if at_sensor else "Modal amplitude [{}m kg^½]"
+    panels = []
+    for axis, values in (
+        (Axis("Frequency [Hz]"), curve.frequency),
+        (Axis("Damping ratio ζ of the mode", log=True), curve.damping_ratio),
+    ):
+        panel = Panel(Axis(label.format(letter), log=True, margin=0.02, unit=unit), axis)
+        panel.line(curve.amplitude / unit, values)
+        panels.append(panel)
+    above = panels[0]
+    above.note = (
+        f"Mode {curve.index + 1}, dashed: with sticking joints, {curve.linear_frequency:.5g} Hz"
     )
-    above = Panel(Axis(label, log=True, margin=0.02, unit=unit), Axis("Frequency [Hz]"))
-    below = Panel(
-        Axis(label, log=True, margin=0.02, unit=unit), Axis("Damping ratio ζ of the mode", log=True)
-    )
-    above.line(curve.amplitude / unit, curve.frequency)
-    below.line(curve.amplitude / unit, curve.damping_ratio)
-    note = f"Mode {curve.index + 1}, dashed: with sticking joints, {curve.linear_frequency:.5g} Hz"
-    above.note = note
     above.line(
         curve.amplitude / unit, np.full_like(curve.amplitude, curve.linear_frequency),
         width=0.9, dash=DASHED,
     )  # fmt: skip
-    return stacked([above, below], 5.2, (1.0, 1.3))
+    return stacked(panels, 5.2, (1.0, 1.3))
 
 
 def response_figure(response: Any, sensor: Floats | None) -> Plot:
@@ -69,12 +69,8 @@ def motion_figure(motion: Any, sensor: int | None) -> Plot:
         place = int(np.abs(motion.displacement).max(axis=0).argmax())
     else:
         place = whole("at", sensor, 0, count - 1)
-    return _in_time(
-        motion.time,
-        motion.displacement[:, place],
-        f"Degree of freedom {place}",
-        motion.dissipated_energy,
-    )
+    path, note = motion.displacement[:, place], f"Degree of freedom {place}"
+    return _in_time(motion.time, path, note, motion.dissipated_energy)
 
 
 def ring_down_figure(motion: Any) -> Plot:

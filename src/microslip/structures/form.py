@@ -14,20 +14,10 @@ Gap = Callable[[Floats, Floats], Any]
 
 
 def gaps_at(form: Any, places: Floats) -> Floats:
-    """Gaps between the faces at places along and across [m]; NaN where nothing is known.
+    """Gaps [m] at places along and across (points, 2) [m]; NaN where nothing is known.
 
-    Parameters
-    ----------
-    form : callable or array_like
-        A function of x and y that gives gaps [m], all arrays; or a table with the columns x, y
-        and gap [m], at any places, NaN where nothing was measured.
-    places : ndarray
-        Places along and across, (points, 2) [m].
-
-    Raises
-    ------
-    InputError
-        A function that fails or gives other than a number a place; a table of another shape.
+    ``form`` is a function of x and y, arrays, or a table with the columns x, y and gap [m], at any
+    places, NaN where nothing was measured.
     """
     if callable(form):
         try:

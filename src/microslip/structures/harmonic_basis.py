@@ -47,13 +47,7 @@ class HarmonicBasis:
 
 
 def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
-    """The basis of these harmonics, the mean and the fundamental among them.
-
-    Raises
-    ------
-    InputError
-        Harmonics that are no whole numbers or without the first, too few samples for the highest.
-    """
+    """The basis of these harmonics, the mean and the fundamental among them, or an error."""
     orders = rising_orders("harmonics", harmonics)
     if 1 not in orders:
         raise InputError(

@@ -288,11 +288,7 @@ class LapJoint:
             Change of the damping ratio by finer patches at which it ends [-].
         most_patches : int
             Patches beyond which it ends at the latest.
-        element_size : float, optional
-            Size of the elements in the lap [m].
-        sensors : mapping, optional
-            As for :meth:`reduce`.
-        masses : mapping, optional
+        element_size, sensors, masses : optional
             As for :meth:`reduce`.
 
         Returns

@@ -22,19 +22,14 @@ def is_sparse(value: Any) -> bool:
 
 
 def symmetric_matrix(name: str, value: Any, size: int | None = None) -> Any:
-    """A matrix, square and symmetric, read-only: dense, or sparse by columns.
-
-    Raises
-    ------
-    InputError
-        Not square, of another size than the others, not finite, or not symmetric.
-    """
+    """A matrix, square and symmetric, read-only: dense, or sparse by columns; or an error."""
     if is_sparse(value):
         matrix = value.tocsc().astype(float)
         matrix.sum_duplicates()
         entries = matrix.data
-        if not np.isfinite(entries).all():
-            raise InputError(f"{name} must be finite: {_bad(entries)} of its entries are not")
+        bad = int(np.count_nonzero(~np.isfinite(entries)))
+        if bad:
+            raise InputError(f"{name} must be finite: {bad} of its entries are not")
     else:
         matrix = floats(name, value)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
@@ -46,8 +41,7 @@ def symmetric_matrix(name: str, value: Any, size: int | None = None) -> Any:
         )
     largest = float(abs(matrix).max())
     gap = abs(matrix - matrix.T)
-    off = float(gap.max())
-    if off > _ASYMMETRY * largest:
+    if float(gap.max()) > _ASYMMETRY * largest:
         row, column = _place(gap)
         raise InputError(
             f"{name} must be symmetric, but [{row}, {column}] = {matrix[row, column]:.6g} and "
@@ -61,10 +55,6 @@ def symmetric_matrix(name: str, value: Any, size: int | None = None) -> Any:
     return lock(np.ascontiguousarray(result))
 
 
-def _bad(entries: Floats) -> int:
-    return int(np.count_nonzero(~np.isfinite(entries)))
-
-
 def _place(gap: Any) -> tuple[int, int]:
     """Where a matrix is largest."""
     if is_sparse(gap):
@@ -76,13 +66,7 @@ def _place(gap: Any) -> tuple[int, int]:
 
 
 def check_mass(mass: Any) -> None:
-    """Every motion has a kinetic energy.
-
-    Raises
-    ------
-    InputError
-        A mass matrix that is not positive definite.
-    """
+    """Refuse a mass matrix with which some motion has no kinetic energy."""
     diagonal = mass.diagonal()
     if diagonal.min() <= 0.0:
         i = int(np.argmin(diagonal))
@@ -97,13 +81,7 @@ def check_mass(mass: Any) -> None:
 
 
 def check_stiffness(stiffness: Any, mass: Any) -> None:
-    """No motion sets elastic energy free.
-
-    Raises
-    ------
-    InputError
-        A stiffness matrix with a negative eigenvalue.
-    """
+    """Refuse a stiffness matrix with which some motion sets elastic energy free."""
     # Beside the largest stiffness to mass ratio, which bounds the rounding of all others.
     rate = fastest_rate(stiffness, mass) or 1.0
     if not positive_definite(stiffness + 1e-10 * rate * mass):
@@ -147,13 +125,7 @@ def positive_definite(matrix: Any) -> bool:
 
 
 def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ()) -> Any:
-    """Directions as columns, an array of shape (size, joints, *last).
-
-    Raises
-    ------
-    InputError
-        Another number of rows, other axes, a direction that moves nothing.
-    """
+    """Directions as columns, an array of shape (size, joints, *last), or an error."""
     array = floats(name, value.toarray() if is_sparse(value) else value)
     expected = f"({size},) or ({size}, joints)" if not last else f"({size}, nodes, {last[0]})"
     came = array.shape

@@ -42,23 +42,12 @@ _LARGEST = 100.0  # metres, beyond which a mesh is taken to be in millimetres
 
 @dataclass(frozen=True, eq=False)
 class MeshedJoint(Locked):
-    """A bolted structure by a mesh of one's own; :meth:`read` makes it.
-
-    Parameters
-    ----------
-    mesh : JointMesh
-        Bodies, contact faces and shanks.
-    tension : tuple of float
-        Tension of each bolt [N].
-
-    Raises
-    ------
-    InputError
-        Never: it is made by what checks first.
-    """
+    """A bolted structure by a mesh of one's own; :meth:`read` makes it."""
 
     mesh: JointMesh
+    """Bodies, contact faces and shanks."""
     tension: tuple[float, ...]
+    """Tension of each bolt [N]."""
 
     @classmethod
     def read(

@@ -50,18 +50,10 @@ class _Points:
 
 
 def plan(columns: Floats, rows: Floats, bolts: Bolts, half: float, scale: float) -> Plan:
-    """The lap in plan: cells between columns and rows, and in the squares around bolts rings.
+    """The lap in plan: cells between columns and rows, and rings in the squares around bolts.
 
-    Parameters
-    ----------
-    columns, rows : ndarray
-        Grid lines [m]; the squares' own are among them.
-    bolts : Bolts
-        Where the rings go.
-    half : float
-        Half the side of the squares [m].
-    scale : float
-        Distance below which points are one [m].
+    The grid lines [m] hold the sides of the squares, of ``half`` a side [m]; points nearer to each
+    other than ``scale`` [m] are one.
     """
     at = _Points(scale)
     plate: list[tuple[int, ...]] = []
@@ -169,13 +161,7 @@ def widening(start: float, stop: float, size: float, largest: float) -> Floats:
 
 
 def square_half(bolts: Bolts, lap: float, width: float) -> float:
-    """Half the side of the squares around bolts [m], between their washers and what is beside.
-
-    Raises
-    ------
-    InputError
-        A washer that reaches over an edge of the lap, bolts outside the lap or too close.
-    """
+    """Half the side of the squares around bolts [m], between washers and what is beside them."""
     radius = 0.5 * bolts.washer
     # The corner of a 16-sided washer of its area lies a little outside.
     need = 1.02 * radius

@@ -54,13 +54,9 @@ class ModalModel:
     def joints(self, line: Floats) -> ModalJoints:
         """The joints, their tangential lines along the motion of modal coordinates ``line``."""
         shape = self.shapes @ line
-        return ModalJoints(
-            [
-                attachment.group(motion, attachment.columns.T @ shape)
-                for attachment, motion in zip(self.attachments, self.motions, strict=True)
-            ],
-            self.shapes,
-        )
+        pairs = zip(self.attachments, self.motions, strict=True)
+        groups = [joints.group(motion, joints.columns.T @ shape) for joints, motion in pairs]
+        return ModalJoints(groups, self.shapes)
 
 
 class ModalJoints:
@@ -135,28 +131,29 @@ def modal_model(
     motions: Sequence[Floats],
 ) -> ModalModel:
     """The modes about a static state; all of them, or of a large structure those that matter."""
-    columns = all_columns(attachments, mass.shape[0])
-    stuck = np.concatenate(
-        [a.stuck(u) for a, u in zip(attachments, motions, strict=True)] or [np.zeros(0)]
-    )
-    stuck_matrix = stuck_stiffness(stiffness, columns, stuck)
+    stuck_matrix = stuck_stiffness(stiffness, attachments, motions)
     if mass.shape[0] <= LARGEST_WHOLE:
         squares, shapes = linear_modes(stuck_matrix, mass)
         rigid = rigid_count(squares, stuck_matrix, mass)
         free = np.ascontiguousarray(shapes[:, :rigid])
         squares, shapes = squares[rigid:], shapes[:, rigid:]
     else:
-        squares, shapes, free = _reduced(stuck_matrix, mass, columns)
-    modal_damping = None
-    if damping is not None:
-        modal_damping = np.asarray(shapes.T @ (damping @ shapes))
+        squares, shapes, free = _reduced(
+            stuck_matrix, mass, all_columns(attachments, mass.shape[0])
+        )
+    modal_damping = None if damping is None else np.asarray(shapes.T @ (damping @ shapes))
     return ModalModel(
         np.ascontiguousarray(shapes), squares, modal_damping, free, attachments, tuple(motions)
     )
 
 
-def stuck_stiffness(stiffness: Any, columns: Floats, stuck: Floats) -> Any:
-    """The stiffness with springs along columns."""
+def stuck_stiffness(
+    stiffness: Any, attachments: tuple[Attachment, ...], motions: Sequence[Floats]
+) -> Any:
+    """The stiffness with all joints sticking about a static state."""
+    columns = all_columns(attachments, stiffness.shape[0])
+    springs = [a.stuck(u) for a, u in zip(attachments, motions, strict=True)]
+    stuck = np.concatenate([*springs, np.zeros(0)])
     if is_sparse(stiffness):
         from scipy.sparse import csc_matrix, diags
 

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, record, show, whole
 from microslip.errors import Argument, InputError
-
-POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
-"""How often the sensor's quantity is a derivative of the displacement."""
+from microslip.structures.amplitude import power_of
+from microslip.structures.free_decay import read_decay
 
 _SHARE = 0.1  # of the energy outside of half an octave, from which another mode rings along
 _ABOVE_NOISE = 8.0
@@ -27,9 +26,7 @@ Values = tuple[Floats, Floats, Floats]
 
 def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, band: Any) -> Values:
     """See :meth:`microslip.ModalTest.from_ring_down`."""
-    from microslip.structures.free_decay import read_decay
-
-    points, power = whole("points", points, 1, 1000), _power(quantity)
+    points, power = whole("points", points, 1, 1000), power_of(quantity)
     t, x = np.atleast_1d(record("time", time)), np.atleast_1d(record("signal", signal))
     if t.size == x.size and t.size > 16:
         x = x - x.mean()
@@ -39,12 +36,12 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
             raise InputError("time must rise in even steps")
         t = even_times  # what differs by less than half a step is rounding of the file
         if band is None:
-            part = _sounding(_alone(x, step), 0, _noise(x, step, 0.5 / step))
+            part = _audible(_single_mode(x, step), 0, _noise(x, step, 0.5 / step))
         else:
             low, high = _ends(band)
             raw, x, width = x, _filtered(x, step, low, high), high - low
             room = int(_SETTLING / (width * step))
-            part = _sounding(x[: max(x.size - room, 1)], room, _noise(raw, step, width))
+            part = _audible(x[: max(x.size - room, 1)], room, _noise(raw, step, width))
         t, x = t[part], x[part]
     decay = read_decay(t, x)
     amplitude = decay.amplitude / (2.0 * math.pi * decay.frequency) ** power
@@ -63,7 +60,7 @@ def stepped_sine(
     quantity: Any,
 ) -> Values:
     """See :meth:`microslip.ModalTest.from_stepped_sine`."""
-    points, power = whole("points", points, 1, 1000), _power(quantity)
+    points, power = whole("points", points, 1, 1000), power_of(quantity)
     f, a = record("frequency", frequency), record("amplitude", amplitude)
     psi, push = record("phase", phase), record("force", force)
     if not f.shape == a.shape == psi.shape or push.size not in (1, f.size):
@@ -139,8 +136,8 @@ def _falling(
             zeta = rate / math.sqrt(1.0 + rate * rate)
         if zeta > 0.0:
             rows.append((math.exp(float(level[stretch].mean())), f, zeta))
-    columns = np.array(rows).reshape(-1, 3).T
-    return columns[0], columns[1], columns[2]
+    amplitudes, frequencies, dampings = np.array(rows).reshape(-1, 3).T
+    return amplitudes, frequencies, dampings
 
 
 def _levels(amplitude: Floats, frequency: Floats, damping: Floats, points: int) -> Values:
@@ -150,20 +147,11 @@ def _levels(amplitude: Floats, frequency: Floats, damping: Floats, points: int) 
     edges = np.linspace(level.min(), level.max(), count + 1)
     place = np.clip(np.searchsorted(edges, level, side="right") - 1, 0, count - 1)
     occupied = np.unique(place)
-    means = [
-        np.array([np.exp(np.log(values[place == k]).mean()) for k in occupied])
-        for values in (amplitude, frequency, damping)
-    ]
-    return means[0], means[1], means[2]
 
+    def means(values: Floats) -> Floats:
+        return np.array([np.exp(np.log(values[place == k]).mean()) for k in occupied])
 
-def _power(quantity: Any) -> int:
-    if not isinstance(quantity, str) or quantity not in POWERS:
-        quantities = ", ".join(f'"{name}"' for name in POWERS)
-        raise InputError(
-            Argument("quantity"), f" must be one of {quantities}, got {show(quantity)}"
-        )
-    return POWERS[quantity]
+    return means(amplitude), means(frequency), means(damping)
 
 
 def _ends(band: Any) -> tuple[float, float]:
@@ -198,7 +186,7 @@ def _filtered(x: Floats, step: float, low: float, high: float) -> Floats:
     return np.asarray(sosfiltfilt(parts, x, padlen=room))
 
 
-def _alone(x: Floats, step: float) -> Floats:
+def _single_mode(x: Floats, step: float) -> Floats:
     """The signal as it is, where one mode rings; else an error that lists them."""
     fade = 0.5 + 0.5 * np.cos(np.linspace(0.0, math.pi, x.size))  # a ring-down begins with its most
     power = np.abs(np.fft.rfft(x * fade)) ** 2
@@ -227,7 +215,7 @@ def _noise(x: Floats, step: float, width: float) -> float:
     return math.sqrt(float(np.median(power)) / math.log(2.0) * width)
 
 
-def _sounding(x: Floats, skipped: int, noise: float) -> slice:
+def _audible(x: Floats, skipped: int, noise: float) -> slice:
     """From behind the largest swing to where what is left drowns in noise."""
     begin = min(int(np.argmax(np.abs(x))) + skipped, x.size - 1)
     loud = np.flatnonzero(np.abs(x[begin:]) > _ABOVE_NOISE * noise)

@@ -17,7 +17,8 @@ from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.errors import Argument, InputError
 from microslip.readers.files import head_of, kind_of, usable
 from microslip.readers.tables import Named, Table, find, fits, understood
-from microslip.structures.modal_readings import POWERS, Values, ring_down, stepped_sine
+from microslip.structures.amplitude import POWERS
+from microslip.structures.modal_readings import Values, ring_down, stepped_sine
 from microslip.tribometer.reading import READERS
 
 TIME = Kind("time", "s", ("s", "ms", "us"))

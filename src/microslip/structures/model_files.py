@@ -46,12 +46,10 @@ def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tup
             )
         try:
             content = read(file)
-        except InputError:
+        except (InputError, MemoryError):
             raise
         except OSError as error:
             raise InputError(f"{file.name}: cannot be read: {reason(error)}") from None
-        except MemoryError:
-            raise
         except Exception as error:  # damaged files break NumPy's and SciPy's readers in many ways
             text = shorten(str(error) or type(error).__name__, 120)
             raise InputError(f"{file.name}: cannot be read: {text}") from None
@@ -67,12 +65,10 @@ def _pick(file: Path, content: Mapping[str, Any], kind: str, name: str | None) -
         if name not in content:
             raise InputError(f"{file.name}: {_missing(name, content)}")
         return content[name]
-    for usual in _NAMES[kind]:
-        if usual in content:
-            return content[usual]
-    if kind == "damping":
-        return None
-    raise InputError(f"{file.name}: {_missing(kind, content)}; write {kind}=... with its name")
+    name = next((usual for usual in _NAMES[kind] if usual in content), None)
+    if name is None and kind != "damping":
+        raise InputError(f"{file.name}: {_missing(kind, content)}; write {kind}=... with its name")
+    return None if name is None else content[name]
 
 
 def _missing(name: str, content: Mapping[str, Any]) -> str:

@@ -31,10 +31,6 @@ class ModePoint(NamedTuple):
     omega: float
     damping: float
 
-    def scaled(self, factor: float) -> ModePoint:
-        """The motion with another amplitude, as a first guess."""
-        return self._replace(coefficients=factor * self.coefficients)
-
 
 class Solution(NamedTuple):
     """What Newton's method came to."""
@@ -110,13 +106,8 @@ class ModeEquations:
             + self.balance.damped(velocity, 0.0) / omega
             - 4.0 * zeta * velocity
         )
-        system = _Bordered(
-            self.balance,
-            self.index,
-            point,
-            current,
-            np.stack([by_omega, -2.0 * omega * velocity], axis=-1),
-        )
+        columns = np.stack([by_omega, -2.0 * omega * velocity], axis=-1)
+        system = _Bordered(self.balance, self.index, point, current, columns)
         unknowns = modes
         if self.balance.model.damping is None:
             unknowns = min(modes, self.balance.joints.flat.shape[1])
@@ -173,6 +164,11 @@ class _Bordered:
         """Of the rows: forces of very different modes, compared by the motion they mean."""
         return np.maximum(self.balance.model.squares, self.point.omega**2)[:, None]
 
+    def _right(self, unit: float) -> np.ndarray:
+        """Forces and borders of the point, scaled."""
+        forces = (self.current.forces / self._scale).reshape(-1) / unit
+        return np.append(forces, [self.current.border[0], self.current.border[1] / unit])
+
     def eliminate(self) -> Floats | None:
         """By Gauss's elimination, of the joints that do not stick alone where that will do."""
         modes, size = self.balance.shape
@@ -193,12 +189,8 @@ class _Bordered:
         matrix[-2, :count] = self.current.by_q.reshape(-1) * unit
         matrix[-2, -2] = self.current.by_omega * omega
         matrix[-1, self.index * size + 2] = 1.0
-        right = np.append(
-            (self.current.forces / scale).reshape(-1) / unit,
-            [self.current.border[0], self.current.border[1] / unit],
-        )
         try:
-            step = np.linalg.solve(matrix, right)
+            step = np.linalg.solve(matrix, self._right(unit))
         except np.linalg.LinAlgError:
             return None
         step[:count] *= unit
@@ -242,11 +234,7 @@ class _Bordered:
             ]
             return np.append((forces / scale).reshape(-1), border)
 
-        right = np.append(
-            (self.current.forces / scale).reshape(-1) / unit,
-            [self.current.border[0], self.current.border[1] / unit],
-        )
-        y = gmres(product, right, 1e-9 if self.current.merit < 1e-4 else 1e-4, 160)
+        y = gmres(product, self._right(unit), 1e-9 if self.current.merit < 1e-4 else 1e-4, 160)
         if y is None:
             return None
         step = solve(y)

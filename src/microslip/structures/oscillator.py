@@ -31,32 +31,18 @@ _FAINTEST = 1e-90  # of the first amplitude: what is smaller is nothing
 class Decay(LockedArrays):
     """The envelope of a free oscillation, at its beginning and after each cycle.
 
-    Parameters
-    ----------
-    time : ndarray
-        Times since the release [s].
-    amplitude : ndarray
-        Amplitudes [m].
-    frequency : ndarray
-        Frequencies with which the oscillation is seen to swing, 1/period [Hz].
-    damping_ratio : ndarray
-        Damping ratios that a logarithmic decrement shows [-].
-
-    Raises
-    ------
-    InputError
-        Never: :meth:`Oscillator.decay` makes it.
-
-    Notes
-    -----
     Amplitudes vary slowly, as in the averaging of Caughey (1960, DOI 10.1115/1.3644075); what an
     amplitude holds of energy is taken from the joint's turning points.
     """
 
     time: NDArray[np.float64]
+    """Times since the release [s]."""
     amplitude: NDArray[np.float64]
+    """Amplitudes [m]."""
     frequency: NDArray[np.float64]
+    """Frequencies with which the oscillation is seen to swing, 1/period [Hz]."""
     damping_ratio: NDArray[np.float64]
+    """Damping ratios that a logarithmic decrement shows [-]."""
 
     def __repr__(self) -> str:
         return (
@@ -174,14 +160,7 @@ class Oscillator:
         return self.angular_frequency(amplitude, method=method) / (2.0 * math.pi)
 
     def damping_ratio(self, amplitude: ArrayLike, *, method: Method = "quasi-static") -> Any:
-        """Damping ratio of the mode at an amplitude.
-
-        Parameters
-        ----------
-        amplitude : array_like
-            Displacement amplitudes a [m], not negative, any shape.
-        method : {"quasi-static", "harmonic-balance"}, optional
-            Whose stiffness counts, see the class.
+        """Damping ratio of the mode at an amplitude; arguments as :meth:`angular_frequency`.
 
         Returns
         -------
@@ -216,23 +195,7 @@ class Oscillator:
         return plain((viscous + ratio).reshape(a.shape))
 
     def interface_damping_ratio(self, amplitude: ArrayLike) -> Any:
-        """Damping ratio of the interface alone, ``joint.damping_ratio(amplitude)`` [-].
-
-        Parameters
-        ----------
-        amplitude : array_like
-            Displacement amplitudes [m], not negative, any shape.
-
-        Returns
-        -------
-        float or ndarray
-            Ratios [-], shape of ``amplitude``: not those of the mode, see :meth:`damping_ratio`.
-
-        Raises
-        ------
-        InputError
-            Negative, not finite or empty.
-        """
+        """Damping ratio of the interface alone [-]; arguments as :meth:`angular_frequency`."""
         return self.joint.damping_ratio(amplitude)
 
     def _joint_stiffness(self, a: Floats, method: str) -> Floats:

@@ -19,7 +19,7 @@ from microslip.numerics.threads import single_threaded
 from microslip.structures.amplitude import Quantity, amplitude_measure, checked_amplitudes
 from microslip.structures.forced import ForcedResponse, forced_response
 from microslip.structures.harmonic_basis import harmonic_basis
-from microslip.structures.joint_groups import Attachment, FieldAttachment, all_columns
+from microslip.structures.joint_groups import Attachment, FieldAttachment
 from microslip.structures.matrices import linear_modes
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
@@ -149,12 +149,7 @@ class Preload:
         count = whole("count", count, 1, _MOST_MODES)
         stiffness = self.stiffness
         if joints == "stuck":
-            stuck = [a.stuck(u) for a, u in zip(self.attachments, self._motions, strict=True)]
-            stiffness = stuck_stiffness(
-                stiffness,
-                all_columns(self.attachments, self.static_force.size),
-                np.concatenate([*stuck, np.zeros(0)]),
-            )
+            stiffness = stuck_stiffness(stiffness, self.attachments, self._motions)
         squares, shapes = linear_modes(stiffness, self.mass, min(count, self.static_force.size))
         frequency = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi)
         return LinearModes(frequency, shapes)

@@ -25,15 +25,7 @@ _DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class FreeBody:
-    """A body that floats: its elastic answer to forces, rigid motion taken out of both.
-
-    Parameters
-    ----------
-    elements : Elements
-        Its finite elements.
-    masses : sparse matrix
-        Added masses.
-    """
+    """A body that floats: its elastic answer to forces, rigid motion taken out of both."""
 
     def __init__(self, elements: Elements, masses: Any) -> None:
         from scipy import linalg
@@ -64,22 +56,7 @@ class FreeBody:
 
 
 class Reducer:
-    """A meshed joint, factorised once for any patches.
-
-    Parameters
-    ----------
-    mesh : JointMesh
-        Bodies, contact faces and shanks.
-    masses : mapping, optional
-        Added masses [kg] by their places.
-    along : ndarray, optional
-        Direction of the first tangential motion.
-
-    Raises
-    ------
-    InputError
-        Bodies that nothing joins, masses that do not fit, more elements than memory is for.
-    """
+    """A meshed joint with added masses, factorised once for any patches."""
 
     @single_threaded
     def __init__(
@@ -107,13 +84,7 @@ class Reducer:
         kept_modes: int = 14,
         sensors: Mapping[str, Any] | None = None,
     ) -> ReducedJoint:
-        """Reduce it to its patches, its bolts and a few modes.
-
-        Raises
-        ------
-        InputError
-            Patches, sensors or a form that do not fit.
-        """
+        """Reduce it to its patches, its bolts and a few modes."""
         from scipy import sparse
 
         kept_modes = _count(kept_modes)

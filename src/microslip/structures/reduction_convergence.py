@@ -42,39 +42,23 @@ class Convergence(Locked):
 
     :meth:`LapJoint.converge` makes it.
 
-    Parameters
-    ----------
-    joint : ReducedJoint
-        The model with the last patches.
-    curve : ModalCurve
-        Its mode at the amplitudes, quasi-static.
-    changes : tuple of Change
-        What finer patches, a finer mesh, more kept modes and more harmonics change [-].
-    steps : tuple of (int, float, float)
-        Number of patches, frequency [Hz] and damping ratio [-] at the middle amplitude, step by
-        step.
-    tolerance : float
-        The change of damping that was wanted [-].
-    untried : tuple of str
-        What of the model could not be made finer, or coarser, with elements of this size.
-
-    Raises
-    ------
-    InputError
-        Never: it is made by what checks first.
-
-    Notes
-    -----
     After the refinement by share of loss, as for finite elements after Babuska and Rheinboldt
     (1978), DOI 10.1137/0715049.
     """
 
     joint: ReducedJoint
+    """The model with the last patches."""
     curve: ModalCurve
+    """Its mode at the amplitudes, quasi-static."""
     changes: tuple[Change, ...]
+    """What finer patches, a finer mesh, more kept modes and more harmonics change [-]."""
     steps: tuple[tuple[int, float, float], ...]
+    """Number of patches, frequency [Hz] and damping ratio [-] at the middle amplitude, step by
+    step."""
     tolerance: float
+    """The change of damping that was wanted [-]."""
     untried: tuple[str, ...] = ()
+    """What of the model could not be made finer, or coarser, with elements of this size."""
 
     @property
     def largest(self) -> Change:

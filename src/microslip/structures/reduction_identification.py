@@ -78,44 +78,26 @@ INSIDE = Rule(
 class ModalIdentification(LockedArrays):
     """What tests of a structure say of its joint; :func:`identify_modal` makes it.
 
-    Parameters
-    ----------
-    values : mapping
-        Fitted parameters by name [-]; the tension as a share of the bolts' own.
-    intervals : mapping
-        90 % intervals by name [-].
-    correlation : ndarray
-        Correlations of the parameters in the order of ``values`` [-].
-    misfit : float
-        Root of chi square a degree of freedom [-].
-    curves : tuple of ModalCurve
-        One for each test, by balance of harmonics, at its amplitudes.
-    state : Preload
-        The joint as it was found.
-    joint : ReducedJoint
-        The same, with its tension and form.
-    verdicts : tuple of Verdict
-        What the tests tell and what they do not.
-
-    Raises
-    ------
-    InputError
-        Never: it is made by what checks first.
-
-    Notes
-    -----
     Least squares of ln(frequency) and ln(damping ratio); intervals by its linearisation, after
     Seber and Wild, DOI 10.1002/0471725315.
     """
 
     values: Mapping[str, float]
+    """Fitted parameters by name [-]; the tension as a share of the bolts' own."""
     intervals: Mapping[str, tuple[float, float]]
+    """90 % intervals by name [-]."""
     correlation: Floats
+    """Correlations of the parameters in the order of ``values`` [-]."""
     misfit: float
+    """Root of chi square a degree of freedom [-]."""
     curves: tuple[ModalCurve, ...]
+    """One for each test, by balance of harmonics, at its amplitudes."""
     state: Preload
+    """The joint as it was found."""
     joint: ReducedJoint
+    """The same, with its tension and form."""
     verdicts: tuple[Verdict, ...]
+    """What the tests tell and what they do not."""
 
 
 def identify_modal(

@@ -12,13 +12,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, floats, number, positive, show
+from microslip._core.checks import Floats, floats, number, show
 from microslip._core.files import reason, whole_file
 from microslip._core.frozen import LockedArrays, lock
 from microslip._core.wording import quoted
 from microslip.errors import Argument, InputError
 from microslip.friction import JointField
 from microslip.normal import NormalLaw
+from microslip.structures.bolts import each_bolt
 from microslip.structures.form import gaps_at
 from microslip.structures.preload import Preload
 from microslip.structures.reduction_patches import Samples, mean_over
@@ -47,59 +48,37 @@ class ReducedJoint(LockedArrays):
     of it. The law of the surface, its friction, the tension of the bolts and the form of the faces
     come afterwards: one reduced model serves them all.
 
-    Parameters
-    ----------
-    mass, stiffness : ndarray
-        Matrices [kg], [N/m]; the stiffness holds the bolts, not the contact.
-    patch_areas : ndarray
-        Areas of the patches [m^2].
-    patch_gaps : ndarray
-        Form: gaps of the patches where nothing presses, the smallest of them zero [m].
-    patch_boxes : ndarray
-        x from, x to, y from, y to of each patch, along and across its contact [m].
-    patch_contacts : ndarray
-        Number [-] of the contact that each patch belongs to.
-    bolt_stiffness : ndarray
-        What takes the axial stress out of each bolt [N/m].
-    bolt_tension : ndarray
-        Tension of each bolt after tightening [N].
-    sensor_names : tuple of str
-        Names of the sensors.
-    sensor_rows : ndarray
-        Displacement of each sensor [-] by the degrees of freedom, (sensors, degrees of freedom).
-    samples : Samples
-        Sample points of the patches.
-    surface : Surface
-        The outside, for pictures.
-    full_size : int
-        Degrees of freedom before the reduction.
-    left_out : float
-        Share of the faces that had no partner [-].
-
-    Raises
-    ------
-    InputError
-        Never: it is made by what checks first.
-
-    Notes
-    -----
     After Craig and Bampton (1968), DOI 10.2514/3.4741.
     """
 
     mass: Floats
+    """Mass matrix [kg]."""
     stiffness: Floats
+    """Stiffness matrix [N/m]; it holds the bolts, not the contact."""
     patch_areas: Floats
+    """Areas of the patches [m^2]."""
     patch_gaps: Floats
+    """Form: gaps of the patches where nothing presses, the smallest of them zero [m]."""
     patch_boxes: Floats
+    """x from, x to, y from, y to of each patch, along and across its contact [m]."""
     patch_contacts: NDArray[np.int64]
+    """Number [-] of the contact that each patch belongs to."""
     bolt_stiffness: Floats
+    """What takes the axial stress out of each bolt [N/m]."""
     bolt_tension: Floats
+    """Tension of each bolt after tightening [N]."""
     sensor_names: tuple[str, ...]
+    """Names of the sensors."""
     sensor_rows: Floats
+    """Displacement of each sensor [-] by the degrees of freedom, (sensors, degrees of freedom)."""
     samples: Samples
+    """Sample points of the patches."""
     surface: Surface
+    """The outside, for pictures."""
     full_size: int
+    """Degrees of freedom before the reduction."""
     left_out: float
+    """Share of the faces that had no partner [-]."""
 
     @property
     def size(self) -> int:
@@ -221,37 +200,11 @@ class ReducedJoint(LockedArrays):
         InputError
             Other than one number or one a bolt, above zero.
         """
-        tensions = floats("tension", tension)
         bolts = len(self.bolt_stiffness)
-        if tensions.shape not in ((), (bolts,)):
-            raise InputError(
-                f"tension must be one number [N], or one for each of the {bolts} bolts, got shape "
-                f"{tensions.shape}"
-            )
-        for value in tensions.reshape(-1):
-            positive("tension", float(value), "N", 12e3)
-        return replace(self, bolt_tension=np.broadcast_to(tensions, (bolts,)).copy())
+        return replace(self, bolt_tension=each_bolt("tension", tension, bolts, "N"))
 
     def field(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> JointField:
-        """The patches as nodes of a joint field, apart by their form.
-
-        Parameters
-        ----------
-        surface : NormalLaw
-            The normal load law of the surface, of any area.
-        friction_coefficient : array_like
-            Coulomb's coefficient [-], one number or of shape (patches,).
-
-        Returns
-        -------
-        JointField
-            One node a patch.
-
-        Raises
-        ------
-        InputError
-            As for :class:`microslip.JointField`.
-        """
+        """The patches as nodes of a field, apart by their form; arguments as :meth:`structure`."""
         return JointField(
             surface, friction_coefficient, areas=self.patch_areas, gaps=self.patch_gaps
         )
@@ -317,19 +270,12 @@ class ReducedJoint(LockedArrays):
         return pull
 
     def tightened(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Preload:
-        """The joint with its bolts tight: where pressures, modes and responses come from.
-
-        Parameters
-        ----------
-        surface : NormalLaw
-            The normal load law of the surface.
-        friction_coefficient : array_like
-            Coulomb's coefficient [-], one number or of shape (patches,).
+        """The joint with its bolts tight; arguments as :meth:`structure`.
 
         Returns
         -------
         Preload
-            The static state, with ``modes``, ``forced_response`` and ``integrate``.
+            The static state, with its pressures, ``modes``, ``forced_response`` and ``integrate``.
 
         Raises
         ------

@@ -50,13 +50,7 @@ class Patches(NamedTuple):
 
 
 def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats | None) -> Patches:
-    """Sort the sample points of each contact into boxes and average over them.
-
-    Raises
-    ------
-    InputError
-        Boxes that hold no contact, faces that do not meet.
-    """
+    """Sort the sample points of each contact into boxes and average over them."""
     parts, offset, left_out, total = [], 0, 0.0, 0.0
     for number, contact in enumerate(mesh.contacts):
         frame = contact_frame(mesh, contact, along)

@@ -28,31 +28,6 @@ _TRIALS = 40
 class RingDown(LockedArrays, Plottable):
     """A free oscillation, sampled evenly in time, with its turning points.
 
-    Parameters
-    ----------
-    time : ndarray
-        Times since the release [s], evenly spaced.
-    displacement, velocity : ndarray
-        Displacements [m] and velocities [m/s].
-    force : ndarray
-        Force of the joint [N], positive where it holds a positive displacement.
-    mechanical_energy : ndarray
-        Kinetic energy, that of the spring, and what the joint has stored [J].
-    dissipated_energy : ndarray
-        What the joint has dissipated since the release [J].
-    viscous_energy : ndarray
-        What the dashpot has dissipated [J].
-    turning_time, turning_displacement : ndarray
-        Where the mass turned [s, m], the release included: to the integrator's accuracy, and not
-        among the samples.
-
-    Raises
-    ------
-    InputError
-        Never: :meth:`Oscillator.ring_down` makes it.
-
-    Notes
-    -----
     Cycle i goes from turning point 2i to 2i + 2. A joint may leave the mass beside its first place;
     amplitudes are therefore half of the way from one turning point to the next. The joint follows
     them by (19.19)-(19.24). Swings below 1e-12 of the displacement that they are about are lost in
@@ -60,14 +35,23 @@ class RingDown(LockedArrays, Plottable):
     """
 
     time: NDArray[np.float64]
+    """Times since the release [s], evenly spaced."""
     displacement: NDArray[np.float64]
+    """Displacements [m]."""
     velocity: NDArray[np.float64]
+    """Velocities [m/s]."""
     force: NDArray[np.float64]
+    """Force of the joint [N], positive where it holds a positive displacement."""
     mechanical_energy: NDArray[np.float64]
+    """Kinetic energy, that of the spring, and what the joint has stored [J]."""
     dissipated_energy: NDArray[np.float64]
+    """What the joint has dissipated since the release [J]."""
     viscous_energy: NDArray[np.float64]
+    """What the dashpot has dissipated [J]."""
     turning_time: NDArray[np.float64]
+    """When the mass turned [s], the release included: to the integrator's accuracy."""
     turning_displacement: NDArray[np.float64]
+    """Where it turned [m]; these points are not among the samples."""
 
     def _figure(self) -> Plot:
         from microslip.structures.figures import ring_down_figure

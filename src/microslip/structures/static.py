@@ -63,13 +63,7 @@ def held_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any:
 def static_state(
     stiffness: Any, mass: Any, attachments: tuple[Attachment, ...], static_force: Floats
 ) -> StaticState:
-    """Newton's method with a line search along which the energy falls.
-
-    Raises
-    ------
-    InputError
-        A force along a motion that nothing resists; a state without contact.
-    """
+    """Newton's method with a line search along which the energy falls."""
     free = free_motions(stiffness, mass, attachments)
     _check_balanced(free, static_force)
     columns = all_columns(attachments, static_force.size)

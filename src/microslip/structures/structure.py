@@ -256,28 +256,16 @@ class Structure:
                 )
         return self.preload()
 
-    # -- motion about the undeformed state --------------------------------------------------------
+    # -- motion about the state of rest without static forces -------------------------------------
 
     def linear_modes(self, count: int = 10, *, joints: str = "stuck") -> LinearModes:
         """Modes of small motion, see :meth:`microslip.structures.Preload.linear_modes`."""
         return self._undeformed.linear_modes(count, joints=joints)
 
     def modes(self, index: int, amplitudes: ArrayLike, **options: Any) -> ModalCurve:
-        """Frequency and damping of a mode of the structure at rest without static forces.
+        """Frequency [Hz] and damping of a mode against its amplitude, one-dimensional.
 
-        Parameters
-        ----------
-        index : int
-            Which elastic mode, 0 the lowest of the structure whose joints stick.
-        amplitudes : array_like
-            Amplitudes above zero, one-dimensional: modal ones [m kg^(1/2)], or at a sensor.
-        **options
-            Those of :meth:`microslip.Preload.modes`.
-
-        Returns
-        -------
-        ModalCurve
-            Frequencies [Hz], damping ratios, shapes and the loss of each joint.
+        Arguments and result are those of :meth:`microslip.Preload.modes`.
 
         Raises
         ------
@@ -289,49 +277,25 @@ class Structure:
     def forced_response(
         self, force: ArrayLike, frequencies: ArrayLike, **options: Any
     ) -> ForcedResponse:
-        """Periodic motions of the structure at rest without static forces.
+        """Periodic motions under a harmonic force [N] of shape (n,), along frequencies [Hz].
 
-        Parameters
-        ----------
-        force : array_like
-            Amplitudes (n,) [N] of a harmonic force.
-        frequencies : array_like
-            Frequencies [Hz], one-dimensional, rising or falling.
-        **options
-            Those of :meth:`microslip.Preload.forced_response`.
-
-        Returns
-        -------
-        ForcedResponse
-            Frequencies along the path, amplitudes of each harmonic, turning points.
+        Arguments and result are those of :meth:`microslip.Preload.forced_response`.
 
         Raises
         ------
         InputError
-            As there; a field with gaps, whose loads a static solution must find first.
+            As for :meth:`modes`.
         """
         return self._undeformed.forced_response(force, frequencies, **options)
 
     def integrate(self, force: Any, time: ArrayLike, **options: Any) -> Motion:
-        """The motion in time of the structure at rest without static forces.
+        """The motion in time [s], one-dimensional, under forces [N].
 
-        Parameters
-        ----------
-        force : array_like, callable or None
-            Forces [N] of shape (times, n), or a function of the time [s] that gives n forces.
-        time : array_like
-            Times [s] in even steps, one-dimensional.
-        **options
-            Those of :meth:`microslip.Preload.integrate`.
-
-        Returns
-        -------
-        Motion
-            Displacements, velocities, joint motions and forces, and the balance of energy.
+        Arguments and result are those of :meth:`microslip.Preload.integrate`.
 
         Raises
         ------
         InputError
-            As there; a field with gaps, whose loads a static solution must find first.
+            As for :meth:`modes`.
         """
         return self._undeformed.integrate(force, time, **options)

@@ -136,23 +136,10 @@ class Loop(Locked):
         color: str | None = None,
         label: str = "",
     ) -> Any:
-        """Draw force over displacement.
+        """Draw force over displacement, or with ``minus_secant`` the force less that on the secant.
 
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes, optional
-            Axes to draw on; without, a new figure. Loops laid over each other share their units.
-        minus_secant : bool, optional
-            Whether the force on the secant is taken off, which shows the width of a thin loop.
-        color : str, optional
-            Of the line; by default the next of the house's colours.
-        label : str, optional
-            Name for ``ax.legend()``.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            What was drawn on.
+        That shows the width of a thin loop. Loops laid over each other share their units. Axes,
+        colour and label are as of :meth:`microslip.BackboneLaw.plot`.
 
         Raises
         ------

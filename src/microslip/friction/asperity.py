@@ -180,25 +180,11 @@ class Asperity(Interface):
         return plain(self._grade * np.sqrt(np.maximum(a - r, 0.0) * (a + r)))
 
     def normal_displacement(self, radius: ArrayLike, body: Body | None = None) -> Any:
-        """How far the surface gives way under the pressure, inside the contact and outside.
+        """How far the surface gives way [m] under the pressure, inside the contact and outside.
 
-        Parameters
-        ----------
-        radius : array_like
-            Distances r from the centre of the contact [m], not negative, any shape.
-        body : {"first", "second"}, optional
-            The displacement of this body alone; by default of both together, which in the contact
-            is s - r^2/2 rho.
-
-        Returns
-        -------
-        float or ndarray
-            Displacements into each body [m], against its distant points, shape of ``radius``.
-
-        Raises
-        ------
-        InputError
-            Negative, not finite or empty; another body.
+        Distances are as :meth:`pressure` has them. It is the displacement into one ``body``,
+        "first" or "second", against its distant points; by default of both together, which in the
+        contact is s - r^2/2 rho. Another body is an InputError.
 
         Notes
         -----

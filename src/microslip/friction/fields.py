@@ -215,23 +215,11 @@ class AsperityFields(Locked):
         return plain(ux), plain(uy)
 
     def slip(self, radius: ArrayLike) -> Any:
-        """Slip since rest along the force: displacement less what both surfaces give way.
+        """Slip [m] since rest along the force: displacement less what both surfaces give way.
 
-        Parameters
-        ----------
-        radius : array_like
-            Distances r from the centre of the contact [m], not negative, any shape.
-
-        Returns
-        -------
-        float or ndarray
-            Slip [m], shape of ``radius``, its mean over the angle; nothing in the circle that has
-            not slipped. Outside the contact the displacement of facing points against each other.
-
-        Raises
-        ------
-        InputError
-            Negative, not finite or empty.
+        Distances are as :meth:`traction` has them. The slip is its mean over the angle; nothing in
+        the circle that has not slipped. Outside the contact it is the displacement of facing points
+        against each other.
 
         Notes
         -----

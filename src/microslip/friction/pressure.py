@@ -153,14 +153,7 @@ class Pressure(Locked):
 
     @classmethod
     def annulus(cls, outer: float, inner: float = 0.0, *, count: int = 1) -> Pressure:
-        """An even pressure on a ring, or on a disc.
-
-        Parameters
-        ----------
-        outer, inner : float
-            Radii [m] between which the faces are pressed.
-        count : int, optional
-            How many such, equal and far enough apart.
+        """An even pressure on a ring, or on a disc: radii [m] and count as of :meth:`cone`.
 
         Raises
         ------

@@ -115,13 +115,7 @@ class HeightDistribution(Parametric, ABC):
         return plain(self._moment(TWICE_ORDERS[order], sized("threshold", threshold)))
 
     def probability_above(self, height: ArrayLike) -> Any:
-        """Probability that a summit is higher than ``height`` [m] (19.5), any shape.
-
-        Raises
-        ------
-        InputError
-            Not finite or empty.
-        """
+        """Probability of a summit above ``height`` [m] (19.5), any shape; errors as :meth:`cdf`."""
         return plain(np.clip(self._moment(0, sized("height", height)), 0.0, 1.0))
 
     def cdf(self, height: ArrayLike) -> Any:
@@ -139,10 +133,7 @@ class HeightDistribution(Parametric, ABC):
     def pdf(self, height: ArrayLike) -> Any:
         """Probability density [1/m] at ``height`` [m], any shape; Gaussian heights: (19.25).
 
-        Raises
-        ------
-        InputError
-            Not finite, empty, or heights given one by one, which have no density.
+        Errors as :meth:`cdf`; heights given one by one have none.
         """
         return plain(self._density(sized("height", height)))
 

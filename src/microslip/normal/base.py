@@ -14,7 +14,6 @@ from microslip._core.checks import LARGEST, Floats, exact, floats, plain, show
 from microslip._core.parameters import Parametric
 from microslip.errors import Argument, InputError
 from microslip.materials import Material, MaterialPair
-from microslip.normal import kinked
 from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
 from microslip.numerics import quadrature
 
@@ -39,7 +38,7 @@ def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[s
 def sparse_contacts(
     surface: Any, area: float, spread: float, radius: float, separation: float | None
 ) -> dict[str, float | None]:
-    """What is asked of summits on an apparent area [m^2]: far apart, small, many and elastic.
+    """What is asked of summits on an apparent area [m^2]: far apart, small and many.
 
     Of a law with a count of summits, contacts and a contact area; None is no contact at all.
     """
@@ -54,7 +53,6 @@ def sparse_contacts(
         "real over apparent area": real / area,
         "contact radius over summit spacing": math.sqrt(mean_square * density),
         "contacts": count,
-        **plasticity_index(surface.pair, spread, radius),
     }
 
 
@@ -240,23 +238,11 @@ class NormalLaw(Parametric, ABC):
         raise self._unknown("contact_probability")
 
     def contact_count(self, separation: ArrayLike) -> Any:
-        """Number of summits in contact (19.6), for separations [m] of any shape.
-
-        Raises
-        ------
-        InputError
-            Not finite, empty, or unknown to the law (a table of loads).
-        """
+        """Number of summits in contact (19.6); the rest as :meth:`contact_probability`."""
         raise self._unknown("contact_count")
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2] (19.7), for separations [m] of any shape.
-
-        Raises
-        ------
-        InputError
-            Not finite, empty, or unknown to the law (a table of loads).
-        """
+        """Real contact area [m^2] (19.7); the rest as :meth:`contact_probability`."""
         raise self._unknown("contact_area")
 
     def _unknown(self, name: str) -> InputError:
@@ -269,13 +255,16 @@ class NormalLaw(Parametric, ABC):
 
     # Their steps are one-dimensional; d is one separation for all of them or one for each.
 
+    @property
+    def _by_pieces(self) -> quadrature.Pieces | None:
+        kinks = self._small_kinks
+        return quadrature.Pieces(self, kinks) if kinks.size else None
+
     def _drop(self, d: Floats | float, u: Floats) -> Floats:
         """N(d) - N(d + u) for steps u >= 0, without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(DROP, d, u)
-        if self._small_kinks.size:
-            return kinked.drop(self, d, u)
-        return quadrature.drop(self, d, u)
+        return quadrature.drop(self, d, u, self._by_pieces)
 
     def _fall(self, d: Floats | float, u: Floats) -> Floats:
         """-N'(d + u) for steps u >= 0."""
@@ -287,17 +276,13 @@ class NormalLaw(Parametric, ABC):
         """Half the integral of v (u - v) N''(d + v) over 0 <= v <= u, without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS, d, u)
-        if self._small_kinks.size:
-            return kinked.excess(self, d, u)
-        return quadrature.excess(self, d, u)
+        return quadrature.excess(self, d, u, self._by_pieces)
 
     def _excess_slope(self, d: Floats | float, u: Floats) -> Floats:
         """Half the integral of v N''(d + v) over 0 <= v <= u, without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS_SLOPE, d, u)
-        if self._small_kinks.size:
-            return kinked.excess_slope(self, d, u)
-        return quadrature.excess_slope(self, d, u)
+        return quadrature.excess_slope(self, d, u, self._by_pieces)
 
     def _corners(self, d: float) -> tuple[Floats, Floats]:
         """Steps from d at which N' jumps, and by how much [N/m]; for most laws none."""

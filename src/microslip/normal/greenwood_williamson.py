@@ -21,7 +21,7 @@ from microslip.heights import (
     as_heights,
 )
 from microslip.materials import MaterialPair
-from microslip.normal.base import NormalLaw, aluminium, sparse_contacts
+from microslip.normal.base import NormalLaw, aluminium, plasticity_index, sparse_contacts
 from microslip.normal.spheres import DERIVATIVES, Spheres
 from microslip.normal.tightened import TightenedSurface, yield_stress_of
 
@@ -88,25 +88,24 @@ class GreenwoodWilliamson(NormalLaw):
         return Spheres(values, np.full(values.size, self._constant / values.size))
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
-        return sparse_contacts(self, self.area, self.heights.spread, self.radius, separation)
+        spread = self.heights.spread
+        values = sparse_contacts(self, self.area, spread, self.radius, separation)
+        return {**values, **plasticity_index(self.pair, spread, self.radius)}
 
     def _slip_measure(self) -> tuple[float, str] | None:
         name = self.heights._spread_name
         return (self.heights.spread, name) if name else None
 
     def _standardised(self, separation: float) -> float | None:
-        ratio: float | None = self.heights._standardised(separation)
-        return ratio
+        return self._heights._standardised(separation)
 
     @property
     def _span(self) -> tuple[float, float]:
-        span: tuple[float, float] = self.heights.span
-        return span
+        return self._heights.span
 
     @property
     def _edge(self) -> float:
-        edge: float = self.heights.edge
-        return edge
+        return self._heights.edge
 
     @property
     def _top(self) -> float:

@@ -89,9 +89,10 @@ class AsperityPopulation(Locked, NormalLaw):
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         spread = float(np.std(np.asarray(self.heights)))
         radius = float(np.mean(np.asarray(self.radii)))
+        plasticity = plasticity_index(self.pair, spread, radius)
         if self.area is None:
-            return plasticity_index(self.pair, spread, radius)
-        return sparse_contacts(self, self.area, spread, radius, separation)
+            return plasticity
+        return {**sparse_contacts(self, self.area, spread, radius, separation), **plasticity}
 
     def __repr__(self) -> str:
         low, high = self._span
@@ -142,26 +143,14 @@ class AsperityPopulation(Locked, NormalLaw):
         hardness: float | None = None,
         model: str = "jackson-green",
     ) -> TightenedSurface:
-        """The summits after they were pressed together once and yielded.
+        """The summits after they were pressed together once by a load [N] and yielded.
 
-        Parameters
-        ----------
-        normal_load : float
-            Tightening load [N], the largest that they have carried.
-        yield_stress, hardness : float, optional
-            Uniaxial yield stress [Pa] or hardness [Pa] of the softer body, one of them.
-        model : str, optional
-            "jackson-green", "kogut-etsion" or "fully-plastic".
-
-        Returns
-        -------
-        TightenedSurface
-            A normal load law for loads up to the tightening load.
+        As of :meth:`GreenwoodWilliamson.tightened`, whose parameters and errors these are.
 
         Raises
         ------
         InputError
-            As for a :class:`GreenwoodWilliamson` surface.
+            As there.
         """
         order = np.argsort(np.asarray(self.heights), kind="stable")  # that of Discrete
         return TightenedSurface(

@@ -17,7 +17,7 @@ from microslip.errors import Argument, InputError
 from microslip.heights import Discrete, Gaussian, HeightDistribution
 from microslip.heights.density import DensityHeights
 from microslip.materials import MaterialPair
-from microslip.normal.base import NormalLaw, aluminium
+from microslip.normal.base import NormalLaw, aluminium, sparse_contacts
 from microslip.normal.elastic_plastic import (
     HARDNESS_RATIO,
     SummitModel,
@@ -248,25 +248,13 @@ class TightenedSurface(NormalLaw):
         return self._loading(d, 1) / self._loading(d)
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
-        area, count = 0.0, 0.0
-        if separation is not None:
-            area, count = (
-                float(self.contact_area(separation)),
-                float(self.contact_count(separation)),
-            )
         values: dict[str, float | None] = {}
-        if self.area is not None:
-            density = self.summit_count / self.area
-            mean_square = area / (math.pi * count) if count > 0.0 else 0.0
+        if self.area is not None:  # given summits, without an area, are all there are
+            radius = float(self.radius)
+            values = sparse_contacts(self, self.area, self.heights.spread, radius, separation)
             # Junctions have met once where they met at tightening.
             tightest = float(self.contact_area(self.closest_separation)) / self.area
-            values = {
-                "density * radius * std": density * float(self.radius) * self.heights.spread,
-                "real over apparent area": area / self.area,
-                "real over apparent area, tightened": tightest,
-                "contact radius over summit spacing": math.sqrt(mean_square * density),
-            }
-            values["contacts"] = count  # given summits, without an area, are all there are
+            values["real over apparent area, tightened"] = tightest
         return {**values, "indentation over yield": self.mean_indentation}
 
     def _patch(self, area: float, share: float) -> NormalLaw:

@@ -141,7 +141,23 @@ class Convex(Protocol):
     def _derivative_at(self, separation: float, order: int) -> float: ...
 
 
-def drop(f: Convex, t: Floats | float, u: Floats) -> Floats:
+class Pieces:
+    """A function with many small kinks, told of, for steps so short that they meet few of them."""
+
+    _edge = -math.inf
+
+    def __init__(self, f: Convex, kinks: Floats) -> None:
+        self._breaks = kinks
+        self._derivative = f._derivative
+        self._derivative_at = f._derivative_at
+
+
+# One rule over many kinks is not exact, and a piece for each is slow. So with ``pieces`` a step
+# takes the difference itself as soon as that keeps enough digits: what it loses there is rounding
+# over the step, in decay lengths, for the drop, and over its square for the other two.
+
+
+def drop(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
     """f(t) - f(t + u), to a few units in the last place.
 
     The steps ``u`` are one-dimensional; ``t`` is one number for all of them or an array of their
@@ -149,26 +165,36 @@ def drop(f: Convex, t: Floats | float, u: Floats) -> Floats:
     """
     here, length = _decay(f, t)
     result = here - f._derivative(t + u, 0)
-    return _mend(result, u < 0.5 * length, f, u, t, lambda v, u, t: -f._derivative(t + v, 1))
+    small = u < (0.5 if pieces is None else 0.01) * length
+    return _mend(result, small, pieces or f, u, t, lambda v, u, t: -f._derivative(t + v, 1))
 
 
-def excess(f: Convex, t: Floats | float, u: Floats) -> Floats:
+def excess(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
     """Half the integral of v (u - v) f''(t + v) over [0, u]."""
     here, length = _decay(f, t)
     end = t + u
     area = _at(f, t, -1) - f._derivative(end, -1)
     result = 0.5 * u * (here + f._derivative(end, 0)) - area
+    small = u < (1.0 if pieces is None else 0.1) * length
     return _mend(
-        result, u < length, f, u, t, lambda v, u, t: 0.5 * v * (u - v) * f._derivative(t + v, 2)
+        result,
+        small,
+        pieces or f,
+        u,
+        t,
+        lambda v, u, t: 0.5 * v * (u - v) * f._derivative(t + v, 2),
     )
 
 
-def excess_slope(f: Convex, t: Floats | float, u: Floats) -> Floats:
+def excess_slope(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
     """Half the integral of v f''(t + v) over [0, u]."""
     here, length = _decay(f, t)
     end = t + u
     result = 0.5 * (here - f._derivative(end, 0) + u * f._derivative(end, 1))
-    return _mend(result, u < length, f, u, t, lambda v, u, t: 0.5 * v * f._derivative(t + v, 2))
+    small = u < (1.0 if pieces is None else 0.03) * length
+    return _mend(
+        result, small, pieces or f, u, t, lambda v, u, t: 0.5 * v * f._derivative(t + v, 2)
+    )
 
 
 def _mend(

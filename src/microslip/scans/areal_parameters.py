@@ -92,23 +92,10 @@ class Autocorrelation(Locked):
         return x, y
 
     def decay_lengths(self, level: float = _DECAY) -> tuple[float, float]:
-        """Shortest and longest distance [m] at which the correlation falls to a level.
+        """Shortest and longest distance [m] at which the correlation falls to a level, 0 to 1.
 
-        Parameters
-        ----------
-        level : float
-            Between 0 and 1 [-].
-
-        Returns
-        -------
-        tuple of float
-            Along the rays from the middle, a degree apart and linear between lags; infinite
-            where it does not fall so far within half of the scan.
-
-        Raises
-        ------
-        InputError
-            Another level.
+        Along the rays from the middle, a degree apart and linear between lags; infinite where it
+        does not fall so far within half of the scan. Another level is an InputError.
         """
         if not 0.0 < level < 1.0:
             raise InputError(Argument("level"), f" must be between 0 and 1, got {level:g}")

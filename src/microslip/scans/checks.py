@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import LARGEST, exact, floats, positive, show
 from microslip._core.frozen import lock
-from microslip._core.units import LENGTH, QuantityError, engineering, to_si
+from microslip._core.units import AREA, LENGTH, Kind, QuantityError, engineering, to_si
 from microslip.errors import Argument, InputError, Phrase
 
 LIMIT = 100_000_000
@@ -146,12 +146,21 @@ def pixel_of(pixel: Any, axes: int) -> tuple[float, ...]:
 
 def length_of(name: str, value: Any, example: str) -> float:
     """A length [m], from a number in metres or text with a unit."""
+    return _quantity(name, value, LENGTH, example, 1e-5)
+
+
+def area_of(area: Any) -> float:
+    """Apparent area [m^2], from a number in square metres or text such as "2 cm^2"."""
+    return _quantity("area", area, AREA, "2 cm^2", 1e-4)
+
+
+def _quantity(name: str, value: Any, kind: Kind, example: str, number: float) -> float:
     if isinstance(value, str):
         try:
-            return to_si(value, LENGTH, example)
+            return to_si(value, kind, example)
         except QuantityError as error:
             raise InputError(Argument(name), f": {error}") from None
-    return positive(name, value, "m", 1e-5)
+    return positive(name, value, kind.unit, number)
 
 
 def _step(value: Any) -> float:

@@ -77,13 +77,7 @@ class CutoffTable(Locked):
         return tuple(field.name for field in fields(self) if field.name != "notes")
 
     def rows(self) -> list[dict[str, float]]:
-        """The table row by row.
-
-        Returns
-        -------
-        list of dict
-            One for each cut-off, by the names of the columns.
-        """
+        """The table row by row, one for each cut-off, by the names of the columns."""
         columns = {name: getattr(self, name) for name in self.names}
         return [
             {name: float(values[row]) for name, values in columns.items()}
@@ -116,34 +110,17 @@ def over_cutoffs(
     progress: Callable[[int, int], None] | None = None,
     counted_before: Summits | None = None,
 ) -> CutoffTable:
-    """Every parameter against the short-wave cut-off.
+    """Every parameter against the short-wave cut-off, as of :meth:`microslip.Scan.over_cutoffs`.
 
-    Parameters
-    ----------
-    scan : Scan
-        A scan; of a profile there are no counted summits.
-    cutoffs : array_like, optional
-        Cut-offs [m], or such as "10 um"; 0 or None for none; by default :func:`default_cutoffs`.
-    level : {"plane", "quadratic", "cylinder", "mean"}, optional
-        Form to be removed before, if it is not yet.
-    counted : bool
-        Whether to count the summits at each cut-off as well.
-    method, prominence, window
-        How they are counted: see :meth:`Scan.summits`.
-    progress : callable, optional
-        Called with the cut-offs done and those to do, after each.
-    counted_before : Summits, optional
-        Summits of this very scan, counted in this way before: at their cut-off they are taken.
-
-    Returns
-    -------
-    CutoffTable
-        The parameters; NaN where a cut-off leaves too little, with a note.
+    Of a scan as it is: nothing is removed unless ``level`` says so. ``window`` is that of
+    :meth:`microslip.Scan.summits`, and ``counted_before`` are summits of this very scan, counted in
+    this way: at their cut-off they are taken. Where a cut-off leaves too little a parameter is NaN,
+    with a note.
 
     Raises
     ------
     InputError
-        Cut-offs that cannot be used: below zero, two pixels or less, the size of the scan.
+        Cut-offs [m] that cannot be used: below zero, two pixels or less, the size of the scan.
     """
     lengths = default_cutoffs(scan) if cutoffs is None else _lengths(cutoffs)
     if lengths.ndim != 1 or (lengths < 0.0).any():

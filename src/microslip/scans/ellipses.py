@@ -12,8 +12,8 @@ from microslip.heights import Gaussian
 from microslip.materials import MaterialPair
 from microslip.normal import EllipticSummits
 from microslip.normal.elliptic import hertz_ellipse
+from microslip.scans.checks import area_of
 from microslip.scans.summit_set import Summits
-from microslip.scans.summit_statistics import area_of
 
 _GRID = np.linspace(math.log(1e-8), 0.0, 129)
 

@@ -224,19 +224,9 @@ class SurfaceFinish:
             yield _moments(rms, middle * factor, alpha)
 
     def to_surface(self, pair: MaterialPair, area: float | str) -> GreenwoodWilliamson:
-        """A rough surface with these summits against a smooth one.
+        """A rough surface with these summits against a smooth one, Gaussian from the mean plane.
 
-        Parameters
-        ----------
-        pair : MaterialPair
-            The two materials.
-        area : float or str
-            Apparent area [m^2], or such as "2 cm^2".
-
-        Returns
-        -------
-        GreenwoodWilliamson
-            With Gaussian heights, measured from the mean plane.
+        Parameters are those of :meth:`microslip.scans.SummitStatistics.to_surface`, areas in [m^2].
 
         Raises
         ------

@@ -90,13 +90,7 @@ class HeightFit(Locked):
         return f"{text}."
 
     def verdicts(self) -> tuple[Verdict, ...]:
-        """How far the heights are from a Gaussian, by effect size.
-
-        Returns
-        -------
-        tuple of Verdict
-            On the share of points, on the quantiles, and on those of the highest tenth.
-        """
+        """How far the heights are from a Gaussian: points, quantiles, those of the top tenth."""
         gaussian = self.gaussian
         return judged(
             {

@@ -114,11 +114,6 @@ class HeightMap(Locked, Plottable):
     def measurable(self) -> Self:
         """The scan itself, if its heights vary and no spike drowns the others.
 
-        Returns
-        -------
-        Scan
-            This one.
-
         Raises
         ------
         InputError
@@ -130,48 +125,21 @@ class HeightMap(Locked, Plottable):
         return self
 
     def statistics(self) -> Statistics:
-        """Height parameters: rms and mean deviation, skewness, kurtosis, flatness.
-
-        Returns
-        -------
-        Statistics
-            The parameters.
-
-        Raises
-        ------
-        InputError
-            Heights that are all the same, or with huge spikes.
-        """
+        """Height parameters, such as rms and skewness; errors as :meth:`measurable`."""
         return self.measurable()._statistics
 
     def moments(self) -> Moments:
-        """Spectral moments m0, m2 and m4, from finite differences, and what follows from them.
+        """Spectral moments m0, m2 and m4, from finite differences, of each axis too.
 
-        Returns
-        -------
-        Moments
-            The moments, of each axis too.
-
-        Raises
-        ------
-        InputError
-            Heights that are all the same, or with huge spikes; two rows or columns only.
+        Errors as :meth:`measurable`; two rows or columns only.
         """
         enough(self.name, self.heights)
         return self.measurable()._moments
 
     def noise_behind(self, cutoff: float | None) -> float:
-        """Standard deviation [m] of the noise behind one more filter, and those applied before.
+        """Standard deviation [m] of the noise behind a filter of a cut-off [m] and earlier ones.
 
-        Parameters
-        ----------
-        cutoff : float or None
-            Cut-off [m] of that filter.
-
-        Returns
-        -------
-        float
-            Of white noise of the size that the scan had before any filter, if that is known.
+        It is that of white noise of the size that the scan had before any filter, if that is known.
 
         Raises
         ------

@@ -19,7 +19,7 @@ from microslip.errors import Argument, InputError, Phrase
 from microslip.friction import Interface
 from microslip.materials import MaterialPair
 from microslip.normal.base import check_pair
-from microslip.scans.checks import length_of
+from microslip.scans.checks import area_of, length_of
 from microslip.scans.conditioning import Steps, band, condition
 from microslip.scans.height_map import HeightMap
 from microslip.scans.levelling import Level
@@ -27,7 +27,6 @@ from microslip.scans.measured_surface import Heights
 from microslip.scans.patches import cut
 from microslip.scans.scan_rules import judged
 from microslip.scans.summit_set import Method, Summits
-from microslip.scans.summit_statistics import area_of
 from microslip.scans.summits import find_summits
 
 WANTED = {
@@ -83,24 +82,10 @@ class JointOverCutoffs(Locked):
     notes: tuple[str, ...] = ()
 
     def slope(self, quantity: str, cutoff: str) -> float:
-        """Slope d ln quantity / d ln cut-off at the joint that was asked for.
+        """Slope d ln quantity / d ln cut-off ("cutoff" or "long_cutoff") at the joint asked for.
 
-        Parameters
-        ----------
-        quantity : str
-            A name of `values`.
-        cutoff : {"cutoff", "long_cutoff"}
-            Which one.
-
-        Returns
-        -------
-        float
-            By differences to the neighbours in the table; not a number where there are none.
-
-        Raises
-        ------
-        InputError
-            Another name.
+        By differences to the neighbours in the table; not a number where there are none. Another
+        name is an InputError.
         """
         if quantity not in self.values:
             raise InputError(Argument("quantity"), f" must be of {[*self.values]}, got {quantity}")
@@ -166,12 +151,46 @@ def joint_over_cutoffs(
     friction_coefficient: float = 0.5,
     amplitude: float | None = None,
     heights: Heights = "population",
-    level: Level | None = None,
+    level: Level | None = "plane",
     method: Method = "watershed",
     prominence: float | str | None = None,
     progress: Progress | None = None,
 ) -> JointOverCutoffs:
-    """A joint against both cut-offs; see :meth:`Scan.joint_over_cutoffs`."""
+    """What is wanted of a joint against both cut-offs and on patches of the scan.
+
+    Parameters
+    ----------
+    pair : MaterialPair
+        The two materials.
+    normal_load : float
+        Load of the joint [N].
+    cutoff, long_cutoff : float, str or None
+        The cut-offs [m] that are meant, at which slopes are told.
+    cutoffs, long_cutoffs : array_like, optional
+        Others [m], one-dimensional; by default half to four times the cut-off, and an eighth
+        to a half of the scan.
+    area : float or str, optional
+        Apparent area of the joint [m^2]; by default that of the scan.
+    friction_coefficient, amplitude : float, optional
+        Friction coefficient [-] and amplitude [m] for the loss factor.
+    heights : {"gaussian", "table", "discrete", "population"}
+        Law of the summit heights, as in :meth:`microslip.Summits.to_surface`.
+    level, method, prominence
+        As in :meth:`condition` and :meth:`summits`.
+    progress : callable, optional
+        Called with the joints done and those to do, after each.
+
+    Returns
+    -------
+    JointOverCutoffs
+        Stiffness, real area, plasticity index, contact radius over cut-off and loss factor.
+
+    Raises
+    ------
+    InputError
+        A profile; cut-offs that cannot be used; values out of their range.
+    """
+    scan = scan.measurable()
     if scan.is_profile:
         raise InputError("a profile has no summits to count")
     # Here, as what a joint refuses at one cut-off is a note and no error.

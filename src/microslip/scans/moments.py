@@ -156,17 +156,9 @@ class Moments:
         )
 
     def nayak_summits(self) -> NayakSummits:
-        """Summits of the isotropic Gaussian surface with these moments.
+        """Summits of the isotropic Gaussian surface with these moments, of an alpha from 1.5.
 
-        Returns
-        -------
-        NayakSummits
-            Their density, heights and curvatures by Nayak (1971), DOI 10.1115/1.3451608.
-
-        Raises
-        ------
-        InputError
-            An alpha below 1.5, which no isotropic Gaussian surface has.
+        Nayak (1971), DOI 10.1115/1.3451608; another alpha is an InputError.
         """
         return NayakSummits(self.m0, self.m2, self.m4)
 

@@ -123,23 +123,7 @@ class NayakSummits:
         return plain(self._parts(z)[0] / math.sqrt(self.m0))
 
     def share_below(self, height: ArrayLike) -> Any:
-        """Share of the summits below a height.
-
-        Parameters
-        ----------
-        height : array_like
-            Heights above the mean plane of the surface [m], of any shape.
-
-        Returns
-        -------
-        float or ndarray
-            Share [-] of the shape of `height`, to 1e-9; Nayak (1971), DOI 10.1115/1.3451608.
-
-        Raises
-        ------
-        InputError
-            Heights that are not finite numbers.
-        """
+        """Share of the summits below a height [-], to 1e-9; the rest as :meth:`height_density`."""
         xi = floats("height", height) / math.sqrt(self.m0)
         low, high, count = -9.0, 12.0, 2100
         step = (high - low) / count
@@ -155,35 +139,16 @@ class NayakSummits:
         return plain(np.clip((share[cell] + step * at * rise) / share[-1], 0.0, 1.0))
 
     def curvature_at(self, height: ArrayLike) -> Any:
-        """Mean curvature of the summits of a height: the high ones are the sharp ones.
+        """Mean curvature [1/m] of the summits of a height: the high ones are the sharp ones.
 
-        Parameters
-        ----------
-        height : array_like
-            Heights above the mean plane of the surface [m], of any shape.
-
-        Returns
-        -------
-        float or ndarray
-            Mean curvature [1/m] of the shape of `height`; Nayak (1971), DOI 10.1115/1.3451608.
-
-        Raises
-        ------
-        InputError
-            Heights that are not finite numbers.
+        The rest as :meth:`height_density`.
         """
         weight, first = self._parts(floats("height", height))
         mean = np.divide(first, weight, out=np.zeros_like(weight), where=weight > 0.0)
         return plain(mean * math.sqrt(self.m4 / 3.0))
 
     def statistics(self) -> SummitStatistics:
-        """Greenwood and Williamson's parameters of these summits.
-
-        Returns
-        -------
-        SummitStatistics
-            With :attr:`equivalent_radius`; the rest is McCool's.
-        """
+        """Greenwood and Williamson's parameters: McCool's, with :attr:`equivalent_radius`."""
         return SummitStatistics(
             self.density, self.equivalent_radius, self.std, self.mean_height, "nayak", "load"
         )

@@ -96,21 +96,9 @@ class PatchErrors(Locked):
     def interval(self, confidence: float = 0.95) -> tuple[float, float]:
         """Interval about the value of the whole, by Student's t of the patches.
 
-        Parameters
-        ----------
-        confidence : float
-            Share of such intervals that hold the truth, from 0.5 to below 1, if the patches are
-            independent: much larger than the longest wave that counts.
-
-        Returns
-        -------
-        tuple of float
-            Lower and upper end [unit of the parameter].
-
-        Raises
-        ------
-        InputError
-            Another confidence.
+        The ``confidence`` is the share of such intervals that hold the truth, from 0.5 to below 1
+        or an InputError, if the patches are independent: much larger than the longest wave that
+        counts.
         """
         from scipy.special import stdtrit
 

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, show
 from microslip.errors import Argument, InputError
-from microslip.materials import MaterialPair
 from microslip.scans.areal_parameters import (
     ArealParameters,
     Autocorrelation,
@@ -27,9 +26,8 @@ from microslip.scans.file_reading import read
 from microslip.scans.height_fit import HeightFit, height_distribution
 from microslip.scans.height_map import HeightMap
 from microslip.scans.heights_in_files import Wishes
-from microslip.scans.joint_over_cutoffs import JointOverCutoffs, joint_over_cutoffs
+from microslip.scans.joint_over_cutoffs import joint_over_cutoffs as _joint_over_cutoffs
 from microslip.scans.levelling import Level
-from microslip.scans.measured_surface import Heights
 from microslip.scans.spectrum import Spectrum, spectrum
 from microslip.scans.summits import Summits, find_summits
 
@@ -175,52 +173,26 @@ class Scan(HeightMap):
         return condition(self, Steps(level, outliers, fill, cutoff, long_cutoff))
 
     def spectrum(self) -> Spectrum:
-        """Power spectrum of the heights, radial and along each axis.
-
-        Returns
-        -------
-        Spectrum
-            Wavelengths and densities.
-
-        Raises
-        ------
-        InputError
-            Heights that are all the same, or with huge spikes.
-        """
+        """Power spectrum of the heights, radial and by axis; errors as :meth:`measurable`."""
         return spectrum(self.measurable())
 
     def areal_parameters(self) -> ArealParameters:
-        """Parameters of ISO 25178-2:2021: Sk family, Sal, Str, Sdr, Sdq, Spd and Spc.
+        """Parameters of ISO 25178-2:2021: Sk family, Sal, Str, Sdr, Sdq, Spd and Spc, in SI units.
 
-        Returns
-        -------
-        ArealParameters
-            Of the scan as it is: level and filter it first, and say its cut-offs with them.
-
-        Raises
-        ------
-        InputError
-            A profile; heights that are all the same, or with huge spikes. [m] are the units.
+        Of the scan as it is: level and filter it first, and say its cut-offs with them. Errors as
+        :meth:`measurable`; a profile has none.
         """
         return areal_parameters(self)
 
     def autocorrelation(self) -> Autocorrelation:
-        """Normalised autocorrelation of the heights [-] against lags [m].
+        """Normalised autocorrelation of the heights [-] against lags [m], of pairs there are.
 
-        Returns
-        -------
-        Autocorrelation
-            Each lag over the pairs of points that are there.
-
-        Raises
-        ------
-        InputError
-            A profile; heights that are all the same, or with huge spikes.
+        Errors as :meth:`measurable`; a profile has none.
         """
         return autocorrelation(self)
 
     def slope_over_distance(self) -> tuple[Floats, Floats]:
-        """Rms slope between points, against their distance.
+        """Rms slope between points, against their distance; errors as :meth:`measurable`.
 
         Returns
         -------
@@ -228,26 +200,13 @@ class Scan(HeightMap):
             Distances [m], doubling from one pixel to a quarter of the scan, and the root mean
             square of the difference in height over the distance [-], in the mean over the axes;
             one-dimensional (Sanner et al. 2022, DOI 10.1016/j.apsadv.2021.100190).
-
-        Raises
-        ------
-        InputError
-            Heights that are all the same, or with huge spikes.
         """
         return slope_over_distance(self.measurable())
 
     def height_distribution(self) -> HeightFit:
         """Density of the heights, and how well the usual distributions fit it.
 
-        Returns
-        -------
-        HeightFit
-            The density and the fits.
-
-        Raises
-        ------
-        InputError
-            Heights that are all the same, or with huge spikes.
+        Errors as :meth:`measurable`.
         """
         return height_distribution(self.measurable())
 
@@ -298,75 +257,7 @@ class Scan(HeightMap):
             window=window,
         )
 
-    def joint_over_cutoffs(
-        self,
-        pair: MaterialPair,
-        normal_load: float,
-        *,
-        cutoff: float | str | None,
-        long_cutoff: float | str | None = None,
-        cutoffs: ArrayLike | None = None,
-        long_cutoffs: ArrayLike | None = None,
-        area: float | str | None = None,
-        friction_coefficient: float = 0.5,
-        amplitude: float | None = None,
-        heights: Heights = "population",
-        level: Level | None = "plane",
-        method: Literal["watershed", "neighbours"] = "watershed",
-        prominence: float | str | None = None,
-        progress: Callable[[int, int], None] | None = None,
-    ) -> JointOverCutoffs:
-        """What is wanted of a joint against both cut-offs and on patches of the scan.
-
-        Parameters
-        ----------
-        pair : MaterialPair
-            The two materials.
-        normal_load : float
-            Load of the joint [N].
-        cutoff, long_cutoff : float, str or None
-            The cut-offs [m] that are meant, at which slopes are told.
-        cutoffs, long_cutoffs : array_like, optional
-            Others [m], one-dimensional; by default half to four times the cut-off, and an eighth
-            to a half of the scan.
-        area : float or str, optional
-            Apparent area of the joint [m^2]; by default that of the scan.
-        friction_coefficient, amplitude : float, optional
-            Friction coefficient [-] and amplitude [m] for the loss factor.
-        heights : {"gaussian", "table", "discrete", "population"}
-            Law of the summit heights, as in :meth:`Summits.to_surface`.
-        level, method, prominence
-            As in :meth:`condition` and :meth:`summits`.
-        progress : callable, optional
-            Called with the joints done and those to do, after each.
-
-        Returns
-        -------
-        JointOverCutoffs
-            Stiffness, real area, plasticity index, contact radius over cut-off and loss factor.
-
-        Raises
-        ------
-        InputError
-            A profile; cut-offs that cannot be used; values out of their range.
-        """
-        return joint_over_cutoffs(
-            self.measurable(),
-            pair,
-            normal_load,
-            cutoff=cutoff,
-            long_cutoff=long_cutoff,
-            cutoffs=cutoffs,
-            long_cutoffs=long_cutoffs,
-            area=area,
-            friction_coefficient=friction_coefficient,
-            amplitude=amplitude,
-            heights=heights,
-            level=level,
-            method=method,
-            prominence=prominence,
-            progress=progress,
-        )
+    joint_over_cutoffs = _joint_over_cutoffs
 
     def over_cutoffs(
         self,

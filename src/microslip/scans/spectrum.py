@@ -153,24 +153,11 @@ class Spectrum(Locked):
         return float(self.power.sum())
 
     def moments(self, *, differences: bool = False) -> Moments:
-        """Moments of the spectrum, in the mean over the axes.
+        """Moments m0, m2 and m4 of the spectrum, in the mean over the axes and of each.
 
-        Parameters
-        ----------
-        differences : bool
-            Whether to take what finite differences see in place of the wavenumber: then they are
-            those of :meth:`Scan.moments`, but for taper and edges; without, each wave counts in
-            full, noise at the pixel too.
-
-        Returns
-        -------
-        Moments
-            m0, m2 and m4, of each axis too.
-
-        Raises
-        ------
-        InputError
-            A surface without waves.
+        With ``differences`` they take what finite differences see in place of the wavenumber, and
+        are those of :meth:`Scan.moments` but for taper and edges; without, each wave counts in
+        full, noise at the pixel too. A surface without waves is an InputError.
         """
         second = tuple(axis.moment(2, differences=differences) for axis in self.axes)
         fourth = tuple(axis.moment(4, differences=differences) for axis in self.axes)

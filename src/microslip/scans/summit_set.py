@@ -20,13 +20,14 @@ from microslip.materials import MaterialPair
 from microslip.normal import AsperityPopulation, GreenwoodWilliamson
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
+from microslip.scans.checks import area_of
 from microslip.scans.height_laws import HeightLaws, height_laws
 from microslip.scans.height_map import HeightMap
 from microslip.scans.measured_surface import Heights, MeasuredSurface
 from microslip.scans.moments import lost_to_pixel
 from microslip.scans.options import LAWS_OF_HEIGHTS
 from microslip.scans.scan_rules import LOST_TO_PIXEL, judged, radius_in_pixels
-from microslip.scans.summit_statistics import SummitStatistics, area_of
+from microslip.scans.summit_statistics import SummitStatistics
 
 Method = Literal["watershed", "neighbours"]
 Estimate = Literal["counted", "neighbours", "mccool", "nayak"]
@@ -281,12 +282,10 @@ class Summits(Locked, Plottable):
 
         Parameters
         ----------
-        pair : MaterialPair
-            The two materials.
+        pair, area
+            As of :meth:`to_surface`: the two materials, and the apparent area [m^2].
         normal_load : float
             Load of the joint [N].
-        area : float or str, optional
-            Apparent area of the joint [m^2], or such as "2 cm^2"; by default that of the scan.
         friction_coefficient : float
             Friction coefficient [-]; the loss factor hangs on it.
         amplitude : float, optional
@@ -322,15 +321,8 @@ class Summits(Locked, Plottable):
     def validity(self, joint: Interface | None = None) -> tuple[Verdict, ...]:
         """How far the summits bear a joint, a verdict for each assumption.
 
-        Parameters
-        ----------
-        joint : Interface, optional
-            A joint on the surface made of them, for the verdicts at its load.
-
-        Returns
-        -------
-        tuple of Verdict
-            Verdicts on the summits, then those on the joint.
+        Those on the summits come first, then those on a joint of theirs at its load, if one is
+        given.
 
         Raises
         ------

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from microslip._core.checks import number, positive, show
-from microslip._core.units import AREA, QuantityError, engineering, significant, to_si
+from microslip._core.units import engineering, significant
 from microslip._core.wording import quoted
 from microslip.errors import Argument, InputError
 from microslip.heights import Gaussian, HeightDistribution
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
+from microslip.scans.checks import area_of
 
 RadiusBy = Literal["curvature", "load"]
 RADII = ("curvature", "load")
@@ -135,13 +136,3 @@ class SummitStatistics:
             f"{significant(self.density * 1e-6)} summits/mm^2, radius "
             f"{engineering(self.radius, 'm')}, std {engineering(self.std, 'm')} ({self.estimate})"
         )
-
-
-def area_of(area: Any) -> float:
-    """Apparent area [m^2], from a number in square metres or text such as "2 cm^2"."""
-    if isinstance(area, str):
-        try:
-            return to_si(area, AREA, "2 cm^2")
-        except QuantityError as error:
-            raise InputError(Argument("area"), f": {error}") from None
-    return positive("area", area, "m^2", 1e-4)

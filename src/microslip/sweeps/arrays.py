@@ -125,23 +125,8 @@ class Sweep:
     ) -> Any:
         """Draw a quantity in its unit [SI] along one dimension, a few lines for the others.
 
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes, optional
-            Axes to draw on; without, a new figure.
-        quantity : str, optional
-            Name of a variable.
-        along : str, optional
-            The dimension; by default the longest.
-        color : str, optional
-            Of the first line; by default the next of the house's colours.
-        label : str, optional
-            Name of it for ``ax.legend()``.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            What was drawn on.
+        By default along the longest. Axes, colour and label, those of the first line, are as of
+        :meth:`microslip.BackboneLaw.plot`.
 
         Raises
         ------

@@ -19,25 +19,26 @@ from microslip.sweeps.arrays import Sweep
 from microslip.sweeps.grid import Grid, Progress
 
 _GRID = ("friction_coefficient", "normal_load", "amplitude")
-_LOAD = ("normal_load",)
-_BOTH = ("friction_coefficient", "normal_load")
+_OF_CYCLES = (
+    "dissipated_energy",
+    "energy_ratio",
+    "loss_factor",
+    "damping_ratio",
+    "secant_stiffness",
+    "tangent_stiffness",
+    "dissipation_exponent",
+)
+_OF_LOADS = (
+    "separation",
+    "normal_stiffness",
+    "tangential_stiffness",
+    "contact_count",
+    "contact_area",
+)
 DIMENSIONS: dict[str, tuple[str, ...]] = {
-    "amplitude": _GRID,
-    "force_amplitude": _GRID,
-    "dissipated_energy": _GRID,
-    "energy_ratio": _GRID,
-    "loss_factor": _GRID,
-    "damping_ratio": _GRID,
-    "secant_stiffness": _GRID,
-    "tangent_stiffness": _GRID,
-    "dissipation_exponent": _GRID,
-    "stick_area": _GRID,
-    "separation": _LOAD,
-    "normal_stiffness": _LOAD,
-    "tangential_stiffness": _LOAD,
-    "contact_count": _LOAD,
-    "contact_area": _LOAD,
-    "force_limit": _BOTH,
+    **dict.fromkeys(("amplitude", "force_amplitude", *_OF_CYCLES, "stick_area"), _GRID),
+    **dict.fromkeys(_OF_LOADS, _GRID[1:2]),
+    "force_limit": _GRID[:2],
     "slip_per_indentation": _GRID[:1],
 }
 """Of every quantity that can be asked for: what it depends on."""
@@ -217,19 +218,12 @@ def _of_law(
     calls: dict[str, Callable[[], Any]] = {
         "amplitude": lambda: a,
         "force_amplitude": lambda: joint.backbone(a),
-        "tangent_stiffness": lambda: joint.backbone_stiffness(a),
         "force_limit": lambda: joint.force_limit,
         "tangential_stiffness": lambda: joint.tangential_stiffness,
     }
-    for name in (
-        "dissipated_energy",
-        "energy_ratio",
-        "loss_factor",
-        "damping_ratio",
-        "secant_stiffness",
-        "dissipation_exponent",
-    ):
-        calls[name] = partial(getattr(joint, name), a)
+    for name in _OF_CYCLES:
+        method = "backbone_stiffness" if name == "tangent_stiffness" else name
+        calls[name] = partial(getattr(joint, method), a)
     for name in names:
         if name not in calls:
             raise InputError(

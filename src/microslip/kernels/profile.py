@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +29,36 @@ _KINKED_TOLERANCE = 3e-12  # of N, beside that at rest
 _ROUGHLY = 1e-9  # decay lengths, for the inverse before a step of Newton's method
 LOSS_RULES = lock(np.concatenate([np.concatenate(gauss_legendre(count)) for _, count in RULES]))
 """Nodes and weights for what slip loses, as the kernels take them."""
+
+
+class _Grid(NamedTuple):
+    """Panels of one width, of which number ``first`` begins at ``anchor``."""
+
+    anchor: float
+    width: float
+    first: int
+    middles: Floats
+
+    @classmethod
+    def of(
+        cls, low: float, end: float, width: float, edge: float, panels: int | None = None
+    ) -> _Grid:
+        """Panels from low on, to the end or so many."""
+        # A panel begins at 0, or at the edge, so that places near it keep their digits.
+        anchor = 0.0 if low - width >= edge else edge
+        first = -math.floor((low - anchor) / width)
+        count = panels or first + math.ceil((end - anchor) / width)
+        middles = np.asarray(anchor + width * (np.arange(count) - first + 0.5), dtype=np.float64)
+        return cls(anchor, width, first, middles)
+
+    def series(self, derivative: Derivative, bend: float) -> tuple[Floats, float]:
+        """Chebyshev series of N'' in each panel, and the largest share of what they leave out."""
+        x = self.middles[:, None] + 0.5 * self.width * NODES
+        series = np.asarray(
+            derivative(x.reshape(-1), 2).reshape(x.shape) @ TO_SERIES, dtype=np.float64
+        )
+        left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
+        return series, float((left_out / np.maximum(np.abs(series[:, 0]), bend)).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,20 +93,11 @@ class Profile(Locked):
             count = (end - low) / width
             if not count < _MOST:
                 return None
-            # A panel begins at 0, or at the edge, so that places near it keep their digits.
-            anchor = 0.0 if low - width >= edge else edge
-            first = -math.floor((low - anchor) / width)
-            panels = first + math.ceil((end - anchor) / width)
-            middle = np.asarray(anchor + width * (np.arange(panels) - first + 0.5), dtype=float)
-            x = middle[:, None] + 0.5 * width * NODES
+            grid = _Grid.of(low, end, width, edge)
             with np.errstate(all="ignore"):
-                series: Floats = np.asarray(
-                    derivative(x.reshape(-1), 2).reshape(x.shape) @ TO_SERIES, dtype=np.float64
-                )
-                left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
-                worst = float((left_out / np.maximum(np.abs(series[:, 0]), bend)).max())
+                series, worst = grid.series(derivative, bend)
             if worst <= _ROUNDING or (worst <= _TOLERANCE and worst > 0.3 * before):
-                return cls._integrated(derivative, series, middle, width, anchor, first, low, high)
+                return cls._integrated(derivative, series, grid, low, high)
             before = worst
         return None
 
@@ -95,41 +116,24 @@ class Profile(Locked):
         length = load / -slope
         for panels in _KINKED:
             width = (end - low) / (panels - 2)
-            anchor = 0.0 if low - width >= edge else edge
-            first = -math.floor((low - anchor) / width)
-            middle: Floats = np.asarray(
-                anchor + width * (np.arange(panels) - first + 0.5), dtype=np.float64
-            )
-            x = middle[:, None] + 0.5 * width * NODES
-            series: Floats = np.asarray(
-                derivative(x.reshape(-1), 2).reshape(x.shape) @ TO_SERIES, dtype=np.float64
-            )
-            left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
-            size = np.maximum(np.abs(series[:, 0]), bend)
-            if float((left_out / size).max()) * (width / length) ** 2 <= _KINKED_TOLERANCE:
-                return cls._integrated(derivative, series, middle, width, anchor, first, low, end)
+            grid = _Grid.of(low, end, width, edge, panels)
+            series, worst = grid.series(derivative, bend)
+            if worst * (width / length) ** 2 <= _KINKED_TOLERANCE:
+                return cls._integrated(derivative, series, grid, low, end)
         return None
 
     @classmethod
     def _integrated(
-        cls,
-        derivative: Derivative,
-        series: Floats,
-        middle: Floats,
-        width: float,
-        anchor: float,
-        first: int,
-        low: float,
-        high: float,
+        cls, derivative: Derivative, series: Floats, grid: _Grid, low: float, high: float
     ) -> Profile:
-        half = 0.5 * width
+        half, middle = 0.5 * grid.width, grid.middles
         powers = series[:, : kernels.TERMS] @ TO_POWERS
         k = np.arange(kernels.TERMS)
         coefficients = np.empty((len(middle), kernels.PROFILE_TERMS))
         coefficients[:, 0] = derivative(middle, 0)
         coefficients[:, 1] = half * derivative(middle, 1)
         coefficients[:, 2:] = half * half * powers / ((k + 1) * (k + 2))
-        return cls(lock(coefficients), anchor, 1.0 / width, first, low, high)
+        return cls(lock(coefficients), grid.anchor, 1.0 / grid.width, grid.first, low, high)
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:

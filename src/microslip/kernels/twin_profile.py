@@ -104,17 +104,22 @@ def loads(x: Floats, value: Floats, fall: Floats | None, *profile: Any) -> None:
         fall[:] = np.where(inside, -2.0 * panels.inverse_width * _slope(c, s), 0.0)
 
 
-def drops(base: Floats, width: Floats, drop: Floats, *profile: Any) -> None:
-    """N(b) - N(b + w)."""
-    panels = Panels(*profile)
+def _steps(panels: Panels, base: Floats, width: Floats) -> tuple[Any, ...]:
+    """Panels and places of both ends of steps, lengths, and how many panels apart the ends are."""
     z = panels.widths(base)
     low, s0 = panels.find(z)
     high, s1 = panels.find(z + width * panels.inverse_width)
-    step = 2.0 * width * panels.inverse_width
-    c0 = panels.at(low)
     same_panel = (low == high) & (low < panels.count)
     next_ = (high == low + 1) & (high < panels.count)
     far = ~(same_panel | next_) & (low < panels.count)
+    return low, s0, high, s1, 2.0 * width * panels.inverse_width, same_panel, next_, far
+
+
+def drops(base: Floats, width: Floats, drop: Floats, *profile: Any) -> None:
+    """N(b) - N(b + w)."""
+    panels = Panels(*profile)
+    low, s0, high, s1, step, same_panel, next_, far = _steps(panels, base, width)
+    c0 = panels.at(low)
     drop[:] = 0.0
     if same_panel.any():
         c = [v[same_panel] for v in c0]
@@ -136,14 +141,8 @@ def drops(base: Floats, width: Floats, drop: Floats, *profile: Any) -> None:
 def excesses(base: Floats, width: Floats, excess: Floats, *profile: Any) -> None:
     """N(b) - N(q) + N'(q) (q - b) with q = b + w: the integral of (v - b) N''(v) over [b, q]."""
     panels = Panels(*profile)
-    z = panels.widths(base)
-    low, s0 = panels.find(z)
-    high, s1 = panels.find(z + width * panels.inverse_width)
-    step = 2.0 * width * panels.inverse_width
+    low, s0, high, s1, step, same_panel, next_, far = _steps(panels, base, width)
     c0, c1 = panels.at(low), panels.at(high)
-    same_panel = (low == high) & (low < panels.count)
-    next_ = (high == low + 1) & (high < panels.count)
-    far = ~(same_panel | next_) & (low < panels.count)
     excess[:] = 0.0
     if same_panel.any():
         c = [v[same_panel] for v in c0]

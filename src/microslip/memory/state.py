@@ -196,13 +196,7 @@ class State:
 
     @one_at_a_time
     def commit(self) -> None:
-        """Make the last trial the state.
-
-        Raises
-        ------
-        InputError
-            There is no trial.
-        """
+        """Make the last trial the state; without a trial it is an InputError."""
         if self._trial is None:
             raise InputError("commit needs a trial: call try_(displacement) first")
         if isinstance(self._trial, _Coupled):
@@ -321,19 +315,10 @@ class State:
 
     @classmethod
     def from_arrays(cls, law: Law, arrays: Mapping[str, ArrayLike]) -> State:
-        """The state of a law that :meth:`to_arrays` gave, as ``joint.start(arrays)`` makes it.
+        """The state of a law, the same as before, that goes on as the saved one would.
 
-        Parameters
-        ----------
-        law : BackboneLaw
-            The law, the same as before.
-        arrays : mapping of str to array_like
-            What :meth:`to_arrays` gave [m, N, J], of the shapes there, or ``numpy.load`` of it.
-
-        Returns
-        -------
-        State
-            A state that goes on as the saved one would.
+        Its arrays are as :meth:`to_arrays` gave them, or ``numpy.load`` of that;
+        ``joint.start(arrays)`` makes it.
 
         Raises
         ------

@@ -174,13 +174,7 @@ class VectorState:
         return VectorResponse(force, load, tangent)
 
     def commit(self) -> None:
-        """Make the last trial the state.
-
-        Raises
-        ------
-        InputError
-            There is no trial.
-        """
+        """Make the last trial the state; without a trial it is an InputError."""
         if self._trial is None:
             raise InputError("commit needs a trial: call try_(displacement) first")
         place, step, new, value = self._trial

@@ -230,19 +230,22 @@ class NormalLaw(Parametric, ABC):
     def contact_probability(self, separation: ArrayLike) -> Any:
         """Probability that a summit is in contact (19.5), for separations [m] of any shape.
 
-        Raises
-        ------
-        InputError
-            Not finite, empty, or unknown to the law (a table of loads).
+        Errors as :meth:`load`; a table of loads does not know it.
         """
         raise self._unknown("contact_probability")
 
     def contact_count(self, separation: ArrayLike) -> Any:
-        """Number of summits in contact (19.6); the rest as :meth:`contact_probability`."""
+        """Number of summits in contact (19.6), for separations [m] of any shape.
+
+        Errors as :meth:`load`; a table of loads does not know it.
+        """
         raise self._unknown("contact_count")
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2] (19.7); the rest as :meth:`contact_probability`."""
+        """Real contact area [m^2] (19.7), for separations [m] of any shape.
+
+        Errors as :meth:`load`; a table of loads does not know it.
+        """
         raise self._unknown("contact_area")
 
     def _unknown(self, name: str) -> InputError:

@@ -286,6 +286,7 @@ def _joint(
         cutoff=request.cutoff,
         long_cutoff=request.long_cutoff,
         heights=request.heights or laws.recommended,
+        level=None,
         method=request.method,
         prominence=request.prominence,
         progress=lambda done, count: report(done / count),

@@ -75,10 +75,10 @@ def test_a_second_run_does_what_is_left(folder: Path) -> None:
     # A changed study makes all of it anew, a spoilt outcome itself.
     (folder / "study.toml").write_text(STUDY.replace("5 mm", "6 mm"))
     items = batch.items_of(folder / "changes.csv", folder / "study.toml")
-    assert batch.known(out, items) == {}
+    assert batch.earlier_outcomes(out, items) == {}
     called(*words, "-o", out)
     (out / "items" / items[0].file_name).write_text('{"half')
-    assert len(batch.known(out, items)) == 5
+    assert len(batch.earlier_outcomes(out, items)) == 5
 
 
 def test_studies_records_and_lists(folder: Path) -> None:

@@ -17,6 +17,7 @@ import pytest
 import microslip as ms
 from microslip.errors import said
 from microslip.identification.figures import cycles_by_load, intervals, loops, pictures
+from microslip.report.files import write
 from microslip.report.plot import Words
 from microslip.report.terminal import show
 from microslip.results.identified import numbers
@@ -25,7 +26,6 @@ from microslip.results.identified.document import (
     document,
     identified,
     units_of,
-    write,
 )
 from microslip.results.identified.joint_study import joint_text
 
@@ -164,7 +164,7 @@ def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
     def say(text: str) -> str:
         return said(text, lambda argument: "--rig LABEL" if argument.name == "rigs" else "?")
 
-    write(document(found, say, files=True), found, tmp_path, say=say)
+    write(document(found, say, files=True), tmp_path)
     text = (tmp_path / "joint.toml").read_text("utf-8")
     assert "# RECORDS DIFFER: RIGS" in text
     assert "# IN DOUBT: friction coefficient μ" in text
@@ -181,8 +181,7 @@ def test_records_that_differ_leave_a_trace(tmp_path: Path) -> None:
 def _written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("written")
     shares: list[float] = []
-    told = document(rich(), files=True)
-    write(told, rich(), folder, shares.append)
+    told = write(document(rich(), files=True), folder, progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0)
     assert told.data == json.loads((folder / "summary.json").read_text("utf-8"))
@@ -212,7 +211,7 @@ def test_the_page(written: Path) -> None:
 
 
 def test_the_page_says_what_is_not_known(tmp_path: Path) -> None:
-    write(document(poor(), files=True), poor(), tmp_path)
+    write(document(poor(), files=True), tmp_path)
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "What the records do not tell</h2>" in page
     assert "To settle it:" in page
@@ -289,6 +288,6 @@ def test_intervals_say_the_verdict() -> None:
 
 
 def test_the_same_files_each_time(written: Path, tmp_path: Path) -> None:
-    write(document(rich(), files=True), rich(), tmp_path)
+    write(document(rich(), files=True), tmp_path)
     for path in sorted(written.iterdir()):
         assert path.read_bytes() == (tmp_path / path.name).read_bytes(), path.name

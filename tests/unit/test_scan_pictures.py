@@ -10,6 +10,7 @@ import pytest
 from studies import SURFACE, edited
 
 import microslip as ms
+from microslip.report.files import listed
 from microslip.report.html import page
 from microslip.report.matplotlib_figure import png
 from microslip.report.pictures import Drawn
@@ -115,7 +116,7 @@ def test_a_scan_without_a_choice_of_cutoffs_has_no_figure_of_it(tmp_path: Path) 
     findings = found(tmp_path, 1e-8 * np.random.default_rng(3).standard_normal((10, 11)))
     names = [picture.name for picture in document(findings).pictures]
     assert names == ["heights", "density", "spectrum", "texture"]
-    assert document(findings, tmp_path, kinds=("svg", "png")).data["files"] == [
+    assert listed(document(findings, tmp_path), ("svg", "png")).data["files"] == [
         *("report.html", "cutoffs.csv", "spectrum.csv"),
         *(f"{name}.{kind}" for name in names for kind in ("svg", "png")),
         "summary.json",

@@ -41,16 +41,16 @@ LEFT_OUT = MappingProxyType({"19.5": "a photograph of the sample"})
 """The other figures of the chapter, and why they are not here."""
 
 
-def select(only: Iterable[str] = ()) -> tuple[Plate, ...]:
+def select(numbers: Iterable[str] = ()) -> tuple[Plate, ...]:
     """Figures by their numbers."""
-    wanted = [number.strip() for text in only for number in text.split(",")]
-    known = {plate.number: plate for plate in PLATES}
-    for number in wanted:
+    selected = [number.strip() for text in numbers for number in text.split(",")]
+    plates = {plate.number: plate for plate in PLATES}
+    for number in selected:
         if number in LEFT_OUT:
             raise InputError(f"figure {number} is left out: {LEFT_OUT[number]}")
-        if number not in known:
-            raise InputError(f'no figure "{number}" (figures: {", ".join(known)})')
-    return tuple(plate for plate in PLATES if not wanted or plate.number in wanted)
+        if number not in plates:
+            raise InputError(f'no figure "{number}" (figures: {", ".join(plates)})')
+    return tuple(plate for plate in PLATES if not selected or plate.number in selected)
 
 
 def write(

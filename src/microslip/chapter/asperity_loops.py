@@ -216,7 +216,7 @@ def total_loop(plate: Plate) -> Drawn:
     _limits(axes, joint)
     _levels(axes, joint, horizontal=False)
     high = 1.13 * joint.force_limit
-    arrow(axes, (limit / MICRO, high), (top / MICRO, high), both=True, linewidth=0.9)
+    arrow(axes, (limit / MICRO, high), (top / MICRO, high), double=True, linewidth=0.9)
     words(axes, "δ₀", 0.5 * (limit + top) / MICRO, high)
     words(axes, "sliding", 0.5 * (limit + top) / MICRO, 0.87 * joint.force_limit, color=GREY)
     words(axes, "sliding", -0.5 * (limit + top) / MICRO, -0.87 * joint.force_limit, color=GREY)
@@ -230,14 +230,14 @@ def growing(plate: Plate) -> Drawn:
     levels = (0.35, 0.7, 1.05, 1.6)
     corners = [0.0, *(v for level in levels for v in (level, -level)), levels[-1]]
     figure, body = plate.page(4.2)
-    left, right = body.subplots(1, 2, width_ratios=[1.0, 1.15])
-    time, record = _draw_path(left, joint, corners, {})
+    path_axes, right = body.subplots(1, 2, width_ratios=[1.0, 1.15])
+    time, record = _draw_path(path_axes, joint, corners, {})
     force = joint.force(record)
     right.plot(record / MICRO, force, color=BLUE)
     _loop_axes(right, joint, 2.4)
     _limits(right, joint)
     _levels(right, joint, horizontal=False)
-    left.set_title("(a)")
+    path_axes.set_title("(a)")
     right.set_title("(b)")
     columns = {"time [half cycles]": time, "displacement [m]": record, "force [N]": force}
     return Drawn(figure, columns)

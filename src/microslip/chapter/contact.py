@@ -44,7 +44,7 @@ def summit() -> Asperity:
     return Asperity(pair, radius=1e-3, friction_coefficient=0.55, normal_load=0.25)
 
 
-def assumed(more: str = "") -> str:
+def assumed(addition: str = "") -> str:
     """What the figures of one asperity assume, in a sentence."""
     joint = summit()
     metal = joint.pair.first
@@ -54,7 +54,7 @@ def assumed(more: str = "") -> str:
         f"ρ = {engineering(joint.radius, 'm', trim=True)}, "
         f"N = {engineering(joint.normal_load, 'N')}, so a = "
         f"{engineering(joint.contact_radius, 'm')}, μN = {engineering(joint.force_limit, 'N')}, "
-        f"slip limit δL = {engineering(joint.slip_limit, 'm')}. {more}"
+        f"slip limit δL = {engineering(joint.slip_limit, 'm')}. {addition}"
     ).strip()
 
 

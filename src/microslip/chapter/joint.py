@@ -38,7 +38,7 @@ LINES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)), (0, (3, 1)))
 COLORS = (INK, BLUE, RED, GREEN, PINK)
 
 
-def assumed(more: str = "") -> str:
+def assumed(addition: str = "") -> str:
     """What the figures of the interface assume, in a sentence."""
     joint = worked_example()
     length = joint.slip_per_indentation * SPREAD
@@ -46,7 +46,7 @@ def assumed(more: str = "") -> str:
         "The worked example: Al 2017 on itself, E = 69 GPa, ν = 0.33, μ = 0.55, Gaussian heights "
         f"of σ = {engineering(SPREAD, 'm', trim=True)}, ρ = 1 mm, 1e8 summits a m² on 2 cm², "
         f"N = {engineering(joint.normal_load, 'N')}: μN = {engineering(joint.force_limit, 'N')}, "
-        f"κσ = {engineering(length, 'm')}. {more}"
+        f"κσ = {engineering(length, 'm')}. {addition}"
     ).strip()
 
 
@@ -79,10 +79,10 @@ def _more_summits(joint: Interface, factor: float) -> Interface:
     surface = joint.surface
     if not isinstance(surface, GreenwoodWilliamson):
         raise TypeError(type(surface).__name__)
-    many = GreenwoodWilliamson(
+    surface_of_more = GreenwoodWilliamson(
         surface.pair, surface.heights, surface.radius, factor * surface.density, surface.area
     )
-    return Interface(many, joint.friction_coefficient, joint.normal_load)
+    return Interface(surface_of_more, joint.friction_coefficient, joint.normal_load)
 
 
 def many_summits(plate: Plate) -> Drawn:
@@ -98,13 +98,13 @@ def many_summits(plate: Plate) -> Drawn:
         force = law.force(record)
         contacts = f"{(law.contact_count or 0.0) / KILO:.1f} thousand"
         columns[f"force with {factor:g} times as many summits [N]"] = force
-        more = f"× {factor:,.0f}".replace(",", " ") if factor > 1.0 else "as it is"
+        label = f"× {factor:,.0f}".replace(",", " ") if factor > 1.0 else "as it is"
         axes.plot(
             record / MICRO,
             force / KILO,
             color=color,
             linestyle=line,
-            label=f"{more}, {contacts} touch",
+            label=f"{label}, {contacts} touch",
         )
     box = joint.force_limit / KILO
     axes.plot(

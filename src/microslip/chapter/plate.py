@@ -157,20 +157,20 @@ def cross(axes: Axes) -> None:
 def words(axes: Axes, text: str, x: float, y: float, **look: Any) -> None:
     """Words in the picture, on a ground that lines do not run through."""
     ground = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"}
-    given: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8.5, "bbox": ground}
-    axes.text(x, y, text, **(given | look))
+    options: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8.5, "bbox": ground}
+    axes.text(x, y, text, **(options | look))
 
 
 def arrow(
     axes: Axes,
     start: tuple[float, float],
     end: tuple[float, float],
-    both: bool = False,
+    double: bool = False,
     linewidth: float = 1.1,
 ) -> None:
     """An arrow from one place to another, with two heads if it is a dimension."""
     look = {
-        "arrowstyle": "<|-|>" if both else "-|>",
+        "arrowstyle": "<|-|>" if double else "-|>",
         "color": INK,
         "linewidth": linewidth,
         "mutation_scale": 9.0,

@@ -48,12 +48,12 @@ def virtual_rig(joint: Interface, seed: int = 0) -> VirtualTribometer:
     )
 
 
-def _assumed(more: str) -> str:
+def _assumed(addition: str) -> str:
     """What the figures of the rig assume."""
     return worked_out(
         f"Synthetic: a virtual tribometer, rig of {RIG / KILO**2:g} N/µm in series, load ripple "
         f"{100.0 * RIPPLE:g} % in step with the force, third harmonic {100.0 * HARMONIC:g} %, "
-        f"noise {100.0 * NOISE:g} % of the amplitudes (all assumed). {more}"
+        f"noise {100.0 * NOISE:g} % of the amplitudes (all assumed). {addition}"
     )
 
 
@@ -103,8 +103,8 @@ def identified() -> Identification:
 def overlay(plate: Plate) -> Drawn:
     """Fig. 19.22."""
     result = identified()
-    shown = result.records[0]
-    x, force, model, rest = shown.displacement, shown.measured, shown.model, shown.residual
+    record = result.records[0]
+    x, force, model, residual = record.displacement, record.measured, record.model, record.residual
     figure, body = plate.page(5.8)
     above, below = body.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
     above.plot(
@@ -115,7 +115,7 @@ def overlay(plate: Plate) -> Drawn:
     above.plot(
         x[closed] / MICRO, model[closed] / KILO, color=INK, label="identified: model, rig in series"
     )
-    stiffness = shown.rig_stiffness or math.inf
+    stiffness = record.rig_stiffness or math.inf
     middle = 0.5 * float(model.max() + model.min())
     above.plot(
         (x - (model - middle) / stiffness)[closed] / MICRO, model[closed] / KILO, color=RED,
@@ -127,16 +127,16 @@ def overlay(plate: Plate) -> Drawn:
         (rising, RED, "^", "residual, reloading"),
     ):
         below.plot(
-            x[part] / MICRO, rest[part], marker, color=color, markersize=2.6,
+            x[part] / MICRO, residual[part], marker, color=color, markersize=2.6,
             markerfacecolor="none", markeredgewidth=0.6, label=name,
         )  # fmt: skip
-    band = 2.0 * float(np.median(shown.error))
+    band = 2.0 * float(np.median(record.error))
     below.axhspan(-band, band, facecolor=NOISY, edgecolor="none", zorder=0, label="noise, ±2σ")
     for axes in (above, below):
         axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
     above.axvline(0.0, color=GREY, linewidth=0.6, zorder=1)
     words(above, _found(result), -20.8, 0.96, ha="left", va="top")
-    lost = (shown.measured_energy, shown.model_energy)
+    lost = (record.measured_energy, record.model_energy)
     measured, closed_by = (f"{v / MILLI:.2f} mJ" for v in lost)
     text = f"lost in a cycle:\nrecord {measured}\nmodel {closed_by}"
     words(above, text, 20.8, -0.8, ha="right")
@@ -148,7 +148,7 @@ def overlay(plate: Plate) -> Drawn:
         "displacement [m]": x,
         "synthetic force [N]": force,
         "force of model and rig [N]": model,
-        "residual [N]": rest,
+        "residual [N]": residual,
     }
     return Drawn(figure, columns)
 
@@ -169,8 +169,8 @@ def _found(result: Identification) -> str:
             lines.append(f"{symbol}: {' … '.join(ends)}{unit}")
         else:
             lines.append(f"{symbol}: {number.verdict}")
-    made = f"made with μ {worked_example().friction_coefficient:g},\nrig {MICRO * RIG:g} N/µm"
-    return "\n".join(["identified, 95 %:", *lines, made])
+    truth = f"made with μ {worked_example().friction_coefficient:g},\nrig {MICRO * RIG:g} N/µm"
+    return "\n".join(["identified, 95 %:", *lines, truth])
 
 
 PLATES = (

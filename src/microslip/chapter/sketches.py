@@ -38,8 +38,8 @@ def _blank(axes: Axes, width: float, height: float, title: str = "", bottom: flo
 def _box(
     axes: Axes, x: float, y: float, width: float, height: float, color: str = METAL, **look: object
 ) -> None:
-    given = {"facecolor": color, **EDGE, **look}
-    axes.add_patch(Rectangle((x, y), width, height, **given))  # type: ignore[arg-type]
+    options = {"facecolor": color, **EDGE, **look}
+    axes.add_patch(Rectangle((x, y), width, height, **options))  # type: ignore[arg-type]
 
 
 def _ground(axes: Axes, x: float, y: float, width: float, below: bool = True) -> None:
@@ -131,7 +131,7 @@ def tribometer(plate: Plate) -> Drawn:
     _box(axes, 8.2, 3.2, 1.9, 0.35, DARK)
     _box(axes, 10.1, 0.55, 0.6, 3.6, DARK)
     arrow(axes, (7.25, 4.85), (7.25, 3.75), linewidth=1.8)
-    arrow(axes, (4.2, 2.95), (5.1, 2.95), both=True, linewidth=1.6)
+    arrow(axes, (4.2, 2.95), (5.1, 2.95), double=True, linewidth=1.6)
     words(axes, "static normal load $F_n$", 7.25, 5.15)
     words(axes, "tangential load $F_t$", 4.3, 3.3)
     words(axes, "hydraulic jack", 2.1, 3.05)
@@ -195,10 +195,10 @@ def rough_surface(plate: Plate) -> Drawn:
     axes.plot([0.3, 11.7], [mean, mean], color=BLUE, linestyle=DASHES, linewidth=1.1)
     words(axes, "rigid plane", 1.5, plane + 0.5)
     words(axes, "zero of the heights", 9.3, mean - 0.25, color=BLUE, fontsize=8)
-    arrow(axes, (0.62, mean), (0.62, plane), both=True, linewidth=0.9)
+    arrow(axes, (0.62, mean), (0.62, plane), double=True, linewidth=0.9)
     words(axes, "$δ_n$", 0.62, 0.5 * (mean + plane))
     middle = float(centers[5])
-    arrow(axes, (middle, mean), (middle, tops[5]), both=True, linewidth=0.9)
+    arrow(axes, (middle, mean), (middle, tops[5]), double=True, linewidth=0.9)
     words(axes, "$y_i$", middle, 0.5 * (mean + plane))
     arrow(axes, (middle + 0.85, tops[5] + 0.35), (middle + 0.85, tops[5]), linewidth=0.9)
     arrow(axes, (middle + 0.85, plane - 0.35), (middle + 0.85, plane), linewidth=0.9)
@@ -238,7 +238,7 @@ def single_asperity(plate: Plate) -> Drawn:
     for sign in (-1.0, 1.0):
         axes.plot([center + sign * half] * 2, [plane - 0.1, plane - 0.75], color=INK, linewidth=0.6)
     axes.plot([center] * 2, [plane - 0.1, plane - 0.75], color=INK, linewidth=0.6)
-    arrow(axes, (center, plane - 0.6), (center + half, plane - 0.6), both=True, linewidth=0.9)
+    arrow(axes, (center, plane - 0.6), (center + half, plane - 0.6), double=True, linewidth=0.9)
     words(axes, "$a_i$", center + 0.5 * half, plane - 0.6)
     axes.plot([center, center + 3.1], [plane + depth] * 2, color=INK, linewidth=0.6)
     arrow(axes, (center + 2.9, plane + depth + 0.5), (center + 2.9, plane + depth), linewidth=0.9)

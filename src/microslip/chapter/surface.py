@@ -51,10 +51,10 @@ def heights(plate: Plate) -> Drawn:
     y = np.union1d(np.linspace(-3.5, 3.5, 701) * SPREAD, [d])
     density, below = law.pdf(y), law.cdf(y)
     figure, body = plate.page(3.7)
-    left, right = body.subplots(1, 2)
-    left.plot(y / MICRO, density * MICRO, color=BLUE, linewidth=1.8)
+    density_axes, right = body.subplots(1, 2)
+    density_axes.plot(y / MICRO, density * MICRO, color=BLUE, linewidth=1.8)
     touching = y >= d
-    left.fill_between(
+    density_axes.fill_between(
         y[touching] / MICRO,
         density[touching] * MICRO,
         linewidth=0.0,
@@ -62,17 +62,17 @@ def heights(plate: Plate) -> Drawn:
         edgecolor=HATCH,
         hatch="///",
     )
-    left.axvline(d / MICRO, color=GREY, linestyle=DASHES, linewidth=1.0)
-    words(left, f"{share:.1%} of the\nsummits touch", 1.12, 0.42)
-    left.set(ylabel="Probability density φ [1/µm]", title="(a)")
-    left.set_ylim(0.0, 0.95)
+    density_axes.axvline(d / MICRO, color=GREY, linestyle=DASHES, linewidth=1.0)
+    words(density_axes, f"{share:.1%} of the\nsummits touch", 1.12, 0.42)
+    density_axes.set(ylabel="Probability density φ [1/µm]", title="(a)")
+    density_axes.set_ylim(0.0, 0.95)
     right.plot(y / MICRO, below, color=BLUE, linewidth=1.8)
     right.axvline(d / MICRO, color=GREY, linestyle=DASHES, linewidth=1.0)
     right.plot([y[0] / MICRO, d / MICRO], [1.0 - share] * 2, color=GREY, linewidth=0.9)
     words(right, f"{1.0 - share:.1%}", -1.2, 1.0 - share + 0.06)
     right.set(ylabel="Distribution function Φ [–]", title="(b)")
     right.set_ylim(0.0, 1.05)
-    for axes in (left, right):
+    for axes in (density_axes, right):
         axes.set(xlabel="Height of a summit y [µm]")
         axes.set_xlim(y[0] / MICRO, y[-1] / MICRO)
         axes.annotate(
@@ -124,14 +124,14 @@ def roughness(plate: Plate) -> Drawn:
     law = Gaussian(ROUGHNESS)
     percent = 100.0 * MICRO  # of a density [1/m] to per cent a micrometre
     figure, body = plate.page(3.7)
-    left, right = body.subplots(1, 2, sharey=True, width_ratios=[2.2, 1.0])
-    left.plot(x / MILLI, z / MICRO, color=BLUE, linewidth=0.9)
-    left.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
+    profile_axes, right = body.subplots(1, 2, sharey=True, width_ratios=[2.2, 1.0])
+    profile_axes.plot(x / MILLI, z / MICRO, color=BLUE, linewidth=0.9)
+    profile_axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
     average = float(np.mean(np.abs(z)))
-    words(left, f"this trace: Ra = {average / MICRO:.2f} µm", 4.0, 1.5)
-    left.set(xlabel="Position along the surface [mm]", ylabel="Height [µm]", title="(a)")
-    left.set_xlim(0.0, LENGTH / MILLI)
-    left.set_ylim(-1.7, 1.7)
+    words(profile_axes, f"this trace: Ra = {average / MICRO:.2f} µm", 4.0, 1.5)
+    profile_axes.set(xlabel="Position along the surface [mm]", ylabel="Height [µm]", title="(a)")
+    profile_axes.set_xlim(0.0, LENGTH / MILLI)
+    profile_axes.set_ylim(-1.7, 1.7)
     right.stairs(
         density * percent, edges / MICRO, orientation="horizontal", fill=True, facecolor=STICK,
         edgecolor=BLUE, linewidth=0.8, label="this trace",

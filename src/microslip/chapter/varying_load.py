@@ -45,29 +45,29 @@ def by_phase(plate: Plate) -> Drawn:
     joint = worked_example()
     phases: Floats = np.arange(0.0, 181.0, 4.5)
     figure, body = plate.page(4.2)
-    left, right = body.subplots(1, 2, sharey=True)
+    first, right = body.subplots(1, 2, sharey=True)
     columns = {"phase [deg]": phases}
     cases = (
-        (left, [(a, 0.5) for a in (1e-7, 2e-7, 5e-7, 1e-6)], "(a) ripple 50 %"),
+        (first, [(a, 0.5) for a in (1e-7, 2e-7, 5e-7, 1e-6)], "(a) ripple 50 %"),
         (right, [(2e-7, r) for r in (0.75, 0.5, 0.25)], "(b) amplitude 0.2 µm"),
     )
     for axes, pairs, title in cases:
         for (amplitude, ripple), color, line in zip(pairs, COLORS, LINES, strict=False):
-            held = float(joint.dissipated_energy(amplitude))
+            constant = float(joint.dissipated_energy(amplitude))
             lost = [_last(cycles(joint, amplitude, ripple, phase)) for phase in phases]
-            share = np.array(lost) / held
+            share = np.array(lost) / constant
             columns[f"energy ratio at {amplitude:g} m with ripple {ripple:g}"] = share
             label = (
-                f"{amplitude / MICRO:g} µm" if axes is left else f"{ripple:.0%}".replace("%", " %")
+                f"{amplitude / MICRO:g} µm" if axes is first else f"{ripple:.0%}".replace("%", " %")
             )
             axes.plot(phases, share, color=color, linestyle=line, label=label)
         axes.axhline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
         axes.set(xlabel="Phase ψ of the load before δ [°]", title=title)
         axes.set_xlim(0.0, 180.0)
         axes.set_xticks(np.arange(0.0, 181.0, 45.0))
-        axes.legend(loc="upper right", title="Amplitude" if axes is left else "Ripple")
-    left.set(ylabel="Energy per cycle over that at constant load [–]")
-    left.set_ylim(0.0, 4.0)
+        axes.legend(loc="upper right", title="Amplitude" if axes is first else "Ripple")
+    first.set(ylabel="Energy per cycle over that at constant load [–]")
+    first.set_ylim(0.0, 4.0)
     return Drawn(figure, columns)
 
 
@@ -75,22 +75,24 @@ def by_ripple(plate: Plate) -> Drawn:
     """Energy per cycle against the ripple, up to lift-off."""
     joint = summit()
     top = 0.8 * joint.slip_limit
-    held = float(joint.dissipated_energy(top))
+    constant = float(joint.dissipated_energy(top))
     ripples: Floats = np.linspace(0.0, 1.0, SAMPLES // 2 + 1)
     figure, body = plate.page(4.2)
-    left, right = body.subplots(1, 2)
+    first, right = body.subplots(1, 2)
     columns = {"ripple": ripples}
     looks = list(zip(COLORS, LINES, strict=True))
     for phase, (color, line) in zip((0.0, 45.0, 90.0, 135.0), looks[1:], strict=True):
-        share = np.array([_last(cycles(joint, top, ripple, phase)) for ripple in ripples]) / held
+        share = (
+            np.array([_last(cycles(joint, top, ripple, phase)) for ripple in ripples]) / constant
+        )
         columns[f"energy ratio at {phase:g} deg"] = share
-        left.plot(ripples, share, color=color, linestyle=line, label=f"{phase:g}°")
-    left.axhline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
-    left.set(xlabel="Load ripple ΔN/N [–]", title="(a) what a cycle costs")
-    left.set(ylabel="Energy per cycle over that at constant load [–]")
-    left.set_xlim(0.0, 1.0)
-    left.set_ylim(0.0, 3.5)
-    left.legend(loc="upper left", title="ψ, load before δ")
+        first.plot(ripples, share, color=color, linestyle=line, label=f"{phase:g}°")
+    first.axhline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
+    first.set(xlabel="Load ripple ΔN/N [–]", title="(a) what a cycle costs")
+    first.set(ylabel="Energy per cycle over that at constant load [–]")
+    first.set_xlim(0.0, 1.0)
+    first.set_ylim(0.0, 3.5)
+    first.legend(loc="upper left", title="ψ, load before δ")
     for ripple, phase, (color, line) in (
         (0.0, 0.0, looks[0]),
         (1.0, 0.0, looks[1]),

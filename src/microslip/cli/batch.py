@@ -67,7 +67,7 @@ def batch(
     with stoppable():
         from microslip.report.terminal import show
         from microslip.results.batch.document import document, finish
-        from microslip.results.batch.run import items_of, known, prepare, run
+        from microslip.results.batch.run import earlier_outcomes, items_of, prepare, run
 
         items = items_of(source, study)
         folder = folder or Path(f"{source.stem}-batch")
@@ -75,7 +75,7 @@ def batch(
         with progress("Running", timed=True) as report:
             part = items[shard[0] - 1 :: shard[1]]
             outcomes = run(part, folder, workers, dask, report)
-        total = outcomes.of_all(items, known(folder, items, failures=True))
+        total = outcomes.of_all(items, earlier_outcomes(folder, items, failures=True))
         finish(total, folder)
         result = document(total)
     if as_json:
@@ -128,10 +128,10 @@ def design(
 ) -> None:
     """Find the smallest change of STUDY that meets a target, and draw what it trades for what."""
     with stoppable():
-        from microslip.report.files import save
+        from microslip.report.files import listed, save, standard_files
         from microslip.report.terminal import show
         from microslip.results.design.any_study import open_search
-        from microslip.results.design.document import KIND, document, files
+        from microslip.results.design.document import KIND, document
         from microslip.results.design.search import Target
         from microslip.study.description import StudyDescription
 
@@ -140,9 +140,10 @@ def design(
             search = open_search(StudyDescription.load(study, overrides), goal, ranges, probability)
             solution = search.solve()
             curve = search.trade_off(report)
-        result = document(search, solution, curve, folder is not None)
+        result = document(search, solution, curve)
         if folder is not None:
-            save(files(result), folder, KIND, "result", overwrite)
+            result = listed(result)
+            save(standard_files(result), folder, KIND, "result", overwrite)
     if as_json:
         echo_json(result.data)
         return

@@ -244,6 +244,7 @@ def identify(
     with stoppable():
         from contextlib import ExitStack
 
+        from microslip.report.files import write
         from microslip.report.folder import staged
         from microslip.report.terminal import show
         from microslip.results.identified.document import (
@@ -251,7 +252,6 @@ def identify(
             document,
             identified,
             measured_together,
-            write,
         )
 
         say = spelling(click.get_current_context())
@@ -299,10 +299,10 @@ def identify(
                 options["cycles"],
             )
             result = replace(result, skipped=tuple(skipped), campaign=campaign)
-            result_document = document(result, spell, files=stage is not None, kinds=kinds)
+            result_document = document(result, spell, files=stage is not None)
             if stage is not None:
                 with progress("Drawing and writing") as report:
-                    write(result_document, result, stage, report, spell)
+                    result_document = write(result_document, stage, kinds, report)
     if as_json:
         echo_json(result_document.data)
         return

@@ -96,9 +96,10 @@ def measure(
         from contextlib import ExitStack
 
         from microslip.errors import InputError, said
+        from microslip.report.files import write
         from microslip.report.folder import staged
         from microslip.report.terminal import show
-        from microslip.results.measured import KIND, document, file_names, write
+        from microslip.results.measured import KIND, document
         from microslip.tribometer import measure as measured
         from microslip.tribometer.campaign import Campaign
         from microslip.tribometer.record import path_text
@@ -145,14 +146,9 @@ def measure(
                 [volumes[i] for i in places] if volumes else None,
                 area,
             )
-            result_document = document(
-                campaign,
-                lambda text: said(text, spell),
-                files=file_names(campaign, kinds) if stage is not None else (),
-                skipped=skipped,
-            )
+            result_document = document(campaign, lambda text: said(text, spell), skipped)
             if stage is not None:
-                write(result_document, campaign, stage)
+                result_document = write(result_document, stage, kinds)
     if as_json:
         echo_json(result_document.data)
         return

@@ -89,9 +89,10 @@ def measure_modes(
     with stoppable():
         from contextlib import ExitStack
 
+        from microslip.report.files import write
         from microslip.report.folder import staged
         from microslip.report.terminal import show
-        from microslip.results.modal_test import KIND, document, file_names, write
+        from microslip.results.modal_test import KIND, document
         from microslip.structures import ModalTest
 
         bands = bands_of(records, band)
@@ -104,9 +105,9 @@ def measure_modes(
             for index, (record, within) in enumerate(zip(records, bands, strict=True)):
                 tests.append(ModalTest.read(record, band=within))
                 report((index + 1) / len(records))
-            result_document = document(tests, file_names(kinds) if stage is not None else ())
+            result_document = document(tests)
             if stage is not None:
-                write(result_document, tests, stage)
+                result_document = write(result_document, stage, kinds)
     if as_json:
         echo_json(result_document.data)
         return

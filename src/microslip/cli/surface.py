@@ -77,9 +77,10 @@ def surface(
         from contextlib import ExitStack
 
         from microslip.errors import said
+        from microslip.report.files import write
         from microslip.report.folder import staged
         from microslip.report.terminal import show
-        from microslip.results.scanned.document import document, write
+        from microslip.results.scanned.document import document
         from microslip.results.scanned.findings import Request, analyse
         from microslip.results.scanned.numbers import FACES_KIND, KIND
 
@@ -100,19 +101,14 @@ def surface(
                 stage = stack.enter_context(staged(folder, overwrite, kind, "measured scan"))
             with progress("Measuring") as report:
                 if of_faces:
-                    result = faces.document(faces.analyse(request, report), folder, kinds)
+                    result = faces.document(faces.analyse(request, report), folder)
                 else:
                     findings = analyse(request, report)
             if not of_faces:
-                result = document(
-                    findings, folder, lambda text: said(text, spelling(context)), kinds
-                )
+                result = document(findings, folder, lambda text: said(text, spelling(context)))
             if stage is not None:
                 with progress("Drawing and writing") as report:
-                    if of_faces:
-                        faces.write(result, stage, report)
-                    else:
-                        write(result, findings, stage, report)
+                    result = write(result, stage, kinds, report)
     if as_json:
         echo_json(result.data)
         return

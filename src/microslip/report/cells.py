@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from functools import partial
@@ -23,6 +24,13 @@ _MOST_VALUES = 8
 def given(unit: str, digits: int = 4) -> Callable[[float], str]:
     """Writer of numbers that somebody chose: no zeros at their end."""
     return partial(engineering, unit=unit, digits=digits, trim=True)
+
+
+def value(number: float | None, unit: str, digits: int = 4) -> str:
+    """Write a number with its unit, if it has one."""
+    if number is None or not math.isfinite(number):
+        return UNKNOWN
+    return significant(number, digits) if unit in ("", "-") else engineering(number, unit, digits)
 
 
 def ratio(value: float | None) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from microslip._core.verdicts import Verdict, worst
@@ -19,6 +20,7 @@ class Judged(NamedTuple):
 
 Value = float | int | str | bool | Judged | None
 Write = Callable[[Any], str]
+Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -129,6 +131,16 @@ class Section:
     brief: bool = True
 
 
+@dataclass(frozen=True)
+class File:
+    """One file of a result."""
+
+    name: str  # in the folder
+    write: Callable[[Path, Progress], None]
+    """Writes it, given its path and what takes the share that is done."""
+    cost: float = 1e-3  # seconds that it takes, more or less
+
+
 class Number(NamedTuple):
     """The number of a result: what it is, its value and its band, as people read them."""
 
@@ -150,6 +162,7 @@ class Document:
     remarks: tuple[str, ...] = ()  # what must be read with the answer
     number: Number | None = None  # the one that a page shows first
     figure: str = ""  # name of the picture that a page shows first
+    files: tuple[File, ...] = ()  # tables, arrays and texts that go with it into a folder
 
     def blocks(self) -> Iterator[Block]:
         """All blocks, in the order of reading."""

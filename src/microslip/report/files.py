@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -16,12 +17,11 @@ from microslip._core import netcdf
 from microslip._core.kernel_choice import kernel_name
 from microslip._core.wording import one_line
 from microslip._version import __version__
-from microslip.report.document import Document
+from microslip.report.document import Document, File, Progress
 from microslip.report.folder import staged
 from microslip.report.netcdf import Contents
 from microslip.report.pictures import Drawn
 
-Progress = Callable[[float], None]
 Blocks = Iterator[Mapping[str, NDArray[np.float64]]]
 
 _FORMULAS = tuple(
@@ -30,17 +30,7 @@ _FORMULAS = tuple(
 )
 
 # Seconds, more or less, for the sake of progress: a number as text, a number, a figure, anything.
-TEXT, NUMBER, FIGURE, FILE = 6e-7, 9e-8, 0.02, 1e-3
-
-
-@dataclass(frozen=True)
-class File:
-    """One file of a result."""
-
-    name: str  # in the folder
-    write: Callable[[Path, Progress], None]
-    """Writes it, given its path and what takes the share that is done."""
-    cost: float = FILE  # seconds that it takes, more or less
+TEXT, NUMBER, FIGURE = 6e-7, 9e-8, 0.02
 
 
 def header(kind: str, schema: int, title: str) -> dict[str, Any]:
@@ -53,15 +43,17 @@ def header(kind: str, schema: int, title: str) -> dict[str, Any]:
     }
 
 
-def standard_files(
-    document: Document, names: Sequence[str], extra_files: Iterable[File] = ()
-) -> tuple[File, ...]:
-    """Files of a document by their names: summary, page, pictures, and what else is there.
+def listed(document: Document, kinds: Sequence[str] = ("svg",)) -> Document:
+    """A document for a folder: its summary names all files, the figures in each of some formats."""
+    figures = (f"{picture.name}.{kind}" for picture in document.pictures for kind in kinds)
+    names = ["report.html", *(file.name for file in document.files), *figures, "summary.json"]
+    return replace(document, data={**document.data, "files": names})
 
-    Pictures are ``NAME.svg``, ``NAME.png`` and ``NAME.pdf``; summaries list all under ``files``.
-    """
+
+def standard_files(document: Document) -> tuple[File, ...]:
+    """All files that the summary of a document names: itself, the page, pictures and its own."""
     cache = Drawn()
-    by_name = {file.name: file for file in extra_files}
+    by_name = {file.name: file for file in document.files}
     pictures = {picture.name: picture for picture in document.pictures}
 
     def file(name: str) -> File:
@@ -81,7 +73,7 @@ def standard_files(
             cost,
         )
 
-    return tuple(file(name) for name in names)
+    return tuple(map(file, document.data["files"]))
 
 
 def _page(document: Document, cache: Drawn, path: Path, progress: Progress) -> None:
@@ -136,6 +128,18 @@ def write_all(files: Sequence[File], folder: Path, progress: Progress | None = N
         part(1.0)
 
 
+def write(
+    document: Document,
+    folder: Path,
+    kinds: Sequence[str] = ("svg",),
+    progress: Progress | None = None,
+) -> Document:
+    """Write every file of a document into an existing folder; gives it with their names."""
+    document = listed(document, kinds)
+    write_all(standard_files(document), folder, progress)
+    return document
+
+
 def save(
     files: Sequence[File],
     folder: str | Path,
@@ -159,6 +163,28 @@ def text_cell(text: str) -> str:
     if text.lstrip()[:1] in _FORMULAS:
         text = f"'{text}"
     return '"' + text.replace('"', '""') + '"'
+
+
+def csv_text(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    """A table as text: words as they are, numbers with all digits, nothing where one is missing."""
+
+    def cell(value: Any) -> str:
+        if isinstance(value, str):
+            return value
+        return "" if value is None or value != value else repr(value)
+
+    return "\n".join([",".join(heads), *(",".join(map(cell, row)) for row in rows)]) + "\n"
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it: lists for arrays, None for a number that is not finite."""
+    if isinstance(value, Mapping):
+        return {name: plain(part) for name, part in value.items()}
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [plain(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:

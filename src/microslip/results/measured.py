@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
+from itertools import count, repeat
+from typing import Any
 
 import numpy as np
 
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
+from microslip.report import cells
 from microslip.report.document import (
     Block,
     Column,
@@ -21,7 +23,7 @@ from microslip.report.document import (
     Section,
     Table,
 )
-from microslip.report.files import header, standard_files, text_cell, text_file, write_all
+from microslip.report.files import csv_text, header, text_cell, text_file
 from microslip.results import measured_campaign as together
 from microslip.tribometer import Measurement
 from microslip.tribometer.campaign import Campaign
@@ -49,44 +51,26 @@ _CHANNEL = re.compile(r'(\w+): column ("[^"]*").*')
 Say = Callable[[str], str]
 
 
-def file_names(campaign: Campaign, kinds: Sequence[str] = ("svg",)) -> tuple[str, ...]:
-    """Names of the files of a folder, the figures in each of some formats."""
-    several = len(campaign.measurements) > 1
-    names = ["report.html", "cycles.csv", *("records.csv",) * several]
-    for name in ("loops", *(together.pictures(campaign) if several else ())):
-        names += [f"{name}.{kind}" for kind in kinds]
-    return (*names, "summary.json")
-
-
 def document(
     measurements: Sequence[Measurement] | Campaign,
     say: Say = str,
-    files: Sequence[str] = (),
     skipped: Sequence[tuple[str, str]] = (),
 ) -> Document:
-    """What measured records say.
+    """What measured records say, at least one; ``skipped`` could not be measured, and why.
 
-    Parameters
-    ----------
-    measurements : sequence of Measurement, or Campaign
-        At least one.
-    say : callable, optional
-        Spells a text that names arguments for those who read it.
-    files : sequence of str, optional
-        Names of the files, if it goes into a folder.
-    skipped : sequence of (str, str), optional
-        Files that could not be measured, and why.
+    Texts that name arguments are spelt by ``say`` for those who read them.
     """
     campaign = measurements if isinstance(measurements, Campaign) else Campaign(tuple(measurements))
     measurements = campaign.measurements
     level = measurements[0].confidence
     names = [shorten(measured.name, 200) for measured in measurements]
     title = names[0] if len(names) == 1 else f"{len(names)} measured records"
+    heading = header(KIND, 1, title)
     data = {
-        **header(KIND, 1, title),
-        "version": header(KIND, 1, title)["generator"]["version"],
+        **heading,
+        "version": heading["generator"]["version"],
         "records": [measured.summary() for measured in measurements],
-        "files": list(files),
+        "files": [],
     }
     sections = [
         part
@@ -119,24 +103,13 @@ def document(
         "opposite sign, or the columns are swapped; see the notes."
         for name in wrong
     )
-    return Document(
-        KIND,
-        title,
-        _answer(measurements),
-        tuple(sections),
-        data,
-        remarks,
-        _number(measurements),
-        "loops",
-    )
-
-
-def write(document: Document, campaign: Campaign, folder: Path) -> None:
-    """Write every file of a document into an existing folder."""
-    tables = [text_file("cycles.csv", lambda: _cycles(campaign.measurements))]
-    if len(campaign.measurements) > 1:
+    tables = [text_file("cycles.csv", lambda: _cycles(measurements))]
+    if len(measurements) > 1:
         tables.append(text_file("records.csv", lambda: together.csv_of(campaign)))
-    write_all(standard_files(document, document.data["files"], tables), folder)
+    answer, number = _answer(measurements), _number(measurements)
+    return Document(
+        KIND, title, answer, tuple(sections), data, remarks, number, "loops", tuple(tables)
+    )
 
 
 def _answer(measurements: Sequence[Measurement]) -> str:
@@ -234,10 +207,10 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
 
 def _read(notes: Sequence[str]) -> str:
     """Which columns were read, in a line."""
-    found = [match for note in notes if (match := _CHANNEL.match(note))]
+    matches = [match for note in notes if (match := _CHANNEL.match(note))]
     words = [
         f"{match[1].replace('_', ' ')} {match[2]}{', sign turned' * ('sign turned' in match[0])}"
-        for match in found
+        for match in matches
     ]
     return f"Read: {'; '.join(words)}."
 
@@ -267,8 +240,8 @@ def _means(measured: Measurement) -> Table:
         "Change a cycle: slope of a straight line over all cycles, where it is more than five "
         "standard errors."
     )
-    few = tuple(range(sum(name in measured.mean for name in _FIRST)))
-    return Table("Means over the cycles", columns, tuple(rows), caption=caption, few=few)
+    brief_rows = tuple(range(sum(name in measured.mean for name in _FIRST)))
+    return Table("Means over the cycles", columns, tuple(rows), caption=caption, few=brief_rows)
 
 
 _OF_LEVELS = ("amplitude", "force_amplitude", "dissipated_energy", "loss_factor", "friction_peak")
@@ -302,18 +275,8 @@ def _drift(measured: Measurement, name: str) -> str:
     return _written(drift.value, name) if certain else "–"
 
 
-def _unit(name: str) -> str:
-    return "" if UNITS[name] == "-" else UNITS[name]
-
-
-def _known(value: float) -> float | None:
-    return value if np.isfinite(value) else None
-
-
 def _written(value: float, name: str) -> str:
-    if not np.isfinite(value):
-        return "–"
-    return engineering(value, _unit(name), 4) if _unit(name) else significant(value, 4)
+    return cells.value(value, UNITS[name])
 
 
 def _interval(low: float, high: float, name: str) -> str:
@@ -322,17 +285,14 @@ def _interval(low: float, high: float, name: str) -> str:
 
 def _cycles(measurements: Sequence[Measurement]) -> str:
     """A row for each cycle; empty where a record does not have the column or the value."""
-    columns = [name for name in UNITS if any(name in m.cycles for m in measurements)]
-    heads = [f"{name} [{UNITS[name]}]" for name in columns]
+    names = [name for name in UNITS if any(name in m.cycles for m in measurements)]
 
-    def lines() -> Iterator[str]:
-        yield ",".join(["record", "cycle", *heads, "regime"])
+    def rows() -> Iterator[tuple[Any, ...]]:
         for measured in measurements:
-            name = text_cell(measured.name)
-            values = [measured.cycles.get(column) for column in columns]
-            for i, regime in enumerate(measured.regimes):
-                numbers = [None if column is None else float(column[i]) for column in values]
-                cells = ["" if v is None or v != v else repr(v) for v in numbers]
-                yield ",".join([name, str(i + 1), *cells, regime])
+            unknown = np.full(len(measured), np.nan)
+            columns = [measured.cycles.get(name, unknown).astype(float).tolist() for name in names]
+            record = repeat(text_cell(measured.name), len(measured))
+            yield from zip(record, count(1), *columns, measured.regimes, strict=False)
 
-    return "\n".join(lines()) + "\n"
+    heads = ["record", "cycle", *(f"{name} [{UNITS[name]}]" for name in names), "regime"]
+    return csv_text(heads, rows())

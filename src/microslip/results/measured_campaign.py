@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
-from microslip._core.units import engineering, significant
+from microslip._core.units import significant
 from microslip._core.wording import shorten
+from microslip.report import cells
 from microslip.report.document import Column, Items, Note, Picture, Section, Table
-from microslip.report.files import text_cell
-from microslip.report.plot import Plot
+from microslip.report.files import csv_text, plain, text_cell
 from microslip.tribometer.campaign import Campaign, Wear
 from microslip.tribometer.campaign_figures import evolution, fretting_map, worn
 from microslip.tribometer.cycle_columns import LABELS, UNITS
@@ -53,13 +53,8 @@ def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
     rows = []
     energies = campaign.energies()
     for i, measured in enumerate(campaign.measurements):
-        means = {name: mean.value for name, mean in measured.mean.items()}
-        known = [_known(means.get(name)) for name in _SHOWN]
-        per_area: list[float | None] = []
-        if campaign.area is not None:
-            for name in ("reversal_stiffness", "dissipated_energy"):
-                value = _known(means.get(name))
-                per_area.append(None if value is None else value / campaign.area)
+        means = {name: plain(mean.value) for name, mean in measured.mean.items()}
+        over_area = [means.get(name) for name in ("reversal_stiffness", "dissipated_energy")]
         rows.append(
             (
                 shorten(measured.name, 40),
@@ -67,17 +62,13 @@ def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
                 len(measured),
                 measured.regime,
                 measured.probability.get(measured.regime),
-                *known,
-                *per_area,
+                *(means.get(name) for name in _SHOWN),
+                *(v and v / campaign.area for v in over_area if campaign.area is not None),
                 float(energies[i]),
                 "yes" if measured.is_settled else "no",
             )
         )
     return rows
-
-
-def _known(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
 
 
 def table_of(campaign: Campaign) -> Table:
@@ -87,53 +78,36 @@ def table_of(campaign: Campaign) -> Table:
 
 def csv_of(campaign: Campaign) -> str:
     """The rows as a file, all digits."""
-    columns = _columns(campaign)
-
-    def lines() -> Iterator[str]:
-        yield ",".join(
-            f"{c.key} [{c.unit or '-'}]" if c.unit is not None else c.key for c in columns
-        )
-        for row in rows_of(campaign):
-            cells = (
-                "" if v is None else text_cell(v) if isinstance(v, str) else repr(v) for v in row
-            )
-            yield ",".join(cells)
-
-    return "\n".join(lines()) + "\n"
+    heads = [c.key if c.unit is None else f"{c.key} [{c.unit or '-'}]" for c in _columns(campaign)]
+    rows = rows_of(campaign)
+    return csv_text(heads, ([text_cell(v) if isinstance(v, str) else v for v in r] for r in rows))
 
 
 def pictures(campaign: Campaign) -> dict[str, Picture]:
     """Figures of several records, by the names of their files."""
-    found = {
-        "evolution": Picture(
+    figures = [
+        Picture(
             "evolution",
             "Every cycle of the records over its number, and over the energy that the run has "
             "dissipated so far; logarithmic axes.",
             lambda: evolution(campaign),
             "Friction, stiffness and energy over cycles and cumulative energy",
         )
-    }
+    ]
     if campaign.fretting_map():
-        found["fretting-map"] = Picture(
-            "fretting-map",
+        caption = (
             "Regimes over amplitude and normal load (Vingsbo and Söderberg 1988); mixed where a "
-            "second regime is as likely as 1 in 20, or has as many of the cycles.",
-            lambda: fretting_map(campaign),
-            "Regimes over amplitude and normal load",
+            "second regime is as likely as 1 in 20, or has as many of the cycles."
         )
-    wear = campaign.wear()
-    if wear is not None:
-        found["wear"] = Picture(
-            "wear",
-            "Worn volume over dissipated energy, and the straight line through zero.",
-            _plot_of(wear),
-            "Worn volume over dissipated energy",
+        plot = partial(fretting_map, campaign)
+        figures.append(
+            Picture("fretting-map", caption, plot, "Regimes over amplitude and normal load")
         )
-    return found
-
-
-def _plot_of(wear: Wear) -> Callable[[], Plot]:
-    return lambda: worn(wear)
+    if (wear := campaign.wear()) is not None:
+        caption = "Worn volume over dissipated energy, and the straight line through zero."
+        plot = partial(worn, wear)
+        figures.append(Picture("wear", caption, plot, "Worn volume over dissipated energy"))
+    return {figure.name: figure for figure in figures}
 
 
 def sections(
@@ -145,26 +119,27 @@ def sections(
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
         words = Note(f"{len(skipped)} file{'s' * (len(skipped) > 1)} could not be measured:")
         first.append(Section("Left out", (words, Items(texts))))
-    drawn = pictures(campaign)
-    last = [Section("Evolution", (drawn["evolution"],), brief=False)]
-    if "fretting-map" in drawn:
-        last.append(Section("Fretting map", (drawn["fretting-map"],), brief=False))
+    figures = pictures(campaign)
+    last = [Section("Evolution", (figures["evolution"],), brief=False)]
+    if "fretting-map" in figures:
+        last.append(Section("Fretting map", (figures["fretting-map"],), brief=False))
     wear = campaign.wear(confidence)
     if wear is not None:
-        last.append(Section("Wear", (Note(_wear_text(wear)), drawn["wear"])))
-    compared = campaign.comparison(confidence)
-    if compared:
+        last.append(Section("Wear", (Note(_wear_text(wear)), figures["wear"])))
+    if campaign.comparison(confidence):
         last.append(Section("Runs compared", (_runs(campaign, confidence),)))
     return first, last
 
 
 def _wear_text(wear: Wear) -> str:
-    found = wear.coefficient
+    coefficient = wear.coefficient
     # Of a cubic micrometre per joule, as papers have it.
-    value, low, high = (significant(1e18 * x) for x in (found.value, found.low, found.high))
+    value, low, high = (
+        significant(1e18 * x) for x in (coefficient.value, coefficient.low, coefficient.high)
+    )
     text = f"Energy wear coefficient: {value} µm³/J"
-    if found.number > 1:
-        text += f" ({low} … {high}, {found.number} worn volumes)"
+    if coefficient.number > 1:
+        text += f" ({low} … {high}, {coefficient.number} worn volumes)"
     return f"{text}, after Fouvry et al. (2003): worn volume over energy dissipated in all cycles."
 
 
@@ -178,36 +153,26 @@ def _runs(campaign: Campaign, confidence: float) -> Table:
         Column("between", "std between runs"),
     )
     rows = []
-    for found in campaign.comparison(confidence):
-        unit = UNITS[found.column].replace("-", "")
-
-        def said(value: float, unit: str = unit) -> str:
-            if not math.isfinite(value):
-                return "–"
-            return engineering(value, unit, 4) if unit else significant(value, 4)
-
-        ends = f"{said(found.mean.low)} … {said(found.mean.high)}"
+    for comparison in campaign.comparison(confidence):
+        written = partial(cells.value, unit=UNITS[comparison.column])
+        ends = f"{written(comparison.mean.low)} … {written(comparison.mean.high)}"
         rows.append(
             (
-                LABELS[found.column],
-                found.condition,
-                len(found.runs),
-                f"{said(found.mean.value)} ({ends})",
-                said(found.within),
-                said(found.between),
+                LABELS[comparison.column],
+                comparison.condition,
+                len(comparison.runs),
+                f"{written(comparison.mean.value)} ({ends})",
+                written(comparison.within),
+                written(comparison.between),
             )
         )
     caption = (
         "Runs are taken at random from all that could be: the interval of the mean holds what "
         "differs between them (one-way analysis of variance, as in ISO 5725-2)."
     )
+    brief_rows = tuple(range(min(12, len(rows))))
     return Table(
-        "Runs compared",
-        columns,
-        tuple(rows),
-        caption=caption,
-        noun="comparisons",
-        few=tuple(range(min(12, len(rows)))),
+        "Runs compared", columns, tuple(rows), caption=caption, noun="comparisons", few=brief_rows
     )
 
 
@@ -216,28 +181,15 @@ def data_of(
 ) -> dict[str, Any]:
     """The same as plain values."""
     wear = campaign.wear(confidence)
-    return {
+    keys = [column.key for column in _columns(campaign)]
+    data = {
         "skipped": [{"file": name, "reason": why} for name, why in skipped],
-        "table": [
-            dict(zip((c.key for c in _columns(campaign)), row, strict=True))
-            for row in rows_of(campaign)
-        ],
+        "table": [dict(zip(keys, row, strict=True)) for row in rows_of(campaign)],
         "fretting_map": [point._asdict() for point in campaign.fretting_map()],
-        "wear": None
-        if wear is None
-        else {
-            "unit": "m^3/J",
-            **{key: _known(value) for key, value in wear.coefficient._asdict().items()},
-        },
+        "wear": None if wear is None else {"unit": "m^3/J", **wear.coefficient._asdict()},
         "comparison": [
-            {
-                "column": found.column,
-                "condition": found.condition,
-                "runs": list(found.runs),
-                "mean": {key: _known(value) for key, value in found.mean._asdict().items()},
-                "within": _known(found.within),
-                "between": _known(found.between),
-            }
-            for found in campaign.comparison(confidence)
+            {**comparison._asdict(), "mean": comparison.mean._asdict()}
+            for comparison in campaign.comparison(confidence)
         ],
     }
+    return {key: plain(values) for key, values in data.items()}

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
+
+import numpy as np
 
 from microslip._core.units import engineering, prefix
 from microslip._core.wording import shorten
 from microslip.report import cells
 from microslip.report.document import Column, Document, Items, Picture, Section, Table
-from microslip.report.files import header, standard_files, text_cell, text_file, write_all
+from microslip.report.files import csv_text, header, text_cell, text_file
 from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
 from microslip.structures import ModalTest
 
@@ -18,13 +19,7 @@ KIND = "microslip-modal-test"
 """What summary.json says of a folder of tests of modes."""
 
 
-def file_names(kinds: Sequence[str] = ("svg",)) -> tuple[str, ...]:
-    """Names of the files of a folder, the figure in each of some formats."""
-    figures = (f"modal_curves.{kind}" for kind in kinds)
-    return ("report.html", "modal_curves.csv", *figures, "summary.json")
-
-
-def document(tests: Sequence[ModalTest], files: Sequence[str] = ()) -> Document:
+def document(tests: Sequence[ModalTest]) -> Document:
     """What tests of modes say."""
     names = [shorten(test.name, 100) for test in tests]
     title = names[0] if len(names) == 1 else f"{len(names)} tests of modes"
@@ -40,7 +35,7 @@ def document(tests: Sequence[ModalTest], files: Sequence[str] = ()) -> Document:
             }
             for test in tests
         ],
-        "files": list(files),
+        "files": [],
     }
     sections = [_section(test) for test in tests]
     caption = (
@@ -54,28 +49,23 @@ def document(tests: Sequence[ModalTest], files: Sequence[str] = ()) -> Document:
         "Frequency and damping of the tests against amplitude",
     )
     sections.append(Section("Curves", (picture,), brief=False))
-    return Document(KIND, title, _answer(tests), tuple(sections), data)
-
-
-def write(document: Document, tests: Sequence[ModalTest], folder: Path) -> None:
-    """Write every file of a document into an existing folder."""
     table = text_file("modal_curves.csv", lambda: _csv(tests))
-    write_all(standard_files(document, document.data["files"], [table]), folder)
+    return Document(KIND, title, _answer(tests), tuple(sections), data, files=(table,))
 
 
 def _answer(tests: Sequence[ModalTest]) -> str:
-    said = []
+    sentences = []
     for test in tests:
-        first, last = int(test.amplitude.argmin()), int(test.amplitude.argmax())
-        sizes = [engineering(float(test.amplitude[i]), "m", 3) for i in (first, last)]
-        name = "" if len(tests) == 1 else f"{shorten(test.name, 40)}: "
-        said.append(
-            f"{name}from {sizes[0]} to {sizes[1]} at the sensor the frequency goes from "
-            f"{test.frequency[first]:.5g} to {test.frequency[last]:.5g} Hz and the damping ratio "
-            f"from {cells.ratio(float(test.damping_ratio[first]))} to "
-            f"{cells.ratio(float(test.damping_ratio[last]))}."
+        ends = [int(test.amplitude.argmin()), int(test.amplitude.argmax())]
+        sizes = " to ".join(engineering(float(a), "m", 3) for a in test.amplitude[ends])
+        ratios = " to ".join(cells.ratio(float(ratio)) for ratio in test.damping_ratio[ends])
+        low, high = test.frequency[ends]
+        begin = "From" if len(tests) == 1 else f"{shorten(test.name, 40)}: from"
+        sentences.append(
+            f"{begin} {sizes} at the sensor the frequency goes from {low:.5g} to {high:.5g} Hz and "
+            f"the damping ratio from {ratios}."
         )
-    return " ".join([said[0][0].upper() + said[0][1:] if len(tests) == 1 else said[0], *said[1:]])
+    return " ".join(sentences)
 
 
 def _section(test: ModalTest) -> Section:
@@ -95,12 +85,13 @@ def _section(test: ModalTest) -> Section:
 
 def _csv(tests: Sequence[ModalTest]) -> str:
     """One line for each amplitude; the headers are those that a study reads."""
-    lines = ["test,amplitude [m],frequency [Hz],damping_ratio"]
-    for test in tests:
-        name = text_cell(test.name)
-        for row in zip(test.amplitude, test.frequency, test.damping_ratio, strict=True):
-            lines.append(",".join([name, *(repr(float(value)) for value in row)]))
-    return "\n".join(lines) + "\n"
+    columns = ((test.amplitude, test.frequency, test.damping_ratio) for test in tests)
+    rows = (
+        (text_cell(test.name), *row)
+        for test, arrays in zip(tests, columns, strict=True)
+        for row in np.column_stack(arrays).tolist()
+    )
+    return csv_text(("test", "amplitude [m]", "frequency [Hz]", "damping_ratio"), rows)
 
 
 def curve_plot(tests: Sequence[ModalTest]) -> Plot:
@@ -125,6 +116,6 @@ def curve_plot(tests: Sequence[ModalTest]) -> Plot:
         ):
             panel.line(x, y, color, dash=dash)
             panel.marks(x, y, color)
-        rest = f"{f[0]:.5g} Hz" if math.isfinite(f[0]) else ""
-        legend.append(Entry(f"{shorten(test.name, 40)}, {rest}", color, dash, marker="o"))
+        frequency = f"{f[0]:.5g} Hz" if math.isfinite(f[0]) else ""
+        legend.append(Entry(f"{shorten(test.name, 40)}, {frequency}", color, dash, marker="o"))
     return Plot([upper, lower], 5.6, heights=(1.0, 1.3), legend=tuple(legend))

@@ -11,7 +11,8 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.files import whole_file
 from microslip._core.quantities import UNITS
-from microslip._core.units import engineering, significant
+from microslip._core.units import significant
+from microslip.report import cells
 from microslip.report.document import (
     Block,
     Column,
@@ -23,183 +24,146 @@ from microslip.report.document import (
     Section,
     Table,
 )
-from microslip.report.files import File, header, standard_files, text_cell, text_file
+from microslip.report.files import csv_text, header, listed, standard_files, text_cell, text_file
 from microslip.report.plot import Axis, Panel, Plot, stacked
 from microslip.results.batch.run import Batch, Outcome
 
 KIND = "microslip-batch"
 SUMMARY_SCHEMA = 1
+_QUANTILES = {"q5": 0.05, "q50": 0.5, "q95": 0.95}
 
 
 def document(batch: Batch) -> Document:
     """A batch as a document; its data is the summary."""
-    done, failed = batch.done, batch.failed
-    missing = len(batch.items) - len(done) - len(failed)
-    blocks: list[Block] = [
-        Facts(
-            "Items",
-            (
-                ("Done", str(len(done))),
-                ("Failed", str(len(failed))),
-                ("Not yet", str(missing)),
-                ("Computed in this run", str(batch.computed)),
-            ),
-        )
-    ]
+    completed, failed = batch.done, batch.failed
+    missing = len(batch.items) - len(completed) - len(failed)
+    columns = columns_of(completed)
+    statistics = _statistics(columns)
+    counts = (
+        ("Done", str(len(completed))),
+        ("Failed", str(len(failed))),
+        ("Not yet", str(missing)),
+        ("Computed in this run", str(batch.computed)),
+    )
+    blocks: list[Block] = [Facts("Items", counts)]
     if failed:
-        columns = (Column("item", "Item"), Column("reason", "Reason"))
-        rows = tuple((one["item"], one["reason"]) for one in failed)
-        blocks.append(Table("Failed", columns, rows, noun="items"))
+        heads = (Column("item", "Item"), Column("reason", "Reason"))
+        reasons = tuple((outcome["item"], outcome["reason"]) for outcome in failed)
+        blocks.append(Table("Failed", heads, reasons, noun="items"))
     sections = [Section("Items", tuple(blocks))]
-    if done:
-        sections.append(Section("Over all", (_statistics(done),)))
-        if _drawable(done):
-            picture = Picture(
-                "batch",
-                "Loss factor and energy of all items against the amplitude.",
-                lambda: plot(done),
-                "Results of all items",
-            )
-            sections.append(Section("Figures", (picture,), brief=False))
+    if completed:
+        sections.append(Section("Over all", (_table(statistics),)))
+    is_drawn = "loss_factor" in columns and _amplitude(columns) is not None
+    if is_drawn:
+        caption = "Loss factor and energy of all items against the amplitude."
+        picture = Picture("batch", caption, lambda: plot(columns), "Results of all items")
+        sections.append(Section("Figures", (picture,), brief=False))
     if missing:
         note = f"{missing} items are another shard's, or wait for the next run."
         sections.append(Section("Notes", (Items((note,)),)))
-    number = _number(done)
-    answer = f"{len(done)} of {len(batch.items)} items done, {len(failed)} failed"
+    number = _number(statistics)
+    answer = f"{len(completed)} of {len(batch.items)} items done, {len(failed)} failed"
     answer += f"; the median {number.name} is {number.value}." if number else "."
-    drawn = ("batch.svg",) if _drawable(done) else ()
     data: dict[str, Any] = {
         **header(KIND, SUMMARY_SCHEMA, "Batch"),
         "items": len(batch.items),
-        "done": len(done),
-        "failed": [{"item": one["item"], "reason": one["reason"]} for one in failed],
+        "done": len(completed),
+        "failed": [{"item": outcome["item"], "reason": outcome["reason"]} for outcome in failed],
         "not_yet": missing,
-        "statistics": _numbers(done),
+        "statistics": statistics,
         "units": dict(UNITS),
-        "files": [
-            "summary.json", "report.html", "items.csv", "failures.csv", *drawn,
-        ],
-    }  # fmt: skip
-    figure = "batch" if _drawable(done) else ""
-    return Document(KIND, "Batch", answer, tuple(sections), data, number=number, figure=figure)
+        "files": [],
+    }
+    files = (
+        text_file("items.csv", lambda: _items(completed, columns)),
+        text_file("failures.csv", lambda: _failures(failed)),
+    )
+    figure = "batch" if is_drawn else ""
+    return listed(Document(KIND, "Batch", answer, tuple(sections), data, (), number, figure, files))
 
 
-def names_of(done: list[Outcome]) -> list[str]:
-    """Columns of the table over all items, in the order they first come in."""
-    names: dict[str, None] = {}
-    for outcome in done:
-        for row in outcome["rows"]:
-            names |= dict.fromkeys(row)
-    return list(names)
-
-
-def columns_of(done: list[Outcome]) -> dict[str, Floats]:
-    """The numbers of all items, a row each."""
-    rows = [row for outcome in done for row in outcome["rows"]]
+def columns_of(completed: list[Outcome]) -> dict[str, Floats]:
+    """The numbers of all items, a row each; the columns in the order they first come in."""
+    rows = [row for outcome in completed for row in outcome["rows"]]
+    names = dict.fromkeys(name for row in rows for name in row)
     return {
         name: np.array([math.nan if row.get(name) is None else row[name] for row in rows])
-        for name in names_of(done)
+        for name in names
     }
 
 
-def _numbers(done: list[Outcome]) -> dict[str, Any]:
-    found = {}
-    for name, values in columns_of(done).items():
-        known = values[np.isfinite(values)]
-        if known.size:
-            low, middle, high = np.quantile(known, [0.05, 0.5, 0.95]).tolist()
-            found[name] = {"count": int(known.size), "q5": low, "q50": middle, "q95": high}
-    return found
+def _statistics(columns: dict[str, Floats]) -> dict[str, Any]:
+    statistics = {}
+    for name, values in columns.items():
+        finite = values[np.isfinite(values)]
+        if finite.size:
+            ends = np.quantile(finite, list(_QUANTILES.values())).tolist()
+            statistics[name] = {"count": finite.size, **dict(zip(_QUANTILES, ends, strict=True))}
+    return statistics
 
 
-def _number(done: list[Outcome]) -> Number | None:
+def _number(statistics: dict[str, Any]) -> Number | None:
     """The median over all rows with its band: of the damping, where there is one."""
-    found = _numbers(done)
-    name = next((n for n in ("loss_factor", "damping_ratio", *found) if n in found), None)
+    preferred = ("loss_factor", "damping_ratio", *statistics)
+    name = next((n for n in preferred if n in statistics), None)
     if name is None:
         return None
-    low, middle, high = (_written(found[name][q], name) for q in ("q5", "q50", "q95"))
-    band = f"{low} to {high} (5 to 95 % of {found[name]['count']} rows)"
+    low, middle, high = (_written(statistics[name][q], name) for q in _QUANTILES)
+    band = f"{low} to {high} (5 to 95 % of {statistics[name]['count']} rows)"
     return Number(name.replace("_", " "), middle, band)
 
 
 def _written(value: float, name: str) -> str:
     unit = UNITS.get(name, "-")
-    if unit in ("-", "1", ""):
-        return significant(value, 4)
     # A prefix before a square would be squared as well.
-    return f"{significant(value, 4)} {unit}" if "^" in unit else engineering(value, unit, 4)
+    return f"{significant(value, 4)} {unit}" if "^" in unit else cells.value(value, unit)
 
 
-def _statistics(done: list[Outcome]) -> Table:
+def _table(statistics: dict[str, Any]) -> Table:
     columns = (
         Column("quantity", "Quantity"),
-        Column("count", "Rows", write=lambda n: f"{n:.0f}"),
-        *(Column(f"q{share}", f"{share} %") for share in (5, 50, 95)),
+        Column("count", "Rows", write=cells.whole),
+        *(Column(name, f"{100.0 * share:g} %") for name, share in _QUANTILES.items()),
     )
     rows = tuple(
-        (
-            name.replace("_", " "), n["count"],
-            *(_written(n[f"q{share}"], name) for share in (5, 50, 95)),
-        )
-        for name, n in _numbers(done).items()
-    )  # fmt: skip
+        (name.replace("_", " "), n["count"], *(_written(n[q], name) for q in _QUANTILES))
+        for name, n in statistics.items()
+    )
     return Table("All rows of all items", columns, rows, noun="quantities")
 
 
-def _drawable(done: list[Outcome]) -> bool:
-    names = names_of(done)
-    return "loss_factor" in names and bool(_amplitude(names))
+def _amplitude(columns: dict[str, Floats]) -> Floats | None:
+    return columns.get("amplitude", columns.get("displacement_amplitude"))
 
 
-def _amplitude(names: list[str]) -> str:
-    return next((n for n in ("amplitude", "displacement_amplitude") if n in names), "")
-
-
-def plot(done: list[Outcome]) -> Plot:
+def plot(columns: dict[str, Floats]) -> Plot:
     """Marks of all rows over their amplitudes."""
-    columns = columns_of(done)
-    x = columns[_amplitude(list(columns))] * 1e6
+    amplitude = _amplitude(columns)
+    assert amplitude is not None  # who calls has looked
     panels = []
     for name, label in (("loss_factor", "Loss factor η"), ("dissipated_energy", "Energy [J]")):
         if name in columns:
-            panel = Panel(
-                Axis("Displacement amplitude [µm]", log=True),
-                Axis(label, log=True),
-            )
-            panel.marks(x, columns[name], "#2b7bba", size=2.5, filled=True)
+            panel = Panel(Axis("Displacement amplitude [µm]", log=True), Axis(label, log=True))
+            panel.marks(amplitude * 1e6, columns[name], "#2b7bba", size=2.5, filled=True)
             panels.append(panel)
     return stacked(panels, 3.2 * len(panels) + 0.6, (1.0,) * len(panels))
 
 
-def files(batch: Batch) -> tuple[File, ...]:
-    """The table over all, the failures, and what every result writes."""
-    done = batch.done
-    columns = columns_of(done)
-    lengths = [len(outcome["rows"]) for outcome in done]
+def _items(completed: list[Outcome], columns: dict[str, Floats]) -> str:
+    """The table over all."""
+    items = [text_cell(outcome["item"]) for outcome in completed for _ in outcome["rows"]]
+    numbers = (map(repr, values.tolist()) for values in columns.values())
+    heads = ["item", *(f"{name} [{UNITS.get(name, '-')}]" for name in columns)]
+    return csv_text(heads, zip(items, *numbers, strict=True))
 
-    def table() -> str:
-        heads = ["item", *(f"{n} [{UNITS.get(n, '-')}]" for n in columns)]
-        lines = [",".join(heads)]
-        place = 0
-        for outcome, length in zip(done, lengths, strict=True):
-            for _ in range(length):
-                numbers = (repr(float(values[place])) for values in columns.values())
-                lines.append(",".join((text_cell(outcome["item"]), *numbers)))
-                place += 1
-        return "\n".join(lines) + "\n"
 
-    def failures() -> str:
-        lines = [f"{text_cell(one['item'])},{text_cell(one['reason'])}" for one in batch.failed]
-        return "\n".join(["item,reason", *lines]) + "\n"
-
-    own = [text_file("items.csv", table), text_file("failures.csv", failures)]
-    made = document(batch)
-    return standard_files(made, made.data["files"], own)
+def _failures(failed: list[Outcome]) -> str:
+    rows = ((text_cell(outcome["item"]), text_cell(outcome["reason"])) for outcome in failed)
+    return csv_text(("item", "reason"), rows)
 
 
 def finish(batch: Batch, folder: Path) -> None:
     """Write the table over all and the report into the folder of a batch, each file whole."""
-    for file in files(batch):
+    for file in standard_files(document(batch)):
         with whole_file(folder / file.name, overwrite=True) as stage:
             file.write(stage, lambda share: None)

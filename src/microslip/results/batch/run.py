@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
-import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -20,6 +19,7 @@ from microslip._core.files import reason, whole_file
 from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.errors import Argument, InputError
+from microslip.report.files import plain
 
 Progress = Callable[[float], None]
 Outcome = dict[str, Any]
@@ -63,20 +63,9 @@ class Item:
 
 
 def items_of(source: Path, study: Path | None) -> list[Item]:
-    """The items of a folder, of a list of paths, or of a table of changes to a study.
+    """The items of a folder, of a list with a path a line, or of a CSV table of changes to a study.
 
-    Parameters
-    ----------
-    source : pathlib.Path
-        A folder of studies, records or scans; a text file with a path a line; or a CSV table whose
-        columns are keys of the study.
-    study : pathlib.Path, optional
-        The study of a table, of scans, or of the joint that tells the regimes of records apart.
-
-    Raises
-    ------
-    InputError
-        No items, or none that can be understood without a study.
+    The study is that of a table, of scans, or of the joint that tells the regimes of records apart.
     """
     base = "" if study is None else str(study.resolve())
     if source.is_dir():
@@ -130,9 +119,10 @@ def _of_table(source: Path, study: str) -> Iterator[Item]:
                 raise InputError(
                     f"{source}: wanted {len(keys)} columns, got {len(row)} in row {number}"
                 )
-            changes = [f"{k}={v.strip()}" for k, v in zip(keys, row, strict=True) if k != "name"]
-            given = dict(zip(keys, row, strict=True)).get("name", "").strip()
-            yield Item(given or f"{number:06d}", "predict", "", study, tuple(changes))
+            cells = [(key, cell.strip()) for key, cell in zip(keys, row, strict=True)]
+            name = dict(cells).get("name") or f"{number:06d}"
+            changes = tuple(f"{key}={cell}" for key, cell in cells if key != "name")
+            yield Item(name, "predict", "", study, changes)
 
 
 # -- one item --------------------------------------------------------------------------------------
@@ -141,15 +131,18 @@ def _of_table(source: Path, study: str) -> Iterator[Item]:
 def run_item(item: Item) -> Outcome:
     """What an item gives: rows of plain numbers, or the reason why there are none."""
     begin = time.perf_counter()
-    outcome: Outcome = {"item": item.name, "mark": item.mark, "work": item.work}
     try:
         rows = _measured(item) if item.work == "measure" else _predicted(item)
-        outcome |= {"status": "done", "rows": rows}
+        outcome = {"status": "done", "rows": rows}
     except InputError as error:
-        outcome |= {"status": "failed", "reason": one_line(str(error))}
+        outcome = {"status": "failed", "reason": one_line(str(error))}
     except Exception as error:  # one item must not stop the others, whatever it meets
-        outcome |= {"status": "failed", "reason": one_line(f"{type(error).__name__}: {error}")}
-    return {**outcome, "seconds": round(time.perf_counter() - begin, 4)}
+        outcome = {"status": "failed", "reason": one_line(f"{type(error).__name__}: {error}")}
+    return {**_heading(item), **outcome, "seconds": round(time.perf_counter() - begin, 4)}
+
+
+def _heading(item: Item) -> Outcome:
+    return {"item": item.name, "mark": item.mark, "work": item.work}
 
 
 def _predicted(item: Item) -> list[dict[str, float | None]]:
@@ -160,7 +153,7 @@ def _predicted(item: Item) -> list[dict[str, float | None]]:
     if item.work == "scan":
         changes = (*changes, f"surface.scan={json.dumps(item.path)}")
     study = StudyDescription.load(item.study or item.path, changes)
-    return [{k: _plain(v) for k, v in row.items()} for row in rows_of(study)]
+    return plain(rows_of(study))  # type: ignore[no-any-return]
 
 
 def _measured(item: Item) -> list[dict[str, float | None]]:
@@ -172,19 +165,8 @@ def _measured(item: Item) -> list[dict[str, float | None]]:
         from microslip.study.description import StudyDescription
 
         joint = build_joints(StudyDescription.load(item.study))[0]
-    found = measure(Record.read(item.path), model=joint)
-    return [{name: _plain(value) for name, value in means_of(found).items()}]
-
-
-def means_of(found: Any) -> dict[str, float]:
-    """The means over the cycles of a record, by name."""
-    return {
-        **{name: float(estimate.value) for name, estimate in found.mean.items()},
-    }
-
-
-def _plain(value: Any) -> float | None:
-    return float(value) if value is not None and math.isfinite(value) else None
+    measurement = measure(Record.read(item.path), model=joint)
+    return [{name: plain(float(mean.value)) for name, mean in measurement.mean.items()}]
 
 
 # -- all items -------------------------------------------------------------------------------------
@@ -199,11 +181,14 @@ class Batch:
     computed: int
     """How many were computed in this run; the others were there."""
 
+    def _by_status(self, is_done: bool) -> list[Outcome]:
+        outcomes = (self.outcomes.get(item.name) for item in self.items)
+        return [o for o in outcomes if o is not None and (o["status"] == "done") == is_done]
+
     @property
     def done(self) -> list[Outcome]:
         """Those with numbers, in the order of the items."""
-        found = (self.outcomes.get(item.name) for item in self.items)
-        return [o for o in found if o is not None and o["status"] == "done"]
+        return self._by_status(True)
 
     def of_all(self, items: Sequence[Item], outcomes: Mapping[str, Outcome]) -> Batch:
         """The same with the outcomes of other shards."""
@@ -212,8 +197,7 @@ class Batch:
     @property
     def failed(self) -> list[Outcome]:
         """Those without."""
-        found = (self.outcomes.get(item.name) for item in self.items)
-        return [o for o in found if o is not None and o["status"] != "done"]
+        return self._by_status(False)
 
 
 def prepare(folder: Path) -> None:
@@ -226,18 +210,20 @@ def prepare(folder: Path) -> None:
         raise InputError(f"{folder}: cannot be written: {reason(error)}") from None
 
 
-def known(folder: Path, items: Sequence[Item], failures: bool = False) -> dict[str, Outcome]:
+def earlier_outcomes(
+    folder: Path, items: Sequence[Item], failures: bool = False
+) -> dict[str, Outcome]:
     """Outcomes of an earlier run that still hold; failures only where they are asked for."""
-    found = {}
+    outcomes = {}
     for item in items:
         try:
             outcome = json.loads((folder / ITEMS / item.file_name).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue
-        same = outcome.get("mark") == item.mark and outcome.get("item") == item.name
-        if same and (failures or outcome.get("status") == "done"):
-            found[item.name] = outcome
-    return found
+        unchanged = outcome.get("mark") == item.mark and outcome.get("item") == item.name
+        if unchanged and (failures or outcome.get("status") == "done"):
+            outcomes[item.name] = outcome
+    return outcomes
 
 
 def run(
@@ -247,32 +233,17 @@ def run(
     dask: str | None = None,
     progress: Progress | None = None,
 ) -> Batch:
-    """Run what is not there yet, and keep each outcome at once.
+    """Run what is not there yet, and keep each outcome at once in a small file of its own.
 
-    Parameters
-    ----------
-    items : sequence of Item
-        What is to be done.
-    folder : pathlib.Path
-        Where outcomes are kept, each in a small file of its own.
-    workers : int
-        Processes of this machine.
-    dask : str, optional
-        Address of a Dask scheduler instead; "local" for a cluster of so many workers here.
-    progress : callable, optional
-        Called now and then with the share that is done, 0 … 1.
-
-    Returns
-    -------
-    Batch
-        All outcomes.
+    On so many processes of this machine, or on a Dask scheduler at an address; "local" for a
+    cluster of so many workers here.
     """
     prepare(folder)
-    outcomes = known(folder, items)
-    left = [item for item in items if item.name not in outcomes]
-    total = len(left)
+    outcomes = earlier_outcomes(folder, items)
+    remaining = [item for item in items if item.name not in outcomes]
+    total = len(remaining)
     report = progress or (lambda share: None)
-    work = _on_dask(left, workers, dask) if dask is not None else _here(left, workers)
+    work = _on_dask(remaining, workers, dask) if dask is not None else _here(remaining, workers)
     for count, (item, outcome) in enumerate(work, start=1):
         with whole_file(folder / ITEMS / item.file_name, overwrite=True) as stage:
             stage.write_text(json.dumps(outcome), encoding="utf-8")
@@ -308,11 +279,8 @@ def _here(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outcome]]
 
 
 def _lost(item: Item) -> Outcome:
-    said = f"its worker died {_TRIES} times (out of memory, or killed)"
-    return {
-        "item": item.name, "mark": item.mark, "work": item.work, "status": "failed",
-        "reason": said, "seconds": 0.0,
-    }  # fmt: skip
+    cause = f"its worker died {_TRIES} times (out of memory, or killed)"
+    return {**_heading(item), "status": "failed", "reason": cause, "seconds": 0.0}
 
 
 def _on_dask(

@@ -11,7 +11,15 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.errors import Argument, InputError, StudyError
 from microslip.kernels import Integers
-from microslip.results.design.search import ARGUMENTS, Range, Search, Target, is_pointwise
+from microslip.results.design.search import (
+    KEYS,
+    Range,
+    Search,
+    Target,
+    is_pointwise,
+    not_a_range,
+    parts_of,
+)
 from microslip.study.build import build_joints
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, at_middle, is_uncertain
@@ -27,7 +35,7 @@ def open_search(
 ) -> Search:
     """The search by exact derivatives where there are some, else that of any study."""
     keys = [text.partition("=")[0].strip() for text in ranges]
-    if is_pointwise(study) and all(key in ARGUMENTS for key in keys):
+    if is_pointwise(study) and all(key in KEYS for key in keys):
         return Search(study, target, [Range.read(text) for text in ranges], probability)
     return AnySearch(study, target, ranges, probability)
 
@@ -54,56 +62,51 @@ class AnySearch(Search):
         if is_uncertain(study):
             from scipy.special import ndtr
 
-            drawn = Design(study)
-            points = drawn.points(None if part is not None else _SAMPLES)
-            scores = drawn.scores(points.reshape(-1, len(drawn.inputs)))
-            rows = [drawn.values(ndtr(row)) for row in scores]
+            design = Design(study)
+            points = design.points(None if part is not None else _SAMPLES)
+            scores = design.scores(points.reshape(-1, len(design.inputs)))
+            rows = [design.values(ndtr(row)) for row in scores]
         self._rows = rows
         super().__init__(study, target, ranges, probability)
 
     def _read(self, text: str) -> Range:
         """A range by the study's own reading of its ends; the key is free in it from now on."""
-        key, _, ends = text.partition("=")
-        key, (low, dots, high) = key.strip(), ends.partition("..")
-        if not dots:
-            raise InputError(
-                Argument("vary"), f' must read like "joint.normal_load=500 N..5 kN", got {text!r}'
-            )
+        key, low, high = parts_of(text)
         change = f"{key}={{low={_toml(low)}, high={_toml(high)}}}"
         study = self._varied
         self._varied = StudyDescription.from_toml(study.text, study.name, [change], study._folder)
         spread = dict(spreads_of(self._varied)).get(key)
         if spread is None or spread.low is None or spread.high is None or not spread.low > 0.0:
-            raise InputError(
-                Argument("vary"), f": {key}: wanted low..high above zero, got {ends!r}"
-            )
+            raise not_a_range(key, text)
         return Range(key, spread.low, spread.high)
 
     def _start(self) -> tuple[list[str], dict[str, Any]]:
-        middle, found = at_middle(self.study), {}
+        middle, values = at_middle(self.study), {}
         for r in self.ranges:
             value = value_at(middle, r.key)
             if value is None or value <= 0.0:
                 raise StudyError(f"{self.study.name}: {r.key}: wanted one number of the study")
-            found[r.key] = value
-        return list(found), found
+            values[r.key] = value
+        return list(values), values
 
-    def _of_samples(self, logs: Floats, which: Integers) -> Floats:
+    def _of_samples(self, logs: Floats, samples: Integers) -> Floats:
         """Ln of the quantity of some samples."""
-        wanted = dict(zip(self.names, np.exp(logs).tolist(), strict=True))
+        targets = dict(zip(self.names, np.exp(logs).tolist(), strict=True))
         worst = min if self.target.at_least else max
-        found = []
-        for row in (self._rows[i] for i in which):
-            scaled = {k: v * row.get(k, self.middle[k]) / self.middle[k] for k, v in wanted.items()}
+        quantities = []
+        for row in (self._rows[i] for i in samples):
+            scaled = {
+                k: v * row.get(k, self.middle[k]) / self.middle[k] for k, v in targets.items()
+            }
             study = with_values(self._varied, {**row, **scaled})
             measure = self.target.quantity
-            found.append(
+            quantities.append(
                 worst(
                     float(getattr(joint, measure)(self.target.amplitude))
                     for joint in build_joints(study)
                 )
             )
-        return np.log(np.maximum(found, _LEAST))
+        return np.log(np.maximum(quantities, _LEAST))
 
     def values(self, logs: Floats) -> Floats:
         """Ln of the quantity over the samples; the search asks for a place more than once."""

@@ -7,40 +7,41 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.units import engineering
+from microslip._core.units import FORCE, LENGTH, engineering
 from microslip.report import cells
 from microslip.report.document import Column, Document, Facts, Note, Picture, Section, Table
-from microslip.report.files import File, header, standard_files
+from microslip.report.files import header
 from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, Rule, stacked
-from microslip.results.design.search import Found, Search
+from microslip.results.design.search import KEYS, DesignPoint, Search
 
 KIND = "microslip-design"
 SUMMARY_SCHEMA = 1
-_UNITS = {
-    "joint.normal_load": "N",
-    "surface.heights.std": "m",
-    "surface.heights.scale": "m",
-    "surface.radius": "m",
-    "surface.density": "1/m^2",
-    "surface.area": "m^2",
-}
 
 
-def document(search: Search, found: Found, curve: Sequence[Found], saved: bool = False) -> Document:
+def _number(value: float) -> str:
+    return f"{value:.4g}"
+
+
+def _quantity(key: str, value: float) -> str:
+    _, kind = KEYS.get(key, ("", None))
+    return engineering(value, kind.unit, 4) if kind in (FORCE, LENGTH) else _number(value)
+
+
+def document(search: Search, design: DesignPoint, curve: Sequence[DesignPoint]) -> Document:
     """A design as a document; its data is the summary."""
     target = search.target
     percent = f"{100.0 * search.probability:g} %"
     study = search.at(search.start, target.value)
     rows = tuple(
-        (r.key, float(search.middle[name]), found.values[r.key], r.low, r.high)
+        (r.key, float(search.middle[name]), design.values[r.key], r.low, r.high)
         for r, name in zip(search.ranges, search.names, strict=True)
     )
     columns = (
         Column("key", "Key"),
-        Column("study", "Study", write=lambda v: f"{v:.4g}"),
-        Column("found", "Design", write=lambda v: f"{v:.4g}"),
-        Column("low", "From", write=lambda v: f"{v:.4g}"),
-        Column("high", "To", write=lambda v: f"{v:.4g}"),
+        Column("study", "Study", write=_number),
+        Column("design", "Design", write=_number),
+        Column("low", "From", write=_number),
+        Column("high", "To", write=_number),
     )
     facts = Facts(
         "Target",
@@ -48,7 +49,7 @@ def document(search: Search, found: Found, curve: Sequence[Found], saved: bool =
             ("Wanted", target.written),
             ("Probability", percent),
             ("Reached by the study", f"{study.reached:.4g}, met by {study.probability:.1%}"),
-            ("Reached by the design", f"{found.reached:.4g}, met by {found.probability:.1%}"),
+            ("Reached by the design", f"{design.reached:.4g}, met by {design.probability:.1%}"),
         ),
     )
     picture = Picture(
@@ -64,7 +65,7 @@ def document(search: Search, found: Found, curve: Sequence[Found], saved: bool =
             Column("level", "Level wanted", write=cells.ratio),
             Column("reached", "Reached", write=cells.ratio),
             Column("met", "Met by", write=cells.percent),
-            *(Column(r.key, r.key, write=lambda v: f"{v:.4g}") for r in search.ranges),
+            *(Column(r.key, r.key, write=_number) for r in search.ranges),
         ),
         tuple((f.level, f.reached, f.probability, *f.values.values()) for f in curve),
         noun="levels",
@@ -73,32 +74,28 @@ def document(search: Search, found: Found, curve: Sequence[Found], saved: bool =
         "The design changes the study least, counted in logarithms; values are in SI units. "
         "Numbers of the study that are uncertain scatter about the design by the same shares."
     )
-    values = ", ".join(
-        f"{key} = {engineering(v, _UNITS[key], 4) if _UNITS.get(key) in ('N', 'm') else f'{v:.4g}'}"
-        for key, v in found.values.items()
-    )
-    answer = f"{values} gives {target.written} with {found.probability:.0%}."
-    if not found.feasible:
+    values = ", ".join(f"{key} = {_quantity(key, v)}" for key, v in design.values.items())
+    answer = f"{values} gives {target.written} with {design.probability:.0%}."
+    if not design.feasible:
         answer = (
             f"No values in the ranges give {target.written} with {percent}; the nearest, {values}, "
-            f"reach {found.reached:.4g}."
+            f"reach {design.reached:.4g}."
         )
-    names = ("summary.json", "report.html", "trade_off.svg") if saved else ()
     data: dict[str, Any] = {
         **header(KIND, SUMMARY_SCHEMA, "Design"),
         "target": target._asdict(),
         "probability": search.probability,
-        "feasible": found.feasible,
-        "design": dict(found.values),
-        "reached": found.reached,
-        "met_by": found.probability,
+        "feasible": design.feasible,
+        "design": dict(design.values),
+        "reached": design.reached,
+        "met_by": design.probability,
         "study": {"reached": study.reached, "met_by": study.probability},
         "trade_off": [
             {"level": f.level, "reached": f.reached, "met_by": f.probability,
              "feasible": f.feasible, "design": dict(f.values)}
             for f in curve
         ],
-        "files": list(names),
+        "files": [],
     }  # fmt: skip
     title = search.study.title or "Design"
     first = Section("Design", (facts, Table("Values", columns, rows), Note(remark, small=True)))
@@ -107,32 +104,27 @@ def document(search: Search, found: Found, curve: Sequence[Found], saved: bool =
     )
 
 
-def plot(search: Search, curve: Sequence[Found]) -> Plot:
+def plot(search: Search, curve: Sequence[DesignPoint]) -> Plot:
     """Values of the keys over the level wanted, and the probability with which it is met."""
     levels = np.array([f.level for f in curve])
-    known = np.array([f.feasible for f in curve])
+    feasible = np.array([f.feasible for f in curve])
     label = search.target.quantity.replace("_", " ").capitalize()
     along = f"{label} wanted"
     values = Panel(Axis(along, log=True), Axis("Key over that of the study", log=True))
-    met = Panel(Axis(along, log=True), Axis("Samples that meet it [%]", 0.0, 104.0))
+    probability = Panel(Axis(along, log=True), Axis("Samples that meet it [%]", 0.0, 104.0))
     entries = []
     for index, (r, name) in enumerate(zip(search.ranges, search.names, strict=True)):
         color, dash = COLORS[index % len(COLORS)], DASHES[index % len(DASHES)]
         y = np.array([f.values[r.key] for f in curve]) / float(search.middle[name])
         values.line(levels, y, color, dash=dash)
-        values.marks(levels[known], y[known], color, filled=True)
-        values.marks(levels[~known], y[~known], color)
+        values.marks(levels[feasible], y[feasible], color, filled=True)
+        values.marks(levels[~feasible], y[~feasible], color)
         entries.append(Entry(r.key, color, dash))
-    met.line(levels, [100.0 * f.probability for f in curve])
-    met.marks(levels, [100.0 * f.probability for f in curve])
-    met.add(Rule(100.0 * search.probability))
-    for panel in (values, met):
+    probability.line(levels, [100.0 * f.probability for f in curve])
+    probability.marks(levels, [100.0 * f.probability for f in curve])
+    probability.add(Rule(100.0 * search.probability))
+    for panel in (values, probability):
         panel.add(Rule(search.target.value, "x"))
-    figure = stacked([values, met], 6.0, (3.0, 2.0))
+    figure = stacked([values, probability], 6.0, (3.0, 2.0))
     figure.legend, figure.title = tuple(entries), search.study.title
     return figure
-
-
-def files(made: Document) -> tuple[File, ...]:
-    """What a design writes."""
-    return standard_files(made, made.data["files"])

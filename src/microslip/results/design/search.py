@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, to_si
+from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, Kind, to_si
 from microslip.errors import Argument, InputError, StudyError
 from microslip.kernels import Integers
 from microslip.results.predicted.columns import Progress
@@ -28,25 +28,16 @@ MOST_KEYS = 8
 _LEVELS = 11  # of the trade-off
 _TARGET = re.compile(r"^\s*(\w+)\s*(>=|<=)\s*([^@]+?)\s*(?:at|@)\s*(.+?)\s*$")
 _WRITTEN = '"damping_ratio >= 0.005 at 10 um"'
-_KINDS = {
-    "joint.normal_load": FORCE,
-    "joint.friction_coefficient": None,
-    "surface.heights.std": LENGTH,
-    "surface.heights.scale": LENGTH,
-    "surface.radius": LENGTH,
-    "surface.density": DENSITY,
-    "surface.area": AREA,
+KEYS: dict[str, tuple[str, Kind | None]] = {
+    "joint.normal_load": ("normal_load", FORCE),
+    "joint.friction_coefficient": ("friction_coefficient", None),
+    "surface.heights.std": ("std", LENGTH),
+    "surface.heights.scale": ("std", LENGTH),
+    "surface.radius": ("radius", LENGTH),
+    "surface.density": ("density", DENSITY),
+    "surface.area": ("area", AREA),
 }
-ARGUMENTS = {
-    "joint.normal_load": "normal_load",
-    "joint.friction_coefficient": "friction_coefficient",
-    "surface.heights.std": "std",
-    "surface.heights.scale": "std",
-    "surface.radius": "radius",
-    "surface.density": "density",
-    "surface.area": "area",
-}
-"""Keys of a study that can be searched, and what they are to :func:`microslip.evaluate`."""
+"""Keys that are searched by exact derivatives: argument of evaluate, and kind of quantity."""
 
 
 class Target(NamedTuple):
@@ -101,56 +92,55 @@ class Range(NamedTuple):
     @classmethod
     def read(cls, text: str) -> Range:
         """From text such as "joint.normal_load=500 N..5 kN"."""
-        key, _, ends = text.partition("=")
-        key = key.strip()
-        if key not in ARGUMENTS:
-            raise InputError(Argument("vary"), f" must be of {', '.join(ARGUMENTS)}, got {key!r}")
-        low, dots, high = ends.partition("..")
-        if not dots:
-            raise InputError(
-                Argument("vary"), f' must read like "joint.normal_load=500 N..5 kN", got {text!r}'
-            )
-        kind = _KINDS[key]
+        key, low, high = parts_of(text)
+        if key not in KEYS:
+            raise InputError(Argument("vary"), f" must be of {', '.join(KEYS)}, got {key!r}")
+        kind = KEYS[key][1]
         try:
             values = [
-                float(end) if kind is None else to_si(end.strip(), kind, kind.usual[0])
+                float(end) if kind is None else to_si(end, kind, kind.usual[0])
                 for end in (low, high)
             ]
         except ValueError as error:
             raise InputError(Argument("vary"), f": {key}: {error}") from None
         if not 0.0 < values[0] < values[1]:
-            raise InputError(
-                Argument("vary"), f": {key}: wanted low..high above zero, got {ends!r}"
-            )
+            raise not_a_range(key, text)
         return cls(key, *values)
 
 
-@dataclass(frozen=True)
-class Found:
-    """One design.
+def parts_of(text: str) -> tuple[str, str, str]:
+    """Key and ends of a range such as "joint.normal_load=500 N..5 kN"."""
+    key, _, ends = text.partition("=")
+    low, dots, high = ends.partition("..")
+    if not dots:
+        raise InputError(
+            Argument("vary"), f' must read like "joint.normal_load=500 N..5 kN", got {text!r}'
+        )
+    return key.strip(), low.strip(), high.strip()
 
-    Parameters
-    ----------
-    values : mapping of str to float
-        The keys that were searched, in SI units.
-    level : float
-        What was asked for.
-    reached : float
-        The quantity at the wanted probability.
-    probability : float
-        Share of the samples that meet the target.
-    feasible : bool
-        Whether it is met within the ranges.
-    change : float
-        Distance from the study: root of the sum of squared logarithms.
-    """
+
+def not_a_range(key: str, text: str) -> InputError:
+    """What is wrong with ends that are no range."""
+    ends = text.partition("=")[2]
+    return InputError(Argument("vary"), f": {key}: wanted low..high above zero, got {ends!r}")
+
+
+@dataclass(frozen=True)
+class DesignPoint:
+    """One design."""
 
     values: Mapping[str, float]
+    """The keys that were searched, in SI units."""
     level: float
+    """What was asked for."""
     reached: float
+    """The quantity at the wanted probability."""
     probability: float
+    """Share of the samples that meet the target."""
     feasible: bool
+    """Whether it is met within the ranges."""
     change: float
+    """Distance from the study: root of the sum of squared logarithms."""
 
 
 class Search:
@@ -177,7 +167,7 @@ class Search:
     def _start(self) -> tuple[list[str], dict[str, Any]]:
         """What the ranges are called, and the values that the study has of them and of others."""
         middle = _arguments(at_middle(self.study))
-        names = [ARGUMENTS[r.key] for r in self.ranges]
+        names = [KEYS[r.key][0] for r in self.ranges]
         for r, name in zip(self.ranges, names, strict=True):
             if name not in middle:
                 raise StudyError(
@@ -193,23 +183,24 @@ class Search:
             return {}
         design = Design(self.study)
         points = design.points().reshape(-1, len(design.inputs))
-        drawn = [_arguments(design.at(row)) for row in design.scores(points)]
+        samples = [_arguments(design.at(row)) for row in design.scores(points)]
         numbers = [name for name, value in self.middle.items() if isinstance(value, float)]
         return {
-            name: np.array([one[name] for one in drawn]) / self.middle[name] for name in numbers
+            name: np.array([sample[name] for sample in samples]) / self.middle[name]
+            for name in numbers
         }
 
     def _given(self, logs: Floats) -> dict[str, Any]:
-        given = dict(self.middle)
-        given |= dict(zip(self.names, np.exp(logs).tolist(), strict=True))
+        arguments = dict(self.middle)
+        arguments |= dict(zip(self.names, np.exp(logs).tolist(), strict=True))
         for name, factor in self.factors.items():
-            given[name] = given[name] * factor
-        return {**given, "amplitude": self.target.amplitude}
+            arguments[name] = arguments[name] * factor
+        return {**arguments, "amplitude": self.target.amplitude}
 
     def values(self, logs: Floats) -> Floats:
         """Ln of the quantity over the samples."""
-        found = evaluate(**self._given(logs), quantities=[self.target.quantity])
-        return np.atleast_1d(np.log(found[self.target.quantity]))
+        quantities = evaluate(**self._given(logs), quantities=[self.target.quantity])
+        return np.atleast_1d(np.log(quantities[self.target.quantity]))
 
     def quantile(self, logs: Floats) -> tuple[float, Floats]:
         """Ln of the quantity at the wanted probability, and its exact derivatives.
@@ -232,30 +223,30 @@ class Search:
 
     def _slopes(self, logs: Floats, near: Integers) -> Floats:
         """Mean slopes of some samples along the ranges."""
-        given = {
+        arguments = {
             name: (v[near] if isinstance(v, np.ndarray) else v)
             for name, v in self._given(logs).items()
         }
-        slopes = log_derivatives(self.target.quantity, given, self.names)
+        slopes = log_derivatives(self.target.quantity, arguments, self.names)
         return np.array([float(np.mean(slopes[name])) for name in self.names])
 
-    def solve(self, level: float | None = None) -> Found:
+    def solve(self, level: float | None = None) -> DesignPoint:
         """The design that changes the study least."""
         from scipy.optimize import minimize
 
-        wanted = math.log(self.target.value if level is None else level)
+        log_level = math.log(self.target.value if level is None else level)
         sign = 1.0 if self.target.at_least else -1.0
         start = np.clip(self.start, *np.transpose(self.bounds))
         constraint = {
             "type": "ineq",
-            "fun": lambda x: sign * (self.quantile(x)[0] - wanted),
+            "fun": lambda x: sign * (self.quantile(x)[0] - log_level),
             "jac": lambda x: sign * self.quantile(x)[1],
         }
         best = None
         # From the study, and from its ends: the quantity need not be monotone in between.
         ends = [np.array([bound[k] for bound in self.bounds]) for k in (0, 1)]
         for begin in (start, *(0.5 * (start + end) for end in ends)):
-            found = minimize(
+            minimum = minimize(
                 lambda x: float(((x - self.start) ** 2).sum()),
                 begin,
                 jac=lambda x: 2.0 * (x - self.start),
@@ -264,17 +255,17 @@ class Search:
                 method="SLSQP",
                 options={"maxiter": 100, "ftol": 1e-10},
             )
-            x = self._onto(np.clip(found.x, *np.transpose(self.bounds)), sign, wanted)
-            miss = sign * (self.quantile(x)[0] - wanted)
-            key = (miss < -1e-5, max(-miss, 0.0) if miss < -1e-5 else float(found.fun))
+            x = self._onto(np.clip(minimum.x, *np.transpose(self.bounds)), sign, log_level)
+            miss = sign * (self.quantile(x)[0] - log_level)
+            key = (miss < -1e-5, max(-miss, 0.0) if miss < -1e-5 else float(minimum.fun))
             if best is None or key < best[0]:
                 best = key, x
             if self.is_costly and not best[0][0]:
                 break
         assert best is not None
-        return self.at(best[1], math.exp(wanted))
+        return self.at(best[1], math.exp(log_level))
 
-    def _onto(self, x: Floats, sign: float, wanted: float) -> Floats:
+    def _onto(self, x: Floats, sign: float, log_level: float) -> Floats:
         """The place where the way from the study through x meets the target, if it does.
 
         A quantile of samples has corners, at which the search stops a little short or beyond.
@@ -286,7 +277,7 @@ class Search:
             return np.asarray(np.clip(far, *np.transpose(self.bounds)))
 
         def miss(share: float) -> float:
-            return sign * (self.quantile(place(share))[0] - wanted)
+            return sign * (self.quantile(place(share))[0] - log_level)
 
         shares = (0.5, 0.8, 0.95, 1.0, 1.05, 1.2, 2.0)
         for low, high in pairwise(shares):
@@ -294,24 +285,24 @@ class Search:
                 return place(float(brentq(miss, low, high, xtol=1e-9)) + 1e-8)
         return x
 
-    def at(self, x: Floats, level: float) -> Found:
+    def at(self, x: Floats, level: float) -> DesignPoint:
         """What a design gives."""
         samples, (reached, _) = self.values(x), self.quantile(x)
         sign = 1.0 if self.target.at_least else -1.0
-        met = float(np.mean(sign * (samples - math.log(level)) >= -1e-9))
+        share = float(np.mean(sign * (samples - math.log(level)) >= -1e-9))
         values = {r.key: float(math.exp(v)) for r, v in zip(self.ranges, x, strict=True)}
         feasible = sign * (reached - math.log(level)) >= -1e-4
         change = float(np.sqrt(((x - self.start) ** 2).sum()))
-        return Found(values, level, math.exp(reached), met, bool(feasible), change)
+        return DesignPoint(values, level, math.exp(reached), share, bool(feasible), change)
 
-    def trade_off(self, progress: Progress | None = None) -> list[Found]:
+    def trade_off(self, progress: Progress | None = None) -> list[DesignPoint]:
         """The designs for levels about what is asked for."""
-        found = []
+        designs = []
         for level in self.target.value * np.geomspace(1.0 / 3.0, 3.0, _LEVELS):
-            found.append(self.solve(float(level)))
+            designs.append(self.solve(float(level)))
             if progress is not None:
-                progress(len(found) / _LEVELS)
-        return found
+                progress(len(designs) / _LEVELS)
+        return designs
 
 
 def is_pointwise(study: StudyDescription) -> bool:
@@ -331,22 +322,25 @@ def _arguments(study: StudyDescription) -> dict[str, Any]:
     joint = study.joint
     law: Any = study._law or build_summits(study)
     bodies = [study.material[name] for name in study.surface.materials]
-    given: dict[str, Any] = {}
+    arguments: dict[str, Any] = {}
     for prefix, body in zip(("", "other_"), bodies, strict=True):
         modulus, ratio = math.inf, 0.3
         if isinstance(body, Elastic):
             modulus, ratio = float(body.young_modulus), float(body.poisson_ratio)
-        given[f"{prefix}young_modulus"], given[f"{prefix}poisson_ratio"] = modulus, ratio
-    if math.isinf(given["young_modulus"]):  # the first one is the one that deforms
+        arguments[f"{prefix}young_modulus"], arguments[f"{prefix}poisson_ratio"] = modulus, ratio
+    if math.isinf(arguments["young_modulus"]):  # the first one is the one that deforms
         for name in ("young_modulus", "poisson_ratio"):
-            given[name], given[f"other_{name}"] = given[f"other_{name}"], given[name]
+            arguments[name], arguments[f"other_{name}"] = (
+                arguments[f"other_{name}"],
+                arguments[name],
+            )
     heights = law.heights
     if type(heights).__name__ != "Gaussian":
-        given["heights"] = heights
+        arguments["heights"] = heights
     elif heights.mean:
-        given["mean"] = float(heights.mean)
+        arguments["mean"] = float(heights.mean)
     return {
-        **given,
+        **arguments,
         "std": float(heights.spread),
         "radius": float(law.radius),
         "density": float(law.density),

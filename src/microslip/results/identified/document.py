@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +26,7 @@ from microslip.report.document import (
     Table,
     Verdicts,
 )
-from microslip.report.files import header, standard_files, text_cell, text_file, write_all
+from microslip.report.files import csv_text, header, plain, text_cell, text_file
 from microslip.results import measured_campaign as together
 from microslip.results.identified import numbers
 from microslip.results.identified.joint_study import joint_text
@@ -97,7 +96,9 @@ class Identified:
 
 def units_of(laws: Sequence[str]) -> dict[str, str]:
     """SI units of the parameters that some laws have, and of the rig's stiffness."""
-    units = {said.name: said.unit for law in laws for said in model_of(law).parameters}
+    units = {
+        parameter.name: parameter.unit for law in laws for parameter in model_of(law).parameters
+    }
     return {**units, "rig_stiffness": "N/m"}
 
 
@@ -121,15 +122,15 @@ def identified(
     fits: dict[str, Identification] = {}
     failed: dict[str, str] = {}
     for index, law in enumerate(laws):
-        own, names = dict(options), units_of([law])
+        keywords, names = dict(options), units_of([law])
         for key in ("fixed", "bounds"):
-            own[key] = {name: value for name, value in options[key].items() if name in names}
+            keywords[key] = {name: value for name, value in options[key].items() if name in names}
         if law != "interface":
-            own["contact_area"] = own["known"] = own["summits"] = None
+            keywords["contact_area"] = keywords["known"] = keywords["summits"] = None
         if isinstance(model_of(law), CycleModel) and len(laws) > 1:
-            own["rig_stiffness"] = None  # its elastic part stands for the rig
+            keywords["rig_stiffness"] = None  # its elastic part stands for the rig
         if index > 0:
-            own["intervals"] = "curvature"  # of what is compared there are no profiles
+            keywords["intervals"] = "curvature"  # of what is compared there are no profiles
         model: Any = law
         if law == "interface" and study is not None:
             from microslip.study.build import build_joints  # all that reads studies
@@ -140,7 +141,7 @@ def identified(
             progress((index + share) / len(laws))
 
         try:
-            fits[law] = identify(records, model, progress=report, **own)
+            fits[law] = identify(records, model, progress=report, **keywords)
         except InputError as error:
             if index == 0:
                 raise
@@ -160,44 +161,44 @@ def measured_together(
     cycles: slice | None,
 ) -> Campaign | None:
     """Several records measured; those that cannot be are left to what is said of their fit."""
-    kept, found = [], []
+    indices, measurements = [], []
     for index, record in enumerate(records if len(records) > 1 else ()):
         try:
-            found.append(measure(record, confidence=confidence, cycles=cycles))
+            measurements.append(measure(record, confidence=confidence, cycles=cycles))
         except InputError:
             continue
-        kept.append(index)
-    if len(found) < 2:
+        indices.append(index)
+    if len(measurements) < 2:
         return None
     return Campaign(
-        tuple(found),
-        [runs[i] for i in kept] if runs else None,
-        [volumes[i] for i in kept] if volumes else None,
+        tuple(measurements),
+        [runs[i] for i in indices] if runs else None,
+        [volumes[i] for i in indices] if volumes else None,
     )
 
 
 # -- plain values ---------------------------------------------------------------------------------
 
 
-def summarise(found: Identified, say: Say = str, files: Sequence[str] = ()) -> dict[str, Any]:
+def summarise(outcome: Identified, say: Say = str) -> dict[str, Any]:
     """What summary.json holds: plain values in SI units, messages as ``say`` puts them."""
-    first, *others = (_said(result.summary(), say) for result in found.results)
-    for record, values in zip(found.first.records, first["records"], strict=True):
+    first, *comparisons = (_said(result.summary(), say) for result in outcome.results)
+    for record, values in zip(outcome.first.records, first["records"], strict=True):
         values["rms_residual"] = math.sqrt(float((record.residual**2).mean()))
     return {
-        **header(KIND, 1, _title(found)),
+        **header(KIND, 1, _title(outcome)),
         "version": __version__,
-        "skipped": [{"file": name, "reason": why} for name, why in found.skipped],
-        "study": None if found.study is None else found.study.name,
+        "skipped": [{"file": name, "reason": why} for name, why in outcome.skipped],
+        "study": None if outcome.study is None else outcome.study.name,
         "identification": first,
-        "others": others,
-        "comparison": None if found.comparison is None else _compared(found.comparison),
-        "files": list(files),
+        "others": comparisons,
+        "comparison": None if outcome.comparison is None else _compared(outcome.comparison),
+        "files": [],
     }
 
 
-def _title(found: Identified) -> str:
-    title = "" if found.study is None else found.study.title
+def _title(outcome: Identified) -> str:
+    title = "" if outcome.study is None else outcome.study.title
     return f"{title}: identified" if title else "Identified joint"
 
 
@@ -210,50 +211,30 @@ def _said(summary: dict[str, Any], say: Say) -> dict[str, Any]:
     return summary
 
 
-def _plain(value: Any) -> Any:
-    """No infinities, which JSON has not."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 def _compared(comparison: Comparison) -> dict[str, Any]:
     """Laws side by side, the best first."""
     ends = ("value", "low", "high", "unit", "low_open", "high_open")
-    return {
+    data = {
         "best": comparison.best,
-        "laws": [{k: _plain(v) for k, v in row.items()} for row in comparison.rows()],
+        "laws": comparison.rows(),
         "rigs": {
-            name: {
-                law: {end: _plain(getattr(fitted, end)) for end in ends}
-                for law, fitted in laws.items()
-            }
+            name: {law: {end: getattr(fitted, end) for end in ends} for law, fitted in laws.items()}
             for name, laws in comparison.rigs().items()
         },
-        "failed": dict(comparison.failed),
+        "failed": comparison.failed,
     }
+    return {key: plain(value) for key, value in data.items()}
 
 
 # -- the document ---------------------------------------------------------------------------------
 
 
-def document(
-    found: Identified, say: Say = str, files: bool = False, kinds: Sequence[str] = ("svg",)
-) -> Document:
-    """What was identified, and what was not.
-
-    With ``files`` it goes into a folder, whose files the summary then lists, each
-    figure in all ``kinds``.
-    """
-    toml, why = joint_text(found, say)
-    pictures = figures.pictures(found.first)
-    drawn = {} if found.campaign is None else together.pictures(found.campaign)
-    names: list[str] = []
-    if files:
-        names = ["residuals.csv", *(["joint.toml"] if toml is not None else [])]
-        names += ["records.csv"] * bool(drawn)
-        stems = (*(picture.name for picture in pictures), *drawn)
-        names += [f"{stem}.{kind}" for stem in stems for kind in kinds]
-        names += ["report.html", "summary.json"]
-    summary = summarise(found, say, names)
+def document(outcome: Identified, say: Say = str, files: bool = False) -> Document:
+    """What was identified, and what was not; with ``files`` why none of them is joint.toml."""
+    toml, why = joint_text(outcome, say)
+    pictures = figures.pictures(outcome.first)
+    tables = [text_file("residuals.csv", lambda: _residuals(outcome.first))]
+    summary = summarise(outcome, say)
     fit, comparison = summary["identification"], summary["comparison"]
     if why and files:
         fit["notes"].append(why)
@@ -261,10 +242,7 @@ def document(
     sections = [
         Section("Parameters", tuple(_parameters(fit, summary["study"], level))),
         *_open(fit),
-        Section(
-            "How far to trust it",
-            (Verdicts(numbers.verdicts_of(fit)),),
-        ),
+        Section("How far to trust it", (Verdicts(numbers.verdicts_of(fit)),)),
         Section("Figures", pictures, brief=False),
         Section("Residuals", (_records(fit["records"]), Items(tuple(numbers.quality_of(fit))))),
     ]
@@ -273,19 +251,23 @@ def document(
         sections.append(Section("Correlations", (correlations,)))
     if comparison is not None:
         sections.append(Section("Laws compared", tuple(_laws(comparison))))
-    if found.campaign is not None:
-        table, last = together.sections(found.campaign, (), fit["confidence"])
+    if (campaign := outcome.campaign) is not None:
+        tables.append(text_file("records.csv", lambda: together.csv_of(campaign)))
+        table, last = together.sections(campaign, (), fit["confidence"])
         sections += [replace(section, brief=False) for section in table]
         sections += last
-        summary["campaign"] = together.data_of(found.campaign, (), fit["confidence"])
+        summary["campaign"] = together.data_of(campaign, (), fit["confidence"])
     if toml is not None:
+        tables.append(text_file("joint.toml", lambda: toml))
         words = Note("In joint.toml, for: microslip predict joint.toml")
         sections.append(Section("The joint as a study", (words, Listing(toml)), brief=False))
     method = Note(_METHOD.format(level=level))
     sections.append(Section("How this was found", (method,), brief=False))
-    if found.skipped:
-        left = tuple(f"{name}: {why}" for name, why in found.skipped)
-        sections.append(Section("Left out", (Note("Files that cannot be read:"), Items(left))))
+    if outcome.skipped:
+        unreadable = tuple(f"{name}: {why}" for name, why in outcome.skipped)
+        sections.append(
+            Section("Left out", (Note("Files that cannot be read:"), Items(unreadable)))
+        )
     if fit["notes"]:
         sections.append(Section("Notes", (Items(tuple(fit["notes"])),)))
     return Document(
@@ -297,6 +279,7 @@ def document(
         (numbers.message_of(fit),),
         numbers.first_number(fit),
         "loops",
+        tuple(tables),
     )
 
 
@@ -446,48 +429,16 @@ def _laws(comparison: Summary) -> list[Block]:
     ]
 
 
-# -- files ----------------------------------------------------------------------------------------
-
-
-def write(
-    document: Document,
-    found: Identified,
-    folder: Path,
-    progress: Callable[[float], None] | None = None,
-    say: Say = str,
-) -> None:
-    """Write residuals.csv, the figures, joint.toml, the page and summary.json into a folder.
-
-    Raises
-    ------
-    OSError
-        If a file cannot be written.
-    """
-    own = [text_file("residuals.csv", lambda: _residuals(found.first))]
-    campaign = found.campaign
-    if campaign is not None:
-        own.append(text_file("records.csv", lambda: together.csv_of(campaign)))
-    toml, _ = joint_text(found, say)
-    if toml is not None:
-        text = toml
-        own.append(text_file("joint.toml", lambda: text))
-    write_all(standard_files(document, document.data["files"], own), folder, progress)
-
-
 def _residuals(result: Identification) -> str:
     """Measured and modelled force of every record over a cycle."""
-    heads = "phase [rad],displacement [m],measured force [N],model force [N],residual [N]"
-    lines = [f"record,normal load [N],{heads}"]
-    for record in result.records:
-        name = text_cell(record.name)
-        load = "" if record.normal_load is None else repr(float(record.normal_load))
-        columns = (
-            record.phase,
-            record.displacement,
-            record.measured,
-            record.model,
-            record.residual,
-        )
-        for row in zip(*(column.tolist() for column in columns), strict=True):
-            lines.append(",".join([name, load, *map(repr, row)]))
-    return "\n".join(lines) + "\n"
+
+    def rows() -> Iterator[tuple[Any, ...]]:
+        for record in result.records:
+            columns = (
+                record.phase, record.displacement, record.measured, record.model, record.residual
+            )  # fmt: skip
+            for row in zip(*(column.tolist() for column in columns), strict=True):
+                yield text_cell(record.name), record.normal_load, *row
+
+    heads = ["record", "normal load [N]", "phase [rad]", "displacement [m]", "measured force [N]"]
+    return csv_text([*heads, "model force [N]", "residual [N]"], rows())

@@ -29,35 +29,35 @@ class _Found(Protocol):
     def study(self) -> StudyDescription | None: ...
 
 
-def joint_text(found: _Found, say: Callable[[str], str] = str) -> tuple[str | None, str]:
+def joint_text(outcome: _Found, say: Callable[[str], str] = str) -> tuple[str | None, str]:
     """The identified joint as TOML that `microslip predict` takes, or None and why there is none.
 
     Remarks say what in it is no result, as ``say`` puts it.
     """
-    result = found.first
+    result = outcome.first
     if result.law != "interface":
         return None, f"no joint.toml: a study describes an interface, and this is {result.law}"
-    if found.study is None:
+    if outcome.study is None:
         return None, "no joint.toml: the materials are not known; name a study that has them"
     try:
-        given: dict[str, Any] = result.study()
+        study: dict[str, Any] = result.study()
     except InputError as error:
         return None, f"no joint.toml: {say(Phrase(*error.parts))}"
-    source = tomllib.loads(found.study.text)
+    source = tomllib.loads(outcome.study.text)
     # The materials by the names that the study has for them.
-    given["surface"]["materials"] = source["surface"]["materials"]
-    given.pop("material", None)
+    study["surface"]["materials"] = source["surface"]["materials"]
+    study.pop("material", None)
     if "material" in source:
-        given["material"] = source["material"]
+        study["material"] = source["material"]
     title = source.get("title", "")
-    given["title"] = f"{title}: identified"[:200] if title else "Identified joint"
+    study["title"] = f"{title}: identified"[:200] if title else "Identified joint"
     for key, unit in (("radius", "m"), ("area", "m^2"), ("density", "1/m^2")):
-        given["surface"][key] = f"{getattr(_surface(result), key):.6g} {unit}"
+        study["surface"][key] = f"{getattr(_surface(result), key):.6g} {unit}"
     if unknown := _unknown(result.summary()):
-        given["not_identified"] = unknown
+        study["not_identified"] = unknown
     order = ("schema", "title", "not_identified", "material", "surface", "joint", "excitation")
-    given = {key: given[key] for key in (*order, *given) if key in given}
-    return f"{_remarks(found, say)}\n{dump(given)}", ""
+    study = {key: study[key] for key in (*order, *study) if key in study}
+    return f"{_remarks(outcome, say)}\n{dump(study)}", ""
 
 
 _KEYS = {
@@ -83,10 +83,10 @@ def _surface(result: Identification) -> Any:
     return result.joint().surface
 
 
-def _remarks(found: _Found, say: Callable[[str], str]) -> str:
+def _remarks(outcome: _Found, say: Callable[[str], str]) -> str:
     """What is measured in the file and what is not, as comments."""
-    assert found.study is not None
-    summary = found.first.summary()
+    assert outcome.study is not None
+    summary = outcome.first.summary()
     lines = [f"Identified by microslip {__version__} from:"]
     lines += [
         f"  {shorten(record['name'], 60)}, N = {quantity(record['normal_load'], 'N')}, "

@@ -74,27 +74,27 @@ def _digits(number: Summary) -> int:
 def verdicts_of(fit: Summary) -> tuple[Verdict, ...]:
     """How far a fit can be trusted."""
     free = [number for number in fit["parameters"].values() if number["verdict"] != "fixed"]
-    known = (number["verdict"] == "identified" or is_none(number) for number in free)
-    return rules.verdicts(fit["stake"], known, fit["converged"])
+    identified = (number["verdict"] == "identified" or is_none(number) for number in free)
+    return rules.verdicts(fit["stake"], identified, fit["converged"])
 
 
 def headline(fit: Summary) -> str:
     """What came out, in a line."""
     free = [number for number in fit["parameters"].values() if number["verdict"] != "fixed"]
-    known = sum(number["verdict"] == "identified" for number in free)
-    return f"{fit['law']}: {known} of {len(free)} parameters identified ({fit['status']})"
+    identified = sum(number["verdict"] == "identified" for number in free)
+    return f"{fit['law']}: {identified} of {len(free)} parameters identified ({fit['status']})"
 
 
 def first_number(fit: Summary) -> Number | None:
     """The first parameter that was identified, with its interval; None where none was."""
     every = {**fit["parameters"], **fit["derived"]}
-    known = (name for name, number in every.items() if number["verdict"] == "identified")
-    name = next(known, None)
+    identified = (name for name, number in every.items() if number["verdict"] == "identified")
+    name = next(identified, None)
     if name is None:
         return None
     level = f"{100.0 * fit['confidence']:g} % interval"
-    shown = label(name, every[name].get("normal_load"))
-    return Number(shown, value_text(every[name]), f"{interval_text(every[name])} ({level})")
+    text = label(name, every[name].get("normal_load"))
+    return Number(text, value_text(every[name]), f"{interval_text(every[name])} ({level})")
 
 
 def sentence(fit: Summary) -> str:
@@ -237,10 +237,10 @@ def rig_texts(comparison: Summary) -> list[str]:
     """The stiffness of each rig as several laws find it; none where it is known."""
     texts = []
     for name, laws in comparison["rigs"].items():
-        each = ", ".join(f"{_between(number)} by {law}" for law, number in laws.items())
+        by_law = ", ".join(f"{_between(number)} by {law}" for law, number in laws.items())
         texts.append(
-            f"The {label(name)} over the laws: {each}. Where all of them leave more than noise, it "
-            "takes up what each law lacks, and this spread says more of it than one interval."
+            f"The {label(name)} over the laws: {by_law}. Where all of them leave more than noise, "
+            "it takes up what each law lacks, and this spread says more of it than one interval."
         )
     return texts
 

@@ -60,7 +60,7 @@ def contents(result: Prediction) -> Contents:
         "point": _index("point", dims["point"], "point of the curves"),
         "curve_amplitude": _variable(("point",), curves[0].amplitude, "amplitude"),
     }
-    found = {**variables(result), **_validity(result)}
+    arrays = {**variables(result), **_validity(result)}
     if result.histories:
         dims["history_sample"] = size = result.histories[0].force.size
         coords["history_sample"] = _index("history_sample", size, "sample of the history")
@@ -71,31 +71,31 @@ def contents(result: Prediction) -> Contents:
             result.scatter.quantiles,
             {"units": "1", "long_name": "share of the samples below"},
         )
-        found |= {f"{name}_bands": band for name, band in result.scatter.bands.items()}
+        arrays |= {f"{name}_bands": band for name, band in result.scatter.bands.items()}
     if result.structure is not None:
         sizes, labels, curves_of_modes = labelled(result.structure)
         dims |= sizes
         coords |= labels
-        found |= curves_of_modes
-    return Contents(dims, coords, found, _attributes(result))
+        arrays |= curves_of_modes
+    return Contents(dims, coords, arrays, _attributes(result))
 
 
 def variables(result: Prediction) -> dict[str, Variable]:
     """All numbers by their names, the verdicts left out."""
     driven = "amplitude" if result.study.excitation.force_amplitudes is None else "force_amplitude"
-    found = {
+    arrays = {
         **_scalars(result),
         **_loops(result, driven),
         **_columns(result.rows, "", driven, leave_out=driven),
         **_columns(result.curves, "curve_", "point", leave_out="amplitude"),
     }
     if result.varying:
-        found |= _columns(result.varying, "varying_", driven, leave_out="amplitude")
+        arrays |= _columns(result.varying, "varying_", driven, leave_out="amplitude")
     if result.histories:
-        found |= _columns(result.histories, "history_", "history_sample")
+        arrays |= _columns(result.histories, "history_", "history_sample")
     if result.oscillators:
-        found |= _columns(result.oscillators, "oscillator_", "point", leave_out="amplitude")
-    return found
+        arrays |= _columns(result.oscillators, "oscillator_", "point", leave_out="amplitude")
+    return arrays
 
 
 def _variable(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:
@@ -111,13 +111,13 @@ def _index(dim: str, size: int, meaning: str) -> Variable:
 
 def _scalars(result: Prediction) -> dict[str, Variable]:
     """Numbers of each joint, without those that none has."""
-    found = [
+    numbers_of_joints = [
         {**scalars(result.study, joint), **asdict(limits)}
         for joint, limits in zip(result.joints, result.limits, strict=True)
     ]
     variables = {}
-    for name in found[0]:
-        values = [numbers[name] for numbers in found]
+    for name in numbers_of_joints[0]:
+        values = [numbers[name] for numbers in numbers_of_joints]
         if any(value is not None for value in values):
             array = np.array([np.nan if value is None else value for value in values])
             variables[name] = _variable(("load",), array, name)
@@ -133,9 +133,19 @@ def _validity(result: Prediction) -> dict[str, Variable]:
         judged[0][: len(getattr(result.joints[0], "validity", ()))]
     ):
         name = "validity_" + re.sub(r"\W+", "_", verdict.name)
-        found, loads = zip(*(each[place] for each in judged), strict=True)
-        values = np.array([np.nan if each.value is None else float(each.value) for each in found])
-        words = np.array([WORDS.index(each.word) for each in found], dtype=np.int8)
+        verdicts_of_loads, loads = zip(
+            *(verdict_of_load[place] for verdict_of_load in judged), strict=True
+        )
+        values = np.array(
+            [
+                np.nan if verdict_of_load.value is None else float(verdict_of_load.value)
+                for verdict_of_load in verdicts_of_loads
+            ]
+        )
+        words = np.array(
+            [WORDS.index(verdict_of_load.word) for verdict_of_load in verdicts_of_loads],
+            dtype=np.int8,
+        )
         about = {"units": "1", "long_name": verdict.name}
         about_values = {"limit": float(verdict.limit), "comment": verdict.meaning}
         variables[name] = Variable(("load",), values, {**about, **about_values})

@@ -10,7 +10,7 @@ from microslip.results.predicted.varying import in_words
 
 def pictures(result: Prediction) -> tuple[Picture, ...]:
     """The figures that a result has something to show in, in the order of reading."""
-    made = []
+    figures = []
     for name in names(result):
         alternative, caption = _CAPTIONS[name]
         if result.study.excitation.load_varies:
@@ -22,8 +22,8 @@ def pictures(result: Prediction) -> tuple[Picture, ...]:
             if name in ("loops", "backbone", "energy_damping", "force_damping", "contact_state"):
                 caption += f" {edges}: {between} % of what the uncertain numbers of the study do."
         figure = FIGURES[name]
-        made.append(Picture(name, caption, lambda figure=figure: figure(result), alternative))  # type: ignore[misc]
-    return tuple(made)
+        figures.append(Picture(name, caption, lambda figure=figure: figure(result), alternative))  # type: ignore[misc]
+    return tuple(figures)
 
 
 _PANELS = "one panel for each amplitude and one loop for each load"

@@ -21,12 +21,12 @@ _Columns = TypeVar("_Columns", bound="Columns")
 _BLOCK = 20_000
 
 
-def blocks(size: int, progress: Progress | None = None, most: int = _BLOCK) -> Iterator[slice]:
+def blocks(size: int, progress: Progress | None = None, largest: int = _BLOCK) -> Iterator[slice]:
     """Pieces of so many things; small ones first, for those who wait to see progress."""
-    start, length = 0, min(most, 64)
+    start, length = 0, min(largest, 64)
     while start < size:
         yield slice(start, min(start + length, size))
-        start, length = start + length, min(most, 2 * length)
+        start, length = start + length, min(largest, 2 * length)
         if progress is not None:
             progress(min(start / size, 1.0))
 
@@ -54,11 +54,11 @@ class Columns(Locked):
         cls: type[_Columns], make: Callable[[slice], _Columns], size: int, progress: Progress | None
     ) -> _Columns:
         """Make a long one piece by piece."""
-        whole: dict[str, Floats] = {}
+        arrays: dict[str, Floats] = {}
         for piece in blocks(size, progress):
             for name, array in make(piece).columns().items():
-                whole.setdefault(name, np.empty(size))[piece] = array
-        return cls(**{field.name: whole.get(field.name) for field in fields(cls)})
+                arrays.setdefault(name, np.empty(size))[piece] = array
+        return cls(**{field.name: arrays.get(field.name) for field in fields(cls)})
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -155,9 +155,9 @@ class HistoryResponse(Columns):
     ) -> HistoryResponse:
         """Follow a history."""
         if loads is not None:
-            found = joint.coupled_response(**{quantity: values}, normal_load=loads)
-            energy = found.dissipated_energy
-            return cls(found.displacement, found.force, energy, loads.copy())
+            response = joint.coupled_response(**{quantity: values}, normal_load=loads)
+            energy = response.dissipated_energy
+            return cls(response.displacement, response.force, energy, loads.copy())
 
         if quantity == "displacement":
             displacement, force = values.copy(), np.asarray(joint.force(values))

@@ -111,21 +111,21 @@ def force_axis(result: Prediction) -> AmplitudeAxis:
     loads = [index for index, _ in drawn_loads(result)]
     largest = max(result.joints[i].force_limit for i in loads)
     forces = np.concatenate([result.curves[i].force_amplitude for i in loads])
-    least = float(forces[forces > 0.0].min()) if (forces > 0.0).any() else 0.1 * largest
+    smallest = float(forces[forces > 0.0].min()) if (forces > 0.0).any() else 0.1 * largest
     unit, letter = common_prefix([result.joints[i].force_limit for i in loads])
-    if 1.6 * largest < 10.0 * least:  # so that nothing lies on the edge
-        least /= 1.6
+    if 1.6 * largest < 10.0 * smallest:  # so that nothing lies on the edge
+        smallest /= 1.6
     varying = [float(result.varying[i].force_amplitude.max()) for i in loads if result.varying]
-    most = max([1.6 * largest, *(1.2 * force for force in varying)])
+    high = max([1.6 * largest, *(1.2 * force for force in varying)])
     return AmplitudeAxis(
-        "force_amplitude", unit, f"Force amplitude [{letter}N]", least / unit, most / unit
+        "force_amplitude", unit, f"Force amplitude [{letter}N]", smallest / unit, high / unit
     )
 
 
 def finite(values: Floats) -> Floats:
     """The values that can be drawn; one NaN if there is none."""
-    found = values[np.isfinite(values)]
-    return found if found.size else np.array([np.nan])
+    values_drawn = values[np.isfinite(values)]
+    return values_drawn if values_drawn.size else np.array([np.nan])
 
 
 def draw_curves(
@@ -173,9 +173,9 @@ def _band(
         for end in (0, scatter.quantiles.size - 1)
     ]
     x = axis.of(curve)
-    known = np.isfinite(edges[0]) & np.isfinite(edges[1]) & np.isfinite(x)
-    low, high = (edge[known] for edge in edges)
-    outline = np.concatenate([x[known], x[known][::-1]])
+    finite_points = np.isfinite(edges[0]) & np.isfinite(edges[1]) & np.isfinite(x)
+    low, high = (edge[finite_points] for edge in edges)
+    outline = np.concatenate([x[finite_points], x[finite_points][::-1]])
     panel.items.insert(0, Area(outline, np.concatenate([low, high[::-1]]), pale(look.color)))
     return np.concatenate([low, high])
 
@@ -191,13 +191,13 @@ def _drawable(values: Floats, log: bool) -> Floats:
     return np.where(fine, values, np.nan)
 
 
-def _coincide(line: Floats, other: Floats) -> bool:
+def _coincide(line: Floats, cover: Floats) -> bool:
     """Whether one of two lines would hide the other."""
-    if line.shape != other.shape:
+    if line.shape != cover.shape:
         return False
-    both = np.isfinite(line[1]) & np.isfinite(other[1])
-    near = np.allclose(line[:, both], other[:, both], rtol=5e-3, atol=0.0)
-    return bool(both.any() and near)
+    overlap = np.isfinite(line[1]) & np.isfinite(cover[1])
+    near = np.allclose(line[:, overlap], cover[:, overlap], rtol=5e-3, atol=0.0)
+    return bool(overlap.any() and near)
 
 
 def _label(joint: Any) -> str:

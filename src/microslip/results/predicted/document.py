@@ -98,16 +98,16 @@ def document(result: Prediction) -> Document:
     ]
     title = summary["title"] or ("Joint" if result.structure is None else "Structure")
     if result.structure is not None:
-        said, number, figure = (
+        sentence, number, figure = (
             structure_answer(result.structure),
             structure_number(result.structure),
             "modal_curves",
         )
     else:
-        said, number, figure = answer(result), _number(result), "loops"
+        sentence, number, figure = answer(result), _number(result), "loops"
     remarks = tuple(questions(study))
     return Document(
-        KIND, title, said, tuple(sections), summary, remarks, number=number, figure=figure
+        KIND, title, sentence, tuple(sections), summary, remarks, number=number, figure=figure
     )
 
 
@@ -166,12 +166,12 @@ def subject(result: Prediction) -> str:
     """Say in a sentence what was computed."""
     study = result.study
     if study.excitation.force_amplitudes is not None:
-        what, unit, values = "force amplitude", "N", result.rows[0].force_amplitude
+        noun, unit, values = "force amplitude", "N", result.rows[0].force_amplitude
     else:
-        what, unit, values = "displacement amplitude", "m", result.rows[0].amplitude
+        noun, unit, values = "displacement amplitude", "m", result.rows[0].amplitude
     sentence = (
         f"Hysteresis, stiffness and damping {_of(study)}, "
-        f"cycled at {_several(what, values.tolist(), unit)}"
+        f"cycled at {_several(noun, values.tolist(), unit)}"
     )
     if result.histories:
         sentence += f", along a history of {result.histories[0].force.size} samples"
@@ -193,12 +193,12 @@ def _of(study: StudyDescription) -> str:
     return f"{surface}, friction coefficient {study.joint.friction_coefficient:g}, at {loads}"
 
 
-def _several(what: str, values: list[float], unit: str) -> str:
+def _several(noun: str, values: list[float], unit: str) -> str:
     texts = [engineering(value, unit, 4, trim=True) for value in values]
     if len(values) == 1:
-        return f"one {what}, {texts[0]}"
+        return f"one {noun}, {texts[0]}"
     ends = [texts[values.index(end)] for end in (min(values), max(values))]
-    return f"{len(values)} {what}s, {ends[0]} to {ends[1]}"
+    return f"{len(values)} {noun}s, {ends[0]} to {ends[1]}"
 
 
 # -- equations -----------------------------------------------------------------------------------
@@ -214,8 +214,8 @@ def equations(result: Prediction) -> str:
     text = Path(__file__).with_name("equations.html").read_text(encoding="utf-8")
     # Parts are headed by a comment that names what they need.
     head, *parts = re.split(r"<!-- (.+?) -->\n", text)
-    wanted = zip(parts[::2], parts[1::2], strict=True)
-    return head + "".join(part for need, part in wanted if need == "always" or need in holds)
+    sections = zip(parts[::2], parts[1::2], strict=True)
+    return head + "".join(part for need, part in sections if need == "always" or need in holds)
 
 
 def _law(study: StudyDescription) -> str:

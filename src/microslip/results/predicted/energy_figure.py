@@ -71,15 +71,15 @@ def _draw_varying(
     quantity: Callable[[VaryingCycles], Floats],
 ) -> Floats:
     """Mark the loops of a load that varies; ordinates drawn, with those at constant load."""
-    drawn = [constant]
+    ordinates = [constant]
     for index, look in drawn_loads(result) if result.varying else ():
         cycles = result.varying[index]
         marked = evenly(cycles.amplitude.size, MOST_MARKS)
         x, y = axis.of(cycles)[marked], quantity(cycles)[marked]
-        seen = np.isfinite(y) & (y > 0.0) & (x >= axis.low) & (x <= axis.high)
-        panel.marks(x[seen], y[seen], look.color, marker=look.marker, filled=True)
-        drawn.append(y[seen])
-    return finite(np.concatenate(drawn))
+        inside = np.isfinite(y) & (y > 0.0) & (x >= axis.low) & (x <= axis.high)
+        panel.marks(x[inside], y[inside], look.color, marker=look.marker, filled=True)
+        ordinates.append(y[inside])
+    return finite(np.concatenate(ordinates))
 
 
 # -- energy --------------------------------------------------------------------------------------
@@ -139,8 +139,10 @@ def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     top = 4.0 / math.pi
     factors = draw_curves(panel, result, axis, lambda curve: curve.loss_factor)
     factors = _draw_varying(panel, result, axis, factors, lambda cycles: cycles.loss_factor)
-    seen = np.isfinite(factors).any()
-    largest, least = (float(np.nanmax(factors)), float(np.nanmin(factors))) if seen else (1.0, 0.1)
+    drawable = np.isfinite(factors).any()
+    largest, smallest = (
+        (float(np.nanmax(factors)), float(np.nanmin(factors))) if drawable else (1.0, 0.1)
+    )
     text = "full sliding (rigid–plastic): η = 4/π, ζ = 2/π"
     if largest > 0.1 * top:
         panel.items.insert(0, Rule(top))
@@ -148,7 +150,7 @@ def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     else:
         text += ", above this scale"
         panel.y.high = 4.0 * largest
-    panel.y.low = max(0.5 * least, 1e-5 * panel.y.high)
+    panel.y.low = max(0.5 * smallest, 1e-5 * panel.y.high)
     panel.add(Words(0.012, 0.98, text))
     return panel
 

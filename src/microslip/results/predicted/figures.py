@@ -47,19 +47,19 @@ _AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"), (1e-18, "nm²"))
 
 def loops(result: Prediction) -> Plot:
     """Hysteresis loops, one panel for each amplitude, one loop for each load."""
-    shown = evenly(len(result.rows[0].amplitude), MOST_PANELS)
-    columns = 1 if len(shown) == 1 else 2 if len(shown) <= 4 else 3
-    lines = math.ceil(len(shown) / columns)
-    largest_x = max(float(row.amplitude[shown].max()) for row in result.rows)
+    indices = evenly(len(result.rows[0].amplitude), MOST_PANELS)
+    columns = 1 if len(indices) == 1 else 2 if len(indices) <= 4 else 3
+    lines = math.ceil(len(indices) / columns)
+    largest_x = max(float(row.amplitude[indices].max()) for row in result.rows)
     rows = result.varying or result.rows
-    largest_y = max(float(row.force_amplitude[shown].max()) for row in rows)
+    largest_y = max(float(row.force_amplitude[indices].max()) for row in rows)
     # Loops far apart share no axis: then each is drawn over its own amplitude, in all panels alike.
     loads = drawn_loads(result)
     over_amplitude = any(
-        far_apart([float(result.rows[i].amplitude[index]) for i, _ in loads]) for index in shown
+        far_apart([float(result.rows[i].amplitude[index]) for i, _ in loads]) for index in indices
     )
     panels = []
-    for number, index in enumerate(shown):
+    for number, index in enumerate(indices):
         panel = _loops_at(result, index, (largest_x, largest_y), over_amplitude)
         row, column = divmod(number, columns)
         panel.cell = (row, row, column, column)
@@ -117,10 +117,10 @@ def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
     return [band[0, load, index], band[-1, load, index]]
 
 
-def _prefix(value: float, largest: float, least: float = 0.0) -> tuple[float, str]:
+def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float, str]:
     """Prefix of the largest panel where it still suits this one, else its own."""
     unit, letter = prefix(largest)
-    return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, least))
+    return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, smallest))
 
 
 # -- first loading -------------------------------------------------------------------------------
@@ -158,15 +158,15 @@ def _force(result: Prediction, axis: AmplitudeAxis) -> Panel:
 
 def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
     loads = drawn_loads(result)
-    rest = [result.joints[i].tangential_stiffness for i, _ in loads]
+    at_rest = [result.joints[i].tangential_stiffness for i, _ in loads]
     # A law that is rigid at rest ends where its secants do.
-    rest = [
+    at_rest = [
         k if k < np.inf else float(result.curves[i].secant_stiffness[0])
-        for k, (i, _) in zip(rest, loads, strict=True)
+        for k, (i, _) in zip(at_rest, loads, strict=True)
     ]
-    unit, letter = common_prefix(rest)
-    log = far_apart(rest)
-    low, high = (1e-3 * min(rest), 3.0 * max(rest)) if log else (0.0, 1.08 * max(rest))
+    unit, letter = common_prefix(at_rest)
+    log = far_apart(at_rest)
+    low, high = (1e-3 * min(at_rest), 3.0 * max(at_rest)) if log else (0.0, 1.08 * max(at_rest))
     panel = axis.panel(
         Axis(f"Stiffness [{letter}N/m]", low / unit, high / unit, log),
         "solid: tangent dT/dδ, dashed: secant T/δ",
@@ -206,8 +206,8 @@ def contact_state(result: Prediction) -> Plot:
 
     if np.ptp(counts) > 0.0:  # a single sphere has one contact whatever the load
         add("Contacts", counts, [joint.contact_count for joint in result.joints])
-    known = [joint.contact_area for joint in result.joints]
-    add(label, areas / scale, [None if area is None else area / scale for area in known])
+    contact_areas = [joint.contact_area for joint in result.joints]
+    add(label, areas / scale, [None if area is None else area / scale for area in contact_areas])
     stick = _stick(result)
     stick.cell = (1, 1, 0, len(over_load) - 1)
     return add_legend(
@@ -226,8 +226,8 @@ def _loads(result: Prediction) -> tuple[Floats, Floats]:
         return loads, np.asarray(joints[0].surface.separation(loads))
     except InputError:  # one of the loads is at the end of what the surface can answer
         order = np.argsort([joint.normal_load for joint in joints])
-        own = [(joints[i].normal_load, joints[i].separation) for i in order]
-        return np.array([load for load, _ in own]), np.array([place for _, place in own])
+        pairs = [(joints[i].normal_load, joints[i].separation) for i in order]
+        return np.array([load for load, _ in pairs]), np.array([place for _, place in pairs])
 
 
 def _area_scale(result: Prediction, largest: float) -> tuple[float, str]:
@@ -350,7 +350,7 @@ def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
         Axis("Damping ratio ζ", log=True),
         "solid: of the mode, dashed: of the interface alone, which is not the mode’s",
     )
-    drawn = [np.zeros(0)]
+    ordinates = [np.zeros(0)]
     for index, look in drawn_loads(result):
         curve = result.oscillators[index]
         x = curve.amplitude / axis.unit
@@ -358,8 +358,8 @@ def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
         panel.line(x, curve.damping_ratio, look.color)
         places = evenly(x.size, _MARKS)
         panel.marks(x[places], curve.damping_ratio[places], look.color, marker=look.marker)
-        drawn += [curve.damping_ratio, curve.interface_damping_ratio]
-    values = np.concatenate(drawn)
+        ordinates += [curve.damping_ratio, curve.interface_damping_ratio]
+    values = np.concatenate(ordinates)
     values = values[np.isfinite(values) & (values > 0.0)]
     if values.size:
         largest = float(values.max())

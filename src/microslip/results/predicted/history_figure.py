@@ -32,16 +32,16 @@ def history(result: Prediction) -> Plot:
     names = [name for name in _LABELS if name in result.histories[0].columns()]
     loads = drawn_loads(result)
     count = result.histories[0].force.size
-    given = result.study.excitation.history
-    times = None if given is None else given.times
+    record = result.study.excitation.history
+    times = None if record is None else record.times
     along, label = np.arange(count, dtype=np.float64), "Sample"
     if times is not None:
         unit, letter = prefix(float(np.abs(times).max()))
         along, label = times / unit, f"Time [{letter}s]"
 
     def drawn(values: Floats) -> tuple[Floats, Floats]:
-        places, kept = envelope(values)
-        return along[places.astype(np.intp)], kept
+        places, extremes = envelope(values)
+        return along[places.astype(np.intp)], extremes
 
     columns: dict[str, list[Floats]] = {}
     panels: dict[str, Panel] = {}
@@ -58,7 +58,7 @@ def history(result: Prediction) -> Plot:
         cell=(0, len(names) - 1, 1, 1),
     )
     # What was given is the same for all loads, and has the colour of none.
-    common = given.quantity if given is not None and len(loads) > 1 else None
+    common = record.quantity if record is not None and len(loads) > 1 else None
     alike = {common, "varying_normal_load"} & set(names) if common is not None else set()
     for name in alike:
         panels[name].line(*drawn(columns[name][0]), GREY, width=THIN)
@@ -72,8 +72,8 @@ def history(result: Prediction) -> Plot:
         for name, values in columns.items():
             if name not in alike:
                 panels[name].line(*drawn(values[number]), look.color, width=width, dash=dash)
-        both = (columns[name][number] for name in ("displacement", "force"))
-        path_panel.line(*path(*both), look.color, width=width, dash=dash)
+        paths = (columns[name][number] for name in ("displacement", "force"))
+        path_panel.line(*path(*paths), look.color, width=width, dash=dash)
     path_panel.cross()
     # Beside a load that varies it is no more than where that begins.
     starts = "Normal load, starts at" if "varying_normal_load" in names else "Normal load"
@@ -91,8 +91,8 @@ def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
     label, symbol = _LABELS[name]
     sizes = [float(np.abs(column).max()) for column in values]
     if far_apart(sizes, 50.0):
-        own = [column / (size or 1.0) for column, size in zip(values, sizes, strict=True)]
-        return own, f"{label} / largest"
+        ratios = [column / (size or 1.0) for column, size in zip(values, sizes, strict=True)]
+        return ratios, f"{label} / largest"
     unit, letter = length_prefix(max(sizes)) if symbol == "m" else prefix(max(sizes))
     return [column / unit for column in values], f"{label} [{letter}{symbol}]"
 
@@ -102,10 +102,10 @@ def envelope(values: Floats) -> tuple[Floats, Floats]:
     if values.size <= MOST_SAMPLES:
         return np.arange(values.size, dtype=np.float64), values
     width = -(-values.size // _STRETCHES)
-    whole = values[: values.size // width * width].reshape(-1, width)
-    starts = width * np.arange(len(whole))
-    ends = np.sort(np.stack([whole.argmin(axis=1), whole.argmax(axis=1)]), axis=0) + starts
-    places = np.concatenate(([0], ends.T.ravel(), np.arange(whole.size, values.size)))
+    stretches = values[: values.size // width * width].reshape(-1, width)
+    starts = width * np.arange(len(stretches))
+    ends = np.sort(np.stack([stretches.argmin(axis=1), stretches.argmax(axis=1)]), axis=0) + starts
+    places = np.concatenate(([0], ends.T.ravel(), np.arange(stretches.size, values.size)))
     return places.astype(np.float64), values[places]
 
 

@@ -45,8 +45,8 @@ def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None
     return {
         "amplitude": amplitude,
         **{
-            name: dict(sorted(found.items(), key=lambda pair: -abs(pair[1])))
-            for name, found in slopes.items()
+            name: dict(sorted(slopes_of_answer.items(), key=lambda pair: -abs(pair[1])))
+            for name, slopes_of_answer in slopes.items()
         },
     }
 
@@ -71,19 +71,19 @@ def hanging_table(joints: Sequence[dict[str, Any]]) -> tuple[Table, ...]:
     """The steepest slopes of each joint; nothing for laws without a surface."""
     rows = []
     for joint in joints:
-        found = joint.get("hangs_on")
-        if not found:
+        answers = joint.get("hangs_on")
+        if not answers:
             continue
         for name, label in (
             ("tangential_stiffness", "kₜ"),
-            ("loss_factor", f"η at {engineering(found['amplitude'], 'm', 3, trim=True)}"),
+            ("loss_factor", f"η at {engineering(answers['amplitude'], 'm', 3, trim=True)}"),
         ):
-            told = [
+            steepest = [
                 f"{_NAMES.get(key, key)}: {significant(slope, 2)}"
-                for key, slope in list(found[name].items())[:_MOST]
+                for key, slope in list(answers[name].items())[:_MOST]
                 if abs(slope) >= 0.01
             ]
-            rows.append((joint["normal_load"], label, ", ".join(told) or "none"))
+            rows.append((joint["normal_load"], label, ", ".join(steepest) or "none"))
     if not rows:
         return ()
     columns = (

@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.kernel_choice import kernel_name
 from microslip._core.quantities import UNITS
 from microslip._core.units import engineering, significant
-from microslip._version import __version__
 from microslip.friction import Interface, PressedJoint, Verdict
 from microslip.friction.validity import worst_validity
 from microslip.normal import SphereOnFlat, TightenedSurface
+from microslip.report.files import header, plain
 from microslip.results.predicted.columns import (
     AmplitudeCurve,
     Columns,
@@ -77,141 +76,132 @@ def files(study: StudyDescription) -> tuple[str, ...]:
     """Files that a study writes; summary.json, which names the others, is the first."""
     formats = study.output.formats
     history, oscillator = study.excitation.history is not None, study.oscillator is not None
-    tables = ["loops", "curves", *(["history"] if history else [])]
-    tables += ["oscillator"] if oscillator else []
-    tables += ["varying"] if study.excitation.load_variation is not None else []
-    tables += ["structure"] if study.structure is not None else []
     scatters = study.structure is None and is_uncertain(study)
-    tables += ["bands"] if scatters else []
-    figures = [] if study.structure is None else list(STRUCTURE_FIGURES)
-    figures += list(SCATTER_FIGURES) if scatters else []
-    figures += ["loops", "backbone", "energy_damping", "force_damping"]
     # A table of loads says nothing of contacts.
-    figures += (
-        []
-        if study.surface is None or isinstance(study.surface, u.TableSurface)
-        else ["contact_state" if study.joint.pressure is None else "pressure"]
-    )
-    figures += ["slider_density", *(["history"] if history else [])]
-    figures += ["oscillator"] if oscillator else []
+    has_contacts = study.surface is not None and not isinstance(study.surface, u.TableSurface)
+    is_pressed = has_contacts and study.joint.pressure is not None
+    tables = {
+        "loops": True,
+        "curves": True,
+        "history": history,
+        "oscillator": oscillator,
+        "varying": study.excitation.load_variation is not None,
+        "structure": study.structure is not None,
+        "bands": scatters,
+    }
+    figures = {
+        **dict.fromkeys(STRUCTURE_FIGURES, study.structure is not None),
+        **dict.fromkeys(SCATTER_FIGURES, scatters),
+        **dict.fromkeys(("loops", "backbone", "energy_damping", "force_damping"), True),
+        "contact_state": has_contacts and not is_pressed,
+        "pressure": is_pressed,
+        "slider_density": True,
+        "history": history,
+        "oscillator": oscillator,
+    }
     pictures = [kind for kind in ("svg", "png", "pdf") if kind in formats]
     return (
         "summary.json",
         "study.toml",
         *(("report.html",) if study.output.report else ()),
         *(("result.nc",) if "netcdf" in formats else ()),
-        *(f"{name}.csv" for name in tables if "csv" in formats),
-        *(f"{name}.{kind}" for name in figures for kind in pictures),
+        *(f"{name}.csv" for name, there in tables.items() if there and "csv" in formats),
+        *(f"{name}.{kind}" for name, there in figures.items() if there for kind in pictures),
     )
 
 
 def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
     """Contents of `summary.json`."""
-    study, names = result.study, files(result.study)
+    study, names, joint = result.study, files(result.study), result.joints[0]
+    surface, structure, scatter = study.surface, result.structure, result.scatter
     notes = [
         *defaults.notes(),
-        *load_notes(study, result.joints[0]),
+        *load_notes(study, joint),
         *study.notes,
         *_title_notes(study, names),
         REMINDER,
     ]
+    parts = {
+        "faces": surface.summary() if isinstance(surface, u.FacedSurface) else None,
+        "scan": surface.summary() if isinstance(surface, u.ScanSurface) else None,
+        "tightening": tightening(joint),
+        "pressure": pressure(joint),
+        "structure": None if structure is None else structure_numbers(structure),
+        "uncertainty": None if scatter is None else scatter_numbers(scatter),
+    }
     return {
-        "kind": KIND,
-        "schema": SUMMARY_SCHEMA,
-        "generator": {"name": "microslip", "version": __version__, "kernel": kernel_name()},
-        "title": study.title,
+        **header(KIND, SUMMARY_SCHEMA, study.title),
         "study": study.model_dump(mode="json", by_alias=True, exclude_none=True),
         "notes": notes,
-        **_scan(study),
-        **tightening(result.joints[0]),
-        **_pressure(result.joints[0]),
-        **_structure(result),
-        **({} if result.scatter is None else {"uncertainty": scatter_numbers(result.scatter)}),
+        **{name: numbers for name, numbers in parts.items() if numbers is not None},
         "joints": [_joint(result, index) for index in range(len(result.joints))],
         "units": dict(UNITS),
         "files": list(names),
     }
 
 
-def _structure(result: Prediction) -> dict[str, Any]:
-    """What the structure does, if the study has one."""
-    return {} if result.structure is None else {"structure": structure_numbers(result.structure)}
-
-
-def _scan(study: StudyDescription) -> dict[str, Any]:
-    """What was found in a scan or of faces, if the surface comes from such."""
-    surface = study.surface
-    if isinstance(surface, u.FacedSurface):
-        return {"faces": surface.summary()}
-    return {"scan": surface.summary()} if isinstance(surface, u.ScanSurface) else {}
-
-
-def tightening(joint: Any) -> dict[str, Any]:
+def tightening(joint: Any) -> dict[str, Any] | None:
     """What tightening has done to the surface, if it was tightened."""
     law = getattr(joint, "surface", None)
     if not isinstance(law, TightenedSurface):
-        return {}
+        return None
     parts, worst = [law], law
     if isinstance(joint, PressedJoint):  # each place yielded under its own pressure
         parts = [place.surface for place in joint.laws]  # type: ignore[attr-defined]
         worst = parts[int(np.argmax(joint.pressures))]
     tightest = math.fsum(float(part.contact_area(part.closest_separation)) for part in parts)
     return {
-        "tightening": {
-            "tightening_load": law.tightening_load,
-            "yield_stress": law.yield_stress,
-            "model": law.model,
-            "closest_separation": worst.closest_separation,
-            "yielded_share": worst.yielded_share,
-            "mean_indentation_over_yield": worst.mean_indentation,
-            "contact_area": tightest,
-            "contact_area_fraction": tightest / law.area if law.area else None,
-        }
+        "tightening_load": law.tightening_load,
+        "yield_stress": law.yield_stress,
+        "model": law.model,
+        "closest_separation": worst.closest_separation,
+        "yielded_share": worst.yielded_share,
+        "mean_indentation_over_yield": worst.mean_indentation,
+        "contact_area": tightest,
+        "contact_area_fraction": tightest / law.area if law.area else None,
     }
 
 
 def tightening_notes(joint: Any) -> list[str]:
     """The same in a sentence."""
-    found = tightening(joint).get("tightening")
-    if found is None:
+    state = tightening(joint)
+    if state is None:
         return []
-    fraction = found["contact_area_fraction"]
+    fraction = state["contact_area_fraction"]
     of = "" if fraction is None else f" ({100.0 * fraction:.3g} % of the apparent)"
     where = " where most was pressed" if isinstance(joint, PressedJoint) else ""
     return [
-        f"joint.tightening_load: at {engineering(found['tightening_load'], 'N', 6, trim=True)} "
-        f"{100.0 * found['yielded_share']:.3g} % of the contacts{where} yielded, "
-        f"{found['mean_indentation_over_yield']:.3g} times as deep as at first yield in the mean "
-        f"over the load, and the real area was {significant(1e6 * found['contact_area'])} mm²{of} "
-        f"(yield stress {engineering(found['yield_stress'], 'Pa', 4, trim=True)}, "
-        f"{found['model']}). Loads up to that are elastic."
+        f"joint.tightening_load: at {engineering(state['tightening_load'], 'N', 6, trim=True)} "
+        f"{100.0 * state['yielded_share']:.3g} % of the contacts{where} yielded, "
+        f"{state['mean_indentation_over_yield']:.3g} times as deep as at first yield in the mean "
+        f"over the load, and the real area was {significant(1e6 * state['contact_area'])} mm²{of} "
+        f"(yield stress {engineering(state['yield_stress'], 'Pa', 4, trim=True)}, "
+        f"{state['model']}). Loads up to that are elastic."
     ]
 
 
-def _pressure(joint: Any) -> dict[str, Any]:
+def pressure(joint: Any) -> dict[str, Any] | None:
     """How the load is spread, if it is."""
     if not isinstance(joint, PressedJoint):
-        return {}
+        return None
     spread = joint.pressure
     return {
-        "pressure": {
-            "kind": spread.kind,
-            "area": spread.area,
-            "concentration": spread.concentration,
-            "largest_pressure": float(joint.pressures.max()),
-        }
+        "kind": spread.kind,
+        "area": spread.area,
+        "concentration": spread.concentration,
+        "largest_pressure": float(joint.pressures.max()),
     }
 
 
 def pressure_notes(joint: Any) -> list[str]:
     """The same in a sentence."""
-    found = _pressure(joint).get("pressure")
-    if found is None:
+    spread = pressure(joint)
+    if spread is None:
         return []
     return [
-        f"joint.pressure: {found['kind']}, on {significant(1e6 * found['area'])} mm², "
-        f"{significant(found['concentration'])} times the mean where it is largest, "
-        f"{engineering(found['largest_pressure'], 'Pa')} under "
+        f"joint.pressure: {spread['kind']}, on {significant(1e6 * spread['area'])} mm², "
+        f"{significant(spread['concentration'])} times the mean where it is largest, "
+        f"{engineering(spread['largest_pressure'], 'Pa')} under "
         f"{engineering(joint.normal_load, 'N', 4, trim=True)}. The verdicts are those there."
     ]
 
@@ -285,22 +275,13 @@ def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
     """What the summary says of a joint at rest, its verdicts included."""
     varies = study.excitation.load_varies
     return {
-        "normal_load": _plain(getattr(joint, "normal_load", None)),
-        **{name: _plain(value) for name, value in scalars(study, joint).items()},
+        "normal_load": plain(getattr(joint, "normal_load", None)),
+        **{name: plain(value) for name, value in scalars(study, joint).items()},
         "slip_scale_meaning": slip_scale_of(joint)[1],
         "hangs_on": leading_inputs(study, joint),
         **hertz(joint, study),
         "validity": [
-            {
-                "name": verdict.name,
-                "value": _plain(verdict.value),
-                "limit": _plain(verdict.limit),
-                "word": verdict.word,
-                "meaning": verdict.meaning,
-                "reason": verdict.reason,
-                "remedy": verdict.remedy,
-                **({"normal_load": load} if varies else {}),
-            }
+            {**plain(verdict._asdict()), **({"normal_load": load} if varies else {})}
             for verdict, load in verdicts(study, joint)
         ],
     }
@@ -349,20 +330,10 @@ def slip_scale_of(joint: Any) -> tuple[float, str]:
 
 
 def verdicts(study: StudyDescription, joint: Interface) -> list[tuple[Verdict, float | None]]:
-    """Verdicts on a joint at its load or, where that varies, the worst of its extremes.
+    """Verdicts on a joint at its load [N] or, where that varies, the worst of its extremes.
 
-    Parameters
-    ----------
-    study : StudyDescription
-        The study.
-    joint : Interface
-        Its joint at one load.
-
-    Returns
-    -------
-    list of tuple of Verdict and float or None
-        Those of the joint, then what a scan adds, each with the load [N] that it is for; None where
-        it is the same at every load.
+    Those of the joint, then what a scan adds, each with the load that it is for; None where it is
+    the same at every load.
     """
     if not study.joint.loads:
         return []
@@ -378,7 +349,7 @@ def _joint(result: Prediction, index: int) -> dict[str, Any]:
     joint, row, part = result.joints[index], result.rows[index], result.study.oscillator
     return {
         **joint_entry(result.study, joint),
-        "limits": {name: _plain(value) for name, value in asdict(result.limits[index]).items()},
+        "limits": plain(asdict(result.limits[index])),
         "amplitudes": _records(row),
         **({"varying": _records(result.varying[index])} if result.varying else {}),
         **({"history": _history(result.histories[index])} if result.histories else {}),
@@ -389,36 +360,27 @@ def _joint(result: Prediction, index: int) -> dict[str, Any]:
 def _records(columns: Columns) -> list[dict[str, float | None]]:
     """Rows of a table, each with the names of its columns."""
     arrays = columns.columns()
-    rows = zip(*(array.tolist() for array in arrays.values()), strict=True)
-    return [dict(zip(arrays, map(_plain, row), strict=True)) for row in rows]
+    rows = zip(*(plain(array) for array in arrays.values()), strict=True)
+    return [dict(zip(arrays, row, strict=True)) for row in rows]
 
 
 def _history(response: HistoryResponse) -> dict[str, float | None]:
-    loads = response.varying_normal_load
-    ends = {}
-    if loads is not None:
-        ends = {"smallest_normal_load": loads.min(), "largest_normal_load": loads.max()}
-    return {
-        "largest_displacement": _plain(float(abs(response.displacement).max())),
-        "largest_force": _plain(float(abs(response.force).max())),
-        "dissipated_energy": _plain(float(response.dissipated_energy[-1])),
-        **{name: _plain(load) for name, load in ends.items()},
+    ends = {
+        "largest_displacement": abs(response.displacement).max(),
+        "largest_force": abs(response.force).max(),
+        "dissipated_energy": response.dissipated_energy[-1],
     }
+    if (loads := response.varying_normal_load) is not None:
+        ends |= {"smallest_normal_load": loads.min(), "largest_normal_load": loads.max()}
+    return {name: plain(value) for name, value in ends.items()}
 
 
 def _oscillator(part: OscillatorPart, joint: Interface, row: AmplitudeCurve) -> dict[str, Any]:
     oscillator = oscillator_of(part, joint)
     springs = oscillator.stiffness, oscillator.stiffness + joint.tangential_stiffness
-    slip, rest = (math.sqrt(k / oscillator.mass) / (2.0 * math.pi) for k in springs)
+    slip, stick = (math.sqrt(k / oscillator.mass) / (2.0 * math.pi) for k in springs)
     return {
-        "frequency_at_rest": _plain(rest),
-        "frequency_in_slip": _plain(slip),
+        "frequency_at_rest": plain(stick),
+        "frequency_in_slip": plain(slip),
         "amplitudes": _records(OscillatorCurve.of(oscillator, row.amplitude)),
     }
-
-
-def _plain(value: Any) -> float | None:
-    """A Python float, or None for what is not known: JSON has no NaN."""
-    if value is None or not math.isfinite(value):
-        return None
-    return float(value)

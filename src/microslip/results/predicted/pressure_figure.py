@@ -33,16 +33,16 @@ def pressure(result: Prediction) -> Plot:
         cell=(1, 1, 0, 0),
     )
     amplitudes = result.rows[0].amplitude
-    shown = evenly(amplitudes.size, MOST_AMPLITUDES)
+    indices = evenly(amplitudes.size, MOST_AMPLITUDES)
     entries = []
-    for number, index in enumerate(shown):
+    for number, index in enumerate(indices):
         color, dash = COLORS[number % len(COLORS)], DASHES[number % len(DASHES)]
         shares = first.slip_shares(float(amplitudes[index]))
         slip.line(*_stepped(first, places, shares), color, dash=dash)
         if shares.size <= 1:
             slip.marks(places, shares, color)
-        said = engineering(float(amplitudes[index]), "m", 3, trim=True)
-        entries.append(Entry(said, color, dash, None))
+        label = engineering(float(amplitudes[index]), "m", 3, trim=True)
+        entries.append(Entry(label, color, dash, None))
     if len(joints) > 1:
         loads = ", ".join(engineering(joint.normal_load, "N", 4, trim=True) for joint, _ in joints)
         over.note = f"from below: {loads}"

@@ -131,8 +131,8 @@ def _quantity_row(quantity: dict[str, Any]) -> tuple[str, str, str]:
         value = f"{quantity['count']} values, {' to '.join(ends)}"
     else:
         value = _list(quantity["value"], si)
-    shown = "– (table of metals)" if written is None else _list(written, str)
-    return quantity["key"], shown, value if unit == "-" else f"{value} {unit}"
+    text = "– (table of metals)" if written is None else _list(written, str)
+    return quantity["key"], text, value if unit == "-" else f"{value} {unit}"
 
 
 def _list(value: Any, write: Callable[[Any], str]) -> str:
@@ -147,17 +147,17 @@ def _list(value: Any, write: Callable[[Any], str]) -> str:
 
 def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
     """Each number of a study: its key, what was written for it, and what it is [SI unit]."""
-    given = tomllib.loads(study.text)
-    found = study.model_dump(by_alias=True, exclude_none=True)
+    source = tomllib.loads(study.text)
+    values = study.model_dump(by_alias=True, exclude_none=True)
     history = study.excitation.history
     # Materials may hold more than was written: what the table of metals adds.
-    own = given.pop("material", {})
+    materials = source.pop("material", {})
     material = {
-        name: {**dict.fromkeys(keys), **own.get(name, {})}
-        for name, keys in found["material"].items()
+        name: {**dict.fromkeys(keys), **materials.get(name, {})}
+        for name, keys in values["material"].items()
     }
     described = dict(_described(study))
-    for key, written, value in _walk({"material": material, **given}, found):
+    for key, written, value in _walk({"material": material, **source}, values):
         unit = described.get(key) or _UNITS.get(key.rpartition(".")[2], "-")
         if key == "structure.density":
             unit = "kg/m^3"
@@ -171,16 +171,16 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
             ends = (float(spread),)
             if isinstance(spread, Spread) and (spread.values or spread.low is not None):
                 ends = spread.quantiles(np.array([0.0, 1.0])).tolist()
-            shown: dict[str, Any] = {"value": list(ends) if len(ends) > 1 else ends[0]}
+            quantity: dict[str, Any] = {"value": list(ends) if len(ends) > 1 else ends[0]}
         elif isinstance(written, dict):
             written = f'{written.get("file")}, column "{written.get("column")}"'
-            shown = {"count": len(value), "smallest": min(value), "largest": max(value)}
+            quantity = {"count": len(value), "smallest": min(value), "largest": max(value)}
         else:
-            shown = {"value": list(value) if isinstance(written, list) else _one(value)}
-        yield {"key": key, "written": written, **shown, "unit": unit}
+            quantity = {"value": list(value) if isinstance(written, list) else _one(value)}
+        yield {"key": key, "written": written, **quantity, "unit": unit}
         loads = None if history is None else history.loads
         if key == "excitation.history" and isinstance(written, str) and loads is not None:
-            column = given["excitation"]["history"]["normal_load"]["column"]
+            column = source["excitation"]["history"]["normal_load"]["column"]
             yield {
                 "key": f"{key}.normal_load",
                 "written": f'{written.partition(", column")[0]}, column "{column}"',
@@ -206,10 +206,10 @@ def _described(study: StudyDescription) -> Iterator[tuple[str, str]]:
                 yield f"{table}.{parameter.name}", parameter.unit or "-"
 
 
-def _walk(given: Any, found: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
+def _walk(source: Any, values: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
     """Keys that hold numbers, or that say which file holds them."""
-    for key, written in given.items():
-        here, value = f"{path}{key}", found.get(key)
+    for key, written in source.items():
+        here, value = f"{path}{key}", values.get(key)
         if isinstance(written, dict) and "file" in written and path != "structure.":
             if "values" in (value or {}):  # heights
                 here, value = f"{here}.values", value["values"]

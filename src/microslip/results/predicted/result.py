@@ -106,8 +106,8 @@ class Result(Prediction):
 
         figures = {picture.name: picture for picture in document(self).pictures}
         if not isinstance(name, str) or name not in figures:
-            known = ", ".join(figures)
-            raise InputError(Argument("name"), f" must be one of {known}, got {show(name)}")
+            names = ", ".join(figures)
+            raise InputError(Argument("name"), f" must be one of {names}, got {show(name)}")
         plot = figures[name].plot()
         if not title:
             plot.title = ""

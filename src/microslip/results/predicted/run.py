@@ -60,9 +60,9 @@ def _scattered(
     """The study at its middle, and the bands about it."""
     result, defaults = _computed(at_middle(study))
     first = result.rows[0]
-    drawn = fixed(study, first.amplitude, result.curves[0].amplitude)
-    found = scatter(drawn, variables(result), _variables, workers, progress)
-    return replace(result, study=study, scatter=found), defaults
+    fixed_study = fixed(study, first.amplitude, result.curves[0].amplitude)
+    bands = scatter(fixed_study, variables(result), _variables, workers, progress)
+    return replace(result, study=study, scatter=bands), defaults
 
 
 def _variables(study: StudyDescription) -> dict[str, Variable]:
@@ -75,17 +75,17 @@ def rows_of(study: StudyDescription) -> list[dict[str, float]]:
     study = at_middle(study)
     joints = build_joints(study)
     amplitudes = _amplitudes(study, defaults_of(study, joints))
-    found = []
+    rows = []
     for joint in joints:
         columns = _row(study, joint, amplitudes).columns()
-        rest = {
+        at_rest = {
             "normal_load": getattr(joint, "normal_load", math.nan),
             "tangential_stiffness": joint.tangential_stiffness,
             "force_limit": joint.force_limit,
         }
         for place in range(amplitudes.size):
-            found.append({**rest, **{name: float(v[place]) for name, v in columns.items()}})
-    return found
+            rows.append({**at_rest, **{name: float(v[place]) for name, v in columns.items()}})
+    return rows
 
 
 def _computed(study: StudyDescription, progress: Progress | None = None) -> tuple[Result, Defaults]:
@@ -113,8 +113,8 @@ def _computed(study: StudyDescription, progress: Progress | None = None) -> tupl
             curves.append(AmplitudeCurve.of(joint, grid, steps.of(0.1, 0.7)))
         if study.oscillator is not None:
             with blame(study, "oscillator"):
-                held = oscillator_of(study.oscillator, joint)
-                oscillators.append(OscillatorCurve.of(held, grid, steps.of(0.7, 0.8)))
+                oscillator = oscillator_of(study.oscillator, joint)
+                oscillators.append(OscillatorCurve.of(oscillator, grid, steps.of(0.7, 0.8)))
         if history is not None and record is not None:
             with blame(study, "excitation.history"):
                 histories.append(HistoryResponse.of(joint, record, history.quantity, history.loads))
@@ -135,9 +135,9 @@ def _computed(study: StudyDescription, progress: Progress | None = None) -> tupl
     return result, defaults
 
 
-def _after(progress: Progress, done: float) -> Progress:
+def _after(progress: Progress, begin: float) -> Progress:
     """Progress of what comes once a share is done."""
-    return lambda share: progress(done + (1.0 - done) * share)
+    return lambda share: progress(begin + (1.0 - begin) * share)
 
 
 class _Steps:
@@ -207,9 +207,9 @@ def defaults_of(study: StudyDescription, joints: list[Interface]) -> Defaults:
 
 def _amplitudes(study: StudyDescription, defaults: Defaults) -> Floats:
     """Displacement amplitudes of the loops [m]; force amplitudes [N] where the study gives them."""
-    given = study.excitation.amplitudes or study.excitation.force_amplitudes
-    if given is not None:
-        return np.array(given)
+    amplitudes = study.excitation.amplitudes or study.excitation.force_amplitudes
+    if amplitudes is not None:
+        return np.array(amplitudes)
     return np.array([float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_AMPLITUDES])
 
 

@@ -98,11 +98,11 @@ class Scatter:
 
     def curve(self, quantile: int, load: int, amplitude: Floats) -> AmplitudeCurve:
         """The quantiles of one load over the range of the curves, column by column."""
-        found: dict[str, Any] = {}
+        columns: dict[str, Any] = {}
         for name in AmplitudeCurve.__dataclass_fields__:
             band = self.bands.get(f"curve_{name}")
-            found[name] = None if band is None else band.values[quantile, load].copy()
-        return AmplitudeCurve(**{**found, "amplitude": amplitude.copy()})
+            columns[name] = None if band is None else band.values[quantile, load].copy()
+        return AmplitudeCurve(**{**columns, "amplitude": amplitude.copy()})
 
     def decision(self, name: str, load: int, amplitude: int) -> Decision:
         """What decides one result."""
@@ -114,14 +114,14 @@ class Scatter:
 def fixed(study: StudyDescription, amplitudes: Floats, grid: Floats) -> StudyDescription:
     """The same study with the amplitudes that its middle has, for all samples."""
     excitation = study.excitation
-    given: dict[str, Any] = {}
+    changes: dict[str, Any] = {}
     if excitation.amplitudes is None and excitation.force_amplitudes is None:
-        given["amplitudes"] = tuple(amplitudes.tolist())
+        changes["amplitudes"] = tuple(amplitudes.tolist())
     if excitation.curve is None:
-        given["curve"] = Curve.model_construct(
+        changes["curve"] = Curve.model_construct(
             start=float(grid[0]), to=float(grid[-1]), points=grid.size
         )
-    changed = excitation.model_copy(update=given)
+    changed = excitation.model_copy(update=changes)
     alone = {"excitation": changed, "structure": None}
     copy: StudyDescription = study.model_copy(update=alone)
     return copy
@@ -139,10 +139,10 @@ def _run(scores: Floats) -> dict[str, Floats] | str:
     """Arrays of a sample, or why there are none."""
     design, compute = _worker
     try:
-        found = compute(design.at(scores))
+        arrays = compute(design.at(scores))
     except InputError as error:
         return str(error).removeprefix(f"{design.study.name}: ")
-    return {name: variable.values for name, variable in found.items()}
+    return {name: variable.values for name, variable in arrays.items()}
 
 
 def _results(
@@ -150,8 +150,8 @@ def _results(
 ) -> Iterator[dict[str, Floats]]:
     """The samples in their order, whoever has computed them."""
 
-    def told(found: Iterator[dict[str, Floats] | str]) -> Iterator[dict[str, Floats]]:
-        for index, sample in enumerate(found):
+    def told(samples: Iterator[dict[str, Floats] | str]) -> Iterator[dict[str, Floats]]:
+        for index, sample in enumerate(samples):
             if isinstance(sample, str):
                 raise StudyError(
                     f"{design.study.name}: uncertainty: sample {index + 1} of {len(scores)} has "
@@ -209,11 +209,11 @@ def scatter(
     scores = design.scores(points.reshape(-1, inputs))
     # Beside the samples, each input by itself: far out for the tornado, near for slopes.
     alone = np.concatenate([reach * np.eye(inputs) for reach in (-_FAR, _FAR, -_NEAR, _NEAR)])
-    whole = np.concatenate([scores, alone])
+    all_scores = np.concatenate([scores, alone])
     count = groups * size
-    kept, left_out = _kept(nominal, count)
-    stacks = {name: np.empty((len(whole), *nominal[name].values.shape)) for name in kept}
-    for index, sample in enumerate(_results(design, compute, whole, workers, report)):
+    names, left_out = _kept(nominal, count)
+    stacks = {name: np.empty((len(all_scores), *nominal[name].values.shape)) for name in names}
+    for index, sample in enumerate(_results(design, compute, all_scores, workers, report)):
         for name, stack in stacks.items():
             stack[index] = sample[name]
     quantiles = np.array(design.part.quantiles)
@@ -224,8 +224,8 @@ def scatter(
         bands[name] = Variable(("quantile", *variable.dims), values, variable.attributes)
         if _is_told(name, variable):
             by_group = stack[:count].reshape(groups, size, *variable.values.shape)
-            each = np.quantile(by_group, quantiles, axis=1)
-            errors[name] = each.std(axis=1, ddof=1) / math.sqrt(groups)
+            group_quantiles = np.quantile(by_group, quantiles, axis=1)
+            errors[name] = group_quantiles.std(axis=1, ddof=1) / math.sqrt(groups)
     decisions = _decisions(design, stacks, scores, count)
     if design.part.indices:
         decisions = _with_indices(design, compute, decisions, workers)
@@ -253,7 +253,7 @@ def _decisions(
     design: Design, stacks: Mapping[str, Floats], scores: Floats, count: int
 ) -> tuple[Decision, ...]:
     inputs = len(design.inputs)
-    found = []
+    decisions = []
     for name in RANKED:
         stack = stacks[name]
         for load in range(stack.shape[1]):
@@ -265,13 +265,13 @@ def _decisions(
                 slopes = (after - before) / (2.0 * _NEAR)
                 delta = math.sqrt(max(float(slopes @ design.correlation @ slopes), 0.0))
                 shares, explained = ranking(scores, logs[:count])
-                found.append(
+                decisions.append(
                     Decision(
                         name, load, amplitude, float(logs[:count].std()), delta, shares, explained,
                         np.exp(low), np.exp(high),
                     )
                 )  # fmt: skip
-    return tuple(found)
+    return tuple(decisions)
 
 
 def _with_indices(
@@ -291,11 +291,11 @@ def _with_indices(
         return np.asarray(np.log(np.array(rows).T))
 
     rng = np.random.default_rng([design.part.seed, GROUPS])
-    found = sobol_indices(func=logs, n=count, dists=[uniform()] * inputs, rng=rng)
+    indices = sobol_indices(func=logs, n=count, dists=[uniform()] * inputs, rng=rng)
     return tuple(
         replace(decision, first=first, total=total)
         for decision, first, total in zip(
-            decisions, found.first_order, found.total_order, strict=True
+            decisions, indices.first_order, indices.total_order, strict=True
         )
     )
 

@@ -10,6 +10,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.report import cells
 from microslip.report.document import Block, Column, Facts, Note, Picture, Section, Table
+from microslip.report.files import plain
 from microslip.report.plot import Area, Axis, Panel, Plot
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.scatter import RANKED, Decision, Scatter
@@ -27,23 +28,23 @@ FIGURES = ("tornado",)
 
 def sections(result: Prediction) -> tuple[Section, ...]:
     """The part of a document that is about the scatter."""
-    found = result.scatter
-    if found is None:
+    scatter = result.scatter
+    if scatter is None:
         return ()
     blocks: list[Block] = [
         Facts(
             "Not known exactly",
             (
-                *((one.key, one.written) for one in found.inputs),
-                ("Samples", str(found.samples)),
+                *((entry.key, entry.written) for entry in scatter.inputs),
+                ("Samples", str(scatter.samples)),
             ),
         ),
-        *(_bands(result, found, name) for name in RANKED[:2]),
-        _ranking(result, found),
-        Note(_remark(found), small=True),
-        *(Note(note, small=True) for note in found.notes),
+        *(_bands(result, scatter, name) for name in RANKED[:2]),
+        _ranking(result, scatter),
+        Note(_remark(scatter), small=True),
+        *(Note(note, small=True) for note in scatter.notes),
     ]
-    pictures = Section("Scatter in figures", (_picture(result, found),), brief=False)
+    pictures = Section("Scatter in figures", (_picture(result, scatter),), brief=False)
     return Section("Scatter", tuple(blocks)), pictures
 
 
@@ -56,8 +57,8 @@ def _places(result: Prediction) -> list[tuple[int, int, float, float]]:
     ]
 
 
-def _bands(result: Prediction, found: Scatter, name: str) -> Table:
-    percent = [f"{100.0 * q:g} %" for q in found.quantiles]
+def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
+    percent = [f"{100.0 * q:g} %" for q in scatter.quantiles]
     unit = _UNITS[name]
     write = cells.ratio if not unit else None
     columns = [
@@ -66,20 +67,20 @@ def _bands(result: Prediction, found: Scatter, name: str) -> Table:
         *(Column(f"q{i}", text, unit, 3, write=write) for i, text in enumerate(percent)),
         Column("error", "Error of these", "", write=cells.percent, short="error"),
     ]
-    band, error = found.bands[name].values, found.errors[name]
+    band, error = scatter.bands[name].values, scatter.errors[name]
     rows = []
     for i, j, load, a in _places(result):
         values = band[:, i, j]
         with np.errstate(divide="ignore", invalid="ignore"):
             relative = float(np.max(error[:, i, j] / values))
-        known = relative if math.isfinite(relative) else None
-        rows.append((load if math.isfinite(load) else None, a, *values.tolist(), known))
+        error_share = relative if math.isfinite(relative) else None
+        rows.append((load if math.isfinite(load) else None, a, *values.tolist(), error_share))
     return Table(_WORDS[name], tuple(columns), tuple(rows), keys=2, noun="loops")
 
 
-def _ranking(result: Prediction, found: Scatter) -> Table:
+def _ranking(result: Prediction, scatter: Scatter) -> Table:
     """Who is to be measured next, for the loss factor."""
-    indexed = found.decisions[0].first is not None
+    indexed = scatter.decisions[0].first is not None
     columns = [
         Column("normal_load", "Normal load", "N", 4, short="load"),
         Column("amplitude", "Amplitude", "m", 4, short="amplitude"),
@@ -98,26 +99,26 @@ def _ranking(result: Prediction, found: Scatter) -> Table:
     ]
     rows = []
     for i, j, load, a in _places(result):
-        chosen = found.decision("loss_factor", i, j)
-        for k in np.argsort(-chosen.shares)[:4].tolist():
+        decision = scatter.decision("loss_factor", i, j)
+        for k in np.argsort(-decision.shares)[:4].tolist():
             row: list[Any] = [
-                load if math.isfinite(load) else None, a, found.inputs[k].key,
-                float(chosen.shares[k]),
+                load if math.isfinite(load) else None, a, scatter.inputs[k].key,
+                float(decision.shares[k]),
             ]  # fmt: skip
-            if chosen.first is not None and chosen.total is not None:
-                row += [float(chosen.first[k]), float(chosen.total[k])]
-            rows.append((*row, float(chosen.low[k]), float(chosen.high[k])))
+            if decision.first is not None and decision.total is not None:
+                row += [float(decision.first[k]), float(decision.total[k])]
+            rows.append((*row, float(decision.low[k]), float(decision.high[k])))
     return Table("What to measure next", tuple(columns), tuple(rows), keys=2, noun="inputs")
 
 
-def _remark(found: Scatter) -> str:
+def _remark(scatter: Scatter) -> str:
     """How the delta method sees it."""
-    chosen = [d for d in found.decisions if d.name == "loss_factor"]
-    worst = max(chosen, key=_disagreement)
+    decisions = [d for d in scatter.decisions if d.name == "loss_factor"]
+    worst = max(decisions, key=_disagreement)
     return (
         f"Standard deviation of ln η over the samples and by the delta method: "
         f"{worst.scatter:.3g} and {worst.delta:.3g} where they differ most; a regression on the "
-        f"inputs explains {min(d.explained for d in chosen):.0%} or more. Errors are of the "
+        f"inputs explains {min(d.explained for d in decisions):.0%} or more. Errors are of the "
         "quantiles, over eight scramblings of the points."
     )
 
@@ -126,28 +127,30 @@ def _disagreement(decision: Decision) -> float:
     return abs(decision.scatter - decision.delta)
 
 
-def _picture(result: Prediction, found: Scatter) -> Picture:
+def _picture(result: Prediction, scatter: Scatter) -> Picture:
     return Picture(
         "tornado",
         "The loss factor with one input at its 5 % and 95 % and the others at their medians, at "
         "the amplitude of each loop where it scatters most: the longest bar is what to measure "
         "next.",
-        lambda: tornado(result, found),
+        lambda: tornado(result, scatter),
         "What each input does to the loss factor",
     )
 
 
-def tornado(result: Prediction, found: Scatter) -> Plot:
+def tornado(result: Prediction, scatter: Scatter) -> Plot:
     """Bars of what each input does, for the load and amplitude whose loss factor scatters most."""
-    chosen = max((d for d in found.decisions if d.name == "loss_factor"), key=lambda d: d.scatter)
-    middle = float(result.rows[chosen.load].loss_factor[chosen.amplitude])
-    reach: Floats = np.abs(np.log(chosen.high / chosen.low))
+    decision = max(
+        (d for d in scatter.decisions if d.name == "loss_factor"), key=lambda d: d.scatter
+    )
+    middle = float(result.rows[decision.load].loss_factor[decision.amplitude])
+    reach: Floats = np.abs(np.log(decision.high / decision.low))
     order = np.argsort(reach)[::-1][:_MOST_BARS][::-1]
-    ticks = [(float(place), found.inputs[k].key) for place, k in enumerate(order.tolist())]
-    joint, row = result.joints[chosen.load], result.rows[chosen.load]
+    ticks = [(float(place), scatter.inputs[k].key) for place, k in enumerate(order.tolist())]
+    joint, row = result.joints[decision.load], result.rows[decision.load]
     from microslip._core.units import engineering
 
-    at = engineering(float(row.amplitude[chosen.amplitude]), "m", 3, trim=True)
+    at = engineering(float(row.amplitude[decision.amplitude]), "m", 3, trim=True)
     load = getattr(joint, "normal_load", None)
     at += f", {engineering(load, 'N', 3, trim=True)}" if load is not None else ""
     panel = Panel(
@@ -156,57 +159,50 @@ def tornado(result: Prediction, found: Scatter) -> Plot:
         note=f"at {at}; pale: 5 % of the input, dark: 95 %",
     )
     for place, k in enumerate(order.tolist()):
-        for value, color in ((chosen.low[k], "#9ecae1"), (chosen.high[k], "#2b7bba")):
+        for value, color in ((decision.low[k], "#9ecae1"), (decision.high[k], "#2b7bba")):
             x = np.array([middle, value, value, middle])
             panel.add(Area(x, place + np.array([-0.32, -0.32, 0.32, 0.32]), color))
     panel.line([middle, middle], [-0.6, len(ticks) - 0.4], "#333333", width=0.8)
     return Plot([panel], 1.2 + 0.42 * len(ticks), title=result.study.title)
 
 
-def numbers(found: Scatter) -> dict[str, Any]:
+def numbers(scatter: Scatter) -> dict[str, Any]:
     """What the summary holds of it: plain values in SI units."""
     return {
-        "inputs": {one.key: one.written for one in found.inputs},
-        "samples": found.samples,
-        "quantiles": found.quantiles.tolist(),
+        "inputs": {entry.key: entry.written for entry in scatter.inputs},
+        "samples": scatter.samples,
+        "quantiles": scatter.quantiles.tolist(),
         "bands": {
             name: {
-                "quantiles": _plain(found.bands[name].values),
-                "errors": _plain(found.errors[name]),
+                "quantiles": plain(scatter.bands[name].values),
+                "errors": plain(scatter.errors[name]),
             }
             for name in (*RANKED, "force_amplitude", "damping_ratio", "tangential_stiffness")
-            if name in found.errors
+            if name in scatter.errors
         },
         "decisions": [
             {
                 "quantity": d.name,
                 "load": d.load,
                 "amplitude": d.amplitude,
-                "standard_deviation_of_logarithm": _plain(np.array(d.scatter)),
-                "delta_method": _plain(np.array(d.delta)),
-                "explained": _plain(np.array(d.explained)),
+                "standard_deviation_of_logarithm": plain(d.scatter),
+                "delta_method": plain(d.delta),
+                "explained": plain(d.explained),
                 "inputs": {
-                    one.key: {
-                        "share": _plain(d.shares[k]),
-                        "low": _plain(d.low[k]),
-                        "high": _plain(d.high[k]),
+                    entry.key: {
+                        "share": plain(d.shares[k]),
+                        "low": plain(d.low[k]),
+                        "high": plain(d.high[k]),
                         **(
-                            {"first": _plain(d.first[k]), "total": _plain(d.total[k])}
+                            {"first": plain(d.first[k]), "total": plain(d.total[k])}
                             if d.first is not None and d.total is not None
                             else {}
                         ),
                     }
-                    for k, one in enumerate(found.inputs)
+                    for k, entry in enumerate(scatter.inputs)
                 },
             }
-            for d in found.decisions
+            for d in scatter.decisions
         ],
-        "notes": list(found.notes),
+        "notes": list(scatter.notes),
     }
-
-
-def _plain(values: Any) -> Any:
-    array = np.asarray(values, dtype=float)
-    if array.ndim == 0:
-        return float(array) if math.isfinite(array) else None
-    return [_plain(part) for part in array]

@@ -134,15 +134,15 @@ def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
     for name, material in study.material.items():
         groups.append(Facts(f"Material {name}", _rows(material) or (("Body", "rigid"),)))
     surface = study.surface
-    own: tuple[tuple[str, str], ...] = ()
+    law_rows: tuple[tuple[str, str], ...] = ()
     if surface is None:
-        own = (("Friction law", study.joint.law),)
+        law_rows = (("Friction law", study.joint.law),)
     else:
         first, second = surface.materials
         law = _LAWS.get(surface.law, surface.law)
         bodies = (("Bodies", f"{first} on {second}"), ("Normal law", law))
         groups.append(Facts("Surface", bodies + _rows(surface)))
-    groups.append(Facts("Joint", own + _rows(study.joint)))
+    groups.append(Facts("Joint", law_rows + _rows(study.joint)))
     groups.append(Facts("Excitation", _rows(study.excitation)))
     if study.oscillator is not None:
         groups.append(Facts("Oscillator", _rows(study.oscillator)))
@@ -165,10 +165,10 @@ def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
             ends = " to ".join(quantity(x, "m") for x in (value.start, value.to))
             rows.append(("Amplitudes of the curves", f"{ends}, {value.points} points"))
         elif name == "history":
-            what = f'{len(value.values)} {value.quantity}s, column "{value.column}"'
+            text = f'{len(value.values)} {value.quantity}s, column "{value.column}"'
             if value.normal_load is not None:
-                what += f', normal loads, column "{value.normal_load.column}",'
-            rows.append(("Own history", f"{what} of {value.file}"))
+                text += f', normal loads, column "{value.normal_load.column}",'
+            rows.append(("Own history", f"{text} of {value.file}"))
         elif name == "load_variation":
             rows.append(("Normal load varies by", in_words(value)))
         elif name == "mesh":
@@ -177,7 +177,7 @@ def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
             rows.append(("Its contacts", ", ".join(f"{a} on {b}" for a, b in value.contacts)))
             rows.append(("Its bolts", ", ".join(value.bolts)))
         elif name in ("first", "second"):
-            rows += [(f"{name.capitalize()} face: {key}", said) for key, said in _rows(value)]
+            rows += [(f"{name.capitalize()} face: {key}", content) for key, content in _rows(value)]
         elif name == "pressure" and isinstance(value, BaseModel):
             rows.append(("Pressure spread as", str(value.kind)))  # type: ignore[attr-defined]
             rows += [item for item in _rows(value) if item[0] != _KEYS["kind"][0]]

@@ -40,13 +40,13 @@ def _table(
     places: Sequence[Sequence[dict[str, Any]]],
     *,
     keys: int,
-    most: int,
+    limit: int,
     caption: str,
     noun: str,
 ) -> Table:
     """A table whose cells are looked up by key, in the last mapping of a row that has it."""
     rows = [tuple(_looked_up(column.key, place) for column in columns) for place in places]
-    return Table(title, tuple(columns), tuple(rows), keys, most, caption, noun=noun)
+    return Table(title, tuple(columns), tuple(rows), keys, limit, caption, noun=noun)
 
 
 def _looked_up(key: str, place: Sequence[dict[str, Any]]) -> Value:
@@ -83,7 +83,7 @@ def joint_table(joints: Sequence[dict[str, Any]], law: str) -> Table:
     )
     return _table(
         "Joint", columns, [(joint,) for joint in joints],
-        keys=1, most=MOST_JOINTS, caption=caption, noun="loads",
+        keys=1, limit=MOST_JOINTS, caption=caption, noun="loads",
     )  # fmt: skip
 
 
@@ -120,20 +120,20 @@ def hertz_table(joints: Sequence[dict[str, Any]]) -> tuple[Table, ...]:
     return (
         _table(
             "Hertz and Cattaneo", columns, places,
-            keys=1, most=MOST_JOINTS, caption=caption, noun="loads",
+            keys=1, limit=MOST_JOINTS, caption=caption, noun="loads",
         ),
     )  # fmt: skip
 
 
 def cycle_table(joints: Sequence[dict[str, Any]], *, by_force: bool, varies: bool) -> Table:
     """What each cycle is, one row for each load and amplitude; what was chosen comes first."""
-    chosen = [_AMPLITUDE, _FORCE]
+    amplitudes = [_AMPLITUDE, _FORCE]
     if by_force:
         force = Column("force_amplitude", "Force amplitude", "N", write=_N, short="force")
-        chosen = [force, _AMPLITUDE]
+        amplitudes = [force, _AMPLITUDE]
     columns = (
         _LOAD,
-        *chosen,
+        *amplitudes,
         Column("force_ratio", "T/μN", "", write=cells.saturating),
         _ENERGY,
         _LOSS,
@@ -155,7 +155,7 @@ def cycle_table(joints: Sequence[dict[str, Any]], *, by_force: bool, varies: boo
         "Cycles at constant load" if varies else "Cycles",
         columns,
         [(joint, row) for joint in joints for row in joint["amplitudes"]],
-        keys=2, most=MOST_CYCLES, caption=caption, noun="loops",
+        keys=2, limit=MOST_CYCLES, caption=caption, noun="loops",
     )  # fmt: skip
 
 
@@ -183,20 +183,20 @@ def varying_table(joints: Sequence[dict[str, Any]]) -> Table:
         "Cycles as the normal load varies",
         columns,
         [(joint, row) for joint in joints for row in joint["varying"]],
-        keys=2, most=MOST_CYCLES, caption=caption, noun="loops",
+        keys=2, limit=MOST_CYCLES, caption=caption, noun="loops",
     )  # fmt: skip
 
 
 def oscillator_table(joints: Sequence[dict[str, Any]], *, by_force: bool) -> Table:
     """Frequency and damping of the mode beside the interface's own, for each load and amplitude."""
-    chosen = (
+    amplitude = (
         Column("force_amplitude", "Force amplitude", "N", write=_N, short="force")
         if by_force
         else _AMPLITUDE
     )
     columns = (
         _LOAD,
-        chosen,
+        amplitude,
         Column("frequency", "Frequency", "Hz", 5, short="frequency"),
         Column("shift", "Shift", "", write=cells.percent, short="shift"),
         Column("mode_damping", "ζ of the mode", "", write=cells.ratio, short="ζ_mode"),
@@ -204,17 +204,20 @@ def oscillator_table(joints: Sequence[dict[str, Any]], *, by_force: bool) -> Tab
     )
     places = []
     for joint in joints:
-        rest = joint["oscillator"]["frequency_at_rest"]
+        frequency_at_rest = joint["oscillator"]["frequency_at_rest"]
         for row, mode in zip(joint["amplitudes"], joint["oscillator"]["amplitudes"], strict=True):
-            own = {"shift": mode["frequency"] / rest - 1.0, "mode_damping": mode["damping_ratio"]}
-            places.append((joint, row, mode, own))
+            numbers = {
+                "shift": mode["frequency"] / frequency_at_rest - 1.0,
+                "mode_damping": mode["damping_ratio"],
+            }
+            places.append((joint, row, mode, numbers))
     caption = (
         "Natural frequency and its shift from that of the sticking joint; the damping ratio of the "
         "mode and, for contrast, the interface’s own."
     )
     return _table(
         "Oscillator", columns, places,
-        keys=2, most=MOST_CYCLES, caption=caption, noun="loops",
+        keys=2, limit=MOST_CYCLES, caption=caption, noun="loops",
     )  # fmt: skip
 
 
@@ -230,7 +233,7 @@ def history_table(joints: Sequence[dict[str, Any]]) -> Table:
     )
     return _table(
         "History", columns, [(joint, joint["history"]) for joint in joints],
-        keys=1, most=MOST_JOINTS, caption="", noun="loads",
+        keys=1, limit=MOST_JOINTS, caption="", noun="loads",
     )  # fmt: skip
 
 
@@ -240,8 +243,8 @@ def validity(
     """Verdicts of all loads [N], each with the load at which it is worst where that varies."""
     verdicts, places = [], []
     newtons = partial(engineering, unit="N", digits=4, trim=True)
-    for load, those in judged:
-        for verdict, worst in those:
+    for load, verdicts_of_load in judged:
+        for verdict, worst in verdicts_of_load:
             verdicts.append(verdict)
             place = newtons(load)
             if worst is not None and worst != load:

@@ -26,8 +26,8 @@ def extremes(excitation: Excitation, normal_load: float) -> tuple[float, ...]:
     if (variation := excitation.load_variation) is not None:
         share = variation.share_of(normal_load)
         loads += [normal_load * (1.0 - share), normal_load * (1.0 + share)]
-    if excitation.history is not None and (given := excitation.history.loads) is not None:
-        loads += [float(given.min()), float(given.max())]
+    if excitation.history is not None and (record := excitation.history.loads) is not None:
+        loads += [float(record.min()), float(record.max())]
     return min(loads), max(loads)
 
 
@@ -78,10 +78,10 @@ class VaryingLoop(Loop):
         size = CYCLE * -(-n // 2)
         angle = 2.0 * np.pi / size * (np.arange(2 * size + size // 4 + 1) % size)
         load = mean * (1.0 + share * np.sin(n * angle + variation.phase))
-        found = joint.coupled_response(amplitude * np.sin(angle), normal_load=load)
-        energy = found.dissipated_energy[[-1 - size, -1]]
+        response = joint.coupled_response(amplitude * np.sin(angle), normal_load=load)
+        energy = response.dissipated_energy[[-1 - size, -1]]
         last = slice(-1 - size, None)
-        x, force = found.displacement[last], found.force[last]
+        x, force = response.displacement[last], response.force[last]
         return cls(x, force, load[last], float(energy[1] - energy[0]))
 
 

@@ -50,38 +50,38 @@ _SHOWN = (
 )
 
 
-def cutoff_plot(found: Findings) -> Plot:
+def cutoff_plot(findings: Findings) -> Plot:
     """Density, radius, spread and the moments against the cut-off; none is at the left."""
-    table, scan = found.table, found.scan
+    table, scan = findings.table, findings.scan
     unit, letter = length_prefix(max(scan.size) / 8.0, min(scan.pixel))
     # No cut-off has its place at the left, where a pixel is.
-    least = min(scan.pixel) / unit
+    place_of_none = min(scan.pixel) / unit
     cutoffs = table.cutoff / unit
-    x = np.where(table.cutoff > 0.0, cutoffs, least)
-    most = max(1.3 * float(cutoffs[-1]), 4.0 * least)
+    x = np.where(table.cutoff > 0.0, cutoffs, place_of_none)
+    high = max(1.3 * float(cutoffs[-1]), 4.0 * place_of_none)
     first = float(cutoffs[1]) if cutoffs.size > 1 else math.inf
-    ticks = logarithmic(min(0.8 * first, most), most, 4)
+    ticks = logarithmic(min(0.8 * first, high), high, 4)
     places = [(at, text) for at, text in (*ticks.major, *ticks.minor) if text and at >= 0.8 * first]
-    chosen = least if found.request.cutoff is None else found.request.cutoff / unit
+    place = place_of_none if findings.request.cutoff is None else findings.request.cutoff / unit
     panels = []
-    for number, shown in enumerate(_SHOWN):
+    for number, content in enumerate(_SHOWN):
         row, column = divmod(number, 3)
-        lines = {look: _column(table, name) for look, name in shown.columns.items()}
-        scale, own = _scale(list(lines.values()), shown.unit)
+        lines = {look: _column(table, name) for look, name in content.columns.items()}
+        scale, label = _scale(list(lines.values()), content.unit)
         panel = Panel(
             Axis(
                 f"Cut-off [{letter}m]",
-                0.75 * least,
-                most,
+                0.75 * place_of_none,
+                high,
                 log=True,
-                ticks=[(least, "none"), *places],
+                ticks=[(place_of_none, "none"), *places],
                 bare=row == 0,
             ),
             Axis(log=True),
-            note=f"{shown.what} [{own}]",
+            note=f"{content.what} [{label}]",
             cell=(row, row, column, column),
         )
-        panel.add(Rule(chosen, "x", _CHOSEN, 0.9, _SHORT_DASH))
+        panel.add(Rule(place, "x", _CHOSEN, 0.9, _SHORT_DASH))
         for name, values in lines.items():
             look = _LOOKS[name]
             y = np.where(values > 0.0, values / scale, np.nan)
@@ -92,11 +92,11 @@ def cutoff_plot(found: Findings) -> Plot:
     legend = [Entry("McCool's moments", COLORS[1], (), "o")]
     if not scan.is_profile:
         legend.append(Entry("counted", COLORS[2], DASHED, "s"))
-    legend.append(Entry(found.cutoff_text(), _CHOSEN, _SHORT_DASH))
+    legend.append(Entry(findings.cutoff_text(), _CHOSEN, _SHORT_DASH))
     return Plot(
         panels,
         5.4,
-        found.title("Cut-off dependence"),
+        findings.title("Cut-off dependence"),
         heights=(1.0, 1.0),
         widths=(1.0, 1.0, 1.0),
         legend=tuple(legend),

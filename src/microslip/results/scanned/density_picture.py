@@ -23,9 +23,9 @@ _LOOKS: tuple[tuple[str, tuple[float, ...]], ...] = ((COLORS[2], DASHED), (COLOR
 _WORDS = {"ok": "Gaussian", "watch": "roughly Gaussian", "outside": "not Gaussian"}
 
 
-def density_plot(found: Findings) -> Plot:
+def density_plot(findings: Findings) -> Plot:
     """A trace and the density of all heights with its fits, in percent and its logarithm."""
-    fit, scan = found.fit, found.scan
+    fit, scan = findings.fit, findings.scan
     mean = fit.statistics.mean
     low, high = _range(scan.heights)
     unit, letter = prefix(max(high - mean, mean - low))
@@ -42,8 +42,8 @@ def density_plot(found: Findings) -> Plot:
     share = significant(100.0 * beyond / fit.statistics.count, 2)
     where = "(a) trace" if scan.is_profile else "(a) middle row"
     trace.note = where + (f"; {share} % beyond" if beyond else "")
-    others = [law for law in fit.fits if law is not fit.gaussian]
-    best = sorted(others, key=lambda law: law.share)[:2]
+    candidates = [law for law in fit.fits if law is not fit.gaussian]
+    best = sorted(candidates, key=lambda law: law.share)[:2]
     looks: list[tuple[Fit, str, tuple[float, ...]]] = [(fit.gaussian, COLORS[0], ())]
     looks += [(law, *look) for law, look in zip(best, _LOOKS, strict=False)]
     panels = [trace]
@@ -52,11 +52,11 @@ def density_plot(found: Findings) -> Plot:
         edges = np.linspace(bottom, top, _bins(fit.statistics.count) + 1)
         counts, _ = np.histogram(scan.heights, edges)
         density = percent * counts / (fit.statistics.count * np.diff(edges))
-        most = float(density.max())
-        peak = max(most, float(fit.gaussian.density(mean)) * percent)
+        largest = float(density.max())
+        peak = max(largest, float(fit.gaussian.density(mean)) * percent)
         steps = (edges - mean) / unit
         panel = Panel(
-            Axis(f"Density [%/{letter}m]", 1e-4 * most, 2.0 * most, log=True)
+            Axis(f"Density [%/{letter}m]", 1e-4 * largest, 2.0 * largest, log=True)
             if log
             else Axis(f"Density [%/{letter}m]", 0.0, 1.1 * peak),
             Axis(low=float(steps[0]), high=float(steps[-1]), bare=log or bulk is None),
@@ -68,7 +68,7 @@ def density_plot(found: Findings) -> Plot:
             else "(b) density, middle part",
         )
         # On a logarithmic axis nothing is zero: far below its end will do.
-        foot = 1e-6 * most if log else 0.0
+        foot = 1e-6 * largest if log else 0.0
         outline = np.maximum(np.repeat(density, 2), foot)
         panel.add(
             Area(
@@ -88,12 +88,12 @@ def density_plot(found: Findings) -> Plot:
     for law, color, dash in looks:
         name = law.name.replace("weibull", "Weibull").replace("student", "Student")
         name = "mirrored " * law.mirrored + name.replace("gaussian", "Gaussian")
-        missed = " missed" if law is fit.gaussian else ""
-        legend.append(Entry(f"{name} ({100.0 * law.share:.2g} %{missed})", color, dash))
+        suffix = " missed" if law is fit.gaussian else ""
+        legend.append(Entry(f"{name} ({100.0 * law.share:.2g} %{suffix})", color, dash))
     return Plot(
         panels,
         3.9,
-        found.title("Heights and their density"),
+        findings.title("Heights and their density"),
         widths=(1.9, 1.0, 1.0),
         legend=tuple(legend),
         legend_title=f"Verdict: {_WORDS[fit.gaussian.word]}",

@@ -10,31 +10,36 @@ from microslip.results.scanned.findings import Findings
 from microslip.scans.scan_rules import LOST_TO_PIXEL
 
 
-def disagreements(found: Findings) -> list[str]:
+def disagreements(findings: Findings) -> list[str]:
     """Nothing where counting and moments agree within a half; each cause has its own line."""
-    mccool, counted = found.estimates.get("mccool"), found.estimates.get("counted")
-    if mccool is None or counted is None or found.summits is None:
+    mccool, counted = findings.estimates.get("mccool"), findings.estimates.get("counted")
+    if mccool is None or counted is None or findings.summits is None:
         return []
     factors = {
         name: getattr(counted, name) / getattr(mccool, name)
         for name in ("density", "radius", "std")
         if getattr(counted, name) > 0.0
     }
-    apart = {name: factor for name, factor in factors.items() if not 1.0 / 1.5 < factor < 1.5}
-    if not apart:
+    factors_apart = {
+        name: factor for name, factor in factors.items() if not 1.0 / 1.5 < factor < 1.5
+    }
+    if not factors_apart:
         return []
-    told = [f"{significant(factor, 2)} times the {_SAID[name]}" for name, factor in apart.items()]
-    if found.summits.method == "watershed" and "radius" in apart:
+    texts = [
+        f"{significant(factor, 2)} times the {_SAID[name]}"
+        for name, factor in factors_apart.items()
+    ]
+    if findings.summits.method == "watershed" and "radius" in factors_apart:
         # The verdict on radii compares what McCool's is, one over a mean curvature.
-        alike = found.summits.mean_radius / mccool.radius
-        told[list(apart).index("radius")] += (
+        alike = findings.summits.mean_radius / mccool.radius
+        texts[list(factors_apart).index("radius")] += (
             " (the counted one by load; by mean curvature, as McCool's is, "
             f"{significant(alike, 2)} times)"
         )
     judged = sorted(
         (
             v
-            for v in found.verdicts
+            for v in findings.verdicts
             # What the pixel takes in part it takes from counting and from moments alike.
             if v.word != "ok"
             and v.name in _CAUSES
@@ -42,13 +47,13 @@ def disagreements(found: Findings) -> list[str]:
         ),
         key=lambda verdict: (verdict.word != "outside", [*_CAUSES].index(verdict.name)),
     )
-    causes = [_CAUSES[verdict.name](verdict.value or 0.0, found) for verdict in judged]
-    every = found.summits.neighbours.density
+    causes = [_CAUSES[verdict.name](verdict.value or 0.0, findings) for verdict in judged]
+    every = findings.summits.neighbours.density
     if counted.density < every / 1.5:
         causes.insert(
             1 if judged and judged[0].word == "outside" else 0,
             f"of all points above their eight neighbours only {100.0 * counted.density / every:.2g}"
-            f" % rise {engineering(found.summits.threshold, 'm')} above the saddle to a higher "
+            f" % rise {engineering(findings.summits.threshold, 'm')} above the saddle to a higher "
             "one and are round; the rest may be noise, which moments take for summits",
         )
     causes = causes[:_MOST_CAUSES] or ["heights are not Gaussian, which moments take for granted"]
@@ -58,13 +63,13 @@ def disagreements(found: Findings) -> list[str]:
         Phrase("Fill the gaps first (", Argument("fill", "interpolate"), ").")
         if gappy
         else "Choose a short-wave cut-off first, then build on the counted ones."
-        if noisy and found.request.cutoff is None
+        if noisy and findings.request.cutoff is None
         else "Build on the counted ones, and look at the map."
     )
     why = "".join(f"\n({number}) {cause}." for number, cause in enumerate(causes, start=1))
     return [
         Phrase(
-            f"Two estimates differ: the summits counted have {_listed(told)} of McCool's moments. "
+            f"Two estimates differ: the summits counted have {_listed(texts)} of McCool's moments. "
             f"Why:{why}\n",
             advice,
         )
@@ -81,9 +86,9 @@ _SAID = {"density": "density", "radius": "radius", "std": "spread in height"}
 _MOST_CAUSES = 3
 
 
-def _carried(what: str) -> Callable[[float, Findings], str]:
-    return lambda value, found: (
-        f"one point in a thousand carries {100.0 * value:.2g} % of the {what}"
+def _carried(moment: str) -> Callable[[float, Findings], str]:
+    return lambda value, findings: (
+        f"one point in a thousand carries {100.0 * value:.2g} % of the {moment}"
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from microslip.report.document import (
     Table,
     Verdicts,
 )
-from microslip.report.files import Progress, standard_files, text_file, write_all
+from microslip.report.files import csv_text, text_file
 from microslip.report.scales import evenly
 from microslip.results.scanned import joint_section, texture
 from microslip.results.scanned.cutoff_picture import cutoff_plot
@@ -38,6 +38,7 @@ from microslip.results.scanned.spectrum_picture import spectrum_plot
 from microslip.results.scanned.surface_block import block
 from microslip.results.scanned.texture_picture import texture_plot
 from microslip.scans.file_reading import ASKED, SUSPECT
+from microslip.scans.summits import Summits
 
 NO_CUTOFF = "none: the pixel decides"
 NOT_GIVEN = (
@@ -57,54 +58,55 @@ _GAPS = (
 Say = Callable[[str], str]
 
 
-def document(
-    found: Findings, folder: Path | None = None, say: Say = str, kinds: Sequence[str] = ("svg",)
-) -> Document:
-    """What a measured scan says."""
-    remarks = tuple(say(text) for text in _remarks(found))
-    pictures = _pictures(found)
-    names = () if folder is None else _names(found, pictures, kinds)
-    notes = found.scan.notes if found.summits is None else found.summits.notes
-    data = summarise(found, remarks, names)
+def document(findings: Findings, folder: Path | None = None, say: Say = str) -> Document:
+    """What a measured scan says; its study file names the scan as seen from the folder."""
+    remarks = tuple(say(text) for text in _remarks(findings))
+    pictures = _pictures(findings)
+    notes = findings.scan.notes if findings.summits is None else findings.summits.notes
+    data = summarise(findings, remarks)
     sections = [
         Section(
             "Heights and moments",
-            (_parameters(found, data), Note(_errors(data), small=True)),
+            (_parameters(findings, data), Note(_errors(data), small=True)),
             brief=False,
         ),
         Section("Summits", _summits(data)),
         Section(
             "Every parameter against the cut-off",
-            (_over_cutoffs(found, data), Note(_explained(found, data), brief=False)),
+            (_over_cutoffs(findings, data), Note(_explained(findings, data), brief=False)),
         ),
-        texture.section(found, data["texture"]),
-        Section("Height distribution", (Note(found.fit.verdict),), brief=False),
-        *joint_section.sections(found),
+        texture.section(findings, data["texture"]),
+        Section("Height distribution", (Note(findings.fit.verdict),), brief=False),
+        *joint_section.sections(findings),
         Section("Figures", pictures, brief=False),
-        Section("Validity", (Verdicts(found.verdicts, short=True),)),
+        Section("Validity", (Verdicts(findings.verdicts, short=True),)),
     ]
-    if found.makes_surface:
-        text = block(found, folder or Path())
+    files = [
+        text_file("cutoffs.csv", lambda: _cutoff_rows(findings)),
+        text_file("spectrum.csv", lambda: texture.spectrum_csv(findings)),
+    ]
+    if (table := findings.joint_table) is not None:
+        files.append(text_file("joint_cutoffs.csv", lambda: joint_section.as_csv(table)))
+    if (summits := findings.summits) is not None:
+        files.append(text_file("summits.csv", lambda: _summit_rows(summits)))
+    if findings.makes_surface:
+        text = block(findings, folder or Path())
+        files.append(text_file("surface.toml", lambda: text))
         sections.append(Section("Surface of a study", (Listing(text),), brief=False))
     sections.append(Section("How it was read", (Items(tuple(map(say, notes))),), brief=False))
+    answer, number = _answer(findings, data), _number(data)
     return Document(
-        KIND,
-        found.raw.name,
-        _answer(found, data),
-        tuple(sections),
-        data,
-        remarks,
-        _number(data),
-        "heights",
-    )
+        KIND, findings.raw.name, answer, tuple(sections), data, remarks, number, "heights",
+        tuple(files),
+    )  # fmt: skip
 
 
-def _answer(found: Findings, data: dict[str, Any]) -> str:
+def _answer(findings: Findings, data: dict[str, Any]) -> str:
     """Its summits in a sentence, at which cut-off, and what was measured."""
     by = next((name for name in ("counted", "mccool") if data["summits"].get(name)), None)
     rms = _number(data)
     height = f"Sq {rms.value} {rms.band.partition(' (')[0]}".rstrip()
-    measured = f"{_described(found)}. {_capital(found.cutoff_text())}: {height}."
+    measured = f"{_described(findings)}. {_capital(findings.cutoff_text())}: {height}."
     if by is None:
         return f"No summits. {measured}"
     part = data["summits"][by]
@@ -125,69 +127,44 @@ def _number(data: dict[str, Any]) -> Number:
     return Number("rms height Sq", _written(part["value"], "m", 4), band)
 
 
-def write(
-    document: Document, found: Findings, folder: Path, progress: Progress | None = None
-) -> None:
-    """Write every file of the document of a scan into an existing folder."""
-    listings = [
-        text_file("surface.toml", lambda text=item.text: text)  # type: ignore[misc]
-        for item in document.blocks()
-        if isinstance(item, Listing)
-    ]
-    others = [*listings, text_file("cutoffs.csv", lambda: _cutoff_rows(found))]
-    others.append(text_file("spectrum.csv", lambda: texture.spectrum_csv(found)))
-    if (table := found.joint_table) is not None:
-        others.append(text_file("joint_cutoffs.csv", lambda: joint_section.as_csv(table)))
-    if found.summits is not None:
-        others.append(text_file("summits.csv", lambda: _summit_rows(found)))
-    write_all(standard_files(document, document.data["files"], others), folder, progress)
-
-
-def _names(found: Findings, pictures: tuple[Picture, ...], kinds: Sequence[str]) -> tuple[str, ...]:
-    """Names of the files, the page first."""
-    names = ["report.html", "cutoffs.csv", "spectrum.csv"]
-    names += ["joint_cutoffs.csv"] * (found.joint_table is not None)
-    names += ["summits.csv"] * (found.summits is not None) + ["surface.toml"] * found.makes_surface
-    names += [f"{picture.name}.{kind}" for picture in pictures for kind in kinds]
-    return (*names, "summary.json")
-
-
-def _remarks(found: Findings) -> list[str]:
+def _remarks(findings: Findings) -> list[str]:
     """What the reader has to know first; nothing if all is well."""
-    suspects = [note for note in found.raw.notes if note.startswith(SUSPECT)]
-    if found.request.outliers is not None:
+    suspects = [note for note in findings.raw.notes if note.startswith(SUSPECT)]
+    if findings.request.outliers is not None:
         suspects = []  # what was left out is no more to be suspected
-    remarks = [] if found.request.cutoff_given else [NOT_GIVEN if found.has_cutoffs else TOO_SMALL]
+    remarks = (
+        [] if findings.request.cutoff_given else [NOT_GIVEN if findings.has_cutoffs else TOO_SMALL]
+    )
     remarks += [_without(note, SUSPECT) for note in suspects]
     remarks += [
         _capital(note.removeprefix(begin))
-        for note in found.raw.notes
+        for note in findings.raw.notes
         for begin in (ASKED, "checksum: ")
         if note.startswith(begin)
     ]
-    laws = found.laws
-    if laws is not None and found.request.heights not in (None, laws.recommended):
+    laws = findings.laws
+    if laws is not None and findings.request.heights not in (None, laws.recommended):
         remarks.append(
             Phrase(f"{_capital(laws.reason)}. Take ", Argument("heights", laws.recommended), ".")
         )
-    return [*remarks, *found.missing, *disagreements(found)]
+    return [*remarks, *findings.missing, *disagreements(findings)]
 
 
 def _without(note: str, begin: str) -> str:
     """A note without its first word, its arguments still to be spelt."""
     if not isinstance(note, Phrase):
         return note.removeprefix(begin)
-    first, *others = note.parts
-    return Phrase(str(first).removeprefix(begin), *others)
+    first, *parts = note.parts
+    return Phrase(str(first).removeprefix(begin), *parts)
 
 
 def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _described(found: Findings) -> str:
+def _described(findings: Findings) -> str:
     """Size of the scan: "768 x 576 points, pixel 1.66 µm, 1.27 x 0.956 mm"."""
-    scan = found.scan
+    scan = findings.scan
     points = " x ".join(str(n) for n in scan.heights.shape[::-1])
     pixel = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(scan.pixel))
     size = " x ".join(engineering(length, "m") for length in scan.size)
@@ -199,21 +176,21 @@ def _described(found: Findings) -> str:
 # -- tables ---------------------------------------------------------------------------------------
 
 
-def _cutoff_text(found: Findings) -> str:
+def _cutoff_text(findings: Findings) -> str:
     """The short-wave cut-off in words; there is always something to say."""
-    if found.request.cutoff is not None:
-        return engineering(found.request.cutoff, "m", 4, trim=True)
-    return NO_CUTOFF if found.request.cutoff_given else "not given: the pixel decides"
+    if findings.request.cutoff is not None:
+        return engineering(findings.request.cutoff, "m", 4, trim=True)
+    return NO_CUTOFF if findings.request.cutoff_given else "not given: the pixel decides"
 
 
-def _parameters(found: Findings, data: dict[str, Any]) -> Table:
+def _parameters(findings: Findings, data: dict[str, Any]) -> Table:
     """Heights and moments with their error bars; the cut-off stands in the first row."""
-    rows: list[tuple[str, str, str | None]] = [("short-wave cut-off", _cutoff_text(found), "")]
-    if found.request.long_cutoff is not None:
-        length = engineering(found.request.long_cutoff, "m", 4)
+    rows: list[tuple[str, str, str | None]] = [("short-wave cut-off", _cutoff_text(findings), "")]
+    if findings.request.long_cutoff is not None:
+        length = engineering(findings.request.long_cutoff, "m", 4)
         rows.append(("long-wave cut-off", length, ""))
     for name, (label, unit) in {**HEIGHTS, **MOMENTS}.items():
-        if name == "anisotropy" and found.scan.is_profile:
+        if name == "anisotropy" and findings.scan.is_profile:
             continue
         part = data["parameters"][name]
         error = None if part["error"] is None else _written(part["error"], unit, 2)
@@ -260,9 +237,9 @@ def _with_error(part: dict[str, Any]) -> str:
     return f"{value} ± {significant(100.0 * part['error'] / abs(part['value']), 2)} %"
 
 
-def _over_cutoffs(found: Findings, data: dict[str, Any]) -> Table:
+def _over_cutoffs(findings: Findings, data: dict[str, Any]) -> Table:
     """Every parameter against the cut-off; the one that was asked for is marked."""
-    pixel = math.prod(found.scan.pixel) ** (1.0 / len(found.scan.pixel))
+    pixel = math.prod(findings.scan.pixel) ** (1.0 / len(findings.scan.pixel))
     kinds = (("density", "1/m^2"), ("radius", "m"), ("std", "m"))
     rows = []
     for row in data["over_cutoffs"]:
@@ -293,11 +270,14 @@ def _over_cutoffs(found: Findings, data: dict[str, Any]) -> Table:
         columns.append(Column(f"mccool_{name}", name, unit, 3, write, head, not counted))
         columns.append(Column(f"counted_{name}", "counted", unit, 3, write, head))
     columns.append(Column("radius_in_pixels", "radius/pixel", "", 3))
-    few = {*evenly(len(rows), _FEW), *(i for i, row in enumerate(rows) if row[0].endswith("*"))}
-    return Table("", tuple(columns), tuple(rows), noun="cut-offs", few=tuple(sorted(few)))
+    brief_rows = {
+        *evenly(len(rows), _FEW),
+        *(i for i, row in enumerate(rows) if row[0].endswith("*")),
+    }
+    return Table("", tuple(columns), tuple(rows), noun="cut-offs", few=tuple(sorted(brief_rows)))
 
 
-def _explained(found: Findings, data: dict[str, Any]) -> str:
+def _explained(findings: Findings, data: dict[str, Any]) -> str:
     """What the columns of the table over cut-offs are."""
     counted = any(row["counted_radius"] is not None for row in data["over_cutoffs"])
     beside = ""
@@ -306,7 +286,7 @@ def _explained(found: Findings, data: dict[str, Any]) -> str:
             ", beside each the counted ones; radius/pixel is of the counted ones, where there are "
             "any"
         )
-    elif not found.scan.is_profile:
+    elif not findings.scan.is_profile:
         beside = "; none were counted"
     return (
         f"Density [1/mm²], radius and std of the summits by McCool's moments{beside}. "
@@ -329,17 +309,17 @@ def _written(value: float | None, unit: str, digits: int = 3) -> str:
 # -- pictures -------------------------------------------------------------------------------------
 
 
-def _pictures(found: Findings) -> tuple[Picture, ...]:
+def _pictures(findings: Findings) -> tuple[Picture, ...]:
     """The figures; a scan with no cut-off to choose has none of parameters over them."""
-    cutoff = f"{_capital(found.cutoff_text())}."
-    profile = found.scan.is_profile
+    cutoff = f"{_capital(findings.cutoff_text())}."
+    profile = findings.scan.is_profile
     heights = Picture(
         "heights",
         f"Heights above the mean. {cutoff}"
         if profile
         else f"Heights above the mean, and the summits. {cutoff} The framed part is shown larger, "
         "with every summit; colours end where half a percent of the points is beyond them.",
-        lambda: height_plot(found),
+        lambda: height_plot(findings),
         "The profile" if profile else "Map of the heights with the summits, and a part of it",
     )
     density = Picture(
@@ -348,14 +328,14 @@ def _pictures(found: Findings) -> tuple[Picture, ...]:
         f"with the distributions that fit best, and its logarithm, which shows the tails. {cutoff} "
         "The percentages are the largest share of the points that a distribution misses. Where "
         "nearly all heights would be a spike, (b) shows those between the dotted lines.",
-        lambda: density_plot(found),
+        lambda: density_plot(findings),
         "A trace of the heights, and their density with fits",
     )
     spectrum = Picture(
         "spectrum",
         "Power spectrum: the variance of the heights by wavelength; grey ground is what the "
-        f"cut-offs remove. {cutoff}{_GAPS if found.scan.missing > 0.0 else ''}",
-        lambda: spectrum_plot(found),
+        f"cut-offs remove. {cutoff}{_GAPS if findings.scan.missing > 0.0 else ''}",
+        lambda: spectrum_plot(findings),
         "Power spectrum against wavelength, radial and along both axes",
     )
     slopes = "the rms slope between points against their distance; where it does not level off "
@@ -366,14 +346,14 @@ def _pictures(found: Findings) -> tuple[Picture, ...]:
         if profile
         else "How far the heights hang together: their autocorrelation along both axes, and "
         f"{slopes}. {cutoff}",
-        lambda: texture_plot(found),
+        lambda: texture_plot(findings),
         "Autocorrelation of the heights, and rms slope against distance",
     )
     cutoffs = Picture(
         "cutoffs",
         f"Every parameter against the short-wave cut-off. {cutoff} A parameter that does not level "
         "off is one of the cut-off as much as of the surface.",
-        lambda: cutoff_plot(found),
+        lambda: cutoff_plot(findings),
         "Summit density, radius, spread, rms height and slope, Nayak's alpha against the cut-off",
     )
     return (
@@ -381,37 +361,31 @@ def _pictures(found: Findings) -> tuple[Picture, ...]:
         density,
         spectrum,
         texture,
-        *((cutoffs,) if found.has_cutoffs else ()),
-        *joint_section.tail_picture(found),
-        *joint_section.pictures(found),
+        *((cutoffs,) if findings.has_cutoffs else ()),
+        *joint_section.tail_picture(findings),
+        *joint_section.pictures(findings),
     )
 
 
 # -- rows of files --------------------------------------------------------------------------------
 
 
-def _cutoff_rows(found: Findings) -> str:
+def _cutoff_rows(findings: Findings) -> str:
     """Parameters against the cut-off; empty where there is no cut-off or no value."""
     units = {"cutoff": "m", "counted": "-", "m0": "m^2", "m2": "-", "m4": "1/m^2", "nayak": "-"}
-    names = found.table.names
+    names = findings.table.names
     heads = [units.get(name) or ("1/m^2" if name.endswith("density") else "m") for name in names]
-    lines = [",".join(f"{name} [{unit}]" for name, unit in zip(names, heads, strict=True))]
-    for row in found.table.rows():
-        cells = [
-            "" if value != value or (name == "cutoff" and value == 0.0) else repr(value)
-            for name, value in row.items()
-        ]
-        lines.append(",".join(cells))
-    return "\n".join(lines) + "\n"
+    rows = ({**row, "cutoff": row["cutoff"] or None} for row in findings.table.rows())
+    return csv_text(
+        (f"{name} [{unit}]" for name, unit in zip(names, heads, strict=True)),
+        (row.values() for row in rows),
+    )
 
 
-def _summit_rows(found: Findings) -> str:
+def _summit_rows(summits: Summits) -> str:
     """The summits, one a row, highest first."""
-    assert found.summits is not None
-    summits = found.summits
-    head = "x [m],y [m],height [m],radius [m],curvature_1 [1/m],curvature_2 [1/m],prominence [m]"
+    heads = ["x [m]", "y [m]", "height [m]", "radius [m]"]
+    heads += ["curvature_1 [1/m]", "curvature_2 [1/m]", "prominence [m]"]
     parts = [summits.positions, summits.heights, summits.radii, summits.curvatures]
     columns = np.column_stack([*parts, summits.prominences])
-    columns = columns[np.argsort(-summits.heights, kind="stable")]
-    rows = [",".join(map(repr, row)) for row in columns.tolist()]
-    return "\n".join([head, *rows]) + "\n"
+    return csv_text(heads, columns[np.argsort(-summits.heights, kind="stable")].tolist())

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
@@ -23,11 +22,12 @@ from microslip.report.document import (
     Listing,
     Note,
     Picture,
+    Progress,
     Section,
     Table,
     Verdicts,
 )
-from microslip.report.files import Progress, header, standard_files, text_file, write_all
+from microslip.report.files import header, plain, text_file
 from microslip.report.plot import COLORS, Axis, Panel, Plot
 from microslip.report.scales import length_prefix
 from microslip.results.scanned.findings import Request
@@ -57,9 +57,9 @@ class Faces:
     """What is known of the faces."""
 
     request: Request
-    known: dict[str, RoughFace]
+    faces: dict[str, RoughFace]
     """Each face by its key in a study."""
-    together: SummitStatistics
+    combined: SummitStatistics
     joint: Interface | None
     """At the load, if one was given."""
     verdicts: tuple[Verdict, ...]
@@ -67,7 +67,7 @@ class Faces:
     @property
     def ranges(self) -> dict[str, tuple[str, dict[str, tuple[float, float]]]]:
         """Of each drawn face by its key what it is called and its ranges."""
-        return {key: (_NAMES[key], face.ranges) for key, face in self.known.items() if face.ranges}
+        return {key: (_NAMES[key], face.ranges) for key, face in self.faces.items() if face.ranges}
 
 
 def analyse(request: Request, progress: Progress | None = None) -> Faces:
@@ -84,7 +84,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Faces:
         study = StudyDescription.from_toml(text, "surface", folder=Path())
         report(0.4)
         part: Any = study.surface
-        known, together = part.faces, part.statistics
+        face_by_key, combined = part.faces, part.statistics
         report(0.8)
         joint, verdicts = None, part.verdicts()
         if request.normal_load is not None:
@@ -95,75 +95,68 @@ def analyse(request: Request, progress: Progress | None = None) -> Faces:
     except StudyError as error:
         raise InputError(_as_option(str(error))) from None
     report(1.0)
-    return Faces(request, known, together, joint, verdicts)
+    return Faces(request, face_by_key, combined, joint, verdicts)
 
 
 def _as_option(message: str) -> str:
     """An error of a study as one of the command that has made it."""
 
-    def flag(found: re.Match[str]) -> str:
-        key = found[1]
+    def flag(match: re.Match[str]) -> str:
+        key = match[1]
         return "" if key == "scan" else f"--{_FLAGS.get(key, key).replace('_', '-')}: "
 
     keys = r"^surface: (?:surface|joint)(?:\.(?:first|second))?\.(\w+)(?:, item \d+)?: "
     return re.sub(keys, flag, message).replace(" in the folder of the study", "")
 
 
-def document(found: Faces, folder: Path | None = None, kinds: Sequence[str] = ("svg",)) -> Document:
-    """What the faces are, alone and together."""
-    together = found.together
+def document(analysis: Faces, folder: Path | None = None) -> Document:
+    """What the faces are, alone and together; the study names scans as seen from the folder."""
+    combined = analysis.combined
     answer = (
-        f"{'The face' if len(found.known) == 1 else 'Both faces together'}, as summits on a flat: "
-        f"{_per_area(together.density)} per mm², of radius {engineering(together.radius, 'm')}, "
-        f"their heights with a standard deviation of {engineering(together.std, 'm')}."
+        f"{'The face' if len(analysis.faces) == 1 else 'Both faces together'}, as summits on a "
+        f"flat: {_per_area(combined.density)} per mm², of radius "
+        f"{engineering(combined.radius, 'm')}, their heights with a standard deviation of "
+        f"{engineering(combined.std, 'm')}."
     )
     picture = Picture(
         "faces",
         "Summits of each face with their scatter from scan to scan or the range that a drawing "
         "leaves, and of both together.",
-        lambda: _plot(found),
+        lambda: _plot(analysis),
         "Density, radius and spread of the summits of each face",
     )
-    text = faces_block(found.request, folder or Path())
-    names = ["report.html", "surface.toml", *(f"faces.{kind}" for kind in kinds), "summary.json"]
+    text = faces_block(analysis.request, folder or Path())
+    sections = (
+        Section("Faces", _faces(analysis)),
+        *_joint(analysis),
+        Section("Figures", (picture,), brief=False),
+        Section("Validity", (Verdicts(analysis.verdicts, none=_NOTHING, short=True),)),
+        Section("Surface of a study", (Listing(text),), brief=False),
+    )
+    file = text_file("surface.toml", lambda: text)
     return Document(
-        FACES_KIND,
-        "Rough faces",
-        answer,
-        (
-            Section("Faces", _faces(found)),
-            *_joint(found),
-            Section("Figures", (picture,), brief=False),
-            Section("Validity", (Verdicts(found.verdicts, none=_NOTHING, short=True),)),
-            Section("Surface of a study", (Listing(text),), brief=False),
-        ),
-        _data(found, names if folder is not None else []),
-        figure="faces",
+        FACES_KIND, "Rough faces", answer, sections, _data(analysis), figure="faces", files=(file,)
     )
 
 
-def write(document: Document, folder: Path, progress: Progress | None = None) -> None:
-    """Write every file of the document into an existing folder."""
-    listing = next(block for block in document.blocks() if isinstance(block, Listing))
-    others = [text_file("surface.toml", lambda: listing.text)]
-    write_all(standard_files(document, document.data["files"], others), folder, progress)
-
-
-def _faces(found: Faces) -> tuple[Block, ...]:
-    rows = [(_NAMES[key], *_summits(face.statistics, face)) for key, face in found.known.items()]
+def _faces(analysis: Faces) -> tuple[Block, ...]:
+    rows = [(_NAMES[key], *_summits(face.statistics, face)) for key, face in analysis.faces.items()]
     if len(rows) > 1:
-        rows.append(("together", *_summits(found.together)))
+        rows.append(("together", *_summits(analysis.combined)))
     columns = (
         Column("face", "face"),
         Column("density", "density [1/mm²]"),
         Column("radius", "radius"),
         Column("std", "std of heights"),
     )
-    said = [f"{_NAMES[key].capitalize()}: {face.said}." for key, face in found.known.items()]
+    sentences = [
+        f"{_NAMES[key].capitalize()}: {face.said}." for key, face in analysis.faces.items()
+    ]
     return (
         Table("", columns, tuple(rows)),
         Note(
-            " ".join(said) + " ± is the standard deviation from scan to scan; ranges are what a "
+            " ".join(sentences)
+            + " ± is the standard deviation from scan to scan; ranges are what a "
             "drawing leaves open.",
             brief=False,
         ),
@@ -194,32 +187,34 @@ def _per_area(density: float) -> str:
 # -- the joint -------------------------------------------------------------------------------------
 
 
-def _joint(found: Faces) -> list[Section]:
-    joint = found.joint
+def _joint(analysis: Faces) -> list[Section]:
+    joint = analysis.joint
     if joint is None:
         return []
-    rows = [("as found", *_answers(found, joint))]
-    for key, (name, ranges) in found.ranges.items():
+    rows = [("as found", *_answers(analysis, joint))]
+    for key, (name, ranges) in analysis.ranges.items():
         for quantity, ends in ranges.items():
-            for which, end in zip(("lowest", "highest"), ends, strict=True):
-                other = _with(found, key, quantity, end)
-                what = f"{which} {quantity}" if len(found.known) == 1 else (
-                    f"{which} {quantity} of the {name} face"
+            for side, end in zip(("lowest", "highest"), ends, strict=True):
+                varied_joint = _with(analysis, key, quantity, end)
+                case = f"{side} {quantity}" if len(analysis.faces) == 1 else (
+                    f"{side} {quantity} of the {name} face"
                 )  # fmt: skip
-                rows.append((what, *_answers(found, other)))
-    columns = (
-        Column("what", "with"),
-        Column("contacts", "contacts", "", 3),
-        Column("real_area", "real/apparent", "", 3),
-        Column("tangential_stiffness", "stiffness", "N/m", 3),
-        Column("loss_factor", "η", "", 3),
-    )
+                rows.append((case, *_answers(analysis, varied_joint)))
+    columns = (Column("case", "with"), *_ANSWERS)
     title = f"The joint at {engineering(joint.normal_load, 'N', 4, trim=True)}"
     return [Section(title, (Table("", columns, tuple(rows)),))]
 
 
-def _answers(found: Faces, joint: Interface) -> tuple[float | None, ...]:
-    amplitude, area = found.request.amplitude, joint.contact_area
+_ANSWERS = (
+    Column("contacts", "contacts", "", 3),
+    Column("real_area", "real/apparent", "", 3),
+    Column("tangential_stiffness", "stiffness", "N/m", 3),
+    Column("loss_factor", "η", "", 3),
+)
+
+
+def _answers(analysis: Faces, joint: Interface) -> tuple[float | None, ...]:
+    amplitude, area = analysis.request.amplitude, joint.contact_area
     return (
         joint.contact_count,
         None if area is None else area / joint.surface.area,  # type: ignore[attr-defined]
@@ -228,75 +223,66 @@ def _answers(found: Faces, joint: Interface) -> tuple[float | None, ...]:
     )
 
 
-def _with(found: Faces, key: str, quantity: str, value: float) -> Interface:
+def _with(analysis: Faces, key: str, quantity: str, value: float) -> Interface:
     """The joint where one number of one face is another."""
-    faces = {name: face.statistics for name, face in found.known.items()}
+    faces = {name: face.statistics for name, face in analysis.faces.items()}
     faces[key] = dataclasses.replace(faces[key], **{quantity: value})  # type: ignore[arg-type]
-    joint = found.joint
+    joint = analysis.joint
     assert joint is not None
     surface: Any = joint.surface
-    made = reduce(combine, faces.values()).to_surface(surface.pair, surface.area)
-    return Interface(made, joint.friction_coefficient, joint.normal_load)
+    surface_with = reduce(combine, faces.values()).to_surface(surface.pair, surface.area)
+    return Interface(surface_with, joint.friction_coefficient, joint.normal_load)
 
 
 # -- as data and drawn ----------------------------------------------------------------------------
 
 
-def _data(found: Faces, names: Sequence[str]) -> dict[str, Any]:
-    joint, request = found.joint, found.request
-    faces: dict[str, Any] = {
-        _NAMES[key]: {
-            **dataclasses.asdict(face.statistics),
-            "said": face.said,
-            "scatter": face.spread._asdict() if face.spread else None,
-            "ranges": {k: list(ends) for k, ends in face.ranges.items()} if face.ranges else None,
-        }
-        for key, face in found.known.items()
-    }
-    answers = None
+def _data(analysis: Faces) -> dict[str, Any]:
+    joint, answers = analysis.joint, None
     if joint is not None:
-        contacts, real, stiffness, loss = _answers(found, joint)
+        keys = (column.key for column in _ANSWERS)
         answers = {
             "normal_load": joint.normal_load,
             "friction_coefficient": joint.friction_coefficient,
-            "amplitude": request.amplitude,
-            "contacts": contacts,
-            "real_area": real,
-            "tangential_stiffness": stiffness,
-            "loss_factor": loss,
+            "amplitude": analysis.request.amplitude,
+            **dict(zip(keys, _answers(analysis, joint), strict=True)),
         }
     return {
         **header(FACES_KIND, 1, "Rough faces"),
-        "faces": faces,
-        "together": dataclasses.asdict(found.together),
+        "faces": {
+            _NAMES[key]: {
+                **dataclasses.asdict(face.statistics),
+                "said": face.said,
+                "scatter": face.spread._asdict() if face.spread else None,
+                "ranges": plain(face.ranges) if face.ranges else None,
+            }
+            for key, face in analysis.faces.items()
+        },
+        "together": dataclasses.asdict(analysis.combined),
         "joint": answers,
         "validity": [
-            {"name": v.name, "value": _plain(v.value), "limit": v.limit, "word": v.word}
-            for v in found.verdicts
+            {"name": v.name, "value": plain(v.value), "limit": v.limit, "word": v.word}
+            for v in analysis.verdicts
         ],
-        "files": list(names),
+        "files": [],
     }
 
 
-def _plain(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
-
-
-def _plot(found: Faces) -> Plot:
-    shown = {_NAMES[key]: (face.statistics, face) for key, face in found.known.items()}
+def _plot(analysis: Faces) -> Plot:
+    summits = {_NAMES[key]: (face.statistics, face) for key, face in analysis.faces.items()}
     panels = []
     for place, (name, unit) in enumerate(_QUANTITIES.items()):
-        values = [getattr(statistics, name) for statistics, _ in shown.values()]
-        every = [*values, getattr(found.together, name)] if len(shown) > 1 else values
+        values = [getattr(statistics, name) for statistics, _ in summits.values()]
+        every = [*values, getattr(analysis.combined, name)] if len(summits) > 1 else values
         scale, letter = (1e6, "1/mm²") if unit == "1/m^2" else _length(max(every))
-        ticks = [(float(i), text) for i, text in enumerate([*shown, "together"][: len(every)])]
+        ticks = [(float(i), text) for i, text in enumerate([*summits, "together"][: len(every)])]
         panel = Panel(
             Axis("", -0.6, len(every) - 0.4, ticks=ticks),
             Axis(log=True),
             note=f"{_HEADS[name]} [{letter}]",
             cell=(0, 0, place, place),
         )
-        for at, (value, (_, face)) in enumerate(zip(values, shown.values(), strict=True)):
+        for at, (value, (_, face)) in enumerate(zip(values, summits.values(), strict=True)):
             ends = face.ranges[name] if face.ranges else None
             if face.spread is not None and math.isfinite(getattr(face.spread, name)):
                 share = min(getattr(face.spread, name), 0.9)

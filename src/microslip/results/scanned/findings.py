@@ -195,9 +195,9 @@ class Findings:
             return text
         return f"{text}, long-wave {engineering(self.request.long_cutoff, 'm', 4, trim=True)}"
 
-    def title(self, what: str) -> str:
+    def title(self, subject: str) -> str:
         """Title of a figure, which names the scan and the cut-off."""
-        return f"{what} of {shorten(self.raw.name, 50)}, {self.cutoff_text()}"
+        return f"{subject} of {shorten(self.raw.name, 50)}, {self.cutoff_text()}"
 
 
 def analyse(request: Request, progress: Progress | None = None) -> Findings:
@@ -207,8 +207,8 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     raw = Scan.read(request.path, **request.reading)
     report(0.1)
     fill = "interpolate" if request.fill else None
-    whole = condition(raw, Steps(request.level, request.outliers, fill))
-    levelled = condition(whole, Steps(long_cutoff=request.long_cutoff))
+    conditioned = condition(raw, Steps(request.level, request.outliers, fill))
+    levelled = condition(conditioned, Steps(long_cutoff=request.long_cutoff))
     report(0.2)
     summits, missing = _summits(request, levelled)
     scan = condition(levelled, Steps(cutoff=request.cutoff)) if summits is None else summits.scan
@@ -229,8 +229,8 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
             estimates[name] = None
             missing.append(Phrase(f"No summits by {ESTIMATES[name]}: ", *error.parts, "."))
     report(0.4)
-    whole_spectrum = spectrum(whole.measurable())
-    kept = spectrum(scan.measurable()) if request.is_filtered else whole_spectrum
+    whole_spectrum = spectrum(conditioned.measurable())
+    filtered_spectrum = spectrum(scan.measurable()) if request.is_filtered else whole_spectrum
     fit = height_distribution(scan.measurable())
     report(0.5)
     end = 0.9 if pair is None else 0.7
@@ -240,7 +240,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     laws = joint_table = None
     if pair is not None and summits is not None:
         laws, joint_table = _joint(
-            request, pair, whole, summits, lambda share: report(end + (1.0 - end) * share)
+            request, pair, conditioned, summits, lambda share: report(end + (1.0 - end) * share)
         )
     judged_joint = (
         () if laws is None or joint_table is None else (*laws.verdicts(), *joint_table.verdicts())
@@ -256,7 +256,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
         missing=tuple(missing),
         summits=summits,
         whole_spectrum=whole_spectrum,
-        spectrum=kept,
+        spectrum=filtered_spectrum,
         fit=fit,
         table=table,
         errors=standard_errors(scan, summits),
@@ -269,18 +269,18 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
 
 
 def _joint(
-    request: Request, pair: MaterialPair, whole: Scan, summits: Summits, report: Progress
+    request: Request, pair: MaterialPair, conditioned: Scan, summits: Summits, report: Progress
 ) -> tuple[HeightLaws, JointOverCutoffs]:
     """The joint that was asked for, by the laws of the heights and against both cut-offs."""
     assert request.normal_load is not None
-    wanted: dict[str, Any] = {
+    options: dict[str, Any] = {
         "area": request.area,
         "friction_coefficient": request.friction_coefficient,
         "amplitude": request.amplitude,
     }
-    laws = summits.height_laws(pair, request.normal_load, **wanted)
+    laws = summits.height_laws(pair, request.normal_load, **options)
     table = joint_over_cutoffs(
-        whole,
+        conditioned,
         pair,
         request.normal_load,
         cutoff=request.cutoff,
@@ -289,8 +289,8 @@ def _joint(
         level=None,
         method=request.method,
         prominence=request.prominence,
-        progress=lambda done, count: report(done / count),
-        **wanted,
+        progress=lambda number, count: report(number / count),
+        **options,
     )
     return laws, table
 
@@ -319,14 +319,14 @@ def _over_cutoffs(
     """Parameters against the usual cut-offs and the one that was asked for."""
     cutoffs = default_cutoffs(levelled)
     if request.cutoff is not None:
-        apart = np.abs(cutoffs - request.cutoff) > 0.1 * request.cutoff
-        cutoffs = np.append(cutoffs[apart], request.cutoff)
+        distinct = np.abs(cutoffs - request.cutoff) > 0.1 * request.cutoff
+        cutoffs = np.append(cutoffs[distinct], request.cutoff)
     return over_cutoffs(
         levelled,
         cutoffs,
         method=request.method,
         prominence=request.prominence,
-        progress=lambda done, count: report(done / count),
+        progress=lambda number, count: report(number / count),
         counted_before=summits,
     )
 

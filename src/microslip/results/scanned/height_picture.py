@@ -20,17 +20,17 @@ IN_DETAIL = 80
 _FRAME = "#D55E00"
 
 
-def height_plot(found: Findings) -> Plot:
+def height_plot(findings: Findings) -> Plot:
     """A map with summits, and a part of it; of a profile, its trace."""
-    if found.scan.is_profile:
-        return trace_figure(found.scan, found.title("Heights"))
-    scan, summits = found.scan, found.summits
+    if findings.scan.is_profile:
+        return trace_figure(findings.scan, findings.title("Heights"))
+    scan, summits = findings.scan, findings.summits
     unit, letter = length_prefix(max(scan.size))
     low, high = np.nanquantile(scan.heights, (SHARE, 1.0 - SHARE)).tolist()
     middle = float(np.nanmean(scan.heights))
     rows, columns = _detail(scan, summits)
     dx, dy = (step / unit for step in scan.pixel)
-    left, right = (
+    map_panel, right = (
         Panel(
             Axis(f"x [{letter}m]"),
             Axis(f"y [{letter}m]", bare=place == 1),
@@ -41,7 +41,7 @@ def height_plot(found: Findings) -> Plot:
         for place in (0, 1)
     )
     for panel, part, start in (
-        (left, scan.heights, (0, 0)),
+        (map_panel, scan.heights, (0, 0)),
         (right, scan.heights[rows, columns], (rows.start, columns.start)),
     ):
         x, y = (start[1] - 0.5) * dx, (start[0] - 0.5) * dy
@@ -49,9 +49,9 @@ def height_plot(found: Findings) -> Plot:
         panel.x.low, panel.x.high, panel.y.low, panel.y.high = ends
         panel.add(Pixels(coloured(coarse(part)[::-1], low, high), *ends))
     frame = _frame(right)
-    left.add(frame)
+    map_panel.add(frame)
     right.add(frame)
-    left.note = _marked(left, summits, unit)
+    map_panel.note = _marked(map_panel, summits, unit)
     right.note = "The framed part"
     if summits is not None:
         right.note += ", every summit"
@@ -62,9 +62,9 @@ def height_plot(found: Findings) -> Plot:
     height = min(max(3.3 * tall, 1.6), 7.0) + 1.3
     bar = _bar(low - middle, high - middle)
     return Plot(
-        [left, right, bar],
+        [map_panel, right, bar],
         height,
-        found.title("Heights"),
+        findings.title("Heights"),
         heights=(1.0, 0.14 / (height - 1.3)),
         widths=(1.0, 1.0),
     )

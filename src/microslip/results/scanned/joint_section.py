@@ -11,6 +11,7 @@ from microslip._core.checks import Floats
 from microslip._core.units import engineering, prefix, significant
 from microslip.friction import Interface
 from microslip.report.document import Block, Column, Note, Picture, Section, Table
+from microslip.report.files import csv_text, plain
 from microslip.report.plot import COLORS, DASHED, DASHES, MARKERS, Axis, Entry, Panel, Plot, Rule
 from microslip.report.scales import length_prefix
 from microslip.results.scanned.findings import Findings
@@ -27,62 +28,56 @@ _LABELS = {
 }
 
 
-def sections(found: Findings) -> list[Section]:
+def sections(findings: Findings) -> list[Section]:
     """Both sections of the joint; none where no joint was asked for."""
-    if found.laws is None or found.joint_table is None:
+    if findings.laws is None or findings.joint_table is None:
         return []
     return [
         Section(
-            f"The joint at {engineering(found.laws.normal_load, 'N', 4)}",
-            (*_by_law(found.laws), *_elliptic_note(found)),
+            f"The joint at {engineering(findings.laws.normal_load, 'N', 4)}",
+            (*_by_law(findings.laws), *_elliptic_note(findings)),
         ),
         Section(
-            "The joint against both cut-offs", _against_cutoffs(found.joint_table), brief=False
+            "The joint against both cut-offs", _against_cutoffs(findings.joint_table), brief=False
         ),
     ]
 
 
-def summary(found: Findings) -> dict[str, Any] | None:
+def summary(findings: Findings) -> dict[str, Any] | None:
     """The same as plain values."""
-    laws, table = found.laws, found.joint_table
+    laws, table = findings.laws, findings.joint_table
     if laws is None or table is None:
         return None
-    return {
-        "materials": list(found.request.materials or ()),
+    slopes = ("cutoff", "long_cutoff")
+    data = {
+        "materials": findings.request.materials or (),
         "normal_load": laws.normal_load,
         "area": laws.area,
-        "friction_coefficient": found.request.friction_coefficient,
-        "amplitude": found.request.amplitude,
+        "friction_coefficient": findings.request.friction_coefficient,
+        "amplitude": findings.request.amplitude,
         "measured_contacts": laws.measured_contacts,
-        "scatter": _plain(laws.scatter),
+        "scatter": laws.scatter,
         "recommended": laws.recommended,
         "reason": laws.reason,
-        "laws": {
-            name: {key: _plain(value) for key, value in vars(law).items()}
-            for name, law in laws.laws.items()
-        },
-        "elliptic": _elliptic(found),
+        "laws": {name: vars(law) for name, law in laws.laws.items()},
+        "elliptic": _elliptic(findings),
         "heights": table.heights,
-        "over_both_cutoffs": [
-            {key: _plain(value) for key, value in row.items()} for row in rows(table)
-        ],
-        "slopes": {
-            name: {which: _plain(table.slope(name, which)) for which in ("cutoff", "long_cutoff")}
-            for name in WANTED
-        },
+        "over_both_cutoffs": rows(table),
+        "slopes": {name: {key: table.slope(name, key) for key in slopes} for name in WANTED},
         "patches": {
-            name: {"bias": _plain(table.bias(name)), "values": [_plain(v) for v in values]}
+            name: {"bias": table.bias(name), "values": values}
             for name, values in table.patches.items()
         },
     }
+    return {key: plain(value) for key, value in data.items()}
 
 
-def _elliptic(found: Findings) -> dict[str, float] | None:
+def _elliptic(findings: Findings) -> dict[str, float] | None:
     """The joint of elliptic summits in the direction of motion; None where none is given."""
-    pair, laws, request = found.request.pair(), found.laws, found.request
-    if request.direction is None or pair is None or laws is None or found.summits is None:
+    pair, laws, request = findings.request.pair(), findings.laws, findings.request
+    if request.direction is None or pair is None or laws is None or findings.summits is None:
         return None
-    surface = elliptic_surface(found.summits, pair, laws.area, direction=request.direction)
+    surface = elliptic_surface(findings.summits, pair, laws.area, direction=request.direction)
     joint = Interface(surface, request.friction_coefficient, laws.normal_load)
     return {
         "direction": request.direction,
@@ -93,18 +88,18 @@ def _elliptic(found: Findings) -> dict[str, float] | None:
     }
 
 
-def _elliptic_note(found: Findings) -> tuple[Note, ...]:
-    known = _elliptic(found)
-    if known is None:
+def _elliptic_note(findings: Findings) -> tuple[Note, ...]:
+    numbers = _elliptic(findings)
+    if numbers is None:
         return ()
-    share = known["tangential_stiffness"] / known["round_stiffness"]
+    share = numbers["tangential_stiffness"] / numbers["round_stiffness"]
     return (
         Note(
             f"Elliptic summits of Gaussian heights, moved at "
-            f"{math.degrees(known['direction']):.4g}° from the x of the scan and "
-            f"{math.degrees(known['angle_to_lay']):.3g}° from the lay, curvature along it "
-            f"{significant(known['curvature_ratio'])} of that across: stiffness "
-            f"{engineering(known['tangential_stiffness'], 'N/m')}, {significant(share)} times "
+            f"{math.degrees(numbers['direction']):.4g}° from the x of the scan and "
+            f"{math.degrees(numbers['angle_to_lay']):.3g}° from the lay, curvature along it "
+            f"{significant(numbers['curvature_ratio'])} of that across: stiffness "
+            f"{engineering(numbers['tangential_stiffness'], 'N/m')}, {significant(share)} times "
             "that of the same contacts moved as circles are."
         ),
     )
@@ -126,15 +121,13 @@ def rows(table: JointOverCutoffs) -> list[dict[str, float]]:
 def as_csv(table: JointOverCutoffs) -> str:
     """The table as CSV; empty where there is no cut-off or no value."""
     units = {"cutoff": "m", "long_cutoff": "m", **WANTED}
-    lines = [",".join(f"{name} [{unit}]" for name, unit in units.items())]
-    for row in rows(table):
-        lines.append(",".join("" if value != value else repr(value) for value in row.values()))
-    return "\n".join(lines) + "\n"
+    heads = (f"{name} [{unit}]" for name, unit in units.items())
+    return csv_text(heads, (row.values() for row in rows(table)))
 
 
-def pictures(found: Findings) -> tuple[Picture, ...]:
+def pictures(findings: Findings) -> tuple[Picture, ...]:
     """The figure over both cut-offs; none where no joint was asked for."""
-    table = found.joint_table
+    table = findings.joint_table
     if table is None:
         return ()
     return (
@@ -144,7 +137,7 @@ def pictures(found: Findings) -> tuple[Picture, ...]:
             f"{engineering(table.normal_load, 'N', 4)} on {table.area * 1e6:.4g} mm², heights as "
             f"{table.heights}. A line that is not level hangs on the short-wave cut-off, lines "
             "that are apart on the long-wave one.",
-            lambda: _plot(found, table),
+            lambda: _plot(findings, table),
             "Stiffness, real area, plasticity index, contact radius and loss factor over cut-offs",
         ),
     )
@@ -189,16 +182,16 @@ def _by_law(laws: HeightLaws) -> tuple[Block, ...]:
 
 
 def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:
-    chosen = table.chosen
-    told = []
+    place = table.chosen
+    rows_of_table = []
     for row, long in enumerate(table.long_cutoff):
         for column, short in enumerate(table.cutoff):
-            mark = " *" if (row, column) == chosen else ""
-            told.append(
+            mark = " *" if (row, column) == place else ""
+            rows_of_table.append(
                 (
                     ("none" if math.isinf(long) else engineering(float(long), "m")) + mark,
                     "none" if short == 0.0 else engineering(float(short), "m"),
-                    *(_known(values[row, column]) for values in table.values.values()),
+                    *(plain(values[row, column]) for values in table.values.values()),
                 )
             )
     columns = (
@@ -220,15 +213,15 @@ def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:
         tuple(
             (
                 _LABELS[name],
-                *(_known(table.slope(name, key)) for key in ("cutoff", "long_cutoff")),
-                _known(table.bias(name)),
+                *(plain(table.slope(name, key)) for key in ("cutoff", "long_cutoff")),
+                plain(table.bias(name)),
             )
             for name, values in table.values.items()
-            if np.isfinite(values[chosen])
+            if np.isfinite(values[place])
         ),
     )
     return (
-        Table("", columns, tuple(told), keys=2, noun="pairs of cut-offs"),
+        Table("", columns, tuple(rows_of_table), keys=2, noun="pairs of cut-offs"),
         slopes,
         Note(
             f"* what was asked for, heights as {table.heights}. A slope of 0.5 is 41 % for a "
@@ -239,32 +232,24 @@ def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:
     )
 
 
-def _known(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
-def _plain(value: Any) -> float | None:
-    return float(value) if value is not None and math.isfinite(value) else None
-
-
-def _plot(found: Findings, table: JointOverCutoffs) -> Plot:
+def _plot(findings: Findings, table: JointOverCutoffs) -> Plot:
     """A panel for each quantity, a line for each long-wave cut-off."""
-    shown = [name for name, values in table.values.items() if np.isfinite(values).any()]
+    names = [name for name, values in table.values.items() if np.isfinite(values).any()]
     places = table.cutoff.copy()
-    pixel = min(found.scan.pixel)
+    pixel = min(findings.scan.pixel)
     places[places == 0.0] = pixel
     unit, letter = length_prefix(float(places[-1]), float(places[0]))
     ticks = [
-        (float(at) / unit, "none" if own == 0.0 else f"{at / unit:.3g}")
-        for at, own in zip(places, table.cutoff, strict=True)
+        (float(at) / unit, "none" if label == 0.0 else f"{at / unit:.3g}")
+        for at, label in zip(places, table.cutoff, strict=True)
     ]
     panels = []
-    rows_of_panels = 1 if len(shown) <= 3 else 2
-    for number, name in enumerate(shown):
+    rows_of_panels = 1 if len(names) <= 3 else 2
+    for number, name in enumerate(names):
         row, column = divmod(number, 3)
         values = table.values[name]
-        scale, own = _scale(values, WANTED[name])
-        below = number + 3 < len(shown)
+        scale, label = _scale(values, WANTED[name])
+        below = number + 3 < len(names)
         panel = Panel(
             Axis(
                 "" if below else f"Short-wave cut-off [{letter}m]",
@@ -275,7 +260,7 @@ def _plot(found: Findings, table: JointOverCutoffs) -> Plot:
                 bare=below,
             ),
             Axis(log=_wide(values)),
-            note=f"{_LABELS[name].capitalize()} [{own}]",
+            note=f"{_LABELS[name].capitalize()} [{label}]",
             cell=(row, row, column, column),
         )
         panel.add(Rule(float(places[table.chosen[1]]) / unit, "x", "#444444", 0.9, (1.0, 1.0)))
@@ -292,9 +277,9 @@ def _plot(found: Findings, table: JointOverCutoffs) -> Plot:
     return Plot(
         panels,
         2.9 * rows_of_panels + 0.6,
-        found.title("The joint against both cut-offs"),
+        findings.title("The joint against both cut-offs"),
         heights=(1.0,) * rows_of_panels,
-        widths=(1.0, 1.0, 1.0)[: max(1, min(3, len(shown)))],
+        widths=(1.0, 1.0, 1.0)[: max(1, min(3, len(names)))],
         legend=tuple(legend),
         legend_title="Long-wave cut-off",
     )
@@ -320,11 +305,11 @@ def _scale(values: Floats, unit: str) -> tuple[float, str]:
 # -- the heights of the summits -------------------------------------------------------------------
 
 
-def tail_picture(found: Findings) -> tuple[Picture, ...]:
+def tail_picture(findings: Findings) -> tuple[Picture, ...]:
     """Summit heights against their distribution; none where there are no summits."""
-    if found.summits is None or found.summits.count < 2 or not found.summits.std > 0.0:
+    if findings.summits is None or findings.summits.count < 2 or not findings.summits.std > 0.0:
         return ()
-    loaded = found.laws is not None
+    loaded = findings.laws is not None
     caption = (
         "Summits higher than a height: counted, and by the Gaussian with their mean and standard "
         "deviation, which goes on above the highest that was measured (dotted)."
@@ -339,17 +324,17 @@ def tail_picture(found: Findings) -> tuple[Picture, ...]:
         Picture(
             "summit_heights",
             caption,
-            lambda: _tail_plot(found),
+            lambda: _tail_plot(findings),
             "Number of summits above a height, counted and Gaussian, and the loaded tail",
         ),
     )
 
 
-def _tail_plot(found: Findings) -> Plot:
+def _tail_plot(findings: Findings) -> Plot:
     from microslip.heights import Gaussian
     from microslip.report.plot import Band
 
-    summits, laws = found.summits, found.laws
+    summits, laws = findings.summits, findings.laws
     assert summits is not None
     ordered = np.sort(summits.heights)[::-1]
     gaussian = Gaussian(summits.std, summits.mean_height)
@@ -394,17 +379,17 @@ def _tail_plot(found: Findings) -> Plot:
         shares = np.concatenate([[0.0], np.cumsum(part) / part.sum()])
         second.line(steps, np.repeat(shares, 2)[1:-1], COLORS[1])
         if "gaussian" in laws.laws:
-            surface = found.gaussian_surface()
+            surface = findings.gaussian_surface()
             at = laws.laws["gaussian"].separation
-            own = [surface.load_share_above(float(z), at) for z in places]
-            second.line(places / unit, np.array(own), COLORS[2], dash=DASHED)
+            load_shares = [surface.load_share_above(float(z), at) for z in places]
+            second.line(places / unit, np.array(load_shares), COLORS[2], dash=DASHED)
         second.add(Rule(high / unit, "x", "#444444", 0.9, (1.0, 2.0)))
         panels.append(second)
         legend.append(Entry("in contact, by the counted", "#e8e8e8"))
     return Plot(
         panels,
         3.7,
-        found.title("Summit heights"),
+        findings.title("Summit heights"),
         widths=(1.0,) * len(panels),
         legend=tuple(legend),
     )

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from microslip._version import __version__
-from microslip.report.files import header
+from microslip.report.files import header, plain
 from microslip.results.scanned import joint_section, texture
 from microslip.results.scanned.findings import Findings
 from microslip.results.scanned.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
@@ -19,19 +18,17 @@ FACES_KIND = "microslip-faces"
 """The same of a folder of faces."""
 
 
-def summarise(
-    found: Findings, remarks: tuple[str, ...], files: tuple[str, ...] = ()
-) -> dict[str, Any]:
+def summarise(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]:
     """What summary.json holds: plain values in SI units, None for what there is not."""
-    request, scan = found.request, found.scan
-    errors = found.errors
+    request, scan = findings.request, findings.scan
+    errors = findings.errors
     units = {name: unit for name, (_, unit) in {**HEIGHTS, **MOMENTS}.items()}
-    numbers = {name: getattr(found.statistics, name) for name in HEIGHTS}
-    numbers |= {name: getattr(found.moments, name) for name in MOMENTS}
+    numbers = {name: getattr(findings.statistics, name) for name in HEIGHTS}
+    numbers |= {name: getattr(findings.moments, name) for name in MOMENTS}
     return {
-        **header(KIND, 1, found.raw.name),
+        **header(KIND, 1, findings.raw.name),
         "version": __version__,
-        "name": found.raw.name,
+        "name": findings.raw.name,
         "cutoff": request.cutoff,
         "cutoff_given": request.cutoff_given,
         "long_cutoff": request.long_cutoff,
@@ -43,7 +40,7 @@ def summarise(
         "points": list(scan.heights.shape[::-1]),
         "pixel": list(scan.pixel),
         "size": list(scan.size),
-        "missing": _plain(scan.missing),
+        "missing": plain(scan.missing),
         "warnings": list(remarks),
         "parameters": {
             name: _quantity(value, errors.get(name), units[name]) for name, value in numbers.items()
@@ -55,38 +52,25 @@ def summarise(
                 name: _quantity(getattr(part, name), errors.get(f"{estimate}.{name}"), unit)
                 for name, (_, unit) in SUMMITS.items()
             }
-            for estimate, part in found.estimates.items()
+            for estimate, part in findings.estimates.items()
         },
-        "count": None if found.summits is None else found.summits.count,
-        "prominence": None if found.summits is None else found.summits.threshold,
-        "heights": _height_fit(found.fit),
-        "over_cutoffs": _over_cutoffs(found.table),
-        "texture": texture.measure(found),
-        "joint": joint_section.summary(found),
-        "validity": [
-            {
-                "name": verdict.name,
-                "value": _plain(verdict.value),
-                "limit": _plain(verdict.limit),
-                "word": verdict.word,
-                "meaning": verdict.meaning,
-                "reason": verdict.reason,
-                "remedy": verdict.remedy,
-            }
-            for verdict in found.verdicts
-        ],
-        "notes": list(scan.notes if found.summits is None else found.summits.notes),
-        "files": list(files),
+        "count": None if findings.summits is None else findings.summits.count,
+        "prominence": None if findings.summits is None else findings.summits.threshold,
+        "heights": _height_fit(findings.fit),
+        "over_cutoffs": _over_cutoffs(findings.table),
+        "texture": texture.measure(findings),
+        "joint": joint_section.summary(findings),
+        "validity": [plain(verdict._asdict()) for verdict in findings.verdicts],
+        "notes": list(scan.notes if findings.summits is None else findings.summits.notes),
+        "files": [],
     }
 
 
 def _quantity(value: float, error: float | None, unit: str) -> dict[str, Any]:
-    return {"value": _plain(value), "error": _plain(error), "unit": unit}
+    return {"value": plain(value), "error": plain(error), "unit": unit}
 
 
-def _plain(value: Any) -> float | None:
-    """A Python float, or None for what is not known: JSON has no NaN."""
-    return float(value) if value is not None and math.isfinite(value) else None
+_OF_FITS = ("name", "shapes", "place", "scale", "mirrored", "share", "shift", "tail")
 
 
 def _height_fit(fit: HeightFit) -> dict[str, Any]:
@@ -94,17 +78,7 @@ def _height_fit(fit: HeightFit) -> dict[str, Any]:
         "verdict": fit.verdict,
         "word": fit.gaussian.word,
         "fits": [
-            {
-                "name": law.name,
-                "shapes": [_plain(shape) for shape in law.shapes],
-                "place": _plain(law.place),
-                "scale": _plain(law.scale),
-                "mirrored": law.mirrored,
-                "share": _plain(law.share),
-                "shift": _plain(law.shift),
-                "tail": _plain(law.tail),
-                "word": law.word,
-            }
+            {**{name: plain(getattr(law, name)) for name in _OF_FITS}, "word": law.word}
             for law in fit.fits
         ],
     }
@@ -113,9 +87,6 @@ def _height_fit(fit: HeightFit) -> dict[str, Any]:
 def _over_cutoffs(table: CutoffTable) -> list[dict[str, float | None]]:
     """A row for each cut-off; null where there is none, the first law."""
     return [
-        {
-            name: (value or None) if name == "cutoff" else _plain(value)
-            for name, value in row.items()
-        }
+        {name: (value or None) if name == "cutoff" else plain(value) for name, value in row.items()}
         for row in table.rows()
     ]

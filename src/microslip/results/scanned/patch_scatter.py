@@ -62,12 +62,12 @@ def standard_errors(scan: HeightMap, summits: Summits | None) -> dict[str, float
             values.setdefault(name, []).append(value)
     errors = {name: _standard_error(of_all) for name, of_all in values.items() if len(of_all) > 1}
     m0, waves = scan.moments().m0, long_wave_error(scan)
-    for name, whole, power in (
+    for name, value_of_scan, power in (
         ("rms", math.sqrt(m0), 0.5),
         ("mean_deviation", scan.statistics().mean_deviation, 0.5),
         ("m0", m0, 1.0),
     ):
-        errors[name] = max(errors.get(name, 0.0), power * waves * whole)
+        errors[name] = max(errors.get(name, 0.0), power * waves * value_of_scan)
     return errors
 
 

@@ -23,62 +23,76 @@ _BELOW = 1e-3
 _LOOKS: tuple[tuple[str, tuple[float, ...]], ...] = ((COLORS[1], ()), (COLORS[2], DASHED))
 
 
-def spectrum_plot(found: Findings) -> Plot:
+def spectrum_plot(findings: Findings) -> Plot:
     """The spectrum of the levelled scan and what the cut-offs leave of it.
 
     Radial and along the axes; of a profile, along it.
     """
-    whole, kept = found.whole_spectrum, found.spectrum
-    profile, cut = found.scan.is_profile, found.request.is_filtered
-    unit, letter = length_prefix(max(found.scan.size), min(found.scan.pixel))
+    unfiltered_spectrum, filtered_spectrum = findings.whole_spectrum, findings.spectrum
+    profile, cut = findings.scan.is_profile, findings.request.is_filtered
+    unit, letter = length_prefix(max(findings.scan.size), min(findings.scan.pixel))
     under = (_UNDER, 2.4) if cut else (COLORS[0], 1.4)
     panels: list[Panel] = []
     legend: list[Entry] = []
     if not profile:
-        before = [_line(whole.wavelength / unit, whole.density / _MICRO**4, *under)]
+        before = [
+            _line(
+                unfiltered_spectrum.wavelength / unit,
+                unfiltered_spectrum.density / _MICRO**4,
+                *under,
+            )
+        ]
         legend.append(Entry("levelled", under[0]))
         after = []
         if cut:
-            after = [_line(kept.wavelength / unit, kept.density / _MICRO**4, COLORS[0])]
+            after = [
+                _line(
+                    filtered_spectrum.wavelength / unit,
+                    filtered_spectrum.density / _MICRO**4,
+                    COLORS[0],
+                )
+            ]
             legend.append(Entry("cut off", COLORS[0]))
         panel = Panel(_wavelength(letter), Axis("Density C [µm⁴]", log=True))
         panel.note = "Mean of all directions"
-        part = 1.0 + np.minimum(whole.relative_error, 0.9) * np.array([[1.0], [-1.0]])
-        x = whole.wavelength / unit
-        edges = whole.density / _MICRO**4 * part
+        part = 1.0 + np.minimum(unfiltered_spectrum.relative_error, 0.9) * np.array([[1.0], [-1.0]])
+        x = unfiltered_spectrum.wavelength / unit
+        edges = unfiltered_spectrum.density / _MICRO**4 * part
         panel.add(
             Area(np.concatenate([x, x[::-1]]), np.concatenate([edges[0], edges[1][::-1]]), _SCATTER)
         )
         legend.append(Entry("± its uncertainty", _SCATTER))
-        if (fit := self_affine(found)) is not None:
+        if (fit := self_affine(findings)) is not None:
             at = np.array([fit.shortest, fit.longest])
             after_law = _line(at / unit, fit.density(at) / _MICRO**4, COLORS[3], 1.6, DASHED)
             legend.append(Entry(f"H = {fit.hurst:.2f}", COLORS[3], DASHED))
-        _fill(panel, found, unit, before, after)
+        _fill(panel, findings, unit, before, after)
         if fit is not None:
             panel.add(after_law)
         panels.append(panel)
-    before = [_line(p.wavelength / unit, p.density / _MICRO**3, *under) for p in whole.axes]
+    before = [
+        _line(p.wavelength / unit, p.density / _MICRO**3, *under) for p in unfiltered_spectrum.axes
+    ]
     after = []
     names = ("along the profile",) if profile else ("along x", "along y")
-    for name, part, (color, dash) in zip(names, kept.axes, _LOOKS, strict=False):
+    for name, part, (color, dash) in zip(names, filtered_spectrum.axes, _LOOKS, strict=False):
         after.append(_line(part.wavelength / unit, part.density / _MICRO**3, color, 1.4, dash))
         legend.append(Entry(name, color, dash))
     panel = Panel(_wavelength(letter), Axis("Density of profiles [µm³]", log=True))
     panel.note = "Along the profile" if profile else "Along the axes"
     panel.note += ", in grey before the cut-off" if cut else ""
-    _fill(panel, found, unit, before if cut else [], after, before)
+    _fill(panel, findings, unit, before if cut else [], after, before)
     panels.append(panel)
     for place, panel in enumerate(panels):
         panel.cell = (0, 0, place, place)
-    request = found.request
+    request = findings.request
     ends = [("short", request.cutoff), ("long", request.long_cutoff)]
     bounds = [
         f"{name}-wave {engineering(length, 'm', 4, trim=True)}" for name, length in ends if length
     ]
     if bounds:
         legend.append(Entry(f"cut-off{'s' * (len(bounds) > 1)}: {', '.join(bounds)}", _EDGE))
-    title = found.title("Power spectrum")
+    title = findings.title("Power spectrum")
     return Plot(panels, 4.1, title, widths=(1.0,) * len(panels), legend=tuple(legend))
 
 
@@ -94,22 +108,22 @@ def _line(
 
 def _fill(
     panel: Panel,
-    found: Findings,
+    findings: Findings,
     unit: float,
     before: list[Line],
     after: list[Line],
     unfiltered: list[Line] | None = None,
 ) -> None:
     """Lines in a panel, and the waves that are removed on grey ground."""
-    left, right = 2.0 * min(found.scan.pixel) / unit, 1.05 * max(found.scan.size) / unit
-    low, high = _ends([*before, *after], left, right)
+    low_x, right = 2.0 * min(findings.scan.pixel) / unit, 1.05 * max(findings.scan.size) / unit
+    low, high = _ends([*before, *after], low_x, right)
     # What the filter leaves far below all that there was is nothing to look at.
-    lowest = _BELOW * _ends(unfiltered or before, left, right)[0]
+    lowest = _BELOW * _ends(unfiltered or before, low_x, right)[0]
     panel.y.low, panel.y.high = max(low, lowest) / 2.0, 4.0 * high
-    panel.x.low, panel.x.high = left, right
-    request = found.request
+    panel.x.low, panel.x.high = low_x, right
+    request = findings.request
     for cutoff, ends in (
-        (request.cutoff, (left, (request.cutoff or left) / unit)),
+        (request.cutoff, (low_x, (request.cutoff or low_x) / unit)),
         (request.long_cutoff, ((request.long_cutoff or right) / unit, right)),
     ):
         if cutoff is not None:
@@ -118,8 +132,10 @@ def _fill(
     panel.add(*before, *after)
 
 
-def _ends(lines: Iterable[Line], left: float, right: float) -> tuple[float, float]:
+def _ends(lines: Iterable[Line], low_x: float, right: float) -> tuple[float, float]:
     """Lowest and highest value that is seen."""
-    seen = [line.y[(line.x >= left) & (line.x <= right) & np.isfinite(line.y)] for line in lines]
-    values = np.concatenate(seen)
+    ordinates = [
+        line.y[(line.x >= low_x) & (line.x <= right) & np.isfinite(line.y)] for line in lines
+    ]
+    values = np.concatenate(ordinates)
     return (float(values.min()), float(values.max())) if values.size else (1.0, 1.0)

@@ -20,10 +20,10 @@ _HEAD = """\
 """
 
 
-def block(found: Findings, folder: Path) -> str:
+def block(findings: Findings, folder: Path) -> str:
     """The surface as a study in this folder has it: TOML, with the same in numbers as comments."""
-    request = found.request
-    said = (
+    request = findings.request
+    remark = (
         "decides what a summit is" if request.cutoff_given else "none was given: the pixel decides"
     )
     lines = [
@@ -31,9 +31,9 @@ def block(found: Findings, folder: Path) -> str:
         'law = "scan"',
         'materials = ["steel", "steel"]  # the two bodies: put yours here',
         f"scan = {_text(_path(request.path, folder))}",
-        f"cutoff = {_length(request.cutoff)}  # {said}",
+        f"cutoff = {_length(request.cutoff)}  # {remark}",
     ]
-    profile = found.scan.is_profile
+    profile = findings.scan.is_profile
     lines += [f"{key} = {value}" for key, value in _conditioning(request, profile).items()]
     lines.append(
         'estimate = "mccool"  # or "nayak": a profile has no summits to count'
@@ -43,7 +43,9 @@ def block(found: Findings, folder: Path) -> str:
     if request.direction is not None:
         lines.append(f"direction = {_angle(request.direction)}  # of the motion: elliptic summits")
     elif not profile:
-        law = request.heights or ("gaussian" if found.laws is None else found.laws.recommended)
+        law = request.heights or (
+            "gaussian" if findings.laws is None else findings.laws.recommended
+        )
         lines.append(f'heights = "{law}"  # or {_others(law)}')
     area = request.area
     lines.append(
@@ -54,7 +56,7 @@ def block(found: Findings, folder: Path) -> str:
         else f"area = {_text(f'{_number(area * 1e4)} cm^2')}"
     )
     lines += [f"{key} = {value}" for key, value in _reading(request).items()]
-    lines += _numbers(found)
+    lines += _numbers(findings)
     return _HEAD + "\n".join(lines) + "\n"
 
 
@@ -72,7 +74,7 @@ def faces_block(request: Request, folder: Path) -> str:
         )  # fmt: skip
     if request.scans and request.against and request.drawing:
         raise InputError("wanted two faces: scans and scans against them, or scans and a drawing")
-    drawn = {
+    drawing = {
         key: _text(value) if key == "process" else _length(value)
         for key, value in request.drawing.items()
     }
@@ -80,20 +82,22 @@ def faces_block(request: Request, folder: Path) -> str:
         _scanned(request, paths, folder) if paths else None
         for paths in (request.scans, request.against)
     )
-    own = '"steel", "steel"' if not request.materials else ", ".join(map(_text, request.materials))
-    lines = ["[surface]", f"materials = [{own}]"]
+    materials = (
+        '"steel", "steel"' if not request.materials else ", ".join(map(_text, request.materials))
+    )
+    lines = ["[surface]", f"materials = [{materials}]"]
     if first is None and second is None:
-        lines += ['law = "drawing"', *(f"{key} = {value}" for key, value in drawn.items())]
+        lines += ['law = "drawing"', *(f"{key} = {value}" for key, value in drawing.items())]
     else:
         lines.append('law = "two-faces"')
-        faces = (first or drawn, second or (drawn if first else None))
+        faces = (first or drawing, second or (drawing if first else None))
         for name, face in zip(("first", "second"), faces, strict=True):
             if face:
                 inner = ", ".join(f"{key} = {value}" for key, value in face.items())
                 lines.append(f"{name} = {{ {inner} }}")
     area = f'"{_number((request.area or 1e-4) * 1e4)} cm^2"'
-    said = "" if request.area else "  # of the joint: put yours here"
-    return "\n".join([*lines, f"area = {area}{said}"]) + "\n"
+    remark = "" if request.area else "  # of the joint: put yours here"
+    return "\n".join([*lines, f"area = {area}{remark}"]) + "\n"
 
 
 def _scanned(request: Request, paths: tuple[Path, ...], folder: Path) -> dict[str, str]:
@@ -122,8 +126,8 @@ def _conditioning(request: Request, profile: bool = False) -> dict[str, str]:
 
 
 def _reading(request: Request) -> dict[str, str]:
-    given = {key: value for key, value in request.reading.items() if value not in (None, ())}
-    return {key: _value(value) for key, value in given.items()}
+    options = {key: value for key, value in request.reading.items() if value not in (None, ())}
+    return {key: _value(value) for key, value in options.items()}
 
 
 def _angle(value: float) -> str:
@@ -131,7 +135,7 @@ def _angle(value: float) -> str:
 
 
 def _others(law: str) -> str:
-    return ", ".join(f'"{other}"' for other in LAWS_OF_HEIGHTS if other != law)
+    return ", ".join(f'"{name}"' for name in LAWS_OF_HEIGHTS if name != law)
 
 
 def _path(path: Path, folder: Path) -> str:
@@ -141,10 +145,10 @@ def _path(path: Path, folder: Path) -> str:
     return seen_from(folder, path)
 
 
-def _numbers(found: Findings) -> list[str]:
+def _numbers(findings: Findings) -> list[str]:
     """The same in numbers, as comments."""
     lines = []
-    for name, part in found.estimates.items():
+    for name, part in findings.estimates.items():
         if part is None:
             continue
         lines += [

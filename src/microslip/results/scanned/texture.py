@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from contextlib import suppress
 from dataclasses import asdict
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 from microslip._core.units import SMALLEST, engineering, significant
 from microslip.errors import InputError
 from microslip.report.document import Column, Note, Section, Table
+from microslip.report.files import csv_text, plain
 from microslip.results.scanned.findings import Findings
 from microslip.scans.areal_parameters import areal_parameters, slope_over_distance
 from microslip.scans.spectrum import SelfAffineFit
@@ -31,17 +31,14 @@ _LABELS = {
 }
 
 
-def measure(found: Findings) -> dict[str, Any]:
+def measure(findings: Findings) -> dict[str, Any]:
     """Parameters, fit and slopes as plain values; None for what there is not."""
     texture: dict[str, Any] = {"areal": None, "self_affine": None}
-    if not found.scan.is_profile:
-        texture["areal"] = {
-            name: value if math.isfinite(value) else None
-            for name, value in asdict(areal_parameters(found.scan)).items()
-        }
-    if (fit := self_affine(found)) is not None:
+    if not findings.scan.is_profile:
+        texture["areal"] = plain(asdict(areal_parameters(findings.scan)))
+    if (fit := self_affine(findings)) is not None:
         texture["self_affine"] = asdict(fit)
-    distances, slopes = slope_over_distance(found.scan)
+    distances, slopes = slope_over_distance(findings.scan)
     texture["slopes"] = [
         {"distance": distance, "rms_slope": slope}
         for distance, slope in zip(distances.tolist(), slopes.tolist(), strict=True)
@@ -49,14 +46,14 @@ def measure(found: Findings) -> dict[str, Any]:
     return texture
 
 
-def self_affine(found: Findings) -> SelfAffineFit | None:
+def self_affine(findings: Findings) -> SelfAffineFit | None:
     """The fit to the spectrum before any cut-off; None where there is no room for one."""
     with suppress(InputError):
-        return found.whole_spectrum.self_affine_fit()
+        return findings.whole_spectrum.self_affine_fit()
     return None
 
 
-def section(found: Findings, texture: dict[str, Any]) -> Section:
+def section(findings: Findings, texture: dict[str, Any]) -> Section:
     """Texture on the page."""
     rows = []
     if texture["areal"] is not None:
@@ -86,18 +83,24 @@ def section(found: Findings, texture: dict[str, Any]) -> Section:
     return Section("Texture", (*blocks, *(Note(" ".join(notes)) for _ in notes[:1])), brief=False)
 
 
-def spectrum_csv(found: Findings) -> str:
+def spectrum_csv(findings: Findings) -> str:
     """The spectrum before and after the cut-offs, with the uncertainty of each ring."""
-    whole, kept = found.whole_spectrum, found.spectrum
-    unit = "m^3" if found.scan.is_profile else "m^4"
-    head = f"wavelength [m],wavenumber [rad/m],density [{unit}],relative_error [-]"
-    lines = [f"{head},density_cut_off [{unit}]"]
-    same = kept.density if kept.density.shape == whole.density.shape else whole.density
+    unfiltered, filtered = findings.whole_spectrum, findings.spectrum
+    unit = "m^3" if findings.scan.is_profile else "m^4"
+    heads = ["wavelength [m]", "wavenumber [rad/m]", f"density [{unit}]", "relative_error [-]"]
+    density = (
+        filtered.density
+        if filtered.density.shape == unfiltered.density.shape
+        else unfiltered.density
+    )
     # What filters leave far below all that was measured is nothing, and too small to be read.
-    densities = [np.where(c > SMALLEST, c, 0.0) for c in (whole.density, same)]
-    columns = (whole.wavelength, whole.wavenumber, densities[0], whole.relative_error, densities[1])
-    lines += [",".join(map(repr, row)) for row in zip(*(c.tolist() for c in columns), strict=True)]
-    return "\n".join(lines) + "\n"
+    densities = [np.where(c > SMALLEST, c, 0.0) for c in (unfiltered.density, density)]
+    columns = (
+        unfiltered.wavelength, unfiltered.wavenumber, densities[0],
+        unfiltered.relative_error, densities[1],
+    )  # fmt: skip
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return csv_text([*heads, f"density_cut_off [{unit}]"], (map(repr, row) for row in rows))
 
 
 def _written(value: float | None, unit: str) -> str:

@@ -13,12 +13,12 @@ _DECAY = 0.2
 """Where ISO 25178-2 reads off the autocorrelation length."""
 
 
-def texture_plot(found: Findings) -> Plot:
+def texture_plot(findings: Findings) -> Plot:
     """The autocorrelation along both axes, but of a profile, and the rms slope over distance."""
-    unit, letter = length_prefix(max(found.scan.size), min(found.scan.pixel))
+    unit, letter = length_prefix(max(findings.scan.size), min(findings.scan.pixel))
     panels, legend = [], []
-    if not found.scan.is_profile:
-        correlation = autocorrelation(found.scan)
+    if not findings.scan.is_profile:
+        correlation = autocorrelation(findings.scan)
         values = correlation.values
         rows, columns = values.shape
         along = ((values[rows // 2], COLORS[1], ()), (values[:, columns // 2], COLORS[2], DASHED))
@@ -31,19 +31,19 @@ def texture_plot(found: Findings) -> Plot:
         panel.x.low = 0.0
         legend.append(Entry(f"{_DECAY:g}, where Sal is read off", "#444444", (1.0, 1.0)))
         panels.append(panel)
-    distances, slopes = slope_over_distance(found.scan)
-    kept = np.isfinite(slopes) & (slopes > 0.0)
-    if kept.any():
+    distances, slopes = slope_over_distance(findings.scan)
+    drawable = np.isfinite(slopes) & (slopes > 0.0)
+    if drawable.any():
         panel = Panel(
             Axis(f"Distance [{letter}m]", log=True),
             Axis("Rms slope between points [–]", log=True),
             note="Slopes",
         )
-        panel.line(distances[kept] / unit, slopes[kept], COLORS[0])
-        panel.marks(distances[kept] / unit, slopes[kept], COLORS[0])
+        panel.line(distances[drawable] / unit, slopes[drawable], COLORS[0])
+        panel.marks(distances[drawable] / unit, slopes[drawable], COLORS[0])
         panels.append(panel)
     for place, panel in enumerate(panels):
         panel.cell = (0, 0, place, place)
     return Plot(
-        panels, 3.6, found.title("Texture"), widths=(1.0,) * len(panels), legend=tuple(legend)
+        panels, 3.6, findings.title("Texture"), widths=(1.0,) * len(panels), legend=tuple(legend)
     )

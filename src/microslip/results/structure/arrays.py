@@ -16,13 +16,13 @@ AMPLITUDE, PATCH = "structure_amplitude", "patch"
 Labelled = dict[str, Variable]
 
 
-def labelled(found: StructurePrediction) -> tuple[dict[str, int], Labelled, Labelled]:
+def labelled(prediction: StructurePrediction) -> tuple[dict[str, int], Labelled, Labelled]:
     """Dimensions, coordinates and variables."""
-    table = columns(found)
-    modes, amplitude = len(found.modes), found.modes[0].curve.amplitude
-    joint, state = found.joint, found.state
+    table = columns(prediction)
+    modes, amplitude = len(prediction.modes), prediction.modes[0].curve.amplitude
+    joint, state = prediction.joint, prediction.state
     dims = {"mode": modes, AMPLITUDE: amplitude.size, PATCH: joint.patches}
-    numbers = np.array([mode.number for mode in found.modes], dtype=np.int32)
+    numbers = np.array([mode.number for mode in prediction.modes], dtype=np.int32)
     coords = {
         "mode": Variable(("mode",), numbers, QUANTITIES["mode"].attributes),
         AMPLITUDE: _named((AMPLITUDE,), amplitude, "m", "displacement amplitude at the sensor"),
@@ -40,14 +40,20 @@ def labelled(found: StructurePrediction) -> tuple[dict[str, int], Labelled, Labe
         ("patch_normal_load", state.normal_loads, "N", "normal load of a patch after tightening"),
     ):
         variables[name] = _named((PATCH,), by_patch, unit, meaning)
-    loss = np.stack([mode.loss() for mode in found.modes])
-    slip = np.stack([mode.slip(joint) for mode in found.modes])
-    both = ("mode", PATCH)
+    loss = np.stack([mode.loss() for mode in prediction.modes])
+    slip = np.stack([mode.slip(joint) for mode in prediction.modes])
+    dims_of_patches = ("mode", PATCH)
     variables["patch_loss_share"] = _named(
-        both, loss, "1", "share of a patch in the loss of a cycle at the largest amplitude"
+        dims_of_patches,
+        loss,
+        "1",
+        "share of a patch in the loss of a cycle at the largest amplitude",
     )
     variables["patch_slip"] = _named(
-        both, slip, "m", "relative tangential amplitude of a patch at the largest amplitude"
+        dims_of_patches,
+        slip,
+        "m",
+        "relative tangential amplitude of a patch at the largest amplitude",
     )
     return dims, coords, variables
 

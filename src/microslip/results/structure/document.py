@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from microslip.report.document import (
     Table,
     Verdicts,
 )
+from microslip.report.files import plain
 from microslip.results.structure.pictures import (
     curve_plot,
     loss_plot,
@@ -40,9 +40,9 @@ _BANDS = (
 )
 
 
-def answer(found: StructurePrediction) -> str:
+def answer(prediction: StructurePrediction) -> str:
     """The result in a sentence."""
-    mode = found.modes[0]
+    mode = prediction.modes[0]
     last = _last(mode)
     curve = mode.curve
     band = ""
@@ -57,9 +57,9 @@ def answer(found: StructurePrediction) -> str:
     )
 
 
-def number(found: StructurePrediction) -> Number:
+def number(prediction: StructurePrediction) -> Number:
     """The damping ratio at the largest amplitude, with its band."""
-    mode = found.modes[0]
+    mode = prediction.modes[0]
     last = _last(mode)
     place = engineering(float(mode.curve.amplitude[last]), "m", 3)
     band = f"quasi-static: {cells.ratio(float(mode.quick.damping_ratio[last]))}"
@@ -70,73 +70,77 @@ def number(found: StructurePrediction) -> Number:
     return Number(f"damping ratio ζ of mode {mode.number} at {place}", value, band)
 
 
-def sections(found: StructurePrediction) -> tuple[Section, ...]:
+def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     """The parts of a document that are about the structure, the first ones to read."""
-    parts = [Section("Structure", (_model(found),))]
-    blocks: list[Block] = [_table(mode) for mode in found.modes]
-    ranking = [_ranking(mode) for mode in found.modes if mode.bands is not None]
-    parts.append(Section("Frequency and damping", (*blocks, Note(_remark(found), small=True))))
-    if found.convergence is not None:
-        parts.append(_how_good(found.convergence, found.part.modes[0]))
+    parts = [Section("Structure", (_model(prediction),))]
+    blocks: list[Block] = [_table(mode) for mode in prediction.modes]
+    ranking = [_ranking(mode) for mode in prediction.modes if mode.bands is not None]
+    parts.append(Section("Frequency and damping", (*blocks, Note(_remark(prediction), small=True))))
+    if prediction.convergence is not None:
+        parts.append(_how_good(prediction.convergence, prediction.part.modes[0]))
     if ranking:
         parts.append(Section("What decides", tuple(ranking)))
-    if found.identified is not None:
-        parts.append(_fitted(found.identified))
-    parts.append(Section("Structure in figures", pictures(found), brief=False))
+    if prediction.identified is not None:
+        parts.append(_fitted(prediction.identified))
+    parts.append(Section("Structure in figures", pictures(prediction), brief=False))
     return tuple(parts)
 
 
-def pictures(found: StructurePrediction) -> tuple[Picture, ...]:
+def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     """The figures."""
-    told = " Markers are the tests." if found.tests else ""
-    bands = " Shaded: 5 to 95 % of what is not known." if found.inputs else ""
+    markers = " Markers are the tests." if prediction.tests else ""
+    bands = " Shaded: 5 to 95 % of what is not known." if prediction.inputs else ""
     return (
         Picture(
             "modal_curves",
             "Frequency and damping ratio of each mode against the displacement amplitude at the "
-            f"sensor, by balance of harmonics; dashed: quasi-static.{bands}{told}",
-            lambda: curve_plot(found),
+            f"sensor, by balance of harmonics; dashed: quasi-static.{bands}{markers}",
+            lambda: curve_plot(prediction),
             "Frequency and damping of the modes against amplitude",
         ),
         Picture(
             "pressure_map",
             "Mean pressure on each patch after tightening, seen from above.",
-            lambda: pressure_plot(found),
+            lambda: pressure_plot(prediction),
             "Pressure on the contact patches",
         ),
         Picture(
             "slip_map",
             "Relative tangential amplitude of the two faces at each patch, at the largest "
             "amplitude: where it slips.",
-            lambda: slip_plot(found),
+            lambda: slip_plot(prediction),
             "Relative motion of the contact patches",
         ),
         Picture(
             "loss_map",
             "Share of each patch in the energy lost a cycle, at the largest amplitude: there the "
             "patches should be fine, and there form and friction count.",
-            lambda: loss_plot(found),
+            lambda: loss_plot(prediction),
             "Loss of the contact patches",
         ),
         Picture(
             "mode_shapes",
             "The modes at the largest amplitude, seen from the side, or from above where they bend "
             "that way; the motion is exaggerated.",
-            lambda: shape_plot(found),
+            lambda: shape_plot(prediction),
             "Shapes of the modes",
         ),
     )
 
 
-def numbers(found: StructurePrediction) -> dict[str, Any]:
+def numbers(prediction: StructurePrediction) -> dict[str, Any]:
     """What the summary holds of the structure: plain values in SI units."""
-    joint, state = found.joint, found.state
+    joint, state, convergence = prediction.joint, prediction.state, prediction.convergence
+    parts = {
+        "convergence": convergence and [change._asdict() for change in convergence.changes],
+        "identified": prediction.identified and _identified(prediction.identified),
+    }
     return {
-        "answer": answer(found),
+        "answer": answer(prediction),
         "degrees_of_freedom": {"elements": joint.full_size, "reduced": joint.size},
         "equilibrium_error": state.equilibrium_error,
         "bolt_tension": joint.tensions(state.displacement, state.static_force).tolist(),
-        "uncertain": dict(found.inputs),
+        "uncertain": dict(prediction.inputs),
         "patches": [
             dict(zip(("x", "y"), map(float, centre), strict=True))
             | {"area": float(area), "gap": float(gap), "normal_load": float(load)}
@@ -145,20 +149,15 @@ def numbers(found: StructurePrediction) -> dict[str, Any]:
                 strict=True,
             )
         ],
-        "modes": [_mode_numbers(mode) for mode in found.modes],
-        **(
-            {}
-            if found.convergence is None
-            else {"convergence": [change._asdict() for change in found.convergence.changes]}
-        ),
-        **({} if found.identified is None else {"identified": _identified(found.identified)}),
+        "modes": [_mode_numbers(mode) for mode in prediction.modes],
+        **{name: part for name, part in parts.items() if part is not None},
     }  # fmt: skip
 
 
-def columns(found: StructurePrediction) -> dict[str, Floats]:
+def columns(prediction: StructurePrediction) -> dict[str, Floats]:
     """The curves of all modes in long form, for a CSV file."""
     parts: list[dict[str, Floats]] = []
-    for mode in found.modes:
+    for mode in prediction.modes:
         size = mode.curve.amplitude.size
         part = {
             "mode": np.full(size, float(mode.number)),
@@ -184,7 +183,7 @@ def _identified(identified: ModalIdentification) -> dict[str, Any]:
         "values": dict(identified.values),
         "intervals": {name: list(ends) for name, ends in identified.intervals.items()},
         "correlation": identified.correlation.tolist(),
-        "misfit": identified.misfit if math.isfinite(identified.misfit) else None,
+        "misfit": plain(identified.misfit),
         "verdicts": [v.word for v in identified.verdicts],
     }
 
@@ -195,29 +194,25 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
         "mode": mode.number,
         "linear_frequency": curve.linear_frequency,
         "message": curve.message,
-        "amplitude": _plain(curve.amplitude),
-        "modal_frequency": _plain(curve.frequency),
-        "modal_damping_ratio": _plain(curve.damping_ratio),
-        "quasi_static_damping_ratio": _plain(mode.quick.damping_ratio),
-        "loss_share": _plain(mode.loss()),
+        "amplitude": plain(curve.amplitude),
+        "modal_frequency": plain(curve.frequency),
+        "modal_damping_ratio": plain(curve.damping_ratio),
+        "quasi_static_damping_ratio": plain(mode.quick.damping_ratio),
+        "loss_share": plain(mode.loss()),
     }
     if bands is not None:
-        result["modal_frequency_bands"] = [_plain(row) for row in bands.frequency]
-        result["modal_damping_ratio_bands"] = [_plain(row) for row in bands.damping_ratio]
+        result["modal_frequency_bands"] = plain(bands.frequency)
+        result["modal_damping_ratio_bands"] = plain(bands.damping_ratio)
         result["ranking"] = dict(bands.ranking)
     return result
-
-
-def _plain(values: Floats) -> list[float | None]:
-    return [float(v) if math.isfinite(v) else None for v in values]
 
 
 def _last(mode: Mode) -> int:
     return int(np.flatnonzero(mode.curve.converged)[-1])
 
 
-def _model(found: StructurePrediction) -> Facts:
-    joint, state, part = found.joint, found.state, found.part
+def _model(prediction: StructurePrediction) -> Facts:
+    joint, state, part = prediction.joint, prediction.state, prediction.part
     tensions = joint.tensions(state.displacement, state.static_force)
     pressed = int((state.normal_loads > 0.0).sum())
     bolts = f"{len(tensions)} bolt{'s' if len(tensions) > 1 else ''}"
@@ -230,7 +225,7 @@ def _model(found: StructurePrediction) -> Facts:
         ("Balance of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),
         ("Base damping, an input", cells.ratio(part.base_damping_ratio)),
     ]
-    rows += [(f"Not known exactly: {name}", text) for name, text in found.inputs]
+    rows += [(f"Not known exactly: {name}", text) for name, text in prediction.inputs]
     return Facts("Model", tuple(rows))
 
 
@@ -247,19 +242,17 @@ def _table(mode: Mode) -> Table:
         for name, row in zip(("5 %", "50 %", "95 %"), bands.damping_ratio, strict=True):
             listed.append(Column(f"damping_{name}", f"ζ, {name}", "", write=cells.ratio))
             values.append(row)
-    rows = tuple(
-        tuple(v if math.isfinite(v) else None for v in row) for row in zip(*values, strict=True)
-    )
+    rows = tuple(zip(*map(plain, values), strict=True))
     title = f"Mode {mode.number}, {curve.linear_frequency:.5g} Hz while all sticks"
     return Table(title, tuple(listed), rows, caption=curve.message, noun="amplitudes")
 
 
-def _remark(found: StructurePrediction) -> str:
+def _remark(prediction: StructurePrediction) -> str:
     worst = max(
-        (float(np.nanmax(abs(m.curve.damping_difference))) for m in found.modes), default=0.0
+        (float(np.nanmax(abs(m.curve.damping_difference))) for m in prediction.modes), default=0.0
     )
     text = f"The quasi-static damping differs from the balance of harmonics by up to {worst:.0%}."
-    return f"{text} {_BANDS}" if found.inputs else text
+    return f"{text} {_BANDS}" if prediction.inputs else text
 
 
 _FITTED = {
@@ -310,8 +303,8 @@ def _how_good(convergence: Convergence, number: int) -> Section:
     )
     title = f"Mode {number}, the largest changes over its amplitudes"
     table = Table(title, listed, convergence.changes, noun="changes")
-    told = Note(f"{convergence.message}.", small=True)
-    return Section("How good the model is", (table, told))
+    message = Note(f"{convergence.message}.", small=True)
+    return Section("How good the model is", (table, message))
 
 
 def _ranking(mode: Mode) -> Table:

@@ -14,9 +14,9 @@ _LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
 _PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
 
 
-def curve_plot(found: StructurePrediction) -> Plot:
+def curve_plot(prediction: StructurePrediction) -> Plot:
     """Frequency over its value at rest, and damping ratio, against amplitude."""
-    letter_scale, letter = prefix(float(found.modes[0].curve.amplitude[-1]))
+    letter_scale, letter = prefix(float(prediction.modes[0].curve.amplitude[-1]))
     amplitude = Axis(f"Amplitude at the sensor [{letter}m]", log=True, margin=0.0)
     upper = Panel(amplitude, Axis("Frequency change [%]"))
     lower = Panel(
@@ -26,22 +26,27 @@ def curve_plot(found: StructurePrediction) -> Plot:
     legend = []
     panels = ((upper, "frequency", True), (lower, "damping_ratio", False))
     # All bands lie below all lines, and keep their edges where they overlap.
-    for index, mode in enumerate(found.modes):
+    for index, mode in enumerate(prediction.modes):
         for panel, name, change in panels:
             _band(panel, mode, name, change, index, letter_scale)
-    for index, mode in enumerate(found.modes):
+    for index, mode in enumerate(prediction.modes):
         color = COLORS[index % len(COLORS)]
-        x, rest = mode.curve.amplitude / letter_scale, mode.curve.linear_frequency
+        x, frequency_at_rest = mode.curve.amplitude / letter_scale, mode.curve.linear_frequency
         for panel, name, change in panels:
             for curve, dash in ((mode.quick, DASHED), (mode.curve, ())):
                 y = getattr(curve, name)
-                panel.line(x, 100.0 * (y / rest - 1.0) if change else y, color, dash=dash)
-        legend.append(Entry(f"mode {mode.number}, {rest:.5g} Hz at rest", color))
-    for test in found.tests:
-        number = [mode.number for mode in found.modes].index(test.mode + 1)
-        rest, color = found.modes[number].curve.linear_frequency, COLORS[number % len(COLORS)]
+                panel.line(
+                    x, 100.0 * (y / frequency_at_rest - 1.0) if change else y, color, dash=dash
+                )
+        legend.append(Entry(f"mode {mode.number}, {frequency_at_rest:.5g} Hz at rest", color))
+    for test in prediction.tests:
+        number = [mode.number for mode in prediction.modes].index(test.mode + 1)
+        frequency_at_rest, color = (
+            prediction.modes[number].curve.linear_frequency,
+            COLORS[number % len(COLORS)],
+        )
         x = test.amplitude / letter_scale
-        upper.marks(x, 100.0 * (test.frequency / rest - 1.0), color)
+        upper.marks(x, 100.0 * (test.frequency / frequency_at_rest - 1.0), color)
         lower.marks(x, test.damping_ratio, color)
         legend.append(Entry(f"test of mode {test.mode + 1}", color, marker="o", line=False))
     legend.append(Entry("quasi-static", COLORS[0], DASHED))
@@ -64,31 +69,33 @@ def _band(panel: Panel, mode: Mode, name: str, change: bool, index: int, scale: 
         panel.line(x, edge, COLORS[index % len(COLORS)], width=0.6, dash=DOTTED)
 
 
-def pressure_plot(found: StructurePrediction) -> Plot:
+def pressure_plot(prediction: StructurePrediction) -> Plot:
     """Pressures after tightening."""
-    scale, letter = prefix(float(found.state.pressures.max()))
-    return _maps(found, [("", found.state.pressures / scale)], f"Pressure [{letter}Pa]")
+    scale, letter = prefix(float(prediction.state.pressures.max()))
+    return _maps(prediction, [("", prediction.state.pressures / scale)], f"Pressure [{letter}Pa]")
 
 
-def slip_plot(found: StructurePrediction) -> Plot:
+def slip_plot(prediction: StructurePrediction) -> Plot:
     """Relative tangential amplitudes."""
-    slips = [(f"Mode {mode.number}", mode.slip(found.joint)) for mode in found.modes]
+    slips = [(f"Mode {mode.number}", mode.slip(prediction.joint)) for mode in prediction.modes]
     scale, letter = prefix(max(float(slip.max()) for _, slip in slips))
     return _maps(
-        found, [(name, slip / scale) for name, slip in slips], f"Relative amplitude [{letter}m]"
+        prediction,
+        [(name, slip / scale) for name, slip in slips],
+        f"Relative amplitude [{letter}m]",
     )
 
 
-def loss_plot(found: StructurePrediction) -> Plot:
+def loss_plot(prediction: StructurePrediction) -> Plot:
     """Shares in the loss."""
-    losses = [(f"Mode {mode.number}", 100.0 * mode.loss()) for mode in found.modes]
-    return _maps(found, losses, "Share of the loss [%]")
+    losses = [(f"Mode {mode.number}", 100.0 * mode.loss()) for mode in prediction.modes]
+    return _maps(prediction, losses, "Share of the loss [%]")
 
 
-def _maps(found: StructurePrediction, maps: list[tuple[str, Floats]], label: str) -> Plot:
+def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], label: str) -> Plot:
     """Patches in plan, coloured by values, with the bolts and one scale of colours."""
-    joint = found.joint
-    most = max(float(values.max()) for _, values in maps) or 1.0
+    joint = prediction.joint
+    largest = max(float(values.max()) for _, values in maps) or 1.0
     contacts = np.unique(joint.patch_contacts)
     boxes = 1e3 * joint.patch_boxes
     turn = np.linspace(0.0, 2.0 * np.pi, 49)
@@ -109,9 +116,11 @@ def _maps(found: StructurePrediction, maps: list[tuple[str, Floats]], label: str
         )
         for (x0, x1, y0, y1), value in zip(boxes[here], values[here], strict=True):
             panel.add(
-                Area(np.array([x0, x1, x1, x0]), np.array([y0, y0, y1, y1]), _color(value / most))
+                Area(
+                    np.array([x0, x1, x1, x0]), np.array([y0, y0, y1, y1]), _color(value / largest)
+                )
             )
-        for x, y, diameter, number in found.part.holes:
+        for x, y, diameter, number in prediction.part.holes:
             if number == contact:
                 circle = 500.0 * diameter * np.array([np.cos(turn), np.sin(turn)])
                 panel.add(Area(1e3 * x + circle[0], 1e3 * y + circle[1], "#ffffff"))
@@ -119,11 +128,11 @@ def _maps(found: StructurePrediction, maps: list[tuple[str, Floats]], label: str
     wide = np.ptp(boxes[:, 2:]) / np.ptp(boxes[:, :2])
     high = min(max(6.0 * float(wide), 1.2), 3.5)
     bar = Panel(
-        Axis(label, 0.0, most),
+        Axis(label, 0.0, largest),
         Axis(low=0.0, high=1.0, ticks=()),
         grid=False,
         cell=(len(rows), len(rows), 0, 0),
-        items=[Pixels(_ramp(), 0.0, most, 0.0, 1.0)],
+        items=[Pixels(_ramp(), 0.0, largest, 0.0, 1.0)],
     )
     heights = (*([1.0] * len(rows)), 0.14 / high)
     return Plot([*panels, bar], high * len(rows) + 1.4, heights=heights)
@@ -140,24 +149,24 @@ def _color(share: float) -> str:
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
-def shape_plot(found: StructurePrediction) -> Plot:
+def shape_plot(prediction: StructurePrediction) -> Plot:
     """Each mode from the side that shows it, exaggerated, over the structure at rest."""
     panels = []
-    for row, mode in enumerate(found.modes):
-        last = row == len(found.modes) - 1
-        panels.append(_shape(found, mode, row, last))
+    for row, mode in enumerate(prediction.modes):
+        last = row == len(prediction.modes) - 1
+        panels.append(_shape(prediction, mode, row, last))
     return Plot(panels, 1.5 * len(panels) + 0.7, heights=tuple([1.0] * len(panels)))
 
 
-def _shape(found: StructurePrediction, mode: Mode, row: int, last: bool) -> Panel:
-    outside = found.joint.surface
+def _shape(prediction: StructurePrediction, mode: Mode, row: int, last: bool) -> Panel:
+    outside = prediction.joint.surface
     solved = int(np.flatnonzero(mode.curve.converged)[-1])
     shape = mode.curve.shape[solved]
     turned = (shape * np.exp(-1j * np.angle(shape[np.argmax(abs(shape))]))).real
     motion = outside.motion.astype(float) @ turned
     points = outside.points.astype(float)
     # Drawings lie along x; a mesh may lie anyhow. Seen from the side, or from above.
-    along = int(np.argmax(np.ptp(points, axis=0))) if found.part.mesh is not None else 0
+    along = int(np.argmax(np.ptp(points, axis=0))) if prediction.part.mesh is not None else 0
     first, second = (axis for axis in range(3) if axis != along)
     up = second if np.ptp(motion[:, second]) >= np.ptp(motion[:, first]) else first
     hidden = 3 - along - up
@@ -165,14 +174,14 @@ def _shape(found: StructurePrediction, mode: Mode, row: int, last: bool) -> Pane
     size = np.ptp(points[:, along])
     facets = outside.facets
     depth = points[facets][:, :, hidden]
-    seen = facets[(abs(depth - near) < 1e-6).all(axis=1)]
+    visible = facets[(abs(depth - near) < 1e-6).all(axis=1)]
     flat = np.ptp(depth, axis=1) < 1e-6
     if hidden > up and flat.any():  # heads hide the plates: take the plane where most facets lie
         heights = np.round(depth.mean(axis=1), 6)
         levels, counts = np.unique(heights[flat], return_counts=True)
-        seen = facets[flat & (heights == levels[np.argmax(counts)])]
-    if not len(seen):  # nothing is flat that way
-        seen = facets
+        visible = facets[flat & (heights == levels[np.argmax(counts)])]
+    if not len(visible):  # nothing is flat that way
+        visible = facets
     grown = points + 0.08 * size / abs(motion).max() * motion
     panel = Panel(
         Axis("Along [mm]", bare=not last),
@@ -183,6 +192,6 @@ def _shape(found: StructurePrediction, mode: Mode, row: int, last: bool) -> Pane
         grid=False,
     )
     for places, color in ((points, "#e4e4e4"), (grown, "#4c8fc0")):
-        for facet in seen:
+        for facet in visible:
             panel.add(Area(1e3 * places[facet, along], 1e3 * places[facet, up], color))
     return panel

@@ -84,7 +84,7 @@ def run(study: StudyDescription, progress: Progress | None = None) -> StructureP
     samples: list[Sampled | None] = [None] * len(part.modes)
     inputs: tuple[tuple[str, str], ...] = ()
     if design is not None:
-        inputs = tuple((_NAMES.get(one.key, one.key), one.written) for one in design.inputs)
+        inputs = tuple((_NAMES.get(entry.key, entry.key), entry.written) for entry in design.inputs)
         samples = _samples(design, joint, lambda s: tell(0.5 + 0.5 * s))
     names = tuple(name for name, _ in inputs)
     modes = tuple(
@@ -124,20 +124,20 @@ def _converged(study: StudyDescription, joint: ReducedJoint, state: Preload) -> 
     )
 
 
-def _check_sensor(wanted: tuple[int, ...], moving: list[int]) -> None:
+def _check_sensor(numbers: tuple[int, ...], moving: list[int]) -> None:
     """The sensor must not lie in a node of a mode whose amplitudes it is to tell."""
-    for number in wanted:
+    for number in numbers:
         if number - 1 not in moving:
-            others = ", ".join(str(i + 1) for i in moving[:6])
+            listed = ", ".join(str(i + 1) for i in moving[:6])
             raise InputError(
-                f"mode {number} does not move there in that direction (modes {others} do); leave "
+                f"mode {number} does not move there in that direction (modes {listed} do); leave "
                 "it out of structure.modes, or put the sensor elsewhere"
             )
 
 
 def _tests(measured: tuple[MeasuredPart, ...], modes: tuple[Mode, ...]) -> tuple[ModalTest, ...]:
     """The tests of a study; of the mode that it says, or whose frequency is nearest."""
-    found = []
+    tests = []
     for test in measured:
         amplitude, frequency, damping = test.table.T
         number = test.mode
@@ -145,7 +145,7 @@ def _tests(measured: tuple[MeasuredPart, ...], modes: tuple[Mode, ...]) -> tuple
             middle = float(np.exp(np.log(frequency).mean()))
             near = min(modes, key=lambda m: abs(math.log(m.curve.linear_frequency / middle)))
             number = near.number
-        found.append(
+        tests.append(
             ModalTest(
                 amplitude,
                 frequency,
@@ -156,7 +156,7 @@ def _tests(measured: tuple[MeasuredPart, ...], modes: tuple[Mode, ...]) -> tuple
                 name=Path(test.file).name,
             )
         )
-    return tuple(found)
+    return tuple(tests)
 
 
 def _identified(
@@ -228,19 +228,19 @@ def _samples(design: Design, joint: ReducedJoint, progress: Progress) -> list[Sa
         for key in design.moved
     )
     scores = design.scores(design.points(part.samples, 1)[0])
-    found = np.full((len(part.modes), 2, len(scores), len(part.amplitudes)), math.nan)
+    curves = np.full((len(part.modes), 2, len(scores), len(part.amplitudes)), math.nan)
     for row, place in enumerate(scores):
-        drawn = design.at(place)
-        own = drawn.structure
-        assert own is not None  # as in the study
+        sample = design.at(place)
+        sample_part = sample.structure
+        assert sample_part is not None  # as in the study
         with blame(study, "structure"):
-            model = _reduced(drawn) if anew else joint
-            _, state = _tightened(drawn, model)
-            for index, number in enumerate(own.modes):
-                curve = _quick(own, model, state, number, part.amplitudes)
-                found[index, :, row] = curve.frequency, curve.damping_ratio
+            model = _reduced(sample) if anew else joint
+            _, state = _tightened(sample, model)
+            for index, number in enumerate(sample_part.modes):
+                curve = _quick(sample_part, model, state, number, part.amplitudes)
+                curves[index, :, row] = curve.frequency, curve.damping_ratio
         progress((row + 1) / len(scores))
-    return [(scores, frequency, damping) for frequency, damping in found]
+    return [(scores, frequency, damping) for frequency, damping in curves]
 
 
 def _bands(

@@ -206,19 +206,10 @@ class Asperity(Interface):
     def stick_radius(
         self, displacement: ArrayLike | None = None, *, force: ArrayLike | None = None
     ) -> Any:
-        """Radius c of the circle that sticks on first loading (19.9).
+        """Radius c [m] of the circle that sticks on first loading (19.9); 0 from the slip limit on.
 
-        Parameters
-        ----------
-        displacement : array_like, optional
-            Displacements from rest [m], any shape; only their size matters.
-        force : array_like, optional
-            Forces T [N] instead, up to the force limit in size: c = a (1 - T/mu N)^(1/3).
-
-        Returns
-        -------
-        float or ndarray
-            Radii [m], shape of what was given; 0 from the slip limit on.
+        At displacements from rest [m] or at forces T [N] up to the force limit, any shape, of which
+        only the size matters: c = a (1 - T/mu N)^(1/3).
 
         Raises
         ------
@@ -292,18 +283,8 @@ class Asperity(Interface):
     ) -> AsperityFields:
         """Zones, tractions and surface displacements at the end of a record from rest.
 
-        Parameters
-        ----------
-        displacement : array_like, optional
-            Displacements [m] in the order of time, one-dimensional; turning points will do, and one
-            number is first loading up to it.
-        force : array_like, optional
-            Forces [N] instead, below the force limit in size.
-
-        Returns
-        -------
-        AsperityFields
-            ``.force``, ``.stick_radius``, ``.zones``, ``.traction(radius)`` and more, see there.
+        The record is one-dimensional, of displacements [m] or of forces [N] below the force limit
+        in size; turning points will do, and one number is first loading up to it.
 
         Raises
         ------

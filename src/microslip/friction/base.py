@@ -154,17 +154,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return plain(self._slope(np.abs(x).reshape(-1)).reshape(x.shape))
 
     def backbone_displacement(self, force: ArrayLike) -> Any:
-        """Displacement [m] at which the backbone reaches a force: the inverse of :meth:`backbone`.
-
-        Parameters
-        ----------
-        force : array_like
-            Forces [N] below the force limit in size, any shape.
-
-        Returns
-        -------
-        float or ndarray
-            Displacements [m], shape of ``force``.
+        """Displacement [m] at which the backbone reaches forces [N] of any shape: its inverse.
 
         Raises
         ------
@@ -220,17 +210,9 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return float(result[0]) if x.ndim == 0 else result
 
     def displacement(self, force: ArrayLike) -> Any:
-        """Displacement along any force record, from rest: the inverse of :meth:`force`.
+        """Displacement [m] along any force record [N], from rest: the inverse of :meth:`force`.
 
-        Parameters
-        ----------
-        force : array_like
-            Forces [N] in the order of time, one-dimensional, below the force limit in size.
-
-        Returns
-        -------
-        ndarray or float
-            Displacements [m], one for each sample.
+        The record is as :meth:`force` has it, but below the force limit in size.
 
         Raises
         ------
@@ -370,19 +352,10 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         """The four-parameter model of Segalman (2005, DOI 10.1115/1.1989354) closest to the law.
 
         Its force limit and its stiffness at rest are those of the law. Its chi and beta make the
-        dissipated energies agree best: least squares of their logarithms at 61 amplitudes, spread
-        evenly on a logarithmic scale.
-
-        Parameters
-        ----------
-        smallest_amplitude, largest_amplitude : float, optional
-            Range of the amplitudes [m]; without them 0.01 and 10 times the displacement at which
-            the first tangent meets the force limit.
-
-        Returns
-        -------
-        SegalmanFit
-            ``law``, the model, and its ``misfit``, see there.
+        dissipated energies agree best: least squares of their logarithms at 61 amplitudes [m],
+        spread evenly on a logarithmic scale over a range: without one, from 0.01 to 10 times the
+        displacement at which the first tangent meets the force limit. What comes back is the model,
+        ``law``, and its ``misfit``.
 
         Raises
         ------

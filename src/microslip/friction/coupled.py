@@ -310,19 +310,10 @@ class CoupledResponse(Locked):
         return lock(np.cumsum(self.energy_per_step))
 
     def energy_per_cycle(self, samples_per_cycle: int) -> Floats:
-        """Energy dissipated in each cycle of a periodic history.
+        """Energy dissipated [J] in each cycle of a periodic history.
 
-        Parameters
-        ----------
-        samples_per_cycle : int
-            Samples in a cycle; cycles are counted back from the last sample.
-
-        Returns
-        -------
-        ndarray
-            Energies [J]: how much :attr:`dissipated_energy` rises over each whole cycle that begins
-            at a sample, those of :meth:`ratcheting`. Once the history has settled each is the area
-            of its loop.
+        Cycles of so many samples are counted back from the last sample; those that begin at a
+        sample, whole, count. Once the history has settled each entry is the area of its loop.
 
         Raises
         ------

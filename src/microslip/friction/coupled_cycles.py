@@ -64,21 +64,10 @@ class CoupledCycle(Locked):
     ) -> Floats:
         """How the forces change while displacements and separations change in given directions.
 
-        Parameters
-        ----------
-        displacement : array_like, optional
-            Changes of the displacement at each sample a unit of each parameter, shape
-            (samples, parameters) or (samples,), in [m] where parameters have no unit.
-        separation : array_like, optional
-            Changes of the separation [m] meanwhile, the same shape.
-        normal_load : array_like, optional
-            Changes of the normal load [N] in its place.
-
-        Returns
-        -------
-        ndarray
-            Changes of the tangential force a unit of each parameter, the same shape ([N]). That of
-            the normal load is ``-normal_stiffness`` times that of the separation.
+        Changes of the displacement [m], and of the separation [m] or of the normal load [N], at
+        each sample a unit of each parameter, are of the shape (samples, parameters) or (samples,).
+        Those of the force [N] that come back have it, too; that of the normal load is
+        ``-normal_stiffness`` times that of the separation.
 
         Raises
         ------

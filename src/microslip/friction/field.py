@@ -213,19 +213,9 @@ class JointField(SettledField, Locked):
     def at(
         self, *, separations: ArrayLike | None = None, loads: ArrayLike | None = None
     ) -> JointField:
-        """The same nodes in another state of rest.
+        """The same nodes in another state of rest, with the gaps of this field.
 
-        Parameters
-        ----------
-        separations : array_like, optional
-            Separations [m], one a node or one number.
-        loads : array_like, optional
-            Normal loads [N] instead, of the same shape.
-
-        Returns
-        -------
-        JointField
-            Its gaps are those of this field.
+        By separations [m] or by normal loads [N], shape (nodes,) or one number.
 
         Raises
         ------
@@ -245,19 +235,9 @@ class JointField(SettledField, Locked):
     # -- without memory -------------------------------------------------------------------------
 
     def load(self, separations: ArrayLike) -> tuple[Floats, Floats]:
-        """Normal loads at separations.
+        """Normal loads N [N] at separations [m], and their slopes dN/dd [N/m], not positive.
 
-        Parameters
-        ----------
-        separations : array_like
-            Separations [m], one-dimensional, one a node, or one number.
-
-        Returns
-        -------
-        loads : ndarray
-            N [N], one a node.
-        slopes : ndarray
-            dN/dd [N/m], not positive.
+        Separations are one-dimensional, one a node, or one number.
 
         Raises
         ------
@@ -270,28 +250,15 @@ class JointField(SettledField, Locked):
     def first_loading(self, displacement: ArrayLike, separation: ArrayLike) -> FieldResponse:
         """The end of a straight path from rest, with its tangents, in closed form.
 
-        Parameters
-        ----------
-        displacement : array_like
-            Tangential displacements [m], one-dimensional, one a node, or one number.
-        separation : array_like
-            Separations [m], likewise.
-
-        Returns
-        -------
-        FieldResponse
-            ``force`` [N], ``load`` [N] and ``tangent`` [N/m], its shape (nodes, 2, 2).
+        Tangential displacements [m] and separations [m], one-dimensional, one a node, or one
+        number. What comes back is ``force`` [N], ``load`` [N] and ``tangent`` [N/m], its shape
+        (nodes, 2, 2), by the formulas of :func:`microslip.first_loading` (Jaeger 1998, DOI
+        10.1115/1.2833765).
 
         Raises
         ------
         InputError
             Not finite, another number of them, or outside a table.
-
-        Notes
-        -----
-        With w = d0 - d the approach, T = mu [N(d) - N(d + delta/kappa)], or, where delta is not
-        above kappa w so that all new contact sticks, T = mu delta/(kappa w) [N(d) - N(d0)]
-        (Jaeger 1998, DOI 10.1115/1.2833765).
         """
         place = beyond(self._each("displacement", displacement), self._slip)
         step = self._step_array(separation, "separation")
@@ -316,19 +283,11 @@ class JointField(SettledField, Locked):
         return FieldResponse(self._weights * density * drop, self._scale * load, tangent)
 
     def dissipated_energy(self, amplitude: ArrayLike) -> Floats:
-        """Energy of a closed cycle between -amplitude and +amplitude at the separations of rest.
+        """Energy [J] of a closed cycle about rest, at the separations of rest.
 
-        Parameters
-        ----------
-        amplitude : array_like
-            Displacement amplitudes [m], not negative: shape (nodes,), one number, or (cycles,
-            nodes) for many cycles at once, which is quicker than one after the other.
-
-        Returns
-        -------
-        ndarray
-            Energies E_d [J], one a node, (nodes,) or (cycles, nodes), as of
-            :meth:`microslip.Interface.dissipated_energy`.
+        Amplitudes [m] are not negative: shape (nodes,), one number, or (cycles, nodes) for many
+        cycles at once, which is quicker than one after the other. Energies, one a node, have the
+        shape (nodes,) or (cycles, nodes), as of :meth:`microslip.Interface.dissipated_energy`.
 
         Raises
         ------
@@ -385,18 +344,7 @@ class JointField(SettledField, Locked):
     # -- with memory ----------------------------------------------------------------------------
 
     def start(self, *, energies: bool = False) -> FieldState:
-        """A state of all nodes at rest, for time integrators and static solvers.
-
-        Parameters
-        ----------
-        energies : bool, optional
-            Whether it counts what each node dissipates, which takes its time.
-
-        Returns
-        -------
-        FieldState
-            With ``try_``, ``commit``, ``rollback`` and ``copy``.
-        """
+        """A state of all nodes at rest; with ``energies`` it counts what each dissipates."""
         return FieldState(self, bool(energies))
 
     # -- two directions -------------------------------------------------------------------------

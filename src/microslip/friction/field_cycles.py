@@ -40,22 +40,11 @@ class FieldCycle(Locked):
     def derivative(
         self, displacements: ArrayLike, separations: ArrayLike | None = None
     ) -> tuple[Floats, Floats]:
-        """Derivatives of forces and loads along directions, down the tree of reversals.
+        """Derivatives of forces and loads [N a unit] along directions, down the tree.
 
-        Parameters
-        ----------
-        displacements : array_like
-            How the displacements change with each parameter [m a unit of it], shape (samples,
-            directions) for all nodes alike, or (nodes, samples, directions).
-        separations : array_like, optional
-            How the separations do, of the same shape; without it they do not.
-
-        Returns
-        -------
-        force : ndarray
-            Derivatives of the forces [N a unit], shape (nodes, samples, directions).
-        load : ndarray
-            Derivatives of the normal loads [N a unit], of the same shape.
+        How displacements and separations [m a unit] change with each parameter is of the shape
+        (samples, directions) for all nodes alike, or (nodes, samples, directions), which both
+        answers have; without separations these do not change.
 
         Raises
         ------
@@ -197,9 +186,7 @@ class SettledField:
         rest : array_like or "mean", optional
             As for :meth:`periodic`.
         samples : int, optional
-            Equidistant samples of the period [-]. The coefficients are those of the sampled cycle,
-            and the Jacobian is exactly theirs; what sampling costs falls with the square of their
-            number: see the notes.
+            Equidistant samples of the period [-].
 
         Returns
         -------
@@ -215,13 +202,13 @@ class SettledField:
         Raises
         ------
         InputError
-            Another shape, not finite, harmonics that do not rise, too few samples for them,
-            separations outside a table.
+            As :meth:`periodic`; harmonics that do not rise, too few samples for them.
 
         Notes
         -----
-        The derivative runs down the tree of reversals. Samples miss the true turning points by up
-        to half a step, which is the error of second order.
+        The derivative runs down the tree of reversals and is exactly that of the sampled cycle.
+        Samples miss the true turning points by up to half a step, which is an error of second
+        order.
         """
         numbers = _orders(harmonics)
         basis, analysis = _transform(numbers, _samples(samples, numbers))

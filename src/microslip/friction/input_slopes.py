@@ -24,25 +24,10 @@ _SCALED = ("radius", "radii", "density", "copies")
 
 
 def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, float]]:
-    """Slopes of stiffness and loss factor over each input.
+    """Slopes d ln/d ln [-] of stiffness and loss factor, at an amplitude [m], over each input.
 
-    Parameters
-    ----------
-    joint : Interface
-        A joint; of a surface that is a table or was tightened only friction and load are inputs.
-    amplitude : float
-        Amplitude of motion for the loss factor [m].
-
-    Returns
-    -------
-    dict of dict
-        "tangential_stiffness" and "loss_factor": of each input d ln/d ln [-], by central
-        differences over four per cent; the steepest first.
-
-    Raises
-    ------
-    InputError
-        An amplitude that is not above zero.
+    By central differences over four per cent, the steepest first. Of a surface that is a table or
+    was tightened only friction and load are inputs.
     """
     slopes_of: dict[str, dict[str, float]] = {"tangential_stiffness": {}, "loss_factor": {}}
     for name, scaled in _inputs(joint).items():

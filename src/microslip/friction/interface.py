@@ -184,19 +184,11 @@ class Interface(CoupledLaw):
         return validity(self)
 
     def stick_area(self, displacement: ArrayLike) -> Any:
-        """Contact area that still sticks on first loading.
+        """Contact area [m^2] that still sticks on first loading.
 
-        Parameters
-        ----------
-        displacement : array_like
-            Displacements from rest [m], any shape; only their size matters. On a branch that began
-            at a reversal the zone not slipping now is that of half the distance from it.
-
-        Returns
-        -------
-        float or ndarray
-            Areas [m^2], shape of ``displacement``: the stick circles c^2 = rho (s - delta/kappa)
-            of (19.9), summed.
+        At displacements [m] from rest, of any shape, of which only the size matters, the stick
+        circles c^2 = rho (s - delta/kappa) of (19.9), summed. On a branch that began at a reversal
+        the zone not slipping now is that of half the distance from it.
 
         Raises
         ------

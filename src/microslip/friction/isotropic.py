@@ -92,17 +92,8 @@ class IsotropicJoint(Locked):
     def start(self, nodes: int | None = None, *, energies: bool = False) -> VectorState:
         """A state at rest, of this joint or of many that move each by itself.
 
-        Parameters
-        ----------
-        nodes : int, optional
-            Number of joints [-] that are moved at once; without it one, without an axis of its own.
-        energies : bool, optional
-            Whether it counts what is dissipated, which takes its time.
-
-        Returns
-        -------
-        VectorState
-            With ``try_``, ``commit``, ``rollback`` and ``copy``.
+        Without a number of ``nodes`` [-] there is one, without an axis of its own. With
+        ``energies`` it counts what is dissipated, which takes its time.
 
         Raises
         ------
@@ -114,17 +105,7 @@ class IsotropicJoint(Locked):
         return VectorState(_ConstantLoad(self, int(nodes or 1)), nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
-        """Forces along a path from rest, in straight lines from sample to sample.
-
-        Parameters
-        ----------
-        displacement : array_like
-            Displacements [m] in both directions, shape (samples, 2).
-
-        Returns
-        -------
-        ndarray
-            Forces [N], shape (samples, 2).
+        """Forces [N] along a path [m] from rest of straight lines, both of the shape (samples, 2).
 
         Raises
         ------
@@ -139,18 +120,10 @@ class IsotropicJoint(Locked):
         return forces
 
     def circle_energy(self, amplitude: ArrayLike) -> Any:
-        """Energy that a turn around a circle dissipates once it has settled, in closed form.
+        """Energy [J] that a turn around a circle dissipates once it has settled, in closed form.
 
-        Parameters
-        ----------
-        amplitude : array_like
-            Radii of the circle [m], not negative, any shape.
-
-        Returns
-        -------
-        float or ndarray
-            Energies [J], shape of ``amplitude``: the sum of 2 pi k u sqrt(a^2 - u^2) over the
-            sliders that yield at u < a.
+        For radii [m] of any shape the sum of 2 pi k u sqrt(a^2 - u^2) over the sliders that yield
+        at u < a.
 
         Raises
         ------

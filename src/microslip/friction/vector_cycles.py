@@ -40,21 +40,12 @@ class VectorCycle(Locked):
     _tolerance: float
 
     def derivative(self, directions: ArrayLike, separations: ArrayLike | None = None) -> Floats:
-        """Derivatives of the forces along directions that all nodes share.
+        """Derivatives of the forces [N a unit] along directions that all nodes share.
 
-        Parameters
-        ----------
-        directions : array_like
-            How a displacement changes with each parameter [m a unit of it], shape (samples,
-            directions): they serve for the first displacement, then again for the second.
-        separations : array_like, optional
-            How the separations do, of shape (samples, more directions).
-
-        Returns
-        -------
-        ndarray
-            Derivatives [N a unit], shape (nodes, samples, 2, directions twice and more), of one
-            joint without the first axis.
+        Directions, of the shape (samples, directions), are how a displacement changes with each
+        parameter [m a unit]: they serve for the first displacement, then again for the second, then
+        come those of the separations. What comes back is of the shape (nodes, samples, 2,
+        directions twice and more), of one joint without the first axis.
 
         Raises
         ------

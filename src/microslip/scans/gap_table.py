@@ -69,19 +69,9 @@ class GapTable:
             )
 
     def to_surface(self, pair: MaterialPair, area: float) -> GreenwoodWilliamson:
-        """Greenwood and Williamson's surface with these summits, against a rigid plane.
+        """The joint of the two surfaces as a rough one against a plane, of an apparent area [m^2].
 
-        Parameters
-        ----------
-        pair : MaterialPair
-            The two materials.
-        area : float
-            Apparent area of the joint [m^2].
-
-        Returns
-        -------
-        GreenwoodWilliamson
-            The surface; a separation is minus the closure since the first touch.
+        The separation counts from the first touch: -u when closed by u.
 
         Raises
         ------

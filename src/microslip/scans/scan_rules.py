@@ -245,21 +245,13 @@ def judged(values: Mapping[str, float | None]) -> tuple[Verdict, ...]:
 
 
 def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
-    """Whether moments describe the surface, or few points, noise or the lay of it.
+    """Whether moments describe a levelled surface, or few points, noise or the lay of it.
 
-    Parameters
-    ----------
-    scan : Scan
-        A levelled scan, or a profile.
-
-    Returns
-    -------
-    tuple of Verdict
-        On kurtosis and extreme heights, of the scan as it is and before anything was filled or
-        filtered, whichever is worse; on missing points before that; on the shares of extreme
-        slopes and curvatures, on slopes, on what the pixel takes from waves of few pixels, on
-        Nayak's alpha (Nayak 1971, DOI 10.1115/1.3451608) and on the lay. The limits are
-        conventions: a Gaussian isotropic surface that is well resolved is far within all of them.
+    On kurtosis and extreme heights, of the scan as it is and before anything was filled or
+    filtered, whichever is worse; on missing points before that; on the shares of extreme
+    slopes and curvatures, on slopes, on what the pixel takes from waves of few pixels, on
+    Nayak's alpha (Nayak 1971, DOI 10.1115/1.3451608) and on the lay. The limits are
+    conventions: a Gaussian isotropic surface that is well resolved is far within all of them.
 
     Raises
     ------

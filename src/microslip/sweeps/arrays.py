@@ -160,19 +160,9 @@ class Sweep:
         return xarray.Dataset(variables, coords, attrs=dict(self.attributes))
 
     def to_netcdf(self, path: str | Path, overwrite: bool = False) -> Path:
-        """Write one netCDF-4 file, whole or not at all.
+        """Write one netCDF-4 file, whole or not at all, and return its path.
 
-        Parameters
-        ----------
-        path : str or pathlib.Path
-            The file to make.
-        overwrite : bool, optional
-            Whether a file in its place may be replaced.
-
-        Returns
-        -------
-        pathlib.Path
-            The file.
+        A file in its place is replaced only with ``overwrite``.
 
         Raises
         ------

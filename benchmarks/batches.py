@@ -25,27 +25,12 @@ import time
 from pathlib import Path
 
 import numpy as np
+from pages import write_section
 
 import microslip as ms
 
-PAGE = Path(__file__).parents[1] / "docs" / "batches.md"
-BEGIN, END = "<!-- batches: written by benchmarks/batches.py --page -->", "<!-- batches: end -->"
-
-STUDY = """
-schema = 1
-[surface]
-law = "greenwood-williamson"
-materials = ["al2017", "al2017"]
-heights = { kind = "gaussian", std = "0.5 um" }
-radius = "1 mm"
-density = "100 1/mm^2"
-area = "2 cm^2"
-[joint]
-friction_coefficient = 0.55
-normal_load = "2 kN"
-[excitation]
-amplitudes = ["0.1 um", "1 um"]
-"""
+_EXAMPLE = Path(__file__).parents[1] / "examples" / "al2017.toml"
+AMPLITUDES = '[excitation]\namplitudes = ["0.1 um", "1 um"]\n'
 
 
 def table(folder: Path, count: int) -> Path:
@@ -82,7 +67,7 @@ def command(*words: str) -> list[str]:
 
 def checked(folder: Path, count: int, failed: int) -> str:
     """One outcome an item, and one row block each in the table over all."""
-    outcomes = len(list((folder / "items").glob("*.json")))
+    outcomes = kept_in(folder / "items")
     with (folder / "items.csv").open(encoding="utf-8") as file:
         names = [row[0] for row in csv.reader(file)][1:]
     different = len(set(names))
@@ -197,12 +182,10 @@ class Report:
         return wall
 
     def page(self) -> None:
-        """Write the table between its markers."""
-        text = PAGE.read_text(encoding="utf-8")
-        head = "| what | wall | CPU | outcome |\n| --- | ---: | ---: | --- |\n"
-        lines = "".join(f"| {' | '.join(row)} |\n" for row in self.rows)
-        before, after = text.split(BEGIN)[0], text.split(END)[1]
-        PAGE.write_text(f"{before}{BEGIN}\n{head}{lines}{END}{after}", encoding="utf-8")
+        """Write the table into its page."""
+        rows = [("what", "wall", "CPU", "outcome"), ("---", "---:", "---:", "---"), *self.rows]
+        text = "\n".join(f"| {' | '.join(row)} |" for row in rows)
+        write_section("batches.md", "batches", "batches.py", text)
 
 
 def main() -> None:
@@ -218,7 +201,8 @@ def main() -> None:
     report = Report()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+        joint = _EXAMPLE.read_text(encoding="utf-8").partition("[excitation]")[0]
+        (folder / "study.toml").write_text(joint + AMPLITUDES, encoding="utf-8")
         study = ["--study", str(folder / "study.toml")]
         changes, rig = table(folder, options.predictions), records(folder, options.records)
         predictions, measured = (

@@ -19,9 +19,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-PAGE = Path(__file__).parents[1] / "docs" / "timings.md"
-BEGIN = "<!-- commands: written by benchmarks/commands.py --page -->"
-END = "<!-- commands: end -->"
+from pages import write_section
+
 RIG = "record.csv"
 
 MAKE_INPUT = """
@@ -101,10 +100,7 @@ def main() -> None:
     here = str(Path(sys.executable).with_name("microslip"))
     rows = table([here, *([options.against] if options.against else [])], options.repeats)
     if options.page:
-        before, _, after = PAGE.read_text("utf-8").partition(BEGIN)
-        _, _, after = after.partition(END)
-        body = "\n".join(rows)
-        PAGE.write_text(f"{before}{BEGIN}\n{body}\n{END}{after}", encoding="utf-8")
+        write_section("timings.md", "commands", "commands.py", "\n".join(rows))
 
 
 if __name__ == "__main__":

@@ -36,6 +36,7 @@ from typing import Any
 import numpy as np
 from explicit_population import ExplicitPopulation, gaussian_population
 from numpy.typing import NDArray
+from pages import write_section
 
 import microslip as ms
 from microslip import kernels
@@ -43,10 +44,6 @@ from microslip.kernels import twin
 from microslip.scans import random_surface
 
 Floats = NDArray[np.float64]
-
-PAGE = Path(__file__).parents[1] / "docs" / "timings.md"
-BEGIN = "<!-- timings: written by benchmarks/run.py --page -->"
-END = "<!-- timings: end -->"
 
 SAMPLES = 1_000_000
 ASPERITIES = 100_000
@@ -657,8 +654,6 @@ OTHERS_HEAD = (
     "microslip",
     "asperities / microslip",
 )
-
-
 SWEEPS_HEAD = (
     "energies, loads x amplitudes",
     "one Interface a load",
@@ -701,15 +696,6 @@ def page_text(
         [(SWEEPS_HEAD, sweeps)] if sweeps else []
     )
     return "\n\n".join([about, *(markdown_table(*table) for table in tables)])
-
-
-def write_page(text: str) -> None:
-    before = PAGE.read_text(encoding="utf-8")
-    if before.count(BEGIN) != 1 or before.count(END) != 1:
-        sys.exit(f"error: docs/timings.md must hold these two lines once each:\n{BEGIN}\n{END}")
-    head, after = before.split(BEGIN)
-    tail = after.split(END)[1]
-    PAGE.write_text(f"{head}{BEGIN}\n{text}\n{END}{tail}", encoding="utf-8")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -777,7 +763,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         }
         options.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     if options.page:
-        write_page(page_text(rows, comparisons, about, sweeps))
+        write_section(
+            "timings.md", "timings", "run.py", page_text(rows, comparisons, about, sweeps)
+        )
     misses = sum(row.verdict == "missed" for row in rows) + loads_numpy
     misses += sum(row[-1] == "missed" for row in sweeps)
     return 1 if options.strict and misses else 0

@@ -15,6 +15,7 @@ os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import sys
 import time
+import timeit
 from collections.abc import Callable
 from typing import Any
 
@@ -51,12 +52,7 @@ def one(arguments: dict[str, Any], i: int) -> float:
 
 def seconds(call: Callable[[], Any], times: int = 3) -> float:
     """CPU seconds, the least of some."""
-    best = float("inf")
-    for _ in range(times):
-        start = time.process_time()
-        call()
-        best = min(best, time.process_time() - start)
-    return best
+    return min(timeit.repeat(call, timer=time.process_time, repeat=times, number=1))
 
 
 def main() -> None:

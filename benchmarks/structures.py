@@ -21,11 +21,12 @@ os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import argparse
 import resource
 import time
+import timeit
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pages import write_section
 from scipy import sparse
 
 import microslip as ms
@@ -33,10 +34,6 @@ from microslip.structures.amplitude import AmplitudeMeasure
 from microslip.structures.balance import Balance
 from microslip.structures.harmonic_basis import harmonic_basis
 from microslip.structures.nonlinear_mode import ModeEquations, ModePoint
-
-PAGE = Path(__file__).parents[1] / "docs" / "timings.md"
-BEGIN = "<!-- structures: written by benchmarks/structures.py --page -->"
-END = "<!-- structures: end -->"
 
 METAL = ms.Material(69e9, 0.33)
 SURFACE = ms.GreenwoodWilliamson(
@@ -75,12 +72,7 @@ def bar(nodes: int, patches: int) -> tuple[ms.Structure, np.ndarray]:
 
 def best(run: Callable[[], Any], repeats: int) -> float:
     """The shortest CPU time of some runs [s]."""
-    times = []
-    for _ in range(repeats):
-        begin = time.process_time()
-        run()
-        times.append(time.process_time() - begin)
-    return min(times)
+    return min(timeit.repeat(run, timer=time.process_time, repeat=repeats, number=1))
 
 
 def newton_step(state: ms.Preload) -> tuple[Callable[[], Any], Callable[[], Any]]:
@@ -198,10 +190,7 @@ def main() -> None:
     structures += [("bar", *bar(*size)) for size in sizes]
     rows = growth(options.repeats, structures)
     if options.page:
-        before, _, after = PAGE.read_text("utf-8").partition(BEGIN)
-        _, _, after = after.partition(END)
-        body = "\n".join([*rows, "", *beam])
-        PAGE.write_text(f"{before}{BEGIN}\n{body}\n{END}{after}", encoding="utf-8")
+        write_section("timings.md", "structures", "structures.py", "\n".join([*rows, "", *beam]))
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import struct
 from pathlib import Path
 
 import numpy as np
+import pages
 import pytest
 import run as bench
 from click.testing import CliRunner
@@ -63,8 +64,9 @@ def test_the_tables_are_those_that_are_printed(
 def test_the_timings_are_those_of_the_script() -> None:
     """The tables, whole, with every task that is wanted something of."""
     page = (ROOT / "docs" / "timings.md").read_text(encoding="utf-8")
-    assert page.count(bench.BEGIN) == page.count(bench.END) == 1
-    text = page.split(bench.BEGIN)[1].split(bench.END)[0]
+    begin, end = pages.markers("timings", "run.py")
+    assert page.count(begin) == page.count(end) == 1
+    text = page.split(begin)[1].split(end)[0]
     first, second, *sweeps = re.findall(r"(?m)(?:^\|.*\|\n)+", text)
     assert first.splitlines()[0] == "| task | wanted | compiled kernel | wanted | NumPy twin |"
     assert second.splitlines()[0] == f"| {' | '.join(bench.OTHERS_HEAD)} |"
@@ -111,15 +113,17 @@ def test_the_benchmark_judges_and_writes() -> None:
 
 def test_the_tables_go_between_the_markers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = tmp_path / "timings.md"
-    page.write_text(f"before\n{bench.BEGIN}\nold\n{bench.END}\nafter\n", encoding="utf-8")
-    monkeypatch.setattr(bench, "PAGE", page)
-    bench.write_page("new")
-    bench.write_page("newer")
-    expected = f"before\n{bench.BEGIN}\nnewer\n{bench.END}\nafter\n"
+    section = ("timings.md", "timings", "run.py")
+    begin, end = pages.markers(*section[1:])
+    page.write_text(f"before\n{begin}\nold\n{end}\nafter\n", encoding="utf-8")
+    monkeypatch.setattr(pages, "DOCS", tmp_path)
+    pages.write_section(*section, "new")
+    pages.write_section(*section, "newer")
+    expected = f"before\n{begin}\nnewer\n{end}\nafter\n"
     assert page.read_text(encoding="utf-8") == expected
     page.write_text("no markers\n", encoding="utf-8")
     with pytest.raises(SystemExit, match="must hold these two lines"):
-        bench.write_page("new")
+        pages.write_section(*section, "new")
 
 
 def test_the_benchmark_can_use_the_twin() -> None:

@@ -58,6 +58,11 @@ class Balance:
         result[:, 2::2] = -rate * coefficients[:, 1::2]
         return result
 
+    def by_omega(self, coefficients: Floats, omega: float) -> Floats:
+        """Derivative of inertia and damping matrix' forces by the frequency."""
+        inertia = -2.0 * omega * self.basis.orders**2 * coefficients
+        return inertia + self.damped(self.velocity(coefficients, omega), 0.0) / omega
+
     def damped(self, velocity: Floats, damping: Floats | float) -> Floats:
         """Damping forces of a velocity."""
         result = damping * velocity

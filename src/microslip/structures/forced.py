@@ -119,9 +119,7 @@ class _Path:
         forces, answers = balance.joint_forces(point.coefficients)
         gap = balance.linear(point.coefficients, point.omega, 0.0) + forces - self._force
         inner = balance.linear_matrix(point.omega, 0.0) + balance.tangent_matrix(answers)
-        velocity = balance.velocity(point.coefficients, point.omega)
-        by_omega = -2.0 * point.omega * balance.basis.orders**2 * point.coefficients
-        by_omega = by_omega + balance.damped(velocity, 0.0) / point.omega
+        by_omega = balance.by_omega(*point)
         scale = np.maximum(balance.model.squares, point.omega**2)[:, None] * self._unit
         count = modes * size
         matrix = np.empty((count, count + 1))

@@ -49,6 +49,8 @@ class LawAttachment:
     columns: Floats
     """All directions side by side, (degrees of freedom, coordinates)."""
 
+    has_gaps = False
+    """Whether faces stand apart before static forces press them."""
     held_load = 0.0
     """Largest load that is there without static forces [N]: what rounding stands beside."""
 
@@ -172,9 +174,14 @@ class FieldAttachment:
         return result.reshape(-1)
 
     @property
+    def has_gaps(self) -> bool:
+        """Whether the field was given gaps, not loads."""
+        return self.field.gaps is not None
+
+    @property
     def held_load(self) -> float:
-        """The largest load that was given, without gaps."""
-        return 0.0 if self.field.gaps is not None else float(self.field.normal_loads.max())
+        """The largest load that was given."""
+        return 0.0 if self.has_gaps else float(self.field.normal_loads.max())
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
         """There is no friction while a structure is put together.
@@ -183,7 +190,7 @@ class FieldAttachment:
         """
         loads, slopes = self.field.load(self.separations(motion))
         force, stiffness = np.zeros((2, loads.size, 3))
-        force[:, 2] = -loads if self.field.gaps is not None else self.field.normal_loads - loads
+        force[:, 2] = -loads if self.has_gaps else self.field.normal_loads - loads
         stiffness[:, 2] = -slopes
         return force.reshape(-1), stiffness.reshape(-1)
 

@@ -30,6 +30,20 @@ FACETS = {
 """Corners of the facets of a cell, in VTK's order of corners."""
 
 
+def facets_of(cells: Indices, kind: str) -> Indices:
+    """Corners of all facets of cells, one cell after the other."""
+    patterns = np.array(FACETS[kind])
+    return np.asarray(cells[:, patterns].reshape(-1, patterns.shape[1]))
+
+
+def outer(facets: Indices) -> Indices:
+    """Those of one cell alone."""
+    _, first, count = np.unique(
+        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return np.asarray(facets[first[count == 1]])
+
+
 class Body(NamedTuple):
     """Cells of one material."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,13 +17,14 @@ from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.errors import InputError
 from microslip.materials import Material
 from microslip.structures.mesh import (
-    FACETS,
     Body,
     ContactFaces,
     Indices,
     JointMesh,
     Shank,
     check_elastic,
+    facets_of,
+    outer,
 )
 
 if TYPE_CHECKING:
@@ -224,10 +225,10 @@ def _read(
     named = _Names(path, file, numbers)
     used, inverse = np.unique(cells, return_inverse=True)
     points = np.asarray(file.points, dtype=float)[:, :3] * scale
-    if np.ptp(points[used], axis=0).max() > _LARGEST:
+    extent = float(np.ptp(points[used], axis=0).max())
+    if extent > _LARGEST:
         raise InputError(
-            f"{path.name}: reaches over {float(np.ptp(points[used], axis=0).max()):.4g} m; if it "
-            "is in millimetres, write scale=1e-3"
+            f"{path.name}: reaches over {extent:.4g} m; if it is in millimetres, write scale=1e-3"
         )
     renamed = np.full(len(points), -1, dtype=np.int64)
     renamed[used] = np.arange(len(used))
@@ -253,7 +254,6 @@ def _read(
             f"{path.name}: {int((owner < 0).sum())} of {len(owner)} cells belong to none of the "
             f"bodies {quoted(bodies, 'and')}; the file has {named.listed()}"
         )
-    bare = JointMesh(points[used], solids, kind, tuple(parts), (), ())
     faces = []
     for pair in contacts:
         if isinstance(pair, str) or len(tuple(pair)) != 2:
@@ -266,23 +266,18 @@ def _read(
             )
         faces.append(ContactFaces(f"{pair[0]} on {pair[1]}", lower, upper))
     mesh = JointMesh(points[used], solids, kind, tuple(parts), tuple(faces), ())
-    shanks = []
-    for name in bolts:
-        members = named.volume(name)
-        shanks.append(Shank(name, members, _axis(mesh, members)))
+    volumes = {name: named.volume(name) for name in bolts}
+    shanks = tuple(Shank(name, cells, _axis(mesh, cells)) for name, cells in volumes.items())
     tension = tuple(
         positive(f'the tension of bolt "{name}"', value, "N", 12e3) for name, value in bolts.items()
     )
-    return JointMesh(bare.points, solids, kind, tuple(parts), tuple(faces), tuple(shanks)), tension
+    return replace(mesh, shanks=shanks), tension
 
 
 def _nearest(mesh: JointMesh, place: Floats) -> int:
     """Number of the contact nearest to a place."""
-    distances = [
-        np.linalg.norm(mesh.points[contact.lower].mean(axis=1) - place, axis=1).min()
-        for contact in mesh.contacts
-    ]
-    return int(np.argmin(distances))
+    middles = (mesh.points[contact.lower].mean(axis=1) for contact in mesh.contacts)
+    return int(np.argmin([np.linalg.norm(m - place, axis=1).min() for m in middles]))
 
 
 def _axis(mesh: JointMesh, members: Indices) -> Floats:
@@ -397,12 +392,8 @@ class _Names:
             raise self._missing(name, "face")
         inside = np.zeros(len(self._file.points), dtype=bool)
         inside[self._nodes[name]] = True
-        patterns = np.array(FACETS[kind])
-        facets = cells[:, patterns].reshape(-1, patterns.shape[1])
+        facets = facets_of(cells, kind)
         facets = facets[inside[facets].all(axis=1)]
         if not len(facets):
             raise InputError(f'{self._path.name}: no side of a cell has all its nodes in "{name}"')
-        _, first, count = np.unique(
-            np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
-        )
-        return np.asarray(facets[first[count == 1]], dtype=np.int64)
+        return np.asarray(outer(facets), dtype=np.int64)

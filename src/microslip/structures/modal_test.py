@@ -65,8 +65,7 @@ class ModalTest(Locked):
             for value in values:
                 positive(name, float(value), unit)
             object.__setattr__(self, name, lock(values))
-        sizes = {len(self.amplitude), len(self.frequency), len(self.damping_ratio)}
-        if len(sizes) != 1:
+        if not self.amplitude.shape == self.frequency.shape == self.damping_ratio.shape:
             raise InputError(
                 "amplitude, frequency and damping_ratio must be of one length, got "
                 f"{len(self.amplitude)}, {len(self.frequency)} and {len(self.damping_ratio)}"

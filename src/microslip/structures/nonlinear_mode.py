@@ -101,11 +101,7 @@ class ModeEquations:
         modes, size = self.balance.shape
         q, omega, zeta = point
         velocity = self.balance.velocity(q, omega)
-        by_omega = (
-            -2.0 * omega * self.balance.basis.orders**2 * q
-            + self.balance.damped(velocity, 0.0) / omega
-            - 4.0 * zeta * velocity
-        )
+        by_omega = self.balance.by_omega(q, omega) - 4.0 * zeta * velocity
         columns = np.stack([by_omega, -2.0 * omega * velocity], axis=-1)
         system = _Bordered(self.balance, self.index, point, current, columns)
         unknowns = modes

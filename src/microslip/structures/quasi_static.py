@@ -74,7 +74,9 @@ class QuasiStatic:
                 if moved is None:
                     return result
                 sides, reached = moved, q
-                point = self._point(sides, q)
+                ahead, behind = sides[1.0], sides[-1.0]
+                shape = 0.5 * (ahead.shape - behind.shape)
+                point = QuasiStaticPoint(0.5 * (ahead.square + behind.square), shape, q)
                 factor = self.measure.factor(point.shape / q, point.omega)
                 target = float(amplitudes[place]) / factor
                 if abs(target / q - 1.0) < 1e-9:
@@ -175,12 +177,6 @@ class QuasiStatic:
             return np.asarray(np.linalg.solve(matrix / scale[:, None], right / scale))
         except np.linalg.LinAlgError:
             return None
-
-    def _point(self, sides: dict[float, StaticPoint], q: float) -> QuasiStaticPoint:
-        ahead, behind = sides[1.0], sides[-1.0]
-        return QuasiStaticPoint(
-            0.5 * (ahead.square + behind.square), 0.5 * (ahead.shape - behind.shape), q
-        )
 
     def losses(self, points: list[QuasiStaticPoint]) -> tuple[Floats, Floats]:
         """Damping ratios, and the losses of a cycle by joint [J], all groups in a row.

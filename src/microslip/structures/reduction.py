@@ -13,7 +13,7 @@ from microslip._core.checks import Floats, floats, positive, show, whole
 from microslip.errors import InputError
 from microslip.numerics.threads import single_threaded
 from microslip.structures.matrices import factorised
-from microslip.structures.mesh import FACETS, JointMesh, check_count
+from microslip.structures.mesh import JointMesh, check_count, facets_of, outer
 from microslip.structures.reduction_elements import Elements
 from microslip.structures.reduction_model import ReducedJoint, Surface
 from microslip.structures.reduction_patches import patches_of
@@ -87,7 +87,7 @@ class Reducer:
         """Reduce it to its patches, its bolts and a few modes."""
         from scipy import sparse
 
-        kept_modes = _count(kept_modes)
+        kept_modes = whole("kept_modes", kept_modes, 1, 1000)
         elements = self.elements
         patched = patches_of(self.mesh, elements, patches, self.along)
         names, sensing = _sensors(elements, sensors)
@@ -107,12 +107,8 @@ class Reducer:
         inner = np.arange(len(boundary), len(stiffness))
         stiffness[inner, inner] = squares
         heavy = body.mass @ modes
-        mass = np.block(
-            [
-                [static.T @ (body.mass @ static), static.T @ heavy],
-                [heavy.T @ static, modes.T @ heavy],
-            ]
-        )
+        upper = [static.T @ (body.mass @ static), static.T @ heavy]
+        mass = np.block([upper, [heavy.T @ static, modes.T @ heavy]])
         reduced = ReducedJoint(
             mass=0.5 * (mass + mass.T),
             stiffness=stiffness,
@@ -144,10 +140,6 @@ def _inverse(compliance: Floats) -> Floats:
         )
     result: Floats = (vectors / values) @ vectors.T * scale * scale[:, None]
     return 0.5 * (result + result.T)
-
-
-def _count(value: Any) -> int:
-    return whole("kept_modes", value, 1, 1000)
 
 
 def _check_joined(mesh: JointMesh) -> None:
@@ -270,12 +262,7 @@ def _sensors(elements: Elements, sensors: Mapping[str, Any] | None) -> tuple[tup
 
 def _surface(mesh: JointMesh, elements: Elements, shapes: tuple[Floats, Floats]) -> Surface:
     """The outside of the bodies with its motion, for pictures of modes."""
-    patterns = np.array(FACETS[mesh.kind])
-    facets = mesh.cells[:, patterns].reshape(-1, patterns.shape[1])
-    _, first, count = np.unique(
-        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    outside = facets[first[count == 1]]
+    outside = outer(facets_of(mesh.cells, mesh.kind))
     corners, inverse = np.unique(outside, return_inverse=True)
     index = elements.corner_dofs(corners)
     motion = np.concatenate([part.reshape(-1, 3, part.shape[1])[index] for part in shapes], axis=2)

@@ -103,23 +103,22 @@ def converge(
     surface: NormalLaw,
     friction_coefficient: ArrayLike,
     *,
-    tension: Any,
     mode: int,
     amplitudes: Floats,
     patches: Any,
-    form: Any,
     tolerance: float,
     most_patches: int,
-    sensors: Any,
     masses: Any,
+    **options: Any,
 ) -> Convergence:
-    """Refine patches by their share of the loss, then change one thing at a time."""
+    """Refine patches by their share of the loss, then change one thing at a time.
+
+    ``options`` are those of :meth:`Reducer.reduce` that stay as they are.
+    """
     reducer = Reducer(mesh_of(element_size), masses, along)
 
     def trial(boxes: Any, refined: Reducer = reducer, kept_modes: int = 14) -> _Trial:
-        joint = refined.reduce(
-            tension=tension, patches=boxes, form=form, kept_modes=kept_modes, sensors=sensors
-        )
+        joint = refined.reduce(patches=boxes, kept_modes=kept_modes, **options)
         state = joint.tightened(surface, friction_coefficient)
         return _Trial(joint, state.modes(mode, amplitudes, method="quasi-static"))
 
@@ -185,25 +184,16 @@ def _harmonics(state: Preload, mode: int, amplitude: Floats) -> Change:
 
 
 def _step(trial: _Trial) -> tuple[int, float, float]:
-    middle = len(trial.curve.frequency) // 2
-    return (
-        trial.joint.patches,
-        float(trial.curve.frequency[middle]),
-        float(trial.curve.damping_ratio[middle]),
-    )
+    curve, middle = trial.curve, len(trial.curve.frequency) // 2
+    return trial.joint.patches, float(curve.frequency[middle]), float(curve.damping_ratio[middle])
 
 
 def _change(coarse: ModalCurve, fine: ModalCurve) -> tuple[float, float]:
     """Relative changes of frequency and damping, each the largest by size, with its sign."""
-
-    def largest(finer: Floats, coarser: Floats) -> float:
-        change = finer / coarser - 1.0
-        return float(change[np.argmax(abs(change))])
-
-    return (
-        largest(fine.frequency, coarse.frequency),
-        largest(fine.damping_ratio, coarse.damping_ratio),
-    )
+    pairs = (fine.frequency, coarse.frequency), (fine.damping_ratio, coarse.damping_ratio)
+    changes = (finer / coarser - 1.0 for finer, coarser in pairs)
+    frequency, damping = (float(change[np.argmax(abs(change))]) for change in changes)
+    return frequency, damping
 
 
 def losing(loss: Floats, share: float) -> Any:

@@ -113,6 +113,12 @@ class Elements:
             np.add.at(result, indices.ravel(), force.ravel())
         return result / float(length)
 
+    @property
+    def _corner_element(self) -> Any:
+        """The linear element of the same cells."""
+        linear = "ElementTetP1" if self.mesh.kind == "tetra" else "ElementHex1"
+        return getattr(self._skfem, linear)()
+
     @cached_property
     def _corner_places(self) -> Floats:
         """Corners of the cells in the element's own order, (cells, corners, 3)."""
@@ -125,10 +131,8 @@ class Elements:
         """The six rigid motions, about the centre of the nodes, one a column."""
         places = self.places - self.places.mean(axis=0)
         motion = np.zeros((len(places), 3, 6))
-        for axis in range(3):
+        for axis, unit in enumerate(np.eye(3)):
             motion[:, axis, axis] = 1.0
-            unit = np.zeros(3)
-            unit[axis] = 1.0
             motion[:, :, 3 + axis] = np.cross(unit, places)
         return motion.reshape(self.size, 6)
 
@@ -142,10 +146,7 @@ class Elements:
 
     def _shape(self, local: Floats, corners: bool = False) -> Floats:
         """Shape functions at points of the reference cell, (points, functions)."""
-        element = self._element
-        if corners:
-            hexahedron = self.mesh.kind == "hexahedron"
-            element = self._skfem.ElementHex1() if hexahedron else self._skfem.ElementTetP1()
+        element = self._corner_element if corners else self._element
         count = len(element.doflocs)
         return np.stack(
             [np.broadcast_to(element.lbasis(local.T, i)[0], (len(local),)) for i in range(count)],
@@ -154,11 +155,7 @@ class Elements:
 
     def _map(self, local: Floats, cells: Indices) -> tuple[Floats, Floats]:
         """Places and Jacobians of local points, each in its cell."""
-        element = (
-            self._skfem.ElementHex1()
-            if self.mesh.kind == "hexahedron"
-            else self._skfem.ElementTetP1()
-        )
+        element = self._corner_element
         corners = self._corner_places[cells]
         places, jacobians = np.zeros((len(cells), 3)), np.zeros((len(cells), 3, 3))
         for i in range(corners.shape[1]):

@@ -31,6 +31,14 @@ class _Kind(NamedTuple):
     high: float
     log: bool
 
+    def coordinate(self, value: float) -> float:
+        """What is fitted, of a value."""
+        return math.log(value) if self.log else value
+
+    def value(self, coordinate: float) -> float:
+        """A value, of what is fitted."""
+        return math.exp(min(coordinate, 700.0)) if self.log else float(coordinate)
+
 
 KINDS = {
     "friction_coefficient": _Kind(0.01, 3.0, True),
@@ -200,10 +208,7 @@ class _Fit:
         from scipy.optimize import least_squares
 
         kinds = [KINDS[name] for name in self.names]
-        bounds = (
-            [math.log(k.low) if k.log else k.low for k in kinds],
-            [math.log(k.high) if k.log else k.high for k in kinds],
-        )
+        bounds = [k.coordinate(k.low) for k in kinds], [k.coordinate(k.high) for k in kinds]
         vector = np.clip(self._vector(self.start), *np.array(bounds))
         correction = self._correction(self._values(vector))
         for _ in range(_ROUNDS):
@@ -220,14 +225,11 @@ class _Fit:
         return self._result(vector, solved.jac, self._residuals(vector, correction), at_bounds)
 
     def _vector(self, values: Mapping[str, float]) -> Floats:
-        return np.array([math.log(values[n]) if KINDS[n].log else values[n] for n in self.names])
+        return np.array([KINDS[name].coordinate(values[name]) for name in self.names])
 
     def _values(self, vector: Floats) -> dict[str, float]:
-        fitted = {
-            name: math.exp(v) if KINDS[name].log else float(v)
-            for name, v in zip(self.names, vector, strict=True)
-        }
-        return self.start | fitted
+        pairs = zip(self.names, vector, strict=True)
+        return self.start | {name: KINDS[name].value(v) for name, v in pairs}
 
     def _state(self, values: dict[str, float]) -> tuple[ReducedJoint, Preload]:
         joint = self.joint.with_tension(self.joint.bolt_tension * values["tension"])
@@ -272,25 +274,19 @@ class _Fit:
     ) -> ModalIdentification:
         free = len(residuals) - len(vector)
         misfit = math.sqrt(float(residuals @ residuals) / free) if free > 0 else math.nan
-        covariance = np.linalg.pinv(jacobian.T @ jacobian) * max(misfit, 1.0) ** 2
-        if math.isnan(misfit):
-            covariance = np.linalg.pinv(jacobian.T @ jacobian)
+        widening = 1.0 if math.isnan(misfit) else max(misfit, 1.0) ** 2
+        covariance = np.linalg.pinv(jacobian.T @ jacobian) * widening
         error = np.sqrt(np.diag(covariance))
-        correlation = (
-            covariance
-            / np.where(error > 0.0, error, 1.0)[:, None]
-            / np.where(error > 0.0, error, 1.0)
-        )
+        scale = np.where(error > 0.0, error, 1.0)
+        correlation = covariance / scale[:, None] / scale
         values = self._values(vector)
         half = 1.6448536269514722 * error  # of the normal distribution, 5 to 95 %
         intervals = {}
         widths = []
         for name, v, h in zip(self.names, vector, half, strict=True):
-            ends = (v - h, v + h)
-            low, high = ((math.exp(min(e, 700.0)) if KINDS[name].log else float(e)) for e in ends)
-            intervals[name] = (low, high)
-            scale = abs(values[name]) if KINDS[name].log else max(abs(values[name]), 0.1)
-            widths.append(0.5 * (high - low) / scale)
+            kind, size = KINDS[name], abs(values[name])
+            low, high = intervals[name] = kind.value(v - h), kind.value(v + h)
+            widths.append(0.5 * (high - low) / (size if kind.log else max(size, 0.1)))
         off_diagonal = (
             abs(correlation - np.diag(np.diag(correlation))).max() if len(vector) > 1 else None
         )

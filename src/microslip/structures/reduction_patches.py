@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,6 +52,8 @@ class Patches(NamedTuple):
 
 def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats | None) -> Patches:
     """Sort the sample points of each contact into boxes and average over them."""
+    from scipy import sparse
+
     parts, offset, left_out, total = [], 0, 0.0, 0.0
     for number, contact in enumerate(mesh.contacts):
         frame = contact_frame(mesh, contact, along)
@@ -90,22 +93,14 @@ def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats |
                 area,
                 boxes,
                 np.full(len(area), number),
-                _turned(above - below, frame.axes, len(area)),
+                sparse.kron(sparse.identity(len(area)), frame.axes, format="csr") @ (above - below),
             )
         )
         offset += len(area)
-    from scipy import sparse
-
     samples = Samples(*(np.concatenate(part) for part in zip(*(p[0] for p in parts), strict=True)))
     areas, boxes, numbers = (np.concatenate([p[k] for p in parts]) for k in (1, 2, 3))
     functionals = sparse.vstack([p[4] for p in parts]).tocsr()
     return Patches(samples, areas, boxes, numbers, functionals, left_out / total)
-
-
-def _turned(rows: Any, axes: Floats, count: int) -> Any:
-    from scipy import sparse
-
-    return sparse.kron(sparse.identity(count), axes, format="csr") @ rows
 
 
 def _opposite(elements: Elements, places: Floats, cells: Indices, normal: Floats) -> Points:
@@ -206,13 +201,7 @@ def _boxes(layout: Any, low: Floats, high: Floats) -> Floats:
             )
         counts = [int(count) for count in boxes]
         edges = [np.linspace(low[k], high[k], counts[k] + 1) for k in (0, 1)]
-        return np.array(
-            [
-                (edges[0][i], edges[0][i + 1], edges[1][j], edges[1][j + 1])
-                for i in range(counts[0])
-                for j in range(counts[1])
-            ]
-        )
+        return np.array([(*x, *y) for x in pairwise(edges[0]) for y in pairwise(edges[1])])
     if boxes.ndim != 2 or boxes.shape[1] != 4:
         raise InputError(_wanted(layout))
     if len(boxes) > _MOST_PATCHES:

@@ -6,7 +6,7 @@ is solved once and for all; each step iterates on the joints' motions alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +18,7 @@ _ITERATIONS = 30
 _STEP = 1e-12  # of the largest joint motion so far, for the last step of Newton's method
 
 
-@dataclass(frozen=True)
-class Coefficients:
+class Coefficients(NamedTuple):
     """Of the method, by the spectral radius at high frequencies."""
 
     mass: float

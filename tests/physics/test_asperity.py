@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from scipy import integrate, special
 
 import microslip as ms
-from microslip.friction.half_space import potentials
+from microslip.friction.fields import potentials
 
 AL, STEEL = ms.Material(69e9, 0.33), ms.Material(210e9, 0.3)
 BALL = ms.Asperity(

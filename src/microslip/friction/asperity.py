@@ -22,9 +22,8 @@ from microslip._core.checks import (
 )
 from microslip._core.frozen import lock
 from microslip.errors import Argument, InputError
-from microslip.friction.fields import AsperityFields, Body, bodies, distances
+from microslip.friction.fields import AsperityFields, Body, bodies, distances, potentials
 from microslip.friction.guesses import all_features, draw, loads_of
-from microslip.friction.half_space import potentials
 from microslip.friction.interface import Interface
 from microslip.materials import Material, MaterialPair
 from microslip.memory import Memory

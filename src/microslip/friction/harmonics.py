@@ -14,9 +14,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, number, rising_orders, show
+from microslip._core.checks import Floats, floats, number, rising_orders
 from microslip.errors import InputError
-from microslip.friction.cycles import Backbone, Rest
+from microslip.friction.cycles import Backbone, Rest, rest_of
 from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(16)
@@ -107,14 +107,9 @@ def harmonic_force(
     basis = Basis(harmonics)
     c = coefficients_of("coefficients", coefficients, basis).copy()
     moves = np.ones(basis.size)  # whether a coefficient moves the joint from its rest
-    if isinstance(rest, str):
-        if rest != "mean":
-            raise InputError(f"rest must be a displacement [m] or 'mean', got {show(rest)}")
-        if basis.has_mean:
-            c[0], moves[0] = 0.0, 0.0
-        begin = 0.0
-    else:
-        begin = number("rest", rest, "m")
+    begin, from_mean = rest_of(rest, np.zeros(1))
+    if from_mean and basis.has_mean:
+        c[0], moves[0] = 0.0, 0.0
     tolerance = number("rtol", rtol)
     if not 1e-14 <= tolerance <= 0.1:
         raise InputError(f"rtol must be between 1e-14 and 0.1, got {tolerance:g}")

@@ -93,8 +93,9 @@ class IsotropicField(Locked):
         return self.field._steps
 
     def _loads(self, step: Floats) -> tuple[Floats, Floats]:
-        load, fall = self.field._curve.load(step)
-        return self.field._scale * load, -self.field._scale * fall
+        load, fall = self.field._curve.load(step.reshape(-1))
+        scale = self.field._scale.reshape(-1, *[1] * (step.ndim - 1))
+        return scale * load.reshape(step.shape), -scale * fall.reshape(step.shape)
 
     def _step_array(self, separations: ArrayLike) -> Floats:
         steps = self.field._step_array(separations)
@@ -161,13 +162,8 @@ class IsotropicField(Locked):
         places = x / self._slips[:, None, None]
         nothing = np.zeros((x.shape[1], 0))
         force, _, passes = settle(self, places, steps, nothing, nothing, tolerance)
-        load = self._load_cycle(steps)[0]
+        load = self._loads(steps)[0]
         return VectorCycle(lock(force), lock(load), passes, self, places, steps, tolerance)
-
-    def _load_cycle(self, steps: Floats) -> tuple[Floats, Floats]:
-        load, fall = self.field._curve.load(steps.reshape(-1))
-        scale = self.field._scale[:, None]
-        return scale * load.reshape(steps.shape), -scale * fall.reshape(steps.shape)
 
     def harmonics(
         self,
@@ -227,7 +223,7 @@ class IsotropicField(Locked):
         spectrum = np.einsum("tc,nti->nic", analysis, force)
         if separations is None:
             return spectrum, by_places
-        load, fall = self._load_cycle(steps)
+        load, fall = self._loads(steps)
         jacobian = np.zeros((size, 3, 3, count, count))
         jacobian[:, :2, :2] = by_places
         jacobian[:, :2, 2] = turned

@@ -106,6 +106,11 @@ class Diagram:
         diagram.place, diagram.value = self.place, self.value
         return diagram
 
+    @property
+    def _last(self) -> tuple[int, float, float]:
+        """Depth, separation and place, as kernels take them."""
+        return self.depth, self.separation, self.place
+
     def respond(
         self, separation: Floats, place: Floats, drop: Drop, profile: Profile | None = None
     ) -> Floats:
@@ -133,16 +138,9 @@ class Diagram:
         result = np.empty(separation.size)
         stack, values = self._reserve(separation.size)
         depth, self.separation, self.place = kernels.active.coupled(
-            np.ascontiguousarray(separation),
-            np.ascontiguousarray(place),
-            result,
-            stack,
-            values,
-            self.depth,
-            self.separation,
-            self.place,
-            *profile.arguments,
-        )
+            np.ascontiguousarray(separation), np.ascontiguousarray(place), result, stack, values,
+            *self._last, *profile.arguments,
+        )  # fmt: skip
         self._store(stack, values, depth)
         self.value = float(result[-1])
         return result
@@ -164,17 +162,9 @@ class Diagram:
         result = np.empty(value.size)
         stack, values = self._reserve(value.size)
         depth, self.separation, self.place, self.value = kernels.active.hold(
-            np.ascontiguousarray(separation),
-            np.ascontiguousarray(value),
-            result,
-            stack,
-            values,
-            self.depth,
-            self.separation,
-            self.place,
-            self.value,
-            *curve.arguments,
-        )
+            np.ascontiguousarray(separation), np.ascontiguousarray(value), result, stack, values,
+            *self._last, self.value, *curve.arguments,
+        )  # fmt: skip
         self._store(stack, values, depth)
         return result
 
@@ -211,19 +201,9 @@ class Diagram:
         base, width, density = np.empty(2 * n), np.empty(2 * n), np.empty(2 * n)
         parent, top = np.empty(2 * n, dtype=np.int64), np.empty(n, dtype=np.int64)
         depth, count, last_separation, last_place = kernels.active.diagram(
-            np.ascontiguousarray(separation),
-            np.ascontiguousarray(place),
-            base,
-            width,
-            density,
-            parent,
-            top,
-            stack,
-            codes,
-            self.depth,
-            self.separation,
-            self.place,
-        )
+            np.ascontiguousarray(separation), np.ascontiguousarray(place), base, width, density,
+            parent, top, stack, codes, *self._last,
+        )  # fmt: skip
         tree = Rows(base[:count], width[:count], density[:count], parent[:count], top)
         return tree, stack[:depth].copy(), codes[:depth].copy(), last_separation, last_place
 
@@ -238,15 +218,9 @@ class Diagram:
                 separation, place, lambda b, w: float(drop(np.array([b]), np.array([w]))[0])
             )
         outcome = kernels.active.coupled_step(
-            separation,
-            place,
-            self.stack,
-            self.values,
-            self.depth,
-            self.separation,
-            self.place,
+            separation, place, self.stack, self.values, self.depth, self.separation, self.place,
             *profile.arguments,
-        )
+        )  # fmt: skip
         return Step(separation, place, *outcome)
 
     def _probe(
@@ -300,14 +274,7 @@ class Diagram:
         stack[: self.depth] = self.stack[: self.depth]
         result = np.empty(separation.size)
         kernels.active.losses(
-            np.ascontiguousarray(separation),
-            np.ascontiguousarray(place),
-            result,
-            stack,
-            self.depth,
-            self.separation,
-            self.place,
-            LOSS_RULES,
-            *profile.arguments,
-        )
+            np.ascontiguousarray(separation), np.ascontiguousarray(place), result, stack,
+            *self._last, LOSS_RULES, *profile.arguments,
+        )  # fmt: skip
         return result

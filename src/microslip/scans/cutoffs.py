@@ -8,9 +8,9 @@ from dataclasses import dataclass, fields
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from microslip._core.checks import sized
+from microslip._core.checks import Floats, sized
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip.errors import Argument, InputError, Phrase
@@ -19,8 +19,6 @@ from microslip.scans.conditioning import Steps, condition, remaining
 from microslip.scans.height_map import HeightMap
 from microslip.scans.levelling import Level
 from microslip.scans.summits import Summits, find_summits
-
-Floats = NDArray[np.float64]
 
 _COUNT = 8
 """Cut-offs of the default table, besides none, at most."""

@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import floats, plain
+from microslip._core.checks import Floats, floats, plain
 from microslip._core.verdicts import Word
 from microslip.scans.statistics import Statistics
-
-Floats = NDArray[np.float64]
 
 RANGE = (0.01, 0.99)
 """Quantiles beyond are of few places, however many points: neighbours are alike."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip._core.verdicts import Verdict
@@ -19,8 +19,6 @@ from microslip.scans.distribution_fits import RANGE, TAIL, Fit, fits_of
 from microslip.scans.height_map import HeightMap
 from microslip.scans.scan_rules import judged
 from microslip.scans.statistics import Statistics, statistics_of
-
-Floats = NDArray[np.float64]
 
 _LEVELS = 400
 """Quantiles that fits are held against: steps of a quarter of a percent."""

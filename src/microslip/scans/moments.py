@@ -21,14 +21,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from microslip._core.checks import positive
+from microslip._core.checks import Floats, positive
 from microslip.errors import Argument, InputError
 from microslip.scans.nayak import NayakSummits
 from microslip.scans.summit_statistics import SummitStatistics
-
-Floats = NDArray[np.float64]
 
 SUMMIT_SHARE = 1.0 - 3.0 * math.sqrt(3.0) + 16.0 / math.pi
 """McCool's 0.8968: the variance m0 of the heights less that of the summits, times alpha/m0."""

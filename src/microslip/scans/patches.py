@@ -15,6 +15,7 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import Argument, InputError
 from microslip.scans.height_map import HeightMap
+from microslip.scans.spectrum import mirrored_counts
 
 Map = TypeVar("Map", bound=HeightMap)
 Parameter = Callable[[HeightMap], float]
@@ -181,11 +182,7 @@ def long_wave_error(scan: HeightMap) -> float:
     z = scan.heights - np.nanmean(scan.heights)
     power = np.abs(np.fft.rfftn(np.nan_to_num(z))) ** 2
     # Waves that stand for their mirror image, too, count as one of twice the power.
-    sides = np.full(power.shape[-1], 2.0)
-    sides[0] = 1.0
-    if z.shape[-1] % 2 == 0:
-        sides[-1] = 1.0
-    power *= sides
+    power *= mirrored_counts(z.shape[-1])
     power.flat[0] = 0.0
     # A power that scatters as much as it is large has a mean square of twice its squared mean.
     return math.sqrt(0.5 * float(np.sum(power * power))) / float(power.sum())

@@ -9,14 +9,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import show
+from microslip._core.checks import Floats, show
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import quoted
 from microslip.errors import Argument, InputError
 from microslip.scans.height_map import HeightMap
 from microslip.scans.moments import Moments
 
-Floats = NDArray[np.float64]
 Window = Literal["hann"] | None
 
 
@@ -259,18 +258,11 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
     del missing, here
     if heights.ndim == 1:
         power = np.abs(np.fft.rfft(z)) ** 2
-        power *= _sides(heights.size) / (heights.size * square)
+        power *= mirrored_counts(heights.size) / (heights.size * square)
         axis = _axis(power, heights.size, steps[0])
-        return Spectrum(
-            axis.wavenumber,
-            axis.density,
-            axis.power,
-            (axis,),
-            window,
-            scan.cutoff,
-            scan.long_cutoff,
-            lock(np.full(axis.wavenumber.size, 2.0)),
-        )
+        radial = axis.wavenumber, axis.density, axis.power
+        counts = lock(np.full(axis.wavenumber.size, 2.0))
+        return Spectrum(*radial, (axis,), window, scan.cutoff, scan.long_cutoff, counts)
     rows, columns = z.shape
     dx, dy = steps
     waves = np.fft.rfft2(z)
@@ -278,7 +270,7 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
     full = waves.real**2
     full += waves.imag**2
     del waves
-    full *= _sides(columns) / (rows * columns * square)
+    full *= mirrored_counts(columns) / (rows * columns * square)
     along_x = full.sum(axis=0)
     rows_power = full.sum(axis=1)
     # Fold negative wavenumbers along y onto the positive ones.
@@ -286,16 +278,9 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
     along_y[1 : (rows + 1) // 2] += rows_power[: rows // 2 : -1]
     q, power, count = _rings(full, (dx, dy), columns)
     cell = (2.0 * math.pi) ** 2 / (rows * dx * columns * dy)
-    return Spectrum(
-        lock(q),
-        lock(power / (count * cell)),
-        lock(power),
-        (_axis(along_x, columns, dx), _axis(along_y, rows, dy)),
-        window,
-        scan.cutoff,
-        scan.long_cutoff,
-        lock(count),
-    )
+    radial = lock(q), lock(power / (count * cell)), lock(power)
+    axes = _axis(along_x, columns, dx), _axis(along_y, rows, dy)
+    return Spectrum(*radial, axes, window, scan.cutoff, scan.long_cutoff, lock(count))
 
 
 def _taper(count: int, window: Window) -> Floats:
@@ -318,7 +303,7 @@ def _weighted_mean(z: Floats, tapers: list[Floats], present: Floats | None) -> f
     return _weighted_sum(tapers, z) / _weighted_sum(tapers, present)
 
 
-def _sides(count: int) -> Floats:
+def mirrored_counts(count: int) -> Floats:
     """How many waves of the full transform each one of the half stands for; the mean is none."""
     sides = np.full(count // 2 + 1, 2.0)
     if count % 2 == 0:
@@ -341,7 +326,7 @@ def _rings(full: Floats, steps: tuple[float, float], columns: int) -> tuple[Floa
     qy = 2.0 * math.pi * np.fft.fftfreq(rows, steps[1])
     # As wide as the coarser step of the grid: no ring is empty for want of waves.
     width = max(float(qx[1]), abs(float(qy[1])))
-    sides = _sides(columns)
+    sides = mirrored_counts(columns)
     bins = int(math.hypot(float(qx[-1]), float(np.abs(qy).max())) / width + 0.5) + 1
     sums = np.zeros((3, bins))
     for row in range(rows):

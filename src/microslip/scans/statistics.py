@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.scans.moments import dot, present
-
-Floats = NDArray[np.float64]
 
 _BLOCK = 1 << 18
 

@@ -14,15 +14,13 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from microslip._core.checks import exact, floats, number, positive, show
+from microslip._core.checks import Floats, exact, floats, number, positive, show
 from microslip._core.frozen import lock
 from microslip.errors import Argument, InputError
 from microslip.scans.checks import pixel_of
 from microslip.scans.scan import Scan
-
-Floats = NDArray[np.float64]
 
 _LARGEST = 1 << 27  # points of a grid: a gigabyte
 
@@ -249,10 +247,8 @@ def paraboloids(
 
     Parameters
     ----------
-    shape : tuple of int
-        Rows (along y) and columns (along x), at least 16 of each.
-    pixel : float or pair of float
-        Distance of neighbours [m].
+    shape, pixel, name
+        As of :func:`random_surface`.
     positions : array_like
         (n, 2) positions (x, y) of the summits [m]; the first point of the scan is at (0, 0).
     heights : array_like
@@ -261,8 +257,6 @@ def paraboloids(
         Radii of curvature [m]: one, (n,), or (n, 2) along x and y.
     base : float
         Height of the plane [m].
-    name : str
-        Name of the scan.
 
     Returns
     -------

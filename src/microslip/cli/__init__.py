@@ -55,21 +55,7 @@ def main(context: click.Context) -> None:
 
 # Help lists them in this order.
 for _command in (
-    demo,
-    new,
-    check,
-    predict,
-    batch,
-    design,
-    measure,
-    identify,
-    surface,
-    export,
-    materials,
-    schema,
-    figures,
-    explore,
-    app,
-    completion,
+    *(demo, new, check, predict, batch, design, measure, identify, surface, export),
+    *(materials, schema, figures, explore, app, completion),
 ):
     main.add_command(_command)

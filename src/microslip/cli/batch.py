@@ -9,7 +9,8 @@ from pathlib import Path
 import click
 
 from microslip.cli.frame import echo_json
-from microslip.cli.options import NamedOption
+from microslip.cli.options import ANY_PATH, JSON, option, output_option
+from microslip.cli.output import Output, writes
 from microslip.cli.shell import complete_study
 from microslip.cli.studies import overridable, study_argument
 from microslip.cli.work import progress, stoppable
@@ -23,32 +24,23 @@ def _shard(context: click.Context, param: click.Parameter, value: str | None) ->
 
 
 @click.command(short_help="Predict or measure thousands, and go on where it stopped.")
-@click.argument("source", metavar="FOLDER|LIST", type=click.Path(path_type=Path, readable=False))
-@click.option(
-    "--study",
-    type=click.Path(path_type=Path, readable=False),
-    metavar="STUDY",
-    shell_complete=complete_study,
-    help="Study of a table or of scans; for records the joint that tells the regimes apart.",
-)
-@click.option(
-    "-o", "--output", "folder", type=click.Path(path_type=Path), metavar="DIR",
-    help="Folder of the results; by default SOURCE-batch in the current folder.",
+@click.argument("source", metavar="FOLDER|LIST", type=ANY_PATH)
+@option(
+    "--study", "STUDY",
+    "Study of a table or of scans; for records the joint that tells the regimes apart.",
+    type=ANY_PATH, shell_complete=complete_study,
 )  # fmt: skip
+@output_option("Folder of the results; by default SOURCE-batch in the current folder.")
 @click.option(
     "--workers", type=click.IntRange(1, 256), default=1, show_default=True, help="Processes."
 )
-@click.option(
-    "--dask",
-    cls=NamedOption,
+@option(
+    "--dask", "ADDRESS",
+    'Address of a Dask scheduler, or "local" for a cluster of so many workers here.',
     answers_for=("dask",),
-    metavar="ADDRESS",
-    help='Address of a Dask scheduler, or "local" for a cluster of so many workers here.',
-)
-@click.option(
-    "--shard", callback=_shard, metavar="I/N", help="Only part I of N, such as of a Slurm array."
-)
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables.")
+)  # fmt: skip
+@option("--shard", "I/N", "Only part I of N, such as of a Slurm array.", callback=_shard)
+@JSON
 def batch(
     source: Path,
     study: Path | None,
@@ -87,49 +79,33 @@ def batch(
 
 @click.command(short_help="Find the load, area or roughness that gives what is wanted.")
 @study_argument
-@click.option(
-    "--target",
-    required=True,
-    cls=NamedOption,
-    answers_for=("target",),
-    metavar="TEXT",
-    help='What is wanted, such as "damping_ratio >= 0.5 % at 10 um".',
-)
-@click.option(
-    "--vary",
-    "ranges",
-    required=True,
-    multiple=True,
-    cls=NamedOption,
-    answers_for=("vary",),
-    metavar="KEY=LOW..HIGH",
-    help='What may change, such as "joint.normal_load=500 N..5 kN"; may be repeated.',
-)
+@option(
+    "--target", "TEXT", 'What is wanted, such as "damping_ratio >= 0.5 % at 10 um".',
+    required=True, answers_for=("target",),
+)  # fmt: skip
+@option(
+    "--vary", "KEY=LOW..HIGH",
+    'What may change, such as "joint.normal_load=500 N..5 kN"; may be repeated.',
+    "ranges", required=True, multiple=True, answers_for=("vary",),
+)  # fmt: skip
 @click.option(
     "--probability", type=float, default=0.9, show_default=True,
     help="With which the target is met, where numbers of the study are uncertain.",
 )  # fmt: skip
-@click.option(
-    "-o", "--output", "folder", type=click.Path(path_type=Path), metavar="DIR",
-    help="Folder for report and figures; without it only the table is printed.",
-)  # fmt: skip
-@click.option("--overwrite", is_flag=True, help="Replace an earlier result in that folder.")
-@overridable
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables.")
+@writes(
+    "Folder for report and figures; without it only the table is printed.", "result", overridable
+)
 def design(
     study: Path,
     target: str,
     ranges: tuple[str, ...],
     probability: float,
-    folder: Path | None,
-    overwrite: bool,
+    output: Output,
     overrides: tuple[str, ...],
-    as_json: bool,
 ) -> None:
     """Find the smallest change of STUDY that meets a target, and draw what it trades for what."""
     with stoppable():
         from microslip.report.files import listed, save, standard_files
-        from microslip.report.terminal import show
         from microslip.results.design.any_study import open_search
         from microslip.results.design.document import KIND, document
         from microslip.results.design.search import Target
@@ -141,12 +117,7 @@ def design(
             solution = search.solve()
             curve = search.trade_off(report)
         result = document(search, solution, curve)
-        if folder is not None:
+        if output.folder is not None:
             result = listed(result)
-            save(standard_files(result), folder, KIND, "result", overwrite)
-    if as_json:
-        echo_json(result.data)
-        return
-    show(result, sys.stdout)
-    if folder is not None:
-        click.echo(f"{len(result.data['files'])} files in {folder}")
+            save(standard_files(result), output.folder, KIND, "result", output.overwrite)
+    output.tell(result)

@@ -7,28 +7,21 @@ from pathlib import Path
 import click
 
 from microslip.cli.frame import echo_json
+from microslip.cli.options import option, output_option, switch
 from microslip.cli.work import progress, stoppable
 
 
 @click.command(short_help="Draw the figures of the chapter.")
-@click.option(
-    "--only",
-    "numbers",
-    multiple=True,
-    metavar="NUMBER",
-    help="One figure, such as 19.13; may be repeated, or several with commas.",
-)
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=click.Path(path_type=Path),
+@option(
+    "--only", "NUMBER", "One figure, such as 19.13; may be repeated, or several with commas.",
+    "numbers", multiple=True,
+)  # fmt: skip
+@output_option(
+    "Folder for the figures; by default microslip-figures in the current folder.",
     default=Path("microslip-figures"),
-    metavar="DIR",
-    help="Folder for the figures; by default microslip-figures in the current folder.",
 )
-@click.option("--overwrite", is_flag=True, help="Replace earlier figures in that folder, all.")
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@switch("--overwrite", "Replace earlier figures in that folder, all.")
+@switch("--json", "Print the summary as JSON.", "as_json")
 def figures(numbers: tuple[str, ...], folder: Path, overwrite: bool, as_json: bool) -> None:
     """Draw the figures of the chapter that the model comes from, each from this library.
 

@@ -6,19 +6,14 @@ from pathlib import Path
 
 import click
 
+from microslip.cli.options import output_option, switch
 from microslip.cli.work import stoppable
 from microslip.errors import InputError
 
 
 @click.command(short_help="Open a page on which a joint can be explored.")
-@click.option(
-    "-o",
-    "output",
-    type=click.Path(path_type=Path, readable=False),
-    metavar="FILE",
-    help="Write the page there and open nothing.",
-)
-@click.option("--overwrite", is_flag=True, help="Replace FILE if it is there.")
+@output_option("Write the page there and open nothing.", "FILE", "output")
+@switch("--overwrite", "Replace FILE if it is there.")
 def explore(output: Path | None, overwrite: bool) -> None:
     """Open a page with sliders for materials, roughness, friction, load and amplitude.
 

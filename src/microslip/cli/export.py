@@ -10,7 +10,7 @@ import click
 from microslip._core.options import Option
 from microslip._core.units import LENGTH
 from microslip.cli.frame import OneOf, echo_json
-from microslip.cli.options import offers
+from microslip.cli.options import offers, output_option, switch
 from microslip.cli.studies import overridable, study_argument
 from microslip.cli.work import progress, stoppable
 
@@ -46,14 +46,11 @@ _OPTIONS = (
 @click.command(short_help="Write the joint for another program.")
 @click.argument("kind", type=OneOf(KINDS), metavar="KIND")
 @study_argument
-@click.option(
-    "-o", "--output", "file", required=True, type=click.Path(path_type=Path), metavar="FILE",
-    help="The file to write.",
-)  # fmt: skip
+@output_option("The file to write.", "FILE", "file", required=True)
 @offers(*_OPTIONS)
-@click.option("--overwrite", is_flag=True, help="Replace files that exist.")
+@switch("--overwrite", "Replace files that exist.")
 @overridable
-@click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON.")
+@switch("--json", "Print what was written as JSON.", "as_json")
 def export(
     kind: str,
     study: Path,

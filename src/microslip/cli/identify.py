@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import compress
@@ -20,17 +19,17 @@ from microslip.cli.fit_values import (
     rig_stiffness_of,
     values_of,
 )
-from microslip.cli.frame import OneOf, echo_json
-from microslip.cli.options import NamedOption, spelling
+from microslip.cli.frame import OneOf
+from microslip.cli.options import ANY_PATH, NamedOption, option, spelling, switch
+from microslip.cli.output import FIGURES, Output, writes
 from microslip.cli.records import (
+    CYCLES,
+    WORN_VOLUMES,
     Reading,
-    cycles_option,
     reads,
     records_in,
     slice_of,
     volumes_of,
-    worn_option,
-    writes,
 )
 from microslip.cli.shell import complete_study
 from microslip.cli.structures import BAND, has_structure, identify_structure
@@ -61,142 +60,94 @@ LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 
 @click.command(short_help="Identify a joint from a tribometer's records.")
 @click.argument("records", metavar="RECORD...", nargs=-1, required=True, type=click.Path())
-@click.option(
-    "--law",
-    "laws",
-    cls=NamedOption,
-    answers_for=("law",),
-    multiple=True,
-    type=FittedLaw(LAWS),
-    metavar="LAW",
-    help=f"{', '.join(LAWS)}; by default the first. Repeated, the laws are compared.",
-)
-@click.option(
-    "--study",
-    cls=NamedOption,
-    answers_for=("pair",),
-    type=click.Path(path_type=Path, readable=False),
-    metavar="STUDY",
-    shell_complete=complete_study,
-    help="Study with the materials, the kind of heights and the values to start from.",
-)
-@writes("report, tables and figures", "identification")
-@click.option(
-    "--fix",
-    cls=NamedOption,
-    answers_for=("fixed",),
-    multiple=True,
-    metavar="NAME=VALUE",
-    help='A parameter that is known, such as slip_scale="0.3 um"; may be repeated.',
-)
-@click.option(
-    "--bound",
-    cls=NamedOption,
-    answers_for=("bounds", "start"),
-    multiple=True,
-    metavar="NAME=LOW..HIGH",
-    help='Where a parameter may be, such as slip_scale="0.1..1 um"; may be repeated.',
-)
-@click.option(
-    "--rig-stiffness",
-    cls=NamedOption,
-    answers_for=(),
-    words={"None": "rigid", "200000000.0": '"2e8 N/m"'},
-    default="free",
-    show_default=True,
-    metavar="VALUE",
-    help='Rig in series: free, rigid, "2e8 N/m", or as it was measured, "200±5 N/um".',
-)
-@click.option(
-    "--rig",
-    "rigs",
-    multiple=True,
-    metavar="LABEL",
-    help="Name of the rig of each record, once for each in their order, where there are several.",
-)
-@click.option(
-    "--contact-area",
-    metavar="AREA",
-    help='A real contact area that was measured, its uncertainty and load: "6 mm^2, 1 mm^2, 2 kN".',
-)
-@click.option(
-    "--known",
-    "known_values",
-    cls=NamedOption,
-    answers_for=("known",),
-    multiple=True,
-    metavar="NAME=VALUE±SD",
-    help="What is known from elsewhere, such as a scan, with its standard deviation: "
+@option(
+    "--law", "LAW",
+    f"{', '.join(LAWS)}; by default the first. Repeated, the laws are compared.",
+    "laws", answers_for=("law",), multiple=True, type=FittedLaw(LAWS),
+)  # fmt: skip
+@option(
+    "--study", "STUDY",
+    "Study with the materials, the kind of heights and the values to start from.",
+    answers_for=("pair",), type=ANY_PATH, shell_complete=complete_study,
+)  # fmt: skip
+@writes(
+    "Folder for report, tables and figures; without it nothing is written.",
+    "identification", *FIGURES,
+)  # fmt: skip
+@option(
+    "--fix", "NAME=VALUE",
+    'A parameter that is known, such as slip_scale="0.3 um"; may be repeated.',
+    answers_for=("fixed",), multiple=True,
+)  # fmt: skip
+@option(
+    "--bound", "NAME=LOW..HIGH",
+    'Where a parameter may be, such as slip_scale="0.1..1 um"; may be repeated.',
+    answers_for=("bounds", "start"), multiple=True,
+)  # fmt: skip
+@option(
+    "--rig-stiffness", "VALUE",
+    'Rig in series: free, rigid, "2e8 N/m", or as it was measured, "200±5 N/um".',
+    words={"None": "rigid", "200000000.0": '"2e8 N/m"'}, default="free", show_default=True,
+)  # fmt: skip
+@option(
+    "--rig", "LABEL",
+    "Name of the rig of each record, once for each in their order, where there are several.",
+    "rigs", multiple=True,
+)  # fmt: skip
+@option(
+    "--contact-area", "AREA",
+    'A real contact area that was measured, its uncertainty and load: "6 mm^2, 1 mm^2, 2 kN".',
+)  # fmt: skip
+@option(
+    "--known", "NAME=VALUE±SD",
+    "What is known from elsewhere, such as a scan, with its standard deviation: "
     'radius="1±0.1 mm", density="100±5 1/mm^2", std="0.5±0.02 um"; may be repeated.',
-)
-@click.option(
-    "--summits",
-    type=float,
-    metavar="NUMBER",
-    help="Number of all summits under the apparent area, whose heights are random: what chance "
+    "known_values", answers_for=("known",), multiple=True,
+)  # fmt: skip
+@option(
+    "--summits", "NUMBER",
+    "Number of all summits under the apparent area, whose heights are random: what chance "
     "does then widens the intervals.",
-)
-@click.option(
-    "--nuisance",
-    "nuisances",
-    cls=NamedOption,
-    answers_for=("nuisances",),
-    multiple=True,
-    type=OneOf(NUISANCES),
-    metavar="NAME",
-    help=f"What is beside the law, its size free: {', '.join(NUISANCES)}.",
-)
-@worn_option
-@cycles_option
-@click.option(
-    "--noise",
-    metavar="FORCE,LENGTH",
-    help='Standard deviations of a force and a displacement, such as "2 N, 5 nm": then each record '
-    "is one cycle, averaged already.",
-)
-@click.option(
-    "--loss",
-    type=OneOf(LOSSES),
-    default=LOSSES[0],
-    show_default=True,
-    metavar="LOSS",
-    help=f"How outliers count: {', '.join(LOSSES)}.",
-)
-@click.option(
-    "--free-delay",
-    cls=NamedOption,
-    answers_for=("delay",),
-    is_flag=True,
-    help="Fit a delay between the channels, too.",
-)
-@click.option(
-    "--delay",
-    "lag",
-    metavar="TIME",
-    help='Time by which the force lags behind the displacement, such as "50 us", or free.',
-)
-@click.option(
-    "--held-back",
     type=float,
-    default=0.25,
-    show_default=True,
-    metavar="SHARE",
-    help="Share of the cycles that is predicted, not fitted.",
-)
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Of the intervals.")
+)  # fmt: skip
+@option(
+    "--nuisance", "NAME",
+    f"What is beside the law, its size free: {', '.join(NUISANCES)}.",
+    "nuisances", answers_for=("nuisances",), multiple=True, type=OneOf(NUISANCES),
+)  # fmt: skip
+@WORN_VOLUMES
+@CYCLES
+@option(
+    "--noise", "FORCE,LENGTH",
+    'Standard deviations of a force and a displacement, such as "2 N, 5 nm": then each record '
+    "is one cycle, averaged already.",
+)  # fmt: skip
+@option(
+    "--loss", "LOSS", f"How outliers count: {', '.join(LOSSES)}.",
+    type=OneOf(LOSSES), default=LOSSES[0], show_default=True,
+)  # fmt: skip
 @click.option(
-    "--accept-unconverged", is_flag=True, help="Show and write a fit that has not converged, too."
-)
+    "--free-delay", cls=NamedOption, answers_for=("delay",), is_flag=True,
+    help="Fit a delay between the channels, too.",
+)  # fmt: skip
+@option(
+    "--delay", "TIME",
+    'Time by which the force lags behind the displacement, such as "50 us", or free.',
+    "lag",
+)  # fmt: skip
+@option(
+    "--held-back", "SHARE", "Share of the cycles that is predicted, not fitted.",
+    type=float, default=0.25, show_default=True,
+)  # fmt: skip
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Of the intervals.")
+@switch("--accept-unconverged", "Show and write a fit that has not converged, too.")
 @BAND
 @reads(many_loads=True)
 def identify(
     records: tuple[str, ...],
     laws: tuple[str, ...],
     study: Path | None,
-    folder: Path | None,
-    overwrite: bool,
-    kinds: tuple[str, ...],
-    as_json: bool,
+    output: Output,
     fix: tuple[str, ...],
     bound: tuple[str, ...],
     rig_stiffness: str,
@@ -231,7 +182,7 @@ def identify(
     from microslip.errors import InputError, said
 
     if study is not None and has_structure(study):
-        identify_structure(study, records, folder, overwrite, as_json, band)
+        identify_structure(study, records, output, band)
         return
     if band is not None:
         raise click.UsageError("--band is for a mode's ring-down, with a structure in --study")
@@ -242,11 +193,7 @@ def identify(
     if free_delay and lag is not None:
         raise click.UsageError("--delay and --free-delay contradict each other; give one of them")
     with stoppable():
-        from contextlib import ExitStack
-
         from microslip.report.files import write
-        from microslip.report.folder import staged
-        from microslip.report.terminal import show
         from microslip.results.identified.document import (
             KIND,
             document,
@@ -275,11 +222,8 @@ def identify(
             "held_back": held_back,
             "confidence": confidence,
         }
-        with ExitStack() as stack:
-            description = None if study is None else _study(study)
-            stage = None
-            if folder is not None:  # first, so that nothing is fitted in vain
-                stage = stack.enter_context(staged(folder, overwrite, KIND, "identification"))
+        description = None if study is None else _study(study)
+        with output.staged(KIND, "identification") as stage:
             with progress("Reading") as report:
                 read, skipped = _read(records, reading, options, report)
             with progress("Fitting") as report:
@@ -302,13 +246,8 @@ def identify(
             result_document = document(result, spell, files=stage is not None)
             if stage is not None:
                 with progress("Drawing and writing") as report:
-                    result_document = write(result_document, stage, kinds, report)
-    if as_json:
-        echo_json(result_document.data)
-        return
-    show(result_document, sys.stdout)
-    if folder is not None:
-        click.echo(f"{len(result_document.data['files'])} files in {folder}")
+                    result_document = write(result_document, stage, output.kinds, report)
+    output.tell(result_document)
 
 
 def _study(path: Path) -> StudyDescription:

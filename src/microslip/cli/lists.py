@@ -7,12 +7,13 @@ import sys
 import click
 
 from microslip.cli.frame import echo_json
+from microslip.cli.options import switch
 from microslip.cli.shell import complete_metal
 
 
 @click.command(short_help="List the metals that a study can name.")
 @click.argument("name", required=False, shell_complete=complete_metal)
-@click.option("--json", "as_json", is_flag=True, help="Print them as JSON, in SI units.")
+@switch("--json", "Print them as JSON, in SI units.", "as_json")
 def materials(name: str | None, as_json: bool) -> None:
     """List the metals that a study can name, or tell all of the metal NAME.
 

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from microslip.cli.frame import echo_json
-from microslip.cli.options import offers, spelling
+from microslip.cli.options import ANY_PATH, offers, option, spelling, switch
+from microslip.cli.output import FIGURES, Output, writes
 from microslip.cli.records import (
+    CYCLES,
+    WORN_VOLUMES,
     Reading,
-    cycles_option,
     each_of,
     reads,
     records_in,
     slice_of,
     volumes_of,
-    worn_option,
-    writes,
 )
 from microslip.cli.shell import complete_study
 from microslip.cli.structures import BAND, are_modal, measure_modes
@@ -33,38 +31,30 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Measure the loops in a tribometer's records.")
 @click.argument("records", metavar="RECORD...", nargs=-1, required=True, type=click.Path())
-@writes("report, table and figure", "measurement")
+@writes(
+    "Folder for report, table and figure; without it nothing is written.", "measurement", *FIGURES
+)
 @reads()
 @offers(RIG_STIFFNESS)
-@click.option(
-    "--model",
-    type=click.Path(path_type=Path, readable=False),
-    metavar="STUDY",
-    shell_complete=complete_study,
-    help="Study whose joint tells the regimes apart; without it one sphere does.",
-)
+@option(
+    "--model", "STUDY", "Study whose joint tells the regimes apart; without it one sphere does.",
+    type=ANY_PATH, shell_complete=complete_study,
+)  # fmt: skip
 @offers(CONFIDENCE)
-@click.option(
-    "--run",
-    "runs",
-    multiple=True,
-    metavar="LABEL",
-    help="Run, rig or laboratory of each record, once for each in their order; records in several "
+@option(
+    "--run", "LABEL",
+    "Run, rig or laboratory of each record, once for each in their order; records in several "
     "folders have the names of these. Runs are compared.",
-)
-@worn_option
-@cycles_option
+    "runs", multiple=True,
+)  # fmt: skip
+@WORN_VOLUMES
+@CYCLES
 @offers(AREA)
 @BAND
-@click.option(
-    "--all", "every_table", is_flag=True, help="Print every table, not what matters most."
-)
+@switch("--all", "Print every table, not what matters most.", "every_table")
 def measure(
     records: tuple[str, ...],
-    folder: Path | None,
-    overwrite: bool,
-    kinds: tuple[str, ...],
-    as_json: bool,
+    output: Output,
     reading: Reading,
     rig_stiffness: float | None,
     model: Path | None,
@@ -88,33 +78,24 @@ def measure(
     """
     # Who names the column of a tangential force has a loop, whatever the others are called.
     if reading.force is None and are_modal(records):
-        measure_modes(records, folder, overwrite, kinds, as_json, band)
+        measure_modes(records, output, band)
         return
     if band is not None:
         raise click.UsageError("--band is for the ring-down of a mode, no record is one")
     with stoppable():
-        from contextlib import ExitStack
-
         from microslip.errors import InputError, said
         from microslip.report.files import write
-        from microslip.report.folder import staged
-        from microslip.report.terminal import show
         from microslip.results.measured import KIND, document
         from microslip.tribometer import measure as measured
         from microslip.tribometer.campaign import Campaign
         from microslip.tribometer.record import path_text
 
-        with ExitStack() as stack:
-            stage = None
-            if folder is not None:  # first, so that nothing is read in vain
-                stage = stack.enter_context(staged(folder, overwrite, KIND, "measurement"))
+        with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
             joints = [] if model is None else _joints(model)
-            report = stack.enter_context(progress("Measuring"))
             paths, labels = records_in(records)
             runs = each_of("--run", runs, len(paths)) or labels
             volumes = volumes_of(worn_volumes, len(paths))
-            context = click.get_current_context()
-            spell = spelling(context)
+            spell = spelling(click.get_current_context())
             results, places = [], []
             skipped: list[tuple[str, str]] = []
             for index, path in enumerate(paths):
@@ -148,13 +129,8 @@ def measure(
             )
             result_document = document(campaign, lambda text: said(text, spell), skipped)
             if stage is not None:
-                result_document = write(result_document, stage, kinds)
-    if as_json:
-        echo_json(result_document.data)
-        return
-    show(result_document, sys.stdout, full=every_table)
-    if folder is not None:
-        click.echo(f"{len(result_document.data['files'])} files in {folder}")
+                result_document = write(result_document, stage, output.kinds)
+    output.tell(result_document, full=every_table)
 
 
 def _joints(study: Path) -> list[Interface]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -18,6 +19,10 @@ else:  # which takes no type before click 8.2
     _ParamType = click.ParamType
 
 Command = Callable[..., Any]
+Decorator = Callable[[Command], Command]
+
+ANY_PATH = click.Path(path_type=Path, readable=False)
+"""A path as it is given; what is wrong with it the house says itself."""
 
 
 class _Value(_ParamType):
@@ -52,7 +57,7 @@ class NamedOption(click.Option):
     def __init__(
         self,
         *args: Any,
-        answers_for: tuple[str, ...],
+        answers_for: tuple[str, ...] = (),
         words: Mapping[str, str] | None = None,
         **extra: Any,
     ) -> None:
@@ -61,7 +66,29 @@ class NamedOption(click.Option):
         self.words = words or {}
 
 
-def offers(*options: Option, **changes: Any) -> Callable[[Command], Command]:
+def option(flag: str, value: str, text: str, name: str = "", **settings: Any) -> Decorator:
+    """An option of one command: its flag, what stands for its value, its help."""
+    names = [flag, name] if name else [flag]
+    return click.option(*names, cls=NamedOption, metavar=value, help=text, **settings)
+
+
+def switch(flag: str, text: str, name: str = "") -> Decorator:
+    """An option without a value."""
+    return click.option(*[flag, name] if name else [flag], is_flag=True, help=text)
+
+
+def output_option(
+    text: str, value: str = "DIR", name: str = "folder", **settings: Any
+) -> Decorator:
+    """The option that says where the files go."""
+    names = ("-o", "--output", name)
+    return click.option(*names, type=ANY_PATH, metavar=value, help=text, **settings)
+
+
+JSON = switch("--json", "Print the summary as JSON, no tables.", "as_json")
+
+
+def offers(*options: Option, **changes: Any) -> Decorator:
     """Give a command some options, in their order."""
 
     def give(command: Command) -> Command:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from microslip.cli.options import offers
+from microslip.cli.options import Command, Decorator, offers, option
 from microslip.tribometer.options import (
     CUTOFF,
     DISPLACEMENT,
@@ -26,8 +26,6 @@ from microslip.tribometer.options import (
 
 if TYPE_CHECKING:
     from microslip.tribometer import Record
-
-Command = Callable[..., Any]
 
 
 def _or_none(column: str | None) -> Any:
@@ -77,44 +75,7 @@ class Reading(NamedTuple):
         return condition(record, cutoff=self.cutoff, drift=self.drift)
 
 
-def writes(files: str, earlier: str) -> Callable[[Command], Command]:
-    """Give a command the options of what it writes: `folder`, `overwrite`, `kinds`, `as_json`.
-
-    ``kinds`` are the formats of the figures.
-    """
-    options = (
-        click.option(
-            "-o",
-            "--output",
-            "folder",
-            type=click.Path(path_type=Path),
-            metavar="DIR",
-            help=f"Folder for {files}; without it nothing is written.",
-        ),
-        click.option(
-            "--overwrite", is_flag=True, help=f"Replace an earlier {earlier} in that folder."
-        ),
-        click.option("--png", is_flag=True, help="Write the figures as pixels, too."),
-        click.option("--pdf", is_flag=True, help="Write the figures as PDF, too."),
-        click.option(
-            "--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables."
-        ),
-    )
-
-    def give(command: Command) -> Command:
-        @wraps(command)
-        def write(png: bool, pdf: bool, **arguments: Any) -> Any:
-            return command(kinds=("svg", *["png"] * png, *["pdf"] * pdf), **arguments)
-
-        decorated: Command = write
-        for option in reversed(options):
-            decorated = option(decorated)
-        return decorated
-
-    return give
-
-
-def reads(many_loads: bool = False) -> Callable[[Command], Command]:
+def reads(many_loads: bool = False) -> Decorator:
     """Give a command the options of reading, as one argument, `reading`."""
     several = "; one for all records, or one for each" if many_loads else ""
     load = NORMAL_LOAD.but(help=f"{NORMAL_LOAD.help[:-1]}{several}.")
@@ -190,25 +151,15 @@ def slice_of(option: str, text: str | None) -> slice | None:
     return slice(begin - 1, end)
 
 
-def cycles_option(command: Command) -> Command:
-    """Give a command the option of the cycles that count."""
-    return click.option(
-        "--cycles",
-        metavar="FIRST..LAST",
-        help="Cycles that count, the first being 1, such as 100..200; else the settled ones.",
-    )(command)
-
-
-def worn_option(command: Command) -> Command:
-    """Give a command the option of worn volumes."""
-    return click.option(
-        "--worn-volume",
-        "worn_volumes",
-        multiple=True,
-        metavar="VOLUME",
-        help='Worn volume of each record, such as "0.12 mm^3", or none, once for each in their '
-        "order.",
-    )(command)
+CYCLES = option(
+    "--cycles", "FIRST..LAST",
+    "Cycles that count, the first being 1, such as 100..200; else the settled ones.",
+)  # fmt: skip
+WORN_VOLUMES = option(
+    "--worn-volume", "VOLUME",
+    'Worn volume of each record, such as "0.12 mm^3", or none, once for each in their order.',
+    "worn_volumes", multiple=True,
+)  # fmt: skip
 
 
 def volumes_of(texts: tuple[str, ...], count: int) -> list[float | None]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import tomllib
 from collections.abc import Sequence
@@ -12,14 +11,15 @@ from typing import Any
 import click
 
 from microslip.cli.frame import echo_json
+from microslip.cli.options import option
+from microslip.cli.output import Output
 from microslip.cli.studies import predict_into
 from microslip.cli.work import progress, stoppable
 
-BAND = click.option(
-    "--band",
-    metavar="LOW..HIGH",
-    help='Frequencies between which the mode of a ring-down lies, such as "150..220 Hz".',
-)
+BAND = option(
+    "--band", "LOW..HIGH",
+    'Frequencies between which the mode of a ring-down lies, such as "150..220 Hz".',
+)  # fmt: skip
 
 
 def has_structure(study: Path) -> bool:
@@ -77,55 +77,31 @@ def bands_of(records: Sequence[str], text: str | None) -> list[tuple[float, floa
     return [band if ring or not any(rings) else None for ring in rings]
 
 
-def measure_modes(
-    records: Sequence[str],
-    folder: Path | None,
-    overwrite: bool,
-    kinds: tuple[str, ...],
-    as_json: bool,
-    band: str | None,
-) -> None:
+def measure_modes(records: Sequence[str], output: Output, band: str | None) -> None:
     """Frequency and damping against amplitude of tests of modes."""
     with stoppable():
-        from contextlib import ExitStack
-
         from microslip.report.files import write
-        from microslip.report.folder import staged
-        from microslip.report.terminal import show
         from microslip.results.modal_test import KIND, document
         from microslip.structures import ModalTest
 
         bands = bands_of(records, band)
-        with ExitStack() as stack:
-            stage = None
-            if folder is not None:  # first, so that nothing is read in vain
-                stage = stack.enter_context(staged(folder, overwrite, KIND, "measurement"))
-            report = stack.enter_context(progress("Measuring"))
+        with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
             tests = []
             for index, (record, within) in enumerate(zip(records, bands, strict=True)):
                 tests.append(ModalTest.read(record, band=within))
                 report((index + 1) / len(records))
             result_document = document(tests)
             if stage is not None:
-                result_document = write(result_document, stage, kinds)
-    if as_json:
-        echo_json(result_document.data)
-        return
-    show(result_document, sys.stdout)
-    if folder is not None:
-        click.echo(f"{len(result_document.data['files'])} files in {folder}")
+                result_document = write(result_document, stage, output.kinds)
+    output.tell(result_document)
 
 
 def identify_structure(
-    study: Path,
-    records: Sequence[str],
-    folder: Path | None,
-    overwrite: bool,
-    as_json: bool,
-    band: str | None,
+    study: Path, records: Sequence[str], output: Output, band: str | None
 ) -> None:
     """Predict the structure with a fit to its tests."""
     from microslip.results import Study
+    from microslip.study.overrides import as_toml
 
     table = tomllib.loads(study.read_text(encoding="utf-8"))["structure"]
     before = table.get("measured", {}) if isinstance(table, dict) else {}
@@ -141,13 +117,13 @@ def identify_structure(
         if within is not None:
             test["band"] = [f"{end!r} Hz" for end in within]
         tests.append(test)
-    overrides = [f"structure.measured={_toml(tests)}"]
+    overrides = [f"structure.measured={as_toml(tests)}"]
 
     def read() -> Study:
         return Study.load(study, overrides)
 
-    if folder is not None:
-        predict_into(read, folder, overwrite, as_json)
+    if output.folder is not None:
+        predict_into(read, output.folder, output)
         return
     with stoppable():
         from microslip.report.terminal import show
@@ -156,16 +132,7 @@ def identify_structure(
         loaded = read()
         with progress("Fitting") as report:
             result = loaded.run(report)
-        if as_json:
+        if output.as_json:
             echo_json(result.summary["structure"]["identified"])
         else:
             show(document(result), sys.stdout)
-
-
-def _toml(value: Any) -> str:
-    """A value as TOML writes it on one line."""
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_toml(v)}" for key, v in value.items()) + " }"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_toml, value)) + "]"
-    return json.dumps(value, ensure_ascii=False)

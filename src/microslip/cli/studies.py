@@ -5,11 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 import click
 
 from microslip.cli.frame import OneOf, echo_json
+from microslip.cli.options import ANY_PATH, Decorator, option, switch
+from microslip.cli.output import Output, writes
 from microslip.cli.shell import complete_key, complete_study
 from microslip.cli.work import progress, stoppable
 
@@ -18,46 +20,18 @@ if TYPE_CHECKING:
 
 LAWS = ("greenwood-williamson", "population", "sphere", "table")
 
-Command = TypeVar("Command", bound=Callable[..., Any])
-
-study_argument = click.argument(
-    "study", type=click.Path(path_type=Path, readable=False), shell_complete=complete_study
-)
-overridable = click.option(
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    shell_complete=complete_key,
-    help='Another value for a key of the study, such as joint.normal_load="3 kN"; may be repeated.',
-)
+study_argument = click.argument("study", type=ANY_PATH, shell_complete=complete_study)
+overridable = option(
+    "--set", "KEY=VALUE",
+    'Another value for a key of the study, such as joint.normal_load="3 kN"; may be repeated.',
+    "overrides", multiple=True, shell_complete=complete_key,
+)  # fmt: skip
 
 
-def _output(default: str) -> Callable[[Command], Command]:
-    """Options of the commands that write a result."""
-
-    def decorate(command: Command) -> Command:
-        for option in (
-            click.option(
-                "--json", "as_json", is_flag=True, help="Print the summary as JSON, no tables."
-            ),
-            overridable,
-            click.option(
-                "--overwrite", is_flag=True, help="Replace an earlier result in that folder."
-            ),
-            click.option(
-                "-o",
-                "--output",
-                "folder",
-                type=click.Path(path_type=Path),
-                metavar="DIR",
-                help=f"Folder for the result; by default {default} in the current folder.",
-            ),
-        ):
-            command = option(command)
-        return command
-
-    return decorate
+def _writes_into(default: str) -> Decorator:
+    return writes(
+        f"Folder for the result; by default {default} in the current folder.", "result", overridable
+    )
 
 
 @click.command(short_help="Predict loops, energy and damping of a joint.")
@@ -69,15 +43,8 @@ def _output(default: str) -> Callable[[Command], Command]:
     show_default=True,
     help="Processes that share the samples of uncertain numbers; the results are the same.",
 )
-@_output("STUDY-result")
-def predict(
-    study: Path,
-    workers: int,
-    folder: Path | None,
-    overwrite: bool,
-    overrides: tuple[str, ...],
-    as_json: bool,
-) -> None:
+@_writes_into("STUDY-result")
+def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...]) -> None:
     """Predict loops, energy and damping of the joint that STUDY (a TOML file) describes.
 
     Prints tables, and writes a folder with a report, all numbers and figures, whole or not at all.
@@ -88,15 +55,13 @@ def predict(
 
         return Study.load(study, overrides)
 
-    predict_into(read, folder or Path(f"{study.stem}-result"), overwrite, as_json, workers)
+    predict_into(read, output.folder or Path(f"{study.stem}-result"), output, workers)
 
 
 @click.command(short_help="Predict a joint that comes with microslip.")
-@click.option("--beam", is_flag=True, help="A bolted beam: the damping of its modes, with bands.")
-@_output("microslip-demo")
-def demo(
-    beam: bool, folder: Path | None, overwrite: bool, overrides: tuple[str, ...], as_json: bool
-) -> None:
+@switch("--beam", "A bolted beam: the damping of its modes, with bands.")
+@_writes_into("microslip-demo")
+def demo(beam: bool, output: Output, overrides: tuple[str, ...]) -> None:
     """Predict a milled aluminium joint, or a bolted beam, whose study comes with microslip.
 
     The folder holds the study, too: a copy of it is a good start for one of your own.
@@ -109,12 +74,10 @@ def demo(
         name = "demo_beam.toml" if beam else "demo.toml"
         return Study.from_toml(demo_text(beam), name, overrides)
 
-    predict_into(read, folder or Path("microslip-demo"), overwrite, as_json)
+    predict_into(read, output.folder or Path("microslip-demo"), output)
 
 
-def predict_into(
-    read: Callable[[], Study], folder: Path, overwrite: bool, as_json: bool, workers: int = 1
-) -> None:
+def predict_into(read: Callable[[], Study], folder: Path, output: Output, workers: int = 1) -> None:
     """Compute a study, print its tables, and write its folder."""
     from microslip.report.folder import staged
 
@@ -123,7 +86,7 @@ def predict_into(
         study = read()
         from microslip.results.predicted.numbers import KIND
 
-        with staged(folder, overwrite, KIND, "result") as stage:
+        with staged(folder, output.overwrite, KIND, "result") as stage:
             from microslip.report.files import write_all
             from microslip.report.terminal import show, show_files
             from microslip.results.predicted.document import document
@@ -131,7 +94,7 @@ def predict_into(
 
             with progress("Computing") as report:
                 result = study.run(report, workers)
-            if not as_json:
+            if not output.as_json:
                 # The numbers now, since writing may take longer; the files all the same, should
                 # nobody be able to read them.
                 try:
@@ -144,7 +107,7 @@ def predict_into(
                 write_all(files(result, folder), stage, report)
     if unprinted is not None:
         raise unprinted
-    if as_json:
+    if output.as_json:
         echo_json(result.summary)
     else:
         show_files(result.summary["files"], folder, sys.stdout)
@@ -153,7 +116,7 @@ def predict_into(
 @click.command(short_help="Look a study over, without running it.")
 @study_argument
 @overridable
-@click.option("--json", "as_json", is_flag=True, help="Print what was found as JSON, no tables.")
+@switch("--json", "Print what was found as JSON, no tables.", "as_json")
 def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     """Look STUDY over: its quantities in SI units, the joint at rest, validity. Writes nothing.
 
@@ -177,13 +140,9 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
 
 
 @click.command(short_help="Write a study to begin with.")
-@click.argument("name", metavar="NAME.toml", type=click.Path(path_type=Path, readable=False))
+@click.argument("name", metavar="NAME.toml", type=ANY_PATH)
 @click.option(
-    "--law",
-    type=OneOf(LAWS),
-    default=LAWS[0],
-    show_default=True,
-    help="How the surfaces touch.",
+    "--law", type=OneOf(LAWS), default=LAWS[0], show_default=True, help="How the surfaces touch."
 )
 def new(name: Path, law: str) -> None:
     """Write the study NAME.toml, commented and ready to run; change it with any editor.

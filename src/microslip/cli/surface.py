@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import click
 
-from microslip.cli.frame import echo_json
-from microslip.cli.options import offers, spelling
-from microslip.cli.records import writes
+from microslip.cli.options import ANY_PATH, offers, spelling, switch
+from microslip.cli.output import FIGURES, Output, writes
 from microslip.cli.work import progress, stoppable
 from microslip.scans.options import (
     AGAINST,
@@ -48,20 +46,15 @@ class _Once(click.Command):
 
 
 @click.command(cls=_Once, short_help="Measure the roughness and the summits in a scan.")
-@click.argument("scans", metavar="SCAN…", nargs=-1, type=click.Path(path_type=Path, readable=False))
+@click.argument("scans", metavar="SCAN…", nargs=-1, type=ANY_PATH)
 @offers(CUTOFF.but(default=None), *CONDITIONING[1:], *SUMMITS, SCAN_AREA, *JOINT)
 @offers(AGAINST, *DRAWING, *READING)
-@click.option(
-    "--all", "every_table", is_flag=True, help="Print every table, not what matters most."
-)
-@writes("report, tables and figures", "one")
+@switch("--all", "Print every table, not what matters most.", "every_table")
+@writes("Folder for report, tables and figures; without it nothing is written.", "one", *FIGURES)
 def surface(
     scans: tuple[Path, ...],
     every_table: bool,
-    folder: Path | None,
-    overwrite: bool,
-    kinds: tuple[str, ...],
-    as_json: bool,
+    output: Output,
     **options: Any,
 ) -> None:
     """Measure heights, spectrum and summits in SCAN, an instrument's file or an array.
@@ -74,12 +67,8 @@ def surface(
     the report. The scan is only read.
     """
     with stoppable():
-        from contextlib import ExitStack
-
         from microslip.errors import said
         from microslip.report.files import write
-        from microslip.report.folder import staged
-        from microslip.report.terminal import show
         from microslip.results.scanned.document import document
         from microslip.results.scanned.findings import Request, analyse
         from microslip.results.scanned.numbers import FACES_KIND, KIND
@@ -95,25 +84,17 @@ def surface(
         if of_faces:  # they are made into a study, whose schema takes its time to load
             from microslip.results.scanned import faces
         kind = FACES_KIND if of_faces else KIND
-        with ExitStack() as stack:
-            stage = None
-            if folder is not None:  # first, so that nothing is read in vain
-                stage = stack.enter_context(staged(folder, overwrite, kind, "measured scan"))
+        with output.staged(kind, "measured scan") as stage:
             with progress("Measuring") as report:
                 if of_faces:
-                    result = faces.document(faces.analyse(request, report), folder)
+                    result = faces.document(faces.analyse(request, report), output.folder)
                 else:
                     findings = analyse(request, report)
             if not of_faces:
-                result = document(findings, folder, lambda text: said(text, spelling(context)))
+                say = spelling(context)
+                result = document(findings, output.folder, lambda text: said(text, say))
             if stage is not None:
                 with progress("Drawing and writing") as report:
-                    result = write(result, stage, kinds, report)
-    if as_json:
-        echo_json(result.data)
-        return
-    show(result, sys.stdout, full=every_table)
-    if not every_table:
-        click.echo("All tables, what the verdicts assume and how it was read: --all")
-    if folder is not None:
-        click.echo(f"{len(result.data['files'])} files in {folder}")
+                    result = write(result, stage, output.kinds, report)
+    hint = "" if every_table else "All tables, what the verdicts assume and how it was read: --all"
+    output.tell(result, full=every_table, hint=hint)

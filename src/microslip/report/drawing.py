@@ -84,8 +84,3 @@ def log_scale(axes: Axes, direction: Literal["x", "y"]) -> None:
     side = axes.xaxis if direction == "x" else axes.yaxis
     side.set_major_formatter(_Powers())
     side.set_minor_formatter(_Powers())
-
-
-def note(axes: Axes, text: str) -> None:
-    """Say above a panel, at its left, what its lines are."""
-    axes.set_title(text, loc="left", fontsize=8.5, pad=4.0)

@@ -24,18 +24,12 @@ HARDNESS_RATIO = 2.84
 
 @dataclass(frozen=True)
 class SummitModel(ABC):
-    """Load of an elastic-plastic sphere against its indentation, monotone.
-
-    Parameters
-    ----------
-    pair : MaterialPair
-        The two materials.
-    yield_stress : float
-        Uniaxial yield stress of the softer body [Pa].
-    """
+    """Load of an elastic-plastic sphere against its indentation, monotone."""
 
     pair: MaterialPair
+    """The two materials."""
     yield_stress: float
+    """Uniaxial yield stress of the softer body [Pa]."""
 
     name: ClassVar[str]
     edges: ClassVar[tuple[float, ...]]

@@ -368,12 +368,7 @@ class PerssonCurve(Locked, Parametric):
 class PerssonSurface(TabulatedNormalLaw):
     """Persson's law of a spectrum as a table, which knows its area; of `PerssonCurve.to_surface`.
 
-    Parameters
-    ----------
-    curve : PerssonCurve
-        What it is computed from.
-    separation, load : array_like
-        Separations [m], rising, and the loads [N] there.
+    From a curve, separations [m], rising, and the loads [N] there.
     """
 
     curve: PerssonCurve

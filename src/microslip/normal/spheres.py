@@ -197,15 +197,7 @@ def _resample(side: int) -> Floats:
 
 
 class Spheres:
-    """Hertzian spheres at given heights.
-
-    Parameters
-    ----------
-    heights : ndarray
-        Heights [m].
-    constants : ndarray
-        Load constants k = (4/3) E* sqrt(radius) [N/m^1.5] of (19.3).
-    """
+    """Hertzian spheres at heights [m], of load constants k = (4/3) E* sqrt(radius) (19.3)."""
 
     def __init__(self, heights: Floats, constants: Floats) -> None:
         order = np.argsort(heights)[::-1]

@@ -30,58 +30,39 @@ _ROOM = 0.4
 
 @dataclass(frozen=True)
 class ArealParameters:
-    """Functional, spatial, hybrid and feature parameters after ISO 25178-2:2021.
-
-    Parameters
-    ----------
-    core_height : float
-        Sk [m], height of the core of the material ratio curve.
-    peak_height, valley_depth : float
-        Spk and Svk [m], reduced heights of peaks and dales beyond the core.
-    peak_material_ratio, valley_material_ratio : float
-        Smr1 and Smr2 [-], material ratios where the core begins and ends.
-    autocorrelation_length : float
-        Sal [m], the shortest distance at which the autocorrelation has fallen to 0.2; not a number
-        where it does not within half of the scan.
-    texture_aspect_ratio : float
-        Str [-], Sal over the longest such distance: 1 if isotropic, near 0 with a lay.
-    developed_area_ratio : float
-        Sdr [-], area of the surface over its projection, less one.
-    rms_gradient : float
-        Sdq [-], root mean square gradient.
-    peak_density : float
-        Spd [1/m^2], hills of 5 % of the height and more.
-    peak_curvature : float
-        Spc [1/m], arithmetic mean of their principal curvatures.
-    """
+    """Functional, spatial, hybrid and feature parameters after ISO 25178-2:2021."""
 
     core_height: float
+    """Sk [m], height of the core of the material ratio curve."""
     peak_height: float
     valley_depth: float
+    """Spk and Svk [m], reduced heights of peaks and dales beyond the core."""
     peak_material_ratio: float
     valley_material_ratio: float
+    """Smr1 and Smr2 [-], material ratios where the core begins and ends."""
     autocorrelation_length: float
+    """Sal [m], the shortest distance at which the autocorrelation has fallen to 0.2; not a number
+    where it does not within half of the scan."""
     texture_aspect_ratio: float
+    """Str [-], Sal over the longest such distance: 1 if isotropic, near 0 with a lay."""
     developed_area_ratio: float
+    """Sdr [-], area of the surface over its projection, less one."""
     rms_gradient: float
+    """Sdq [-], root mean square gradient."""
     peak_density: float
+    """Spd [1/m^2], hills of 5 % of the height and more."""
     peak_curvature: float
+    """Spc [1/m], arithmetic mean of their principal curvatures."""
 
 
 @dataclass(frozen=True, eq=False)
 class Autocorrelation(Locked):
-    """Normalised autocorrelation of the heights, centred, with as many lags as points.
-
-    Parameters
-    ----------
-    values : ndarray
-        Correlation [-], rows along y and columns along x; 1 in the middle.
-    pixel : tuple of float
-        Distance of neighbouring lags [m] along x and along y.
-    """
+    """Normalised autocorrelation of the heights, centred, with as many lags as points."""
 
     values: Floats
+    """Correlation [-], rows along y and columns along x; 1 in the middle."""
     pixel: tuple[float, ...]
+    """Distance of neighbouring lags [m] along x and along y."""
 
     @property
     def lags(self) -> tuple[Floats, Floats]:

@@ -30,44 +30,32 @@ _LEAST = 4.0
 
 @dataclass(frozen=True, eq=False)
 class CutoffTable(Locked):
-    """Parameters of a scan against the short-wave cut-off; one value for each in every array.
-
-    Parameters
-    ----------
-    cutoff : ndarray
-        Cut-offs [m], rising; 0 where there is none and the pixel decides.
-    rms : ndarray
-        Root mean square height [m].
-    m0, m2, m4 : ndarray
-        Moments [m^2], [-], [1/m^2].
-    nayak : ndarray
-        Nayak's alpha [-].
-    mccool_density, mccool_radius, mccool_std, mccool_mean_height : ndarray
-        McCool's (1987) parameters, DOI 10.1115/1.3261349 [1/m^2], [m], [m], [m].
-    counted : ndarray
-        Summits counted [-]; NaN where they were not.
-    counted_density, counted_radius, counted_std, counted_mean_height : ndarray
-        Parameters of the counted summits [1/m^2], [m], [m], [m].
-    notes : tuple of str
-        How the scan was conditioned, and what could not be had and why.
-    """
+    """Parameters of a scan against the short-wave cut-off; one value for each in every array."""
 
     cutoff: Floats
+    """Cut-offs [m], rising; 0 where there is none and the pixel decides."""
     rms: Floats
+    """Root mean square height [m]."""
     m0: Floats
     m2: Floats
     m4: Floats
+    """Moments [m^2], [-], [1/m^2]."""
     nayak: Floats
+    """Nayak's alpha [-]."""
     mccool_density: Floats
     mccool_radius: Floats
     mccool_std: Floats
     mccool_mean_height: Floats
+    """McCool's (1987) parameters, DOI 10.1115/1.3261349 [1/m^2], [m], [m], [m]."""
     counted: Floats
+    """Summits counted [-]; NaN where they were not."""
     counted_density: Floats
     counted_radius: Floats
     counted_std: Floats
     counted_mean_height: Floats
+    """Parameters of the counted summits [1/m^2], [m], [m], [m]."""
     notes: tuple[str, ...] = ()
+    """How the scan was conditioned, and what could not be had and why."""
 
     @property
     def names(self) -> tuple[str, ...]:

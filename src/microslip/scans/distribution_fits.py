@@ -31,35 +31,24 @@ _FAMILIES: tuple[tuple[str, str, tuple[float, ...], float, float], ...] = (
 
 @dataclass(frozen=True)
 class Fit:
-    """A distribution fitted to heights.
-
-    Parameters
-    ----------
-    name : str
-        "gaussian", "skew-normal", "lognormal", "weibull", "student t" or "exponential".
-    shapes : tuple of float
-        Shape parameters [-], as in scipy.stats.
-    place, scale : float
-        Location and scale [m], as in scipy.stats; of the mirrored heights if `mirrored`.
-    mirrored : bool
-        Whether it is the distribution of minus the height: the long tail is downwards.
-    share : float
-        Largest difference of the distribution functions [-]: at most so many of the points are on
-        the wrong side of any height.
-    shift : float
-        Largest difference of the quantiles from 1 % to 99 %, in units of the rms [-].
-    tail : float
-        The same from 90 % to 99.9 %: of the heights that touch first.
-    """
+    """A distribution fitted to heights."""
 
     name: str
+    """"gaussian", "skew-normal", "lognormal", "weibull", "student t" or "exponential"."""
     shapes: tuple[float, ...]
+    """Shape parameters [-], as in scipy.stats."""
     place: float
     scale: float
+    """Location and scale [m], as in scipy.stats; of the mirrored heights if `mirrored`."""
     mirrored: bool
+    """Whether it is the distribution of minus the height: the long tail is downwards."""
     share: float = math.nan
+    """Largest difference of the distribution functions [-]: at most so many of the points are on
+    the wrong side of any height."""
     shift: float = math.nan
+    """Largest difference of the quantiles from 1 % to 99 %, in units of the rms [-]."""
     tail: float = math.nan
+    """The same from 90 % to 99.9 %: of the heights that touch first."""
 
     def distribution(self) -> Any:
         """The same as a frozen distribution of scipy.stats, of the mirrored heights if so."""

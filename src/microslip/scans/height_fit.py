@@ -26,33 +26,22 @@ _LEVELS = 400
 
 @dataclass(frozen=True, eq=False)
 class HeightFit(Locked):
-    """The density of the heights of a scan and the distributions fitted to it.
-
-    Parameters
-    ----------
-    height : ndarray
-        Middles of the bins [m].
-    density : ndarray
-        Probability density in each [1/m]; the bins hold all points but the extreme ones.
-    fits : tuple of Fit
-        The fits, the one with the least :attr:`Fit.effect` first.
-    statistics : Statistics
-        Height parameters.
-    tail_start : float
-        Height [m] above which the highest tenth of the points is.
-    tail_scale : float
-        Mean height [m] of these above it: the scale of an exponential tail.
-    tail_share : float
-        Largest difference [-] of that exponential to the distribution of the tail's points.
-    """
+    """The density of the heights of a scan and the distributions fitted to it."""
 
     height: Floats
+    """Middles of the bins [m]."""
     density: Floats
+    """Probability density in each [1/m]; the bins hold all points but the extreme ones."""
     fits: tuple[Fit, ...]
+    """The fits, the one with the least :attr:`Fit.effect` first."""
     statistics: Statistics
+    """Height parameters."""
     tail_start: float
+    """Height [m] above which the highest tenth of the points is."""
     tail_scale: float
+    """Mean height [m] of these above it: the scale of an exponential tail."""
     tail_share: float
+    """Largest difference [-] of that exponential to the distribution of the tail's points."""
 
     @property
     def best(self) -> Fit:

@@ -26,63 +26,42 @@ FEW = 10
 
 @dataclass(frozen=True)
 class LawAtLoad:
-    """A joint at rest by one law of the summit heights.
-
-    Parameters
-    ----------
-    separation : float
-        Of the plane from the mean plane of the scan [m].
-    contacts : float
-        Summits in contact [-].
-    real_area : float
-        Real over apparent area [-].
-    tangential_stiffness : float
-        At rest [N/m].
-    loss_factor : float or None
-        At the amplitude, if one was given [-].
-    above : float
-        Share of the load above the highest measured summit [-].
-    """
+    """A joint at rest by one law of the summit heights."""
 
     separation: float
+    """Of the plane from the mean plane of the scan [m]."""
     contacts: float
+    """Summits in contact [-]."""
     real_area: float
+    """Real over apparent area [-]."""
     tangential_stiffness: float
+    """At rest [N/m]."""
     loss_factor: float | None
+    """At the amplitude, if one was given [-]."""
     above: float
+    """Share of the load above the highest measured summit [-]."""
 
 
 @dataclass(frozen=True)
 class HeightLaws:
-    """The same summits and load by every law of their heights.
-
-    Parameters
-    ----------
-    normal_load : float
-        Load of the joint [N].
-    area : float
-        Its apparent area [m^2].
-    laws : mapping of str to LawAtLoad
-        By "gaussian", "table", "discrete" and "population"; Gaussian is left out where all
-        heights are one.
-    measured_contacts : int
-        Summits of the scan that carry load as a population.
-    scatter : float
-        Standard deviation [-] of the logarithm of the population's stiffness at this load, as of
-        summits that are independent; those on the same long wave are not, so it is a lower bound.
-    recommended : {"gaussian", "population"}
-        The law that the loaded tail bears.
-    reason : str
-        Why, in a sentence.
-    """
+    """The same summits and load by every law of their heights."""
 
     normal_load: float
+    """Load of the joint [N]."""
     area: float
+    """Its apparent area [m^2]."""
     laws: Mapping[str, LawAtLoad]
+    """By "gaussian", "table", "discrete" and "population"; Gaussian is left out where all heights
+    are one."""
     measured_contacts: int
+    """Summits of the scan that carry load as a population."""
     scatter: float
+    """Standard deviation [-] of the logarithm of the population's stiffness at this load, as of
+    summits that are independent; those on the same long wave are not, so it is a lower bound."""
     recommended: Heights
+    """The law that the loaded tail bears."""
     reason: str
+    """Why, in a sentence."""
 
     def verdicts(self) -> tuple[Verdict, ...]:
         """On the tail of the Gaussian, how far it misses the stiffness, and the summits in it."""

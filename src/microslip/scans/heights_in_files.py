@@ -55,33 +55,22 @@ class Wishes:
 
 @dataclass(frozen=True)
 class RawHeights:
-    """Heights as they are in a file.
-
-    Parameters
-    ----------
-    kind : str
-        What the file is and how it was understood, for the notes.
-    values : ndarray
-        In whatever unit; missing points are NaN or masked.
-    unit : str, optional
-        Unit of the heights, as the file says; None if it does not.
-    pixel : tuple of float, optional
-        Distance of neighbours [m], as the file says.
-    steps : tuple of float, optional
-        The same in the unit of coordinates, which `columns` or the user has to say.
-    columns : pair of str or None
-        Units of the coordinates and of the heights, as the names of columns say.
-    notes : tuple of str
-        What else is to be told.
-    """
+    """Heights as they are in a file."""
 
     kind: str
+    """What the file is and how it was understood, for the notes."""
     values: np.ndarray
+    """In whatever unit; missing points are NaN or masked."""
     unit: str | None = None
+    """Unit of the heights, as the file says; None if it does not."""
     pixel: tuple[float, ...] | None = None
+    """Distance of neighbours [m], as the file says."""
     steps: tuple[float, ...] | None = None
+    """The same in the unit of coordinates, which `columns` or the user has to say."""
     columns: tuple[str | None, str | None] = (None, None)
+    """Units of the coordinates and of the heights, as the names of columns say."""
     notes: tuple[str, ...] = field(default=())
+    """What else is to be told."""
 
 
 def read_heights(path: Path, wishes: Wishes) -> RawHeights:

@@ -44,42 +44,29 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, eq=False)
 class JointOverCutoffs(Locked):
-    """A joint at rest against the short-wave and the long-wave cut-off of the scan.
-
-    Parameters
-    ----------
-    cutoff : ndarray
-        Short-wave cut-offs [m], rising; 0 where the pixel decides.
-    long_cutoff : ndarray
-        Long-wave cut-offs [m], rising; infinite where the form removed and the scan decide.
-    chosen : tuple of int
-        Place (row, column) of the joint that was asked for.
-    values : mapping of str to ndarray
-        Of each quantity one value a long-wave cut-off (row) and short-wave cut-off (column); not a
-        number where there are no summits, or no hardness or amplitude was given.
-    patches : mapping of str to ndarray
-        The same of the joint on each of two by two patches of the scan at the same pressure, each
-        levelled by itself and with the cut-offs that were asked for: a scan of half the length.
-    size : float
-        Shorter side of the scan [m], which stands for the long-wave cut-off where there is none.
-    normal_load, area : float
-        Load [N] and apparent area [m^2].
-    heights : str
-        Law of the summit heights.
-    notes : tuple of str
-        What could not be had and why.
-    """
+    """A joint at rest against the short-wave and the long-wave cut-off of the scan."""
 
     cutoff: Floats
+    """Short-wave cut-offs [m], rising; 0 where the pixel decides."""
     long_cutoff: Floats
+    """Long-wave cut-offs [m], rising; infinite where the form removed and the scan decide."""
     chosen: tuple[int, int]
+    """Place (row, column) of the joint that was asked for."""
     values: Mapping[str, Floats]
+    """Of each quantity one value a long-wave cut-off (row) and short-wave cut-off (column); not a
+    number where there are no summits, or no hardness or amplitude was given."""
     patches: Mapping[str, Floats]
+    """The same of the joint on each of two by two patches of the scan at the same pressure, each
+    levelled by itself and with the cut-offs that were asked for: a scan of half the length."""
     size: float
+    """Shorter side of the scan [m], which stands for the long-wave cut-off where there is none."""
     normal_load: float
     area: float
+    """Load [N] and apparent area [m^2]."""
     heights: str
+    """Law of the summit heights."""
     notes: tuple[str, ...] = ()
+    """What could not be had and why."""
 
     def slope(self, quantity: str, cutoff: str) -> float:
         """Slope d ln quantity / d ln cut-off ("cutoff" or "long_cutoff") at the joint asked for.

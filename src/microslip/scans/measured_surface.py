@@ -21,15 +21,10 @@ _PANELS = 32
 
 @dataclass(frozen=True, eq=False)
 class MeasuredSurface(GreenwoodWilliamson):
-    """A surface of fitted summit heights, with the height above which none was measured.
-
-    Parameters
-    ----------
-    highest : float
-        Height [m] of the highest summit that was measured; it enters no load, only the verdict.
-    """
+    """A surface of fitted summit heights, with the height above which none was measured."""
 
     highest: float = np.inf
+    """Height [m] of the highest summit that was measured; it enters no load, only the verdict."""
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         share = 0.0 if separation is None else self.load_share_above(self.highest, separation)

@@ -45,17 +45,6 @@ PARAMETERS: dict[str, Parameter] = {
 class PatchErrors(Locked):
     """A parameter of a scan, and how it scatters from patch to patch.
 
-    Parameters
-    ----------
-    value : float
-        The parameter of the whole scan [its unit].
-    values : ndarray
-        That of each patch, rows of patches in turn; patches that give none are left out.
-    failed : int
-        How many gave none, or hold no point.
-    long_waves : float
-        Standard error [its unit] by the waves of the whole scan, of heights (see Notes).
-
     Notes
     -----
     Patches are alike where waves are longer than they are, and their scatter is then 0.4 to 0.7 of
@@ -66,9 +55,13 @@ class PatchErrors(Locked):
     """
 
     value: float
+    """The parameter of the whole scan [its unit]."""
     values: NDArray[np.float64]
+    """That of each patch, rows of patches in turn; patches that give none are left out."""
     failed: int = 0
+    """How many gave none, or hold no point."""
     long_waves: float = 0.0
+    """Standard error [its unit] by the waves of the whole scan, of heights (see Notes)."""
 
     @property
     def mean(self) -> float:

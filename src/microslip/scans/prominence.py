@@ -27,9 +27,8 @@ _BLOCK = 1 << 18  # points a pass, as many as a cache holds
 _ROUNDS = 6
 _FEW = 2000  # meetings that are as quick one by one
 
-# The neighbours in the order of their places, and their order around the point.
+# The neighbours in the order of their places.
 _AROUND = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
-_RING = (0, 1, 2, 4, 7, 6, 5, 3)
 
 
 def _parts_of_rings() -> tuple[NDArray[np.uint8], NDArray[np.int8]]:

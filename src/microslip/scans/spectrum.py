@@ -21,25 +21,17 @@ Window = Literal["hann"] | None
 
 @dataclass(frozen=True, eq=False)
 class AxisSpectrum(Locked):
-    """One-sided power spectrum of the profiles along one axis, in the mean over all of them.
-
-    Parameters
-    ----------
-    wavenumber : ndarray
-        Wavenumbers q = 2 pi/wavelength [rad/m], rising from one wave on the length of the scan.
-    power : ndarray
-        Variance [m^2] in the band about each; they sum to m0 less the variance of the profiles'
-        means, which do not vary along this axis.
-    density : ndarray
-        The same per wavenumber [m^3]: its integral over q is the sum.
-    pixel : float
-        Distance of neighbours [m].
-    """
+    """One-sided power spectrum of the profiles along one axis, in the mean over all of them."""
 
     wavenumber: Floats
+    """Wavenumbers q = 2 pi/wavelength [rad/m], rising from one wave on the length of the scan."""
     power: Floats
+    """Variance [m^2] in the band about each; they sum to m0 less the variance of the profiles'
+    means, which do not vary along this axis."""
     density: Floats
+    """The same per wavenumber [m^3]: its integral over q is the sum."""
     pixel: float
+    """Distance of neighbours [m]."""
 
     @property
     def wavelength(self) -> Floats:
@@ -62,33 +54,23 @@ class Spectrum(Locked):
 
     Normalised so that the integral of the density over the plane of wavenumbers is m0; see
     Jacobs, Junge and Pastewka (2017), DOI 10.1088/2051-672X/aa51f8, for other habits.
-
-    Parameters
-    ----------
-    wavenumber : ndarray
-        Wavenumbers q [rad/m] of the rings, rising; only rings that hold waves.
-    density : ndarray
-        Mean density C [m^4] of a ring; of a profile, that along it [m^3].
-    power : ndarray
-        Variance in each ring [m^2]; they sum to m0.
-    axes : tuple of AxisSpectrum
-        Spectra along x and along y; of a profile, along it.
-    window : {"hann", None}
-        Taper at the edges of the scan.
-    cutoff, long_cutoff : float or None
-        Band of wavelengths [m] that conditioning has left.
-    waves : ndarray
-        Waves of each ring [-], mirrored ones counted twice.
     """
 
     wavenumber: Floats
+    """Wavenumbers q [rad/m] of the rings, rising; only rings that hold waves."""
     density: Floats
+    """Mean density C [m^4] of a ring; of a profile, that along it [m^3]."""
     power: Floats
+    """Variance in each ring [m^2]; they sum to m0."""
     axes: tuple[AxisSpectrum, ...]
+    """Spectra along x and along y; of a profile, along it."""
     window: Window
+    """Taper at the edges of the scan."""
     cutoff: float | None = None
     long_cutoff: float | None = None
+    """Band of wavelengths [m] that conditioning has left."""
     waves: Floats = field(default_factory=lambda: np.zeros(0))
+    """Waves of each ring [-], mirrored ones counted twice."""
 
     @property
     def relative_error(self) -> Floats:
@@ -168,28 +150,19 @@ class Spectrum(Locked):
 
 @dataclass(frozen=True)
 class SelfAffineFit:
-    """A power law C = C_0 q^(-2 - 2H) of a spectrum; of a profile q^(-1 - 2H).
-
-    Parameters
-    ----------
-    hurst : float
-        Hurst's exponent H [-]: 0 to 1 of a self-affine surface.
-    error : float
-        Its standard deviation [-], of the scatter about the law if that is larger than expected.
-    prefactor : float
-        Density [m^4] (of a profile [m^3]) at the middle wavelength.
-    shortest, longest : float
-        Wavelengths [m] between which it holds.
-    misfit : float
-        Rms of the density about the law, over its uncertainty [-]: one for a power law.
-    """
+    """A power law C = C_0 q^(-2 - 2H) of a spectrum; of a profile q^(-1 - 2H)."""
 
     hurst: float
+    """Hurst's exponent H [-]: 0 to 1 of a self-affine surface."""
     error: float
+    """Its standard deviation [-], of the scatter about the law if that is larger than expected."""
     prefactor: float
+    """Density [m^4] (of a profile [m^3]) at the middle wavelength."""
     shortest: float
     longest: float
+    """Wavelengths [m] between which it holds."""
     misfit: float
+    """Rms of the density about the law, over its uncertainty [-]: one for a power law."""
 
     @property
     def fractal_dimension(self) -> float:

@@ -16,39 +16,26 @@ _BLOCK = 1 << 18
 
 @dataclass(frozen=True)
 class Statistics:
-    """Height parameters of a scan, after ISO 25178-2:2021; of a profile, after ISO 21920-2:2021.
-
-    Parameters
-    ----------
-    mean : float
-        Mean height [m].
-    rms : float
-        Root mean square height Sq [m] about the mean.
-    mean_deviation : float
-        Mean absolute height Sa [m] about the mean.
-    skewness : float
-        Skewness Ssk [-]: 0 for a Gaussian surface, below it where plateaus prevail.
-    kurtosis : float
-        Kurtosis Sku [-]: 3 for a Gaussian surface.
-    flatness : float
-        From the lowest valley to the highest peak [m]: Sz.
-    highest : float
-        Height of the highest point above the mean [m]: Sp.
-    count : int
-        Points present.
-    missing : float
-        Share of points that are missing [-].
-    """
+    """Height parameters of a scan, after ISO 25178-2:2021; of a profile, after ISO 21920-2:2021."""
 
     mean: float
+    """Mean height [m]."""
     rms: float
+    """Root mean square height Sq [m] about the mean."""
     mean_deviation: float
+    """Mean absolute height Sa [m] about the mean."""
     skewness: float
+    """Skewness Ssk [-]: 0 for a Gaussian surface, below it where plateaus prevail."""
     kurtosis: float
+    """Kurtosis Sku [-]: 3 for a Gaussian surface."""
     flatness: float
+    """From the lowest valley to the highest peak [m]: Sz."""
     highest: float
+    """Height of the highest point above the mean [m]: Sp."""
     count: int
+    """Points present."""
     missing: float
+    """Share of points that are missing [-]."""
 
 
 def statistics_of(heights: Floats) -> Statistics:

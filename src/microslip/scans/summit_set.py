@@ -41,36 +41,6 @@ class Summits(Locked, Plottable):
 
     Made by :func:`find_summits`, not by hand.
 
-    Parameters
-    ----------
-    positions : ndarray
-        Where they are (n, 2) along x and y [m], from the centre of the first point of the scan.
-    heights : ndarray
-        Heights above the mean of the scan [m].
-    radii : ndarray
-        Equivalent radii [m]: 1/sqrt(k1 k2) of fitted summits, 2/(kx + ky) by differences.
-    curvatures : ndarray
-        Curvatures (n, 2) [1/m]: principal ones, the larger first; by differences along x and y.
-    prominences : ndarray
-        Rise above the saddle to a higher summit [m]; of the highest, above the lowest point.
-    scan : Scan
-        The scan in which they were found, levelled and filtered.
-    cutoff : float or None
-        Short-wave cut-off [m] of that scan; None where the pixel decides.
-    area : float
-        Area in which a summit could be found [m^2]: without edges and missing points.
-    method : {"watershed", "neighbours"}
-        How they were found.
-    threshold : float
-        Prominence [m] that they have at least.
-    dropped : int
-        How many more were prominent enough, but are no summits by their fit.
-    neighbours : SummitStatistics
-        Of every point above its eight neighbours, curvatures by differences: what other programs
-        count, and what spectral moments go with.
-    notes : tuple of str
-        How the scan was conditioned and the summits were found.
-
     Raises
     ------
     InputError
@@ -78,18 +48,32 @@ class Summits(Locked, Plottable):
     """
 
     positions: Floats
+    """Where they are (n, 2) along x and y [m], from the centre of the first point of the scan."""
     heights: Floats
+    """Heights above the mean of the scan [m]."""
     radii: Floats
+    """Equivalent radii [m]: 1/sqrt(k1 k2) of fitted summits, 2/(kx + ky) by differences."""
     curvatures: Floats
+    """Curvatures (n, 2) [1/m]: principal ones, the larger first; by differences along x and y."""
     prominences: Floats
+    """Rise above the saddle to a higher summit [m]; of the highest, above the lowest point."""
     scan: HeightMap
+    """The scan in which they were found, levelled and filtered."""
     cutoff: float | None
+    """Short-wave cut-off [m] of that scan; None where the pixel decides."""
     area: float
+    """Area in which a summit could be found [m^2]: without edges and missing points."""
     method: Method
+    """How they were found."""
     threshold: float
+    """Prominence [m] that they have at least."""
     dropped: int
+    """How many more were prominent enough, but are no summits by their fit."""
     neighbours: SummitStatistics
+    """Of every point above its eight neighbours, curvatures by differences: what other programs
+    count, and what spectral moments go with."""
     notes: tuple[str, ...]
+    """How the scan was conditioned and the summits were found."""
 
     def __post_init__(self) -> None:
         count = np.size(self.heights)

@@ -19,7 +19,7 @@ from pyHarm.Elements.NodeToNodeElements.NodeToNodeElement import NodeToNodeEleme
 
 from microslip._core.checks import Floats, show
 from microslip.errors import Argument, InputError
-from microslip.friction import BackboneLaw, Interface, IsotropicField, IsotropicJoint, JointField
+from microslip.friction import BackboneLaw, Interface, IsotropicJoint, JointField
 
 
 def elements() -> list[type[Any]]:
@@ -37,6 +37,8 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
     """
 
     directions: ClassVar[int]
+    law_kind: ClassVar[type]
+    law_text: ClassVar[str]
 
     def __post_init__(self) -> None:
         numbers = get_array_nh(self.nh)[0]
@@ -48,7 +50,10 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
                 Argument("dirs"),
                 f" must be {self.directions} direction(s) for {self.factory_keyword}, got {dirs}",
             )
-        self.read_law(self.data.get("law"))
+        law = self.data.get("law")
+        if not isinstance(law, self.law_kind):
+            raise InputError(Argument("law"), f" must be {self.law_text}, got {show(law)}")
+        self.read_law(law)
         self._known: tuple[bytes, Floats, Floats] | None = None
 
     def __flag_update__(self) -> None:
@@ -57,22 +62,12 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
 
     def read_law(self, law: Any) -> None:
         """Keep the law of the connector's data."""
-        raise NotImplementedError
+        self.law: Any = law
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Coefficients of the forces [N] and their derivatives [N/m].
+        """Forces [N] (directions, coefficients) of a motion [m] of that shape, and their Jacobian.
 
-        Parameters
-        ----------
-        motion : ndarray
-            Coefficients [m], shape (directions, coefficients).
-
-        Returns
-        -------
-        force : ndarray
-            Of the shape of ``motion``.
-        jacobian : ndarray
-            Shape (directions, directions, coefficients, coefficients).
+        It has the shape (directions, directions, coefficients, coefficients) [N/m].
         """
         raise NotImplementedError
 
@@ -122,11 +117,10 @@ class JointElement(_Element):
 
     factory_keyword = "microslip_joint"
     directions = 1
+    law_kind, law_text = BackboneLaw, "a backbone law"
 
     def read_law(self, law: Any) -> None:
         """Any backbone law."""
-        if not isinstance(law, BackboneLaw):
-            raise InputError(Argument("law"), f" must be a backbone law, got {show(law)}")
         self.law = law
         self.rest = self.data.get("rest", 0.0)
         self.exact = bool(self.data.get("exact", False))
@@ -150,19 +144,12 @@ class PlanarJointElement(_Element):
 
     factory_keyword = "microslip_planar_joint"
     directions = 2
-
-    def read_law(self, law: Any) -> None:
-        """Sliders of two directions."""
-        if not isinstance(law, IsotropicJoint):
-            raise InputError(
-                Argument("law"),
-                f" must be an IsotropicJoint, such as IsotropicJoint(joint), got {show(law)}",
-            )
-        self.law = law
+    law_kind, law_text = IsotropicJoint, "an IsotropicJoint, such as IsotropicJoint(joint)"
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
         """Harmonics of the settled cycle of both directions."""
-        return self.law.harmonics(motion, self.harmonics, samples=self.nti)
+        force, jacobian = self.law.harmonics(motion, self.harmonics, samples=self.nti)
+        return force, jacobian
 
 
 class ContactElement(_Element):
@@ -175,13 +162,10 @@ class ContactElement(_Element):
 
     factory_keyword = "microslip_contact"
     directions = 3
+    law_kind, law_text = Interface, "an Interface, which has a surface"
 
     def read_law(self, law: Any) -> None:
         """A joint with a surface."""
-        if not isinstance(law, Interface):
-            raise InputError(
-                Argument("law"), f" must be an Interface, which has a surface, got {show(law)}"
-            )
         if 0 not in self.harmonics:
             raise InputError("a contact needs the mean: nh must be a number, or begin with 0")
         field = JointField(
@@ -191,7 +175,7 @@ class ContactElement(_Element):
             separations=[law.separation],
             surface_area=1.0,
         )
-        self.law: IsotropicField = field.two_directions(self.data.get("sliders", 128))
+        self.law = field.two_directions(self.data.get("sliders", 128))
         self.separation = law.separation
         self.load = law.normal_load if self.data.get("balanced", True) else 0.0
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, positive
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip.errors import InputError
 from microslip.materials import Material
 
@@ -79,12 +79,9 @@ class Bolts(Locked):
     density: float | None = None
 
     def __post_init__(self) -> None:
-        def put(name: str, value: Any) -> None:
-            object.__setattr__(self, name, value)
-
-        put("positions", lock(_places(self.positions)))
+        assign(self, positions=lock(_places(self.positions)))
         for name, example in (("shank", 0.008), ("hole", 0.009), ("washer", 0.018)):
-            put(name, positive(name, getattr(self, name), "m", example))
+            assign(self, **{name: positive(name, getattr(self, name), "m", example)})
         if not self.shank < self.hole < self.washer:
             raise InputError(
                 "a shank must fit into its hole and the washer must cover the hole, got "
@@ -100,23 +97,16 @@ class Bolts(Locked):
             ("density", "kg/m^3", 7850.0),
         ):
             if getattr(self, name) is not None:
-                put(name, positive(name, getattr(self, name), unit, example))
+                assign(self, **{name: positive(name, getattr(self, name), unit, example)})
         head = 0.8 * self.shank if self.head is None else self.head
-        put("head", positive("head", head, "m", 0.006))
+        assign(self, head=positive("head", head, "m", 0.006))
         if self.material is not None and not isinstance(self.material, Material):
             raise InputError(f"material must be a Material, got {self.material!r:.60}")
-        put(
-            "torque",
-            None
-            if self.torque is None
-            else lock(each_bolt("torque", self.torque, len(self), "N m")),
-        )
-        tension = tensions(
-            len(self),
-            **{name: getattr(self, name) for name in TIGHTENING},
-            bearing=0.5 * (self.hole + self.washer),
-        )
-        put("tension", lock(tension))
+        if self.torque is not None:
+            assign(self, torque=lock(each_bolt("torque", self.torque, len(self), "N m")))
+        tightening = {name: getattr(self, name) for name in TIGHTENING}
+        bearing = 0.5 * (self.hole + self.washer)
+        assign(self, tension=lock(tensions(len(self), **tightening, bearing=bearing)))
 
     def __len__(self) -> int:
         return len(self.positions)

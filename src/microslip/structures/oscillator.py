@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import LARGEST, Floats, exact, number, plain, positive, show, whole
-from microslip._core.frozen import LockedArrays
+from microslip._core.frozen import LockedArrays, assign
 from microslip._core.wording import quoted
 from microslip.errors import Argument, InputError
 from microslip.friction import LAWS, BackboneLaw
@@ -95,7 +95,7 @@ class Oscillator:
     viscous_damping_ratio: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mass", positive("mass", self.mass, "kg"))
+        mass = positive("mass", self.mass, "kg")
         stiffness = number("stiffness", self.stiffness, "N/m")
         if not 0.0 <= stiffness <= LARGEST:
             raise InputError(
@@ -113,8 +113,8 @@ class Oscillator:
                 Argument("viscous_damping_ratio"),
                 f" must be from 0 to below 1 (else nothing swings), got {exact(ratio)}",
             )
-        object.__setattr__(self, "stiffness", stiffness + 0.0)  # -0.0 is 0.0 here
-        object.__setattr__(self, "viscous_damping_ratio", ratio + 0.0)
+        # -0.0 is 0.0 here
+        assign(self, mass=mass, stiffness=stiffness + 0.0, viscous_damping_ratio=ratio + 0.0)
 
     @cached_property
     def _stuck(self) -> float:

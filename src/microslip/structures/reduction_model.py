@@ -20,9 +20,8 @@ from microslip.errors import Argument, InputError
 from microslip.friction import JointField
 from microslip.normal import NormalLaw
 from microslip.structures.bolts import each_bolt
-from microslip.structures.form import gaps_at
 from microslip.structures.preload import Preload
-from microslip.structures.reduction_patches import Samples, mean_over
+from microslip.structures.reduction_patches import Samples, gaps_at, mean_over
 from microslip.structures.structure import Structure
 
 _KIND = "microslip-reduced-joint"

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import floats, show
-from microslip._core.verdicts import Verdict
+from microslip._core.frozen import assign
+from microslip._core.verdicts import Rule, Verdict
 from microslip.errors import InputError
 from microslip.friction import BackboneLaw, JointField
 from microslip.numerics.threads import single_threaded
@@ -20,12 +22,16 @@ from microslip.structures.joint_groups import (
     Attachment,
     FieldAttachment,
     LawAttachment,
+    all_columns,
     checked_law,
 )
 from microslip.structures.matrices import (
+    LARGEST_DENSE,
     check_mass,
     check_stiffness,
     direction_matrix,
+    linear_modes,
+    rigid_count,
     symmetric_matrix,
 )
 from microslip.structures.modal_curve import ModalCurve
@@ -33,7 +39,6 @@ from microslip.structures.model_files import load_matrices, save_matrices
 from microslip.structures.motion import Motion
 from microslip.structures.preload import LinearModes, Preload
 from microslip.structures.static import static_state
-from microslip.structures.structure_verdicts import judge
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -76,11 +81,7 @@ class Structure:
         check_stiffness(stiffness, mass)
         if damping is not None:
             damping = symmetric_matrix("damping", damping, mass.shape[0])
-        assign = object.__setattr__
-        assign(self, "mass", mass)
-        assign(self, "stiffness", stiffness)
-        assign(self, "damping", damping)
-        assign(self, "attachments", ())
+        assign(self, mass=mass, stiffness=stiffness, damping=damping, attachments=())
 
     @property
     def size(self) -> int:
@@ -177,10 +178,9 @@ class Structure:
                 "joint must be a backbone law, such as ms.Interface(surface, 0.5, "
                 f"normal_load=2000.0), or a JointField, got {show(joint)}"
             )
-        extended = object.__new__(Structure)
-        for name in ("mass", "stiffness", "damping"):
-            object.__setattr__(extended, name, getattr(self, name))
-        object.__setattr__(extended, "attachments", (*self.attachments, attachment))
+        extended = object.__new__(Structure)  # the matrices are checked
+        assign(extended, mass=self.mass, stiffness=self.stiffness, damping=self.damping)
+        assign(extended, attachments=(*self.attachments, attachment))
         return extended
 
     @cached_property
@@ -296,3 +296,52 @@ class Structure:
             As for :meth:`modes`.
         """
         return self._undeformed.integrate(force, time, **options)
+
+
+# -- how far matrices can be those of a structure --------------------------------------------------
+
+_MOST_RIGID = 12  # two free bodies
+
+FREQUENCY = Rule(
+    "first elastic frequency",
+    watch=3e4,
+    outside=1e6,
+    meaning="Matrices in kg and N/m give the frequencies of a real structure [Hz].",
+    reason="Matrices in t, mm and N are 31.6 times off in frequency where they are mixed with SI.",
+    remedy="Give the mass in kg and the stiffness in N/m.",
+    missing="Without an elastic mode there is no frequency to judge.",
+)
+SLOWNESS = replace(FREQUENCY, name="first elastic frequency, from below", watch=0.5, outside=0.01)
+GROUNDED = Rule(
+    "joint motion in rigid motion",
+    watch=1e-8,
+    outside=1e-8,
+    meaning=(
+        "A joint between two faces does not move when the structure moves as a whole "
+        "(largest b^T r, beside the motion of the degrees of freedom it ties)."
+    ),
+    reason="Centroids 0.4 mm apart turned 169 Hz into 317 Hz.",
+    remedy=(
+        "Average both faces over the same sample points; "
+        "where the joint is to ground or holds a loose part this is as it should be."
+    ),
+    missing="K leaves no motion free.",
+)
+
+
+def judge(mass: Any, stiffness: Any, attachments: tuple[Attachment, ...]) -> tuple[Verdict, ...]:
+    """Verdicts on a structure without its joints."""
+    count = None if mass.shape[0] <= LARGEST_DENSE else _MOST_RIGID + 1
+    squares, shapes = linear_modes(stiffness, mass, count)
+    rigid = rigid_count(squares, stiffness, mass)
+    first = math.sqrt(squares[rigid]) / (2.0 * math.pi) if rigid < squares.size else None
+    columns = all_columns(attachments, mass.shape[0])
+    motion = None
+    if rigid and columns.size:
+        free = shapes[:, :rigid]
+        moved = np.abs(columns.T @ free)
+        # What the two sides of a joint move by, each, is what their difference stands beside.
+        sides = np.abs(columns).T @ np.abs(free)
+        scale = np.where(sides > 0.0, sides, 1.0)
+        motion = float((moved / scale).max())
+    return FREQUENCY.judge(first), SLOWNESS.judge(first), GROUNDED.judge(motion)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from microslip.normal import NormalLaw, TabulatedNormalLaw
+from microslip.normal.base import NormalLaw
 from microslip.normal.spheres import Spheres
+from microslip.normal.spline import Spline
 
 if TYPE_CHECKING:
     from microslip.kernels.twin_hold import Curve
@@ -21,8 +22,8 @@ _FEW_SUMMITS = 24  # for which plain Python is quicker than arrays
 
 def curve_of(law: NormalLaw, origin: float) -> Curve:
     """The load curve of a law; separations count from ``origin``."""
-    if isinstance(law, TabulatedNormalLaw):
-        return TableCurve(law, origin)
+    if law._spline is not None:
+        return TableCurve(law._spline, origin)
     spheres = law._spheres
     if spheres is None:
         return LawCurve(law, origin)
@@ -116,8 +117,7 @@ class ManySpheresCurve:
 class TableCurve:
     """The same of a table: parabolas between its knots, in plain Python."""
 
-    def __init__(self, law: TabulatedNormalLaw, origin: float) -> None:
-        spline = law._spline
+    def __init__(self, spline: Spline, origin: float) -> None:
         self._knots: list[float] = (spline.knots - origin).tolist()
         self._last = len(self._knots) - 2  # the last piece
         self._curvatures: list[float] = spline.curvatures.tolist()
@@ -127,7 +127,7 @@ class TableCurve:
         # Of positive terms, so that a fall over some pieces is right to rounding.
         drops = -0.5 * np.diff(spline.knots) * (spline.slopes[:-1] + spline.ends)
         self._falls: list[float] = drops.tolist()
-        self._tail = 0.0 if law.tail is None else self._loads[-1] / -self._slopes[-1]
+        self._tail = spline.decay_length if spline.has_tail else 0.0
 
     def drop(self, base: float, width: float) -> float:
         """N(b) - N(b + w)."""

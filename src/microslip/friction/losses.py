@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip.kernels import Integers
 from microslip.memory import Slips
-from microslip.normal import NormalLaw, TabulatedNormalLaw
+from microslip.normal.base import NormalLaw
 from microslip.normal.grids import sum_over_pairs
 from microslip.normal.spheres import Spheres
 from microslip.normal.varying_load_losses import means
@@ -97,8 +97,8 @@ class Losses:
         if low >= self._low:
             return self._marks
         law, smooth = self._law, low
-        if isinstance(law, TabulatedNormalLaw):
-            if law.tail is None:
+        if law._spline is not None:
+            if not law._spline.has_tail:
                 return self._marks
             smooth = float(self._kinks[-1])
         rungs: list[float] = []
@@ -117,10 +117,10 @@ class Losses:
 
     def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
         """Which rule serves which pieces: between the knots of a table all is a parabola."""
-        law = self._law
-        if not isinstance(law, TabulatedNormalLaw):
+        spline = self._law._spline
+        if spline is None:
             return [(_ROOTS, np.ones(front.size, dtype=bool))]
-        tail = np.zeros(front.size, dtype=bool) if law.tail is None else front > self._kinks[-1]
+        tail = (front > self._kinks[-1]) & spline.has_tail
         return [(_PARABOLAS, ~tail), (_ROOTS, tail)]
 
     def _slope(self, separation: Floats, gap: Floats) -> Floats:

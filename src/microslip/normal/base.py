@@ -15,6 +15,7 @@ from microslip._core.parameters import Parametric
 from microslip.errors import Argument, InputError
 from microslip.materials import Material, MaterialPair
 from microslip.normal.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
+from microslip.normal.spline import Spline
 from microslip.numerics import quadrature
 
 PRESSURE = "mean contact pressure over hardness"
@@ -152,6 +153,11 @@ class NormalLaw(Parametric, ABC):
     @property
     def _spheres(self) -> Spheres | None:
         """The summits themselves, for a law that sums over given ones."""
+        return None
+
+    @property
+    def _spline(self) -> Spline | None:
+        """The spline itself, for a law that is one."""
         return None
 
     @property

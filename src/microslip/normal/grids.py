@@ -17,11 +17,10 @@ import numpy as np
 from microslip import kernels
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
-from microslip.kernels import Integers
 from microslip.kernels.profile import Profile
 from microslip.kernels.table import Table
 from microslip.normal.base import NormalLaw
-from microslip.normal.table import TabulatedNormalLaw, _decayed
+from microslip.normal.spline import over_pairs
 from microslip.numerics.quadrature import gauss_legendre
 
 Kind = Literal["drop", "fall", "excess", "excess_slope"]
@@ -144,7 +143,7 @@ def _costs(law: NormalLaw, kind: Kind, rows: int, columns: int) -> dict[str, flo
             "points": points * count * _TERM,
             "rows": rows * build + points * min(count * 1e-8, 8e-7),
         }
-    if isinstance(law, TabulatedNormalLaw):
+    if law._spline is not None:
         pieces = law._spline.knots.size
         return {"points": points * pieces * _PIECE, "rows": rows * 9e-5 + points * 1e-7}
     costs = {"points": points * _POINT, "rows": rows * _ROW + points * 3e-8}
@@ -155,8 +154,8 @@ def _costs(law: NormalLaw, kind: Kind, rows: int, columns: int) -> dict[str, flo
 
 def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floats] | None:
     """The function that sums over pairs of separations and steps; None for a law of its own."""
-    if isinstance(law, TabulatedNormalLaw):
-        return _table_pairs
+    if law._spline is not None:
+        return _spline_pairs
     general = all(
         getattr(type(law), name) is getattr(NormalLaw, name)
         for name in ("_drop", "_fall", "_excess", "_excess_slope")
@@ -207,80 +206,11 @@ def _own_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
     return _sum_of(law, kind)(d, u)
 
 
-def _table_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
-    """Piece by piece of the spline; every term is positive."""
-    assert isinstance(law, TabulatedNormalLaw)
-    if kind == "fall":
+def _spline_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
+    """Piece by piece of the spline."""
+    if kind == "fall" or law._spline is None:
         return -law._derivative(d + u, 1)
-    if kind == "drop":
-        return _table_drop(law, d, u)
-    spline = law._spline
-    last = float(spline.knots[-1])
-    total = np.zeros(d.size)
-    pieces = zip(spline.knots[:-1], spline.knots[1:], spline.curvatures[:-1], strict=True)
-    for left, right, curve in pieces:
-        if curve == 0.0:
-            continue
-        low, high = np.maximum(left - d, 0.0), np.minimum(right - d, u)
-        width, middle = high - low, 0.5 * (low + high)
-        if kind == "excess":
-            inner = 0.5 * curve * (middle * (u - middle) - width * width / 12.0)
-        else:
-            inner = 0.5 * curve * middle
-        total += np.where(width > 0.0, width * inner, 0.0)
-    for place, jump in zip(spline.knots, spline.jumps, strict=True):
-        if jump > 0.0:
-            v = place - d
-            inner = v * (u - v) if kind == "excess" else v
-            total += np.where((v > 0.0) & (v <= u), 0.5 * jump * inner, 0.0)
-    if law.tail is not None:
-        length = float(spline.loads[-1] / -spline.slopes[-1])
-        begin = np.maximum(last - d, 0.0)
-        past = np.flatnonzero(u > begin)
-        v = begin[past]
-        load = float(spline.loads[-1]) * np.exp(-np.maximum(d[past] - last, 0.0) / length)
-        x = (u[past] - v) / length
-        if kind == "excess":
-            total[past] += 0.5 * load * (v * _decayed(x, 0, 1) + length * _decayed(x, 1, 1))
-        else:
-            total[past] += 0.5 * load * (v / length * _decayed(x, 0, 0) + _decayed(x, 1, 0))
-    return total
-
-
-def _table_drop(law: TabulatedNormalLaw, d: Floats, u: Floats) -> Floats:
-    """The drops: the piece of d and, of those that reach further, what comes after it."""
-    knots, _, curvatures, _, _, ends = law._spline
-    i = np.clip(np.searchsorted(knots, d, side="right") - 1, 0, knots.size - 2)
-    ahead = knots[i + 1] - d
-    first = np.clip(ahead, 0.0, u)
-    total = first * (curvatures[i] * (ahead - 0.5 * first) - ends[i])
-    further = np.flatnonzero(u > ahead)
-    if further.size:
-        total[further] += _table_rest(law, i[further], d[further], u[further])
-    return np.asarray(total)
-
-
-def _table_rest(law: TabulatedNormalLaw, i: Integers, d: Floats, u: Floats) -> Floats:
-    """What drops d + u have past piece i, that of d."""
-    knots, slopes, curvatures, loads, _, ends = law._spline
-    last = knots.size - 1
-    j = np.maximum(np.searchsorted(knots, d + u, side="right") - 1, i + 1)
-    h = np.maximum(u - np.maximum(knots[j] - d, 0.0), 0.0)
-    drops = -0.5 * np.diff(knots) * (slopes[:-1] + ends)
-    end = np.append(slopes[:-1], 0.0)  # past the last knot there is the tail, or nothing
-    total = h * (-end[j] - 0.5 * curvatures[j] * h)
-    between = np.flatnonzero(j > i + 1)
-    if between.size:
-        begin, stop = i[between] + 1, j[between]
-        # One or two pieces by themselves; the loads at the ends of more differ by enough.
-        two = drops[begin] + np.where(stop > begin + 1, drops[np.minimum(begin + 1, last - 1)], 0.0)
-        total[between] += np.where(stop > begin + 2, loads[begin] - loads[stop], two)
-    if law.tail is not None:
-        length = float(loads[-1] / -slopes[-1])
-        past = np.flatnonzero(j == last)
-        load = loads[-1] * np.exp(-np.maximum(d[past] - knots[-1], 0.0) / length)
-        total[past] -= load * np.expm1(-h[past] / length)
-    return np.asarray(total)
+    return over_pairs(law._spline, kind, d, u)
 
 
 # -- pairs by a profile ----------------------------------------------------------------------------

@@ -17,18 +17,7 @@ from microslip.errors import Argument, InputError
 from microslip.kernels import Integers
 from microslip.materials import MaterialPair
 from microslip.normal.base import NormalLaw, aluminium, check_pair
-from microslip.numerics.quadrature import gauss_legendre
-
-
-class _Spline(NamedTuple):
-    """A convex quadratic spline; what lies past the last knot is the law's affair."""
-
-    knots: Floats
-    slopes: Floats  # at each knot, on its right; at the last one on its left
-    curvatures: Floats  # after each knot
-    loads: Floats
-    jumps: Floats  # of the slope at each knot: a corner between straight runs, or at the end
-    ends: Floats  # slopes at the right end of each piece
+from microslip.normal.spline import Spline, convex_spline, decayed
 
 
 class _Run(NamedTuple):
@@ -40,9 +29,6 @@ class _Run(NamedTuple):
     drops: Floats  # N(d) - N there
     rates: Floats  # half the integral of v N'' up to there, a jump there included
     excesses: Floats  # integral of the rates up to there
-
-
-_NODES, _WEIGHTS = gauss_legendre(20)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +95,9 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         )
 
     @cached_property
-    def _spline(self) -> _Spline:
+    def _spline(self) -> Spline:
         d, n = np.asarray(self.separations), np.asarray(self.loads)
-        return _convex_spline(d, n, self.tail is not None)
+        return convex_spline(d, n, self.tail is not None)
 
     @cached_property
     def _integrals(self) -> Floats:
@@ -148,7 +134,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
 
     def _derivative(self, separation: Floats, order: int) -> Floats:
         # From the right end of a piece every term is positive: no digits are lost near the end.
-        knots, slopes, curvatures, loads, _, ends = self._spline
+        knots, slopes, curvatures, loads, _, ends, _ = self._spline
         last = knots.size - 1
         i = np.clip(np.searchsorted(knots, separation, side="right") - 1, 0, last - 1)
         r = knots[i + 1] - np.minimum(separation, knots[last])
@@ -175,7 +161,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
                 f" must be at most {exact(heaviest)} N, where the table begins, "
                 f"got {exact(loads.max())} N",
             )
-        knots, slopes, curvatures, ends_of, _, ends = self._spline
+        knots, slopes, curvatures, ends_of, _, ends, _ = self._spline
         i = np.clip(np.searchsorted(-ends_of, -loads, side="left"), 1, ends.size) - 1
         # The steps from the right ends of pieces, where the load is less, without cancellation.
         surplus = np.maximum(loads - ends_of[i + 1], 0.0)
@@ -199,7 +185,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         return run
 
     def _make_run(self, d: float) -> _Run:
-        knots, slopes, curvatures, _, jumps, ends = self._spline
+        knots, slopes, curvatures, _, jumps, ends, _ = self._spline
         first = max(int(np.searchsorted(knots, d, side="right")) - 1, 0)
         starts = np.maximum(knots[first:] - d, 0.0)
         slope, curve = slopes[first:].copy(), curvatures[first:]
@@ -247,9 +233,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         load, length = self._tail_at(d)
         past = np.flatnonzero((k == run.starts.size - 1) & (load > 0.0))
         x = h[past] / length
-        result[past] += (
-            0.5 * load * (run.starts[-1] * _decayed(x, 0, 1) + length * _decayed(x, 1, 1))
-        )
+        result[past] += 0.5 * load * (run.starts[-1] * decayed(x, 0, 1) + length * decayed(x, 1, 1))
         return result
 
     def _excess_slope(self, d: Floats | float, u: Floats) -> Floats:
@@ -260,9 +244,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         load, length = self._tail_at(d)
         past = np.flatnonzero((k == run.starts.size - 1) & (load > 0.0))
         x = h[past] / length
-        result[past] += (
-            0.5 * load * (run.starts[-1] / length * _decayed(x, 0, 0) + _decayed(x, 1, 0))
-        )
+        result[past] += 0.5 * load * (run.starts[-1] / length * decayed(x, 0, 0) + decayed(x, 1, 0))
         return result
 
     def _by_separation(
@@ -302,22 +284,6 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         )
 
 
-def _decayed(x: Floats, power: int, other_power: int) -> Floats:
-    """Integral of w^power (x - w)^other_power exp(-w) over [0, x], powers 0 or 1."""
-    w = np.minimum(x, 1.0)[:, None] * _NODES
-    near = np.minimum(x, 1.0) * (
-        (w**power * (x[:, None] - w) ** other_power * np.exp(-w)) @ _WEIGHTS
-    )
-    gone = np.exp(-x)
-    far = {
-        (0, 0): 1.0 - gone,
-        (1, 0): 1.0 - (1.0 + x) * gone,
-        (0, 1): x - 1.0 + gone,
-        (1, 1): x - 2.0 + (x + 2.0) * gone,
-    }[power, other_power]
-    return np.asarray(np.where(x <= 1.0, near, far))
-
-
 def _check_table(d: Floats, n: Floats, tail: str | None) -> None:
     steps = np.diff(d)
     if steps.min() <= 0.0:
@@ -350,47 +316,3 @@ def _check_table(d: Floats, n: Floats, tail: str | None) -> None:
         )
     if tail is not None and n[-1] == 0.0:
         raise InputError(Argument("tail"), " must be None where the load ends at zero")
-
-
-def _convex_spline(d: Floats, n: Floats, has_tail: bool) -> _Spline:
-    """Schumaker's spline through convex data.
-
-    Between the secants of its neighbours a node's slope keeps the data convex; within an interval
-    two parabolas meet where the slope is the secant's, or one serves.
-    """
-    steps = np.diff(d)
-    secants = np.maximum.accumulate(np.diff(n) / steps)  # rising, up to rounding
-    straight = np.zeros(steps.size, dtype=bool)
-    level = np.diff(secants) <= 1e-12 * np.abs(secants[:-1])
-    straight[:-1] |= level
-    straight[1:] |= level
-    # Slopes at nodes as of a parabola through three points; on straight runs their secant.
-    inner = (secants[:-1] * steps[1:] + secants[1:] * steps[:-1]) / (steps[:-1] + steps[1:])
-    inner = np.where(straight[1:], secants[1:], np.where(straight[:-1], secants[:-1], inner))
-    first = 2.0 * secants[0] - inner[0]
-    last = min(2.0 * secants[-1] - inner[-1], (0.5 * secants[-1]) if has_tail else 0.0)
-    nodes = np.concatenate(([first], inner, [last]))
-    left = np.where(straight, secants, nodes[:-1])
-    right = np.where(straight, secants, nodes[1:])
-
-    knots, slopes, curvatures, ends = [], [], [], []
-    for x, h, m, start, end in zip(d[:-1], steps, secants, left, right, strict=True):
-        if abs(start + end - 2.0 * m) <= 1e-14 * abs(m):
-            parts = [(x, h, start, end)]
-        else:
-            share = (end - m) / (end - start)
-            parts = [(x, share * h, start, m), (x + share * h, (1.0 - share) * h, m, end)]
-        for at, width, low, high in parts:
-            knots.append(at)
-            slopes.append(low)
-            ends.append(high)
-            curvatures.append(max(high - low, 0.0) / width)
-    k = np.array([*knots, d[-1]])
-    s = np.array([*slopes, ends[-1]])
-    # Loads from the end backwards, so that small ones near it keep their digits.
-    drops = -np.diff(k) * 0.5 * (s[:-1] + np.array(ends))
-    loads = np.append(np.cumsum(drops[::-1])[::-1] + n[-1], n[-1])
-    after = np.append(s[1:-1], s[-1] if has_tail else 0.0)
-    jump = after - np.array(ends)
-    jumps = np.append(0.0, np.where(jump > -1e-12 * np.array(ends), jump, 0.0))  # not rounding
-    return _Spline(k, s, np.array([*curvatures, 0.0]), loads, jumps, np.array(ends))

@@ -15,9 +15,9 @@ from microslip.errors import Argument, InputError
 from microslip.scans.checks import length_of
 from microslip.scans.filters import smooth
 from microslip.scans.height_map import HeightMap
-from microslip.scans.levelling import LEVELS, level
+from microslip.scans.levelling import level
 from microslip.scans.noise import noise_std
-from microslip.scans.options import OUTLIERS
+from microslip.scans.options import LEVELS, OUTLIERS
 from microslip.scans.outliers_and_gaps import fill, outliers
 
 Map = TypeVar("Map", bound=HeightMap)

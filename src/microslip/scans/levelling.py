@@ -11,8 +11,6 @@ from microslip._core.checks import Floats
 from microslip.errors import Argument, InputError
 
 Level = Literal["plane", "quadratic", "cylinder", "mean"]
-LEVELS = ("plane", "quadratic", "cylinder", "mean")
-"""Forms that can be removed."""
 
 # Powers of the Legendre polynomials of x and y, those of the plane first.
 _TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))

@@ -25,14 +25,12 @@ from microslip.scans.height_laws import HeightLaws, height_laws
 from microslip.scans.height_map import HeightMap
 from microslip.scans.measured_surface import Heights, MeasuredSurface
 from microslip.scans.moments import lost_to_pixel
-from microslip.scans.options import LAWS_OF_HEIGHTS
+from microslip.scans.options import ESTIMATES, LAWS_OF_HEIGHTS
 from microslip.scans.scan_rules import LOST_TO_PIXEL, judged, radius_in_pixels
 from microslip.scans.summit_statistics import SummitStatistics
 
 Method = Literal["watershed", "neighbours"]
 Estimate = Literal["counted", "neighbours", "mccool", "nayak"]
-METHODS = ("watershed", "neighbours")
-ESTIMATES = ("counted", "neighbours", "mccool", "nayak")
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +169,7 @@ class Summits(Locked, Plottable):
         if estimate == "nayak":
             return self.scan.moments().nayak_summits().statistics()
         raise InputError(
-            Argument("estimate"), f" must be one of {quoted(ESTIMATES)}, got {show(estimate)}"
+            Argument("estimate"), f" must be one of {quoted(ESTIMATES[:-1])}, got {show(estimate)}"
         )
 
     def to_surface(
@@ -227,9 +225,10 @@ class Summits(Locked, Plottable):
                     f" must be left out for a population, which has its own, got {show(heights)}",
                 )
             estimate, heights = "counted", "population"
-        if estimate not in ESTIMATES:
-            words = quoted((*ESTIMATES, "population"))
-            raise InputError(Argument("estimate"), f" must be one of {words}, got {show(estimate)}")
+        if estimate not in ESTIMATES[:-1]:
+            raise InputError(
+                Argument("estimate"), f" must be one of {quoted(ESTIMATES)}, got {show(estimate)}"
+            )
         if isinstance(heights, str) and heights == "population":
             if estimate != "counted":
                 raise InputError(

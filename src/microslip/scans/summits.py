@@ -17,19 +17,11 @@ from microslip.scans.curvature import by_differences, equivalent_radii, fitted
 from microslip.scans.height_map import HeightMap
 from microslip.scans.levelling import Level
 from microslip.scans.noise import present
+from microslip.scans.options import METHODS
 from microslip.scans.prominence import Peaks, find_peaks
-from microslip.scans.summit_set import ESTIMATES, METHODS, Estimate, Method, Summits
+from microslip.scans.summit_set import Method
+from microslip.scans.summit_set import Summits as Summits
 from microslip.scans.summit_statistics import SummitStatistics
-
-__all__ = [
-    "ESTIMATES",
-    "METHODS",
-    "TIMES_NOISE",
-    "Estimate",
-    "Method",
-    "Summits",
-    "find_summits",
-]
 
 TIMES_NOISE = 3.0
 """Prominence that makes a summit, in standard deviations of the noise.

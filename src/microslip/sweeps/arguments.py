@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -77,6 +78,25 @@ def checked(args: Given) -> Given:
         listing = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
         raise InputError(f"arguments must have shapes that broadcast, got {listing}") from None
     return result
+
+
+def check_names(
+    quantities: Any, available: Sequence[str], example: str, of_amplitudes: Sequence[str] = ()
+) -> None:
+    """Quantities are a list of names that there are, some only beside amplitudes."""
+    if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
+        raise InputError(
+            Argument("quantities"),
+            f" must be a list of names, got {show(quantities)}; "
+            f'for example quantities=["{example}"]',
+        )
+    for name in quantities:
+        if name not in available:
+            hint = " beside amplitude" if name in of_amplitudes else ""
+            raise InputError(
+                Argument("quantities"),
+                f" must be of {', '.join(available)}, got {show(name)}{hint}",
+            )
 
 
 _UNITS = {

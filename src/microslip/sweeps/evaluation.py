@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, plain, show, whole
+from microslip._core.checks import Floats, plain, whole
 from microslip._core.frozen import lock
 from microslip.errors import Argument, InputError
 from microslip.heights import Gaussian, as_heights
@@ -20,7 +20,7 @@ from microslip.materials import Material, MaterialPair
 from microslip.normal import GreenwoodWilliamson, NormalLaw
 from microslip.normal.base import FAINTEST
 from microslip.normal.grids import Pointwise, pointwise_of
-from microslip.sweeps.arguments import NO_ARRAYS, Given, checked
+from microslip.sweeps.arguments import NO_ARRAYS, Given, check_names, checked
 
 _BLOCK = 1 << 14  # points at a time, as many as a cache holds
 _RATIOS = {"energy_ratio": 1.0, "loss_factor": 4.0 / math.pi, "damping_ratio": 2.0 / math.pi}
@@ -156,19 +156,7 @@ def _quantity_names(args: Given) -> tuple[str, ...]:
         loops = _LOOPS
     if quantities is None:
         return (*(name for name in names if name not in _DEAR), *loops)
-    if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
-        raise InputError(
-            Argument("quantities"),
-            f" must be a list of names, got {show(quantities)}; "
-            'for example quantities=["loss_factor"]',
-        )
-    for name in quantities:
-        if name not in names:
-            hint = " beside amplitude" if name in _OF_POINTS else ""
-            raise InputError(
-                Argument("quantities"),
-                f" must be of {', '.join(names)}, got {show(name)}{hint}",
-            )
+    check_names(quantities, names, "loss_factor", _OF_POINTS)
     return (*dict.fromkeys(quantities), *loops)
 
 

@@ -15,6 +15,7 @@ from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._version import __version__
 from microslip.errors import Argument, InputError
 from microslip.friction import BackboneLaw, Interface
+from microslip.sweeps.arguments import check_names
 from microslip.sweeps.arrays import Sweep
 from microslip.sweeps.grid import Grid, Progress
 
@@ -163,21 +164,11 @@ def _quantity_names(quantities: Any, name: str) -> tuple[str, ...]:
     if quantities is None:
         return (converse, *_DEFAULT)
     available = [quantity for quantity in DIMENSIONS if quantity != name]
-    if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
+    if isinstance(quantities, (list, tuple)) and name in quantities:
         raise InputError(
-            Argument("quantities"),
-            f" must be a list of names, got {show(quantities)}; "
-            'for example quantities=["dissipated_energy"]',
+            Argument("quantities"), f" must not name {name}: it is a coordinate already"
         )
-    for quantity in quantities:
-        if quantity == name:
-            raise InputError(
-                Argument("quantities"), f" must not name {name}: it is a coordinate already"
-            )
-        if quantity not in available:
-            raise InputError(
-                Argument("quantities"), f" must be of {', '.join(available)}, got {show(quantity)}"
-            )
+    check_names(quantities, available, "dissipated_energy")
     if len(set(quantities)) < len(quantities):
         twice = next(q for q in quantities if list(quantities).count(q) > 1)
         raise InputError(Argument("quantities"), f" must name each once, got {twice} twice")

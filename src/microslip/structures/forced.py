@@ -17,6 +17,7 @@ from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
 from microslip.structures.balance import Balance
 from microslip.structures.harmonic_basis import harmonic_basis
+from microslip.structures.matrices import vector
 from microslip.structures.modal_model import ModalModel
 
 _ITERATIONS = 25
@@ -76,11 +77,7 @@ class ForcedResponse(LockedArrays, PlottableAtSensor):
         InputError
             Another length.
         """
-        sensor = floats("at", at)
-        if sensor.shape != self.displacement.shape[1:2]:
-            raise InputError(
-                f"at must have the shape ({self.displacement.shape[1]},), got {sensor.shape}"
-            )
+        sensor = vector("at", at, self.displacement.shape[1])
         first = self.harmonics.index(1)
         return np.asarray(np.abs(self.displacement[:, :, first] @ sensor))
 

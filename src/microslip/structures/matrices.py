@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, show
 from microslip._core.frozen import lock
-from microslip.errors import InputError
+from microslip.errors import Argument, InputError
 
 _ASYMMETRY = 1e-8  # of the largest entry: what files with eight digits leave
 LARGEST_DENSE = 4000
@@ -122,6 +123,14 @@ def positive_definite(matrix: Any) -> bool:
     except np.linalg.LinAlgError:
         return False
     return True
+
+
+def vector(name: str, value: ArrayLike, size: int) -> Floats:
+    """One number for each degree of freedom, or an error."""
+    array = floats(name, value)
+    if array.shape != (size,):
+        raise InputError(Argument(name), f" must have the shape ({size},), got {array.shape}")
+    return array
 
 
 def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ()) -> Any:

@@ -96,7 +96,66 @@ class MeshedJoint(Locked):
         Corners count: cells with nodes in the middle of their edges become straight, and get
         quadratic displacements in any case.
         """
-        return cls(*_read(Path(path), dict(bodies), list(contacts), dict(bolts), scale))
+        file = Path(path)
+        bodies, contacts, bolts = dict(bodies), list(contacts), dict(bolts)
+        scale = positive("scale", scale, "m", 1e-3)
+        for role, names in (("bodies", bodies), ("contacts", contacts), ("bolts", bolts)):
+            if not names:
+                raise InputError(f"{role} must be named, got none")
+        content = _meshio(file)
+        kind, cells, numbers = _solids(file, content)
+        named = _Names(file, content, numbers)
+        used, inverse = np.unique(cells, return_inverse=True)
+        points = np.asarray(content.points, dtype=float)[:, :3] * scale
+        extent = float(np.ptp(points[used], axis=0).max())
+        if extent > _LARGEST:
+            raise InputError(
+                f"{file.name}: reaches over {extent:.4g} m; if it is in millimetres, write "
+                "scale=1e-3"
+            )
+        renamed = np.full(len(points), -1, dtype=np.int64)
+        renamed[used] = np.arange(len(used))
+        solids = inverse.reshape(cells.shape).astype(np.int64)
+        parts, owner = [], np.full(len(cells), -1)
+        for number, (name, properties) in enumerate(bodies.items()):
+            try:
+                material, density = properties
+            except (TypeError, ValueError):
+                raise InputError(
+                    f'body "{name}" must have a material and a density [kg/m^3], such as (steel, '
+                    f"7850.0), got {show(properties)}"
+                ) from None
+            check_elastic(material)
+            members = named.volume(name)
+            if (owner[members] >= 0).any():
+                raise InputError(f'{file.name}: body "{name}" shares cells with another body')
+            owner[members] = number
+            density = positive(f'the density of body "{name}"', density, "kg/m^3", 7850.0)
+            parts.append(Body(name, members, material, density))
+        if (owner < 0).any():
+            raise InputError(
+                f"{file.name}: {int((owner < 0).sum())} of {len(owner)} cells belong to none "
+                f"of the bodies {quoted(bodies, 'and')}; the file has {named.listed()}"
+            )
+        faces = []
+        for pair in contacts:
+            if isinstance(pair, str) or len(tuple(pair)) != 2:
+                raise InputError(f"a contact must be two names of faces, got {show(pair)}")
+            lower, upper = (renamed[named.face(name, kind, cells)] for name in pair)
+            if np.intersect1d(lower, upper).size:
+                raise InputError(
+                    f"{file.name}: the faces {quoted(pair, 'and')} share nodes; a contact "
+                    "needs its own nodes on each side"
+                )
+            faces.append(ContactFaces(f"{pair[0]} on {pair[1]}", lower, upper))
+        mesh = JointMesh(points[used], solids, kind, tuple(parts), tuple(faces), ())
+        volumes = {name: named.volume(name) for name in bolts}
+        shanks = tuple(Shank(name, cells, _axis(mesh, cells)) for name, cells in volumes.items())
+        tension = tuple(
+            positive(f'the tension of bolt "{name}"', value, "N", 12e3)
+            for name, value in bolts.items()
+        )
+        return cls(replace(mesh, shanks=shanks), tension)
 
     @property
     def face_area(self) -> float:
@@ -155,17 +214,8 @@ class MeshedJoint(Locked):
 
         Parameters
         ----------
-        patches : (int, int) or array_like
-            Patches along and across each contact; or their boxes, one row of x from, x to, y from,
-            y to [m] each.
-        form : array_like or callable, optional
-            Gap between the faces where they are not pressed, see :meth:`ReducedJoint.with_form`.
-        kept_modes : int
-            Modes with immovable patches that are kept beside the static ones.
-        sensors : mapping, optional
-            Places and directions by name, such as ``{"tip": ((0.36, 0, 0), "z")}`` [m].
-        masses : mapping, optional
-            Added masses [kg] by their places (x, y, z) [m].
+        patches, form, kept_modes, sensors, masses : optional
+            As for :meth:`LapJoint.reduce`; patches are those of each contact.
         along : array_like, optional
             Direction of the first tangential motion [-], of shape (3,); that in which the faces are
             longest unless given. Places in patches count from the origin with it, else from the
@@ -207,71 +257,6 @@ def _direction(along: ArrayLike | None) -> Floats | None:
         raise InputError(f"along must be three numbers, got {show(along)}")
     # What it is long does not matter, and huge numbers have no squares.
     return np.asarray(direction / (np.abs(direction).max() or 1.0))
-
-
-def _read(
-    path: Path,
-    bodies: dict[str, tuple[Material, float]],
-    contacts: list[tuple[str, str]],
-    bolts: dict[str, float],
-    scale: float,
-) -> tuple[JointMesh, tuple[float, ...]]:
-    scale = positive("scale", scale, "m", 1e-3)
-    for role, names in (("bodies", bodies), ("contacts", contacts), ("bolts", bolts)):
-        if not names:
-            raise InputError(f"{role} must be named, got none")
-    file = _meshio(path)
-    kind, cells, numbers = _solids(path, file)
-    named = _Names(path, file, numbers)
-    used, inverse = np.unique(cells, return_inverse=True)
-    points = np.asarray(file.points, dtype=float)[:, :3] * scale
-    extent = float(np.ptp(points[used], axis=0).max())
-    if extent > _LARGEST:
-        raise InputError(
-            f"{path.name}: reaches over {extent:.4g} m; if it is in millimetres, write scale=1e-3"
-        )
-    renamed = np.full(len(points), -1, dtype=np.int64)
-    renamed[used] = np.arange(len(used))
-    solids = inverse.reshape(cells.shape).astype(np.int64)
-    parts, owner = [], np.full(len(cells), -1)
-    for number, (name, properties) in enumerate(bodies.items()):
-        try:
-            material, density = properties
-        except (TypeError, ValueError):
-            raise InputError(
-                f'body "{name}" must have a material and a density [kg/m^3], such as (steel, '
-                f"7850.0), got {show(properties)}"
-            ) from None
-        check_elastic(material)
-        members = named.volume(name)
-        if (owner[members] >= 0).any():
-            raise InputError(f'{path.name}: body "{name}" shares cells with another body')
-        owner[members] = number
-        density = positive(f'the density of body "{name}"', density, "kg/m^3", 7850.0)
-        parts.append(Body(name, members, material, density))
-    if (owner < 0).any():
-        raise InputError(
-            f"{path.name}: {int((owner < 0).sum())} of {len(owner)} cells belong to none of the "
-            f"bodies {quoted(bodies, 'and')}; the file has {named.listed()}"
-        )
-    faces = []
-    for pair in contacts:
-        if isinstance(pair, str) or len(tuple(pair)) != 2:
-            raise InputError(f"a contact must be two names of faces, got {show(pair)}")
-        lower, upper = (renamed[named.face(name, kind, cells)] for name in pair)
-        if np.intersect1d(lower, upper).size:
-            raise InputError(
-                f"{path.name}: the faces {quoted(pair, 'and')} share nodes; a contact needs its "
-                "own nodes on each side"
-            )
-        faces.append(ContactFaces(f"{pair[0]} on {pair[1]}", lower, upper))
-    mesh = JointMesh(points[used], solids, kind, tuple(parts), tuple(faces), ())
-    volumes = {name: named.volume(name) for name in bolts}
-    shanks = tuple(Shank(name, cells, _axis(mesh, cells)) for name, cells in volumes.items())
-    tension = tuple(
-        positive(f'the tension of bolt "{name}"', value, "N", 12e3) for name, value in bolts.items()
-    )
-    return replace(mesh, shanks=shanks), tension
 
 
 def _nearest(mesh: JointMesh, place: Floats) -> int:

@@ -102,7 +102,7 @@ class ModalTest(Locked):
         band : (float, float), optional
             Frequencies [Hz] between which the mode lies, where others ring with it: a Butterworth
             filter of fourth order, forth and back.
-        **given : object
+        **attributes : object
             ``mode``, ``sensor``, ``frequency_error``, ``damping_error``, ``name``, ``notes``.
 
         Returns
@@ -143,12 +143,8 @@ class ModalTest(Locked):
             Phase of the sensor's signal ahead of the force [rad], of the same shape.
         force : array_like
             Amplitudes of the force [N], of the same shape or one for all.
-        points : int
-            Amplitudes to keep, about evenly on a log axis; each is a mean over its neighbours.
-        quantity : {"displacement", "velocity", "acceleration"}
-            What the sensor shows.
-        **given : object
-            ``mode``, ``sensor``, ``frequency_error``, ``damping_error``, ``name``, ``notes``.
+        points, quantity, **attributes : optional
+            As for :meth:`from_ring_down`.
 
         Returns
         -------
@@ -190,15 +186,13 @@ class ModalTest(Locked):
         ----------
         path : str or path
             CSV or other text, MAT, TDMS, HDF5 or NumPy's; units in the headers.
-        band : (float, float), optional
-            Of a ring-down, see :meth:`from_ring_down` [Hz].
-        points : int
-            Amplitudes to keep of a ring-down or a stepped sine.
+        band, points : optional
+            As for :meth:`from_ring_down` [Hz]; a band is of a ring-down alone.
         columns : mapping, optional
             Names of columns that are not found by themselves, by what they are: "amplitude",
             "frequency", "damping_ratio"; "time", "displacement", "velocity", "acceleration";
             "phase", "force".
-        **given : object
+        **attributes : object
             ``mode``, ``sensor``, ``frequency_error`` and ``damping_error``.
 
         Returns

@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, floats, number, record, show
+from microslip._core.checks import Floats, exact, floats, number, record
 from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
 from microslip.structures.joint_groups import JointState
+from microslip.structures.matrices import vector
 from microslip.structures.modal_model import ModalJoints, ModalModel, put_blocks
 
 _ITERATIONS = 30
@@ -239,8 +240,10 @@ def integrate(
     if not 0.0 <= radius <= 1.0:
         raise InputError(f"spectral_radius must be from 0 to 1, got {exact(radius)}")
     forces = _forces(force, times, size)
-    start = _vector("displacement", displacement, size)
-    speed = _vector("velocity", velocity, size)
+    start, speed = (
+        np.zeros(size) if value is None else vector(name, value, size)
+        for name, value in (("displacement", displacement), ("velocity", velocity))
+    )
     shapes = np.concatenate([model.shapes, model.free], axis=1)
     modal_force = forces @ shapes
     to_modal = np.asarray((mass @ shapes).T)
@@ -321,13 +324,4 @@ def _forces(force: Any, times: Floats, size: int) -> Floats:
             f"force must have the shape ({times.size}, {size}), a row for each time, or be a "
             f"function of the time that gives {size} forces, got {array.shape}"
         )
-    return array
-
-
-def _vector(name: str, value: ArrayLike | None, size: int) -> Floats:
-    if value is None:
-        return np.zeros(size)
-    array = floats(name, value)
-    if array.shape != (size,):
-        raise InputError(f"{name} must have the shape ({size},), got {show(array.shape)}")
     return array

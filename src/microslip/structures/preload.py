@@ -242,10 +242,8 @@ class Preload:
         frequencies : array_like
             Frequencies [Hz], one-dimensional, rising or falling; between them the path takes steps
             of its own.
-        harmonics : sequence of int, optional
-            Harmonics of the motion; its mean is always among them.
-        samples : int, optional
-            Samples of a period at which nodes of fields are looked at.
+        harmonics, samples : optional
+            As for :meth:`modes`.
 
         Returns
         -------

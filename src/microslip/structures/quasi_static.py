@@ -151,11 +151,8 @@ class QuasiStatic:
                 x = y * scale
                 x[:modes] /= weights
                 # The mode's own row gives lambda, the row of the amplitude the mode's own motion.
-                coordinate = shape[index]
-                x[index], x[modes] = (
-                    y[modes] / (2.0 * coordinate),
-                    -y[index] * scale[index] / coordinate,
-                )
+                motion = shape[index]
+                x[index], x[modes] = y[modes] / (2.0 * motion), -y[index] * scale[index] / motion
                 return np.asarray(x)
 
             def product(y: Floats) -> Floats:

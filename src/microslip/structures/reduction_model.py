@@ -16,10 +16,11 @@ from microslip._core.checks import Floats, floats, number, show
 from microslip._core.files import reason, whole_file
 from microslip._core.frozen import LockedArrays, lock
 from microslip._core.wording import quoted
-from microslip.errors import Argument, InputError
+from microslip.errors import InputError
 from microslip.friction import JointField
 from microslip.normal import NormalLaw
 from microslip.structures.bolts import each_bolt
+from microslip.structures.matrices import vector
 from microslip.structures.preload import Preload
 from microslip.structures.reduction_patches import Samples, gaps_at, mean_over
 from microslip.structures.structure import Structure
@@ -237,7 +238,7 @@ class ReducedJoint(LockedArrays):
         Parameters
         ----------
         surface : NormalLaw
-            The normal load law of the surface.
+            As for :meth:`structure`.
 
         Returns
         -------
@@ -301,20 +302,9 @@ class ReducedJoint(LockedArrays):
         InputError
             Arrays that are no numbers, or of another shape.
         """
-        moved, pushed = (
-            self._whole(name, value)[self._bolts]
-            for name, value in (("displacement", displacement), ("static_force", static_force))
-        )
+        moved = vector("displacement", displacement, self.size)[self._bolts]
+        pushed = vector("static_force", static_force, self.size)[self._bolts]
         return self.bolt_stiffness * moved - pushed
-
-    def _whole(self, name: str, value: ArrayLike) -> Floats:
-        """One number for each degree of freedom."""
-        array = floats(name, value)
-        if array.shape != self.mass.shape[:1]:
-            raise InputError(
-                Argument(name), f" must have the shape {self.mass.shape[:1]}, got {array.shape}"
-            )
-        return array
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the model to an ``.npz`` file.

@@ -16,7 +16,7 @@ from microslip.identification import fold
 from microslip.identification.coordinates import RIG, Coordinate, coordinate_of
 from microslip.identification.mean_cycle import places_of, turns_of
 from microslip.identification.models import model_of
-from microslip.identification.noise_notes import widened_by_loads
+from microslip.identification.nuisances import widened_by_loads
 from microslip.identification.problem import Problem
 from microslip.tribometer.cycles import split
 
@@ -268,6 +268,23 @@ def test_scatter_that_is_no_noise_is_said() -> None:
 
 
 # -- clocks ---------------------------------------------------------------------------------------
+
+
+def test_forces_beside_the_law_stay_while_delays_are_free() -> None:
+    """A spring beside the joint of a force that is late: what was asked for counts at each step."""
+    made, behind = record(4), 2.0
+    places = np.arange(len(made))
+    force = np.interp(places - behind, places, made.force) + 4e6 * made.displacement
+    assert made.sample_rate is not None
+    beside = ms.Record(made.displacement, force, LOAD, sample_rate=made.sample_rate)
+    found = ms.identify(
+        beside, nuisances=["parallel"], delay="free", held_back=0, intervals="curvature"
+    )
+    # Without the spring the law leaves hundreds of times the noise.
+    assert found.reduced_chi_squared < 1.3
+    assert found.parameters["friction_coefficient"].value == pytest.approx(MU, rel=5e-3)
+    (delay,) = found.delays.values()
+    assert abs(delay.value - behind / made.sample_rate) < 4.0 * delay.standard_error < 1e-3
 
 
 @cache

@@ -18,8 +18,9 @@ import microslip as ms
 from microslip.identification import fold
 from microslip.identification.conclusions import _minimiser_message
 from microslip.identification.fit_quality import _held_back_rows
+from microslip.identification.load_levels import levels_of
 from microslip.identification.models.interface import InterfaceModel
-from microslip.identification.parameter_choice import levels_of, stiffness_after_reversal
+from microslip.identification.rigs import stiffness_after_reversal
 
 CELL = ms.Jenkins(stiffness=5e7, force_limit=100.0)
 JOINT = ms.Interface.examples()[0]
@@ -644,8 +645,9 @@ def test_curvature_is_near_the_profile() -> None:
 def test_loads_that_share_nothing_are_parts() -> None:
     """On a rigid rig the loads of a law without load have nothing in common, on a free one all."""
     from microslip.identification import fold, models
-    from microslip.identification.parameter_choice import coordinates_for, rig_coordinates
+    from microslip.identification.parameter_choice import coordinates_for
     from microslip.identification.problem import Problem
+    from microslip.identification.rigs import rig_coordinates
 
     folded = [fold(one) for one in three_loads()]
     model = models.model_of("jenkins")
@@ -653,7 +655,7 @@ def test_loads_that_share_nothing_are_parts() -> None:
     coordinates, columns, _ = coordinates_for(model, folded, **nothing)
     problem = Problem(folded, model, coordinates, columns, [None] * 3)
     assert [part.size for part in problem.parts] == [2, 2, 2]
-    more, rigs = rig_coordinates("free", None, folded, [one.loop for one in folded], None)
+    more, rigs = rig_coordinates("free", None, [one.loop for one in folded], None)
     places = [None if rig is None else len(coordinates) + rig for rig in rigs]
     whole = Problem(folded, model, [*coordinates, *more], columns, places)
     assert [part.size for part in whole.parts] == [7]

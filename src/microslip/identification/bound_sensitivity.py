@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import warnings
 from collections.abc import Mapping, Sequence
@@ -88,7 +87,7 @@ def _fit_beyond(
     coordinate = problem.coordinates[j]
     low, high = coordinate.limits
     ends = sorted((coordinate.outer(low + min(move, 0.0)), coordinate.outer(high + max(move, 0.0))))
-    moved = copy.copy(problem)
+    moved = problem.copy()
     before = (*problem.coordinates[:j], replace(coordinate, low=ends[0], high=ends[1]))
     moved.coordinates = (*before, *problem.coordinates[j + 1 :])
     q, moving = start.copy(), np.arange(start.size)

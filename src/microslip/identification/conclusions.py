@@ -11,23 +11,24 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip.errors import UNSAID, Argument, InputError, Phrase
-from microslip.identification import fit_quality, parameter_choice
+from microslip.identification import fit_quality
 from microslip.identification.bound_sensitivity import with_doubts
 from microslip.identification.coordinates import SUMMIT_DATA, Coordinate
-from microslip.identification.delays import delays_of
 from microslip.identification.fit import Fit, at_bounds
 from microslip.identification.intervals import Profiled, is_at_stake
-from microslip.identification.prior_data import compare_data, of_coordinate
+from microslip.identification.load_levels import levels_of
+from microslip.identification.nuisances import delays_of
+from microslip.identification.prior_data import compare_data
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import derived_interval
-from microslip.identification.quantities import Quantity
+from microslip.identification.quantities import Quantity, of_coordinate
 from microslip.identification.reservations import (
     BY_AREA,
     REACHED,
     far_area,
+    mark,
     mark_apparent,
     mark_extrapolated,
-    mark_in_doubt,
     with_remedy,
 )
 from microslip.identification.result import (
@@ -42,12 +43,14 @@ from microslip.identification.verdicts import (
     ABOVE,
     FIXED,
     IDENTIFIED,
+    IN_DOUBT,
     NOT,
     Design,
     Direction,
     Fitted,
     design_of,
     direction_of,
+    fixed_number,
     is_parallel,
     judge,
     number_text,
@@ -84,7 +87,7 @@ def result_of(
         problem.folded,
         [record.slip_share for record in records],
         coordinates,
-        len(set(parameter_choice.levels_of(loads))),
+        len(set(levels_of(loads))),
         problem.model.scales_with_load,
     )
     parameters, directions = _parameters(problem, answer, design, level)
@@ -103,47 +106,40 @@ def result_of(
         )
     reached = max(record.slip_share for record in records)
     if reached < REACHED:
-        parameters, derived = (
-            mark_extrapolated(numbers, reached) for numbers in (parameters, derived)
-        )
-    for why in dict.fromkeys(record.doubt for record in problem.folded if record.doubt):
-        parameters, derived = mark_in_doubt(parameters, why), mark_in_doubt(derived, why)
+        parameters, derived = (mark_extrapolated(n, reached) for n in (parameters, derived))
+    for reason in dict.fromkeys(record.doubt for record in problem.folded if record.doubt):
+        parameters, derived = (mark(n, IN_DOUBT, reason) for n in (parameters, derived))
         parameters = with_remedy(parameters, "take settled cycles within the range of the sensors")
     data, contradicted = compare_data(problem, best, freedom, list(data_names or ()), quantities)
     if contradicted is not None:
-        why = f"what was given for {' and '.join(contradicted.names)} and the loops disagree"
-        remedy = "check what was given, or leave it out"
+        reason = f"what was given for {' and '.join(contradicted.names)} and the loops disagree"
+        functions = {coordinates[int(j)].name: of_coordinate(problem, int(j)) for j in problem.free}
+        hit = {n: parameters[n] for n, f in functions.items() if contradicted.reaches(f)}
+        hit = with_remedy(mark(hit, IN_DOUBT, reason), "check what was given, or leave it out")
+        parameters = {**parameters, **hit}
+        functions = {quantity.name: quantity.function for quantity in quantities}
         hit = {
-            coordinate.name: parameters[coordinate.name]
-            for j, coordinate in enumerate(coordinates)
-            if j in problem.free and contradicted.reaches(of_coordinate(problem, j))
+            n: derived[n] for n, f in functions.items() if n in derived and contradicted.reaches(f)
         }
-        parameters = {**parameters, **with_remedy(mark_in_doubt(hit, why), remedy)}
-        hit = {
-            quantity.name: derived[quantity.name]
-            for quantity in quantities
-            if quantity.name in derived and contradicted.reaches(quantity.function)
-        }
-        derived = {**derived, **mark_in_doubt(hit, why)}
+        derived = {**derived, **mark(hit, IN_DOUBT, reason)}
     far = far_area(coordinates, loads)
     if far is not None:
         notes = [*notes, far]
-        hit = {n: fitted for n, fitted in (*parameters.items(), *derived.items()) if n in BY_AREA}
-        hit = mark_in_doubt(hit, far)
-        parameters = {n: hit.get(n, fitted) for n, fitted in parameters.items()}
-        derived = {n: hit.get(n, derived_fit) for n, derived_fit in derived.items()}
+        parameters, derived = (
+            {**numbers, **mark({n: numbers[n] for n in BY_AREA if n in numbers}, IN_DOUBT, far)}
+            for numbers in (parameters, derived)
+        )
     status, message = _status(problem, best, freedom, parameters)
     if status == DIFFER:
-        remedy = Phrase("name the rig of each record: ", _NAME_RIGS)
-        why = "found as if all records had one rig, which the loops speak against"
-        parameters, derived = mark_in_doubt(parameters, why), mark_in_doubt(derived, why)
-        parameters = with_remedy(parameters, remedy)
+        reason = "found as if all records had one rig, which the loops speak against"
+        parameters, derived = (mark(n, IN_DOUBT, reason) for n in (parameters, derived))
+        parameters = with_remedy(parameters, Phrase("name the rig of each record: ", _NAME_RIGS))
     if unfit:
         message = Phrase(message, "; ", unfit)
     if contradicted is not None:
         message = Phrase(message, "; ", contradicted.text)
-    deviance = best.cost + problem.log_determinant
-    aic, bic = fit_quality.information_criteria(deviance, count, problem.free.size + problem.flat)
+    # Each law makes its own covariance of the noise of the displacement: its determinant counts.
+    deviance, fitted_count = best.cost + problem.log_determinant, problem.free.size + problem.flat
     lost = any(fitted.verdict == NOT for fitted in parameters.values())
     notes = [*notes, *_notes(best.cost / freedom, answer.widen, design, loads, lost)]
     if unfit:
@@ -181,8 +177,8 @@ def result_of(
             {name: math.sqrt(float(w)) for name, w in zip(free, answer.widen, strict=True)}
         ),
         records=records,
-        aic=aic,
-        bic=bic,
+        aic=deviance + 2.0 * fitted_count,
+        bic=deviance + fitted_count * math.log(count),
         held_back=predicted,
         columns=tuple(
             MappingProxyType(
@@ -256,19 +252,7 @@ def _parameters(
     for j, coordinate in enumerate(problem.coordinates):
         value = outer[j]
         if coordinate.fixed:
-            parameters[coordinate.name] = Fitted(
-                coordinate.name,
-                coordinate.unit,
-                value,
-                value,
-                value,
-                0.0,
-                FIXED,
-                "",
-                "",
-                False,
-                coordinate.load,
-            )
+            parameters[coordinate.name] = fixed_number(coordinate, value)
             continue
         row = rank[j]
         interval = answer.intervals[row]
@@ -281,21 +265,11 @@ def _parameters(
         points = [
             (coordinate.outer(q), rise / float(answer.widen[row])) for q, rise in interval.points
         ]
-        parameters[coordinate.name] = Fitted(
-            coordinate.name,
-            coordinate.unit,
-            value,
-            judged.low,
-            judged.high,
-            _standard_error(coordinate, value, float(answer.best.q[row]), answer, row),
-            verdict,
-            reason_for(coordinate, judged, level),
-            remedy,
-            judged.at_bound,
-            coordinate.load,
-            judged.low_open,
-            judged.high_open,
-            tuple(sorted(point for point in points if math.isfinite(point[0]))),
+        error = _standard_error(coordinate, value, float(answer.best.q[row]), answer, row)
+        reason = reason_for(coordinate, judged, level)
+        profile = tuple(sorted(point for point in points if math.isfinite(point[0])))
+        parameters[coordinate.name] = judged.number(
+            coordinate, value, error, reason, remedy, profile
         )
         if (
             verdict not in (IDENTIFIED, FIXED)
@@ -331,19 +305,7 @@ def _derived(
     for quantity in quantities:
         value, gradient = quantity.function(answer.best.q)
         if not gradient.any():
-            derived[quantity.name] = Fitted(
-                quantity.name,
-                quantity.unit,
-                value,
-                value,
-                value,
-                0.0,
-                FIXED,
-                "",
-                "",
-                False,
-                quantity.load,
-            )
+            derived[quantity.name] = fixed_number(quantity, value)
             continue
         is_shape = value <= 0.0 or (quantity.unit == "" and "separation" in quantity.name)
         ends = derived_interval(
@@ -356,16 +318,8 @@ def _derived(
             answer.open_ends,
             is_shape,
         )
-        shape = Coordinate(
-            quantity.name,
-            quantity.name,
-            quantity.unit,
-            -math.inf,
-            math.inf,
-            "linear",
-            value,
-            shape=is_shape,
-        )
+        name, unit = quantity.name, quantity.unit
+        shape = Coordinate(name, name, unit, -math.inf, math.inf, "linear", value, shape=is_shape)
         judged = judge(shape, value, ends)
         reason = reason_for(shape, judged, level)
         if quantity.parent is not None and judged.verdict != parameters[quantity.parent].verdict:
@@ -376,21 +330,8 @@ def _derived(
         remedy = ""
         if judged.verdict == NOT:
             remedy = next((p.remedy for p in parameters.values() if p.remedy), "")
-        derived[quantity.name] = Fitted(
-            quantity.name,
-            quantity.unit,
-            value,
-            judged.low,
-            judged.high,
-            math.sqrt(max(variance, 0.0)),
-            judged.verdict,
-            reason,
-            remedy,
-            False,
-            quantity.load,
-            judged.low_open,
-            judged.high_open,
-        )
+        error = math.sqrt(max(variance, 0.0))
+        derived[name] = judged.number(quantity, value, error, reason, remedy)
     return derived
 
 

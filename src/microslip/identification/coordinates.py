@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, number, show
 from microslip._core.parameters import Parameter
+from microslip.errors import Argument, InputError
 
 RIG = "rig_stiffness"
 DELAY = "delay"
@@ -98,6 +99,31 @@ def coordinate_of(
         scale=1.0,
         shape=parameter.low < 0.0,
     )
+
+
+def option_mapping(name: str, option: Any) -> dict[str, Any]:
+    """An option by the names of parameters; empty without any."""
+    if option is None:
+        return {}
+    if not isinstance(option, Mapping):
+        raise InputError(
+            Argument(name),
+            f" must be a dict by parameter names, such as {{'friction_coefficient': 0.5}}, "
+            f"got {show(option)}",
+        )
+    return dict(option)
+
+
+def limits_of(key: str, limits: Any) -> tuple[float, float]:
+    """Bounds of a parameter, the lower one first."""
+    try:
+        low, high = limits
+    except (TypeError, ValueError):
+        raise InputError(f"bounds of {key} must be (lowest, highest), got {show(limits)}") from None
+    low, high = number(f"lowest {key}", low), number(f"highest {key}", high)
+    if not low < high:
+        raise InputError(f"bounds of {key} must be (lowest, highest), got ({low:g}, {high:g})")
+    return low, high
 
 
 class Datum(NamedTuple):

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.units import engineering, prefix
-from microslip.identification.labels import label, short_symbols
-from microslip.identification.verdicts import Fitted
+from microslip.identification.verdicts import Fitted, label, short_symbol
 from microslip.report.document import Picture
 from microslip.report.plot import COLORS, Axis, Band, Entry, Panel, Pixels, Plot, Rule, Words
 from microslip.report.scales import evenly, length_prefix
@@ -222,7 +221,7 @@ def intervals(result: Any) -> Plot:
     panels = [_strip(name, result.parameters[name], row) for row, name in enumerate(names)]
     several = len(names) > 1
     if several:
-        symbols = short_symbols(names, [result.parameters[name].load for name in names])
+        symbols = [short_symbol(name, result.parameters[name].load) for name in names]
         panels.append(_heat_map(symbols, result.correlation, len(names)))
     return Plot(
         panels,
@@ -373,9 +372,8 @@ def _curve(name: str, fitted: Fitted, level: float, row: int, column: int) -> Pa
         within = np.linspace(first, last, 200)
         between = np.interp(within, x, root)
     in_unit = f" [{letter}{fitted.unit}]" if fitted.unit not in ("", "-") else ""
-    (symbol,) = short_symbols([name], [fitted.load])
     panel = Panel(
-        Axis(f"{symbol}{in_unit}", log=logarithmic),
+        Axis(f"{short_symbol(name, fitted.load)}{in_unit}", log=logarithmic),
         Axis("Rise of χ²" if column == 0 else "", 0.0, 1.8 * level, bare=column > 0),
         note="" if fitted.verdict == "identified" else fitted.verdict,
         cell=(row, row, column, column),

@@ -17,8 +17,8 @@ from microslip._core.units import significant
 from microslip.identification.fit import Fit, settle
 from microslip.identification.folding import Folded
 from microslip.identification.models import BackboneModel
+from microslip.identification.nuisances import columns_of
 from microslip.identification.problem import Problem
-from microslip.identification.side_effects import columns_of
 
 _CERTAIN = 1e-4
 _LARGE = 0.1
@@ -134,19 +134,8 @@ def held_back_error(problem: Problem, best: Fit, share: float) -> float | None:
     """RMS error over noise with which a fit of the other cycles predicts those held back [-]."""
     fitted_rows = [~_held_back_rows(folded.cycles, share) for folded in problem.folded]
     parts = [folded.part(rows) for folded, rows in zip(problem.folded, fitted_rows, strict=True)]
-    held_problem = Problem(
-        parts,
-        problem.model,
-        problem.coordinates,
-        problem.columns,
-        problem.rigs,
-        free_delay=problem.free_delay,
-        lags=problem.lags,
-        summits=problem.summits,
-        effects=problem.effects,
-        beside=[columns_of(part, problem.effects) for part in parts],
-    )
-    held_problem.data = problem.data
+    beside = [columns_of(part, problem.effects) for part in parts]
+    held_problem = problem.like(folded=parts, beside=beside)
     held_problem.take_weights(problem)
     held_problem.update(best.q)
     fit = best
@@ -235,18 +224,8 @@ def _fit_with_own_rigs(problem: Problem, best: Fit) -> tuple[float, dict[int, fl
         name = f"{coordinate.name} of record {i + 1}"
         rigs.append(len(coordinates))
         coordinates.append(replace(coordinate, name=name, fixed=False, prior=None))
-    separate = Problem(
-        problem.folded,
-        problem.model,
-        coordinates,
-        problem.columns,
-        rigs,
-        free_delay=problem.free_delay,
-        lags=problem.lags,
-        summits=problem.summits,
-        effects=problem.effects,
-        beside=problem.beside,
-    )
+    separate = problem.like(coordinates=coordinates, rigs=rigs)
+    separate.data = []
     separate.take_weights(problem)
     fit = Fit(np.array(q), math.inf, True, "")
     for _ in range(2):  # by the weights of one rig, then by their own
@@ -335,7 +314,7 @@ def _by_compliance(problem: Problem, q: Floats) -> Floats:
     for number, group in enumerate(problem.groups):
         if group.rig is None or not isinstance(problem.model, BackboneModel):
             continue
-        values = {n: outer[j] for n, j in zip(problem.model.names, group.columns, strict=True)}
+        values = problem.named(group.columns, outer)
         answer = problem.in_series(problem.model, number, group, values, 1.0 / outer[group.rig])
         by[group.places] = answer[3]
     by *= problem.sign
@@ -354,17 +333,3 @@ def misfit(records: Sequence[RecordFit], reduced: float) -> str:
         f"the law does not answer the records: it leaves {significant(math.sqrt(reduced), 2)} "
         f"times their noise, {significant(100.0 * share, 2)} % of the force"
     )
-
-
-def information_criteria(deviance: float, count: int, parameters: int) -> tuple[float, float]:
-    """Akaike's and Schwarz's criteria, the noise being known from the cycles.
-
-    Each law makes its own covariance of the noise of the displacement, so the sum of squares goes
-    with the logarithm of its determinant.
-    """
-    return deviance + 2.0 * parameters, deviance + parameters * math.log(count)
-
-
-def total_bins(folded: Sequence[Folded]) -> int:
-    """Number of forces that are fitted."""
-    return sum(record.phase.size for record in folded)

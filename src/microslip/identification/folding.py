@@ -18,8 +18,8 @@ from microslip.identification.drift import Drift, drift_of
 from microslip.identification.mean_cycle import MeanCycle, Turns, all_turns, places_of, stretches
 from microslip.identification.outliers import cycles_without_spikes, jumps, mean_load
 from microslip.loops import Loop
-from microslip.tribometer.blocks import Blocks, blocks_of
-from microslip.tribometer.cycle_columns import columns_of_blocks
+from microslip.tribometer.blocks import blocks_of
+from microslip.tribometer.cycle_columns import rigid_columns_of
 from microslip.tribometer.estimates import Estimate, trend
 from microslip.tribometer.measurement import clipped
 from microslip.tribometer.record import Record
@@ -201,7 +201,7 @@ def _fold(
     elif record.sample_rate is not None:
         time = time / record.sample_rate
     _force_range(force)  # of a dead sensor no cycle can be judged
-    like = _similar_samples(record, blocks) if cycles is None else None
+    like = _similar_samples(record) if cycles is None else None
     phases = all_turns(time, x, blocks)
     del time
     cycle_count, rate, samples_a_cycle = phases.cycle_count, phases.rate, phases.samples_a_cycle
@@ -324,22 +324,16 @@ def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
     return trend(np.linspace(0.0, 1.0, number), factors, 0.95)
 
 
-def _similar_samples(record: Record, blocks: Blocks) -> Settled:
+def _similar_samples(record: Record) -> Settled:
     """Samples of the settled cycles, as :func:`microslip.measure` tells them, more strictly."""
-    sign = -1.0 if blocks.flipped else 1.0
-    columns = columns_of_blocks(
-        sign * record.displacement, sign * record.force, record.normal_load, blocks
-    )
+    columns = rigid_columns_of(record)
     similar = settled(columns, columns["closure_error"] <= OPEN, _ALIKE)
-    if similar.is_moving:
-        return similar._replace(selection=np.ones(record.force.size, dtype=bool))
-    samples = np.zeros(record.force.size, dtype=bool)
-    begin = columns["start"][similar.selection].astype(np.int64)
-    slack = (0.1 * columns["period"][similar.selection]).astype(np.int64)
-    for first, last, margin in zip(
-        begin, begin + columns["period"][similar.selection].astype(np.int64), slack, strict=True
-    ):
-        samples[max(first - margin, 0) : last + margin] = True
+    samples = np.full(record.force.size, similar.is_moving)
+    if not similar.is_moving:
+        rows = np.stack([columns[name][similar.selection] for name in ("start", "period")], axis=1)
+        for begin, period in rows:
+            margin = int(0.1 * period)
+            samples[max(int(begin) - margin, 0) : int(begin) + int(period) + margin] = True
     return similar._replace(selection=samples)
 
 

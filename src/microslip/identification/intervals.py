@@ -4,30 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip.identification.bound_sensitivity import log_change, open_ends
 from microslip.identification.coordinates import RIG, Coordinate
 from microslip.identification.fit import Fit, bounds_of, resettled
-from microslip.identification.minos import minos
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import (
     MOVED,
     Interval,
     OpenEnd,
+    Walk,
     covariance_of,
     curvature,
     cycle_ratio,
-    further,
     information,
-    profile,
+    minos,
 )
 from microslip.identification.rules import MISFIT
-from microslip.identification.summit_chance import over_separations
+from microslip.identification.summit_chance import over_separations, with_value
 from microslip.identification.verdicts import WIDEST_RATIO
 
 Progress = Callable[[float], None]
@@ -45,27 +43,24 @@ _FEW = 12
 """Free coordinates up to which ends of one profile are tried as ways of the others."""
 
 
+@dataclass
 class Profiled:
     """A fit with the profiles of its coordinates."""
 
-    def __init__(
-        self,
-        best: Fit,
-        intervals: list[Interval],
-        widen: Floats,
-        covariance: Floats,
-        threshold: float,
-        linear: Sequence[int] = (),
-    ) -> None:
-        self.best, self.intervals, self.widen, self.covariance = best, intervals, widen, covariance
-        self.threshold, self.linear = threshold, tuple(linear)
-        """Rise of chi-squared at an end; coordinates whose intervals are those of the curvature."""
-        self.lower_still = False
-        """Whether even the last profiles came upon a lower minimum."""
-        self.stake: float | None = None
-        """Largest share of a number [-] that may hide behind what the law leaves; None of none."""
-        self.open_ends: list[OpenEnd] = []
-        """Where only the search ends a coordinate, and what all do beyond."""
+    best: Fit
+    intervals: list[Interval]
+    widen: Floats
+    covariance: Floats
+    threshold: float
+    """Rise of chi-squared at an end."""
+    linear: Sequence[int] = ()
+    """Coordinates whose intervals are those of the curvature."""
+    open_ends: Sequence[OpenEnd] = ()
+    """Where only the search ends a coordinate, and what all do beyond."""
+    stake: float | None = None
+    """Largest share of a number [-] that may hide behind what the law leaves; None of none."""
+    lower_still: bool = False
+    """Whether even the last profiles came upon a lower minimum."""
 
 
 def profiled(
@@ -106,11 +101,9 @@ def profiled(
         intervals = over_separations(problem, best, intervals, threshold * widen)
         wider = np.array([interval.high - interval.low for interval in intervals]) / widths
         covariance = covariance * np.outer(wider, wider)  # of what follows from them
-    answer = Profiled(best, intervals, widen, covariance, threshold, linear)
-    answer.open_ends = ends
-    answer.stake = stake
-    answer.lower_still = task.lower_still
-    return answer
+    return Profiled(
+        best, intervals, widen, covariance, threshold, linear, ends, stake, task.lower_still
+    )
 
 
 def misfit_shift(best: Fit, freedom: int) -> float:
@@ -179,18 +172,13 @@ def leant_on_bounds(
             if end.rests and moves:
                 # All values stand there; moved, that end takes the number one way alone.
                 low, high = ahead < 0.0, ahead > 0.0
-            at_low, at_high = widened[i].at_low.copy(), widened[i].at_high.copy()
+            # What follows from an end that opens is open there, too.
             if low:
-                at_low[i] = interval.low  # what follows from it is open there, too
+                at_low = with_value(widened[i].at_low, i, interval.low)
+                widened[i] = replace(widened[i], low_open=True, at_low=at_low)
             if high:
-                at_high[i] = interval.high
-            widened[i] = replace(
-                widened[i],
-                low_open=bool(widened[i].low_open or low),
-                high_open=bool(widened[i].high_open or high),
-                at_low=at_low,
-                at_high=at_high,
-            )
+                at_high = with_value(widened[i].at_high, i, interval.high)
+                widened[i] = replace(widened[i], high_open=True, at_high=at_high)
     return widened
 
 
@@ -234,11 +222,10 @@ class _Task:
         for finished, i in enumerate(order):
             if problem.evaluations > evaluation_limit:
                 return sorted(order[finished:])
-            by_minos = None
+            rise, by_minos, walk = float(self._rises[i]), None, self._walk(i)
             if kind == "minos":
-                rise = float(self._rises[i])
                 by_minos = minos(problem, self._best, i, rise, self._covariance)
-            results[i] = by_minos or self._checked_profile(profile(*self._profile_options(i)))
+            results[i] = by_minos or self._checked(walk, walk.profile())
             report((finished + 1) / size)
             if self.better is not None:
                 return []
@@ -246,35 +233,28 @@ class _Task:
             self._cross(evaluation_limit)
         return []
 
-    def _profile_options(
-        self, i: int
-    ) -> tuple[Problem, Fit, int, float, Floats, NDArray[np.intp], bool]:
-        rise, conditional = float(self._rises[i]), self._others[i]
-        return self._problem, self._best, i, rise, self._covariance, conditional, self._is_last
+    def _walk(self, i: int) -> Walk:
+        rise, others = float(self._rises[i]), self._others[i]
+        return Walk(self._problem, self._best, i, rise, self._covariance, others, self._is_last)
 
-    def _checked_profile(self, answer: tuple[Interval, Fit | None]) -> Interval:
-        interval, lower = answer
-        if lower is not None and self._is_last:
+    def _checked(self, walk: Walk, interval: Interval) -> Interval:
+        """The interval; a lower minimum on the way to it counts, unless it is the last time."""
+        if walk.lowest is not None and self._is_last:
             self.lower_still = True
-        elif lower is not None:
-            self.better = lower
+        elif walk.lowest is not None:
+            self.better = walk.lowest
         return interval
 
     def _cross(self, evaluation_limit: float) -> None:
         """Ends of what is open on one side only, as ways of the others."""
         for j, interval in enumerate(self.intervals):
-            places = [
-                place
-                for place, is_open in (
-                    (interval.at_low, interval.low_open),
-                    (interval.at_high, interval.high_open),
-                )
-                if not is_open
-            ]
+            ends = (interval.at_low, interval.low_open), (interval.at_high, interval.high_open)
+            places = [place for place, is_open in ends if not is_open]
             if len(places) != 1:
                 continue
             for i in self._others[j]:
                 if self.better is not None or self._problem.evaluations > evaluation_limit:
                     return
-                moved = further(*self._profile_options(int(i)), self.intervals[i], places)
-                self.intervals[i] = self._checked_profile(moved)
+                walk = self._walk(int(i))
+                further = walk.further(self.intervals[i], places)
+                self.intervals[i] = self._checked(walk, further)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -10,35 +9,23 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import exact, members, number, positive, show
-from microslip._core.units import engineering
-from microslip._core.wording import did_you_mean, plural
+from microslip._core.wording import did_you_mean
 from microslip.errors import UNSAID, Argument, InputError
-from microslip.identification.coordinates import AREA, RIG, Coordinate, coordinate_of
+from microslip.identification.coordinates import (
+    AREA,
+    RIG,
+    Coordinate,
+    coordinate_of,
+    limits_of,
+    option_mapping,
+)
 from microslip.identification.folding import Folded
-from microslip.identification.load_labels import labels_of
+from microslip.identification.load_levels import labels_of, levels_of
 from microslip.identification.models.base import Model
-from microslip.identification.rig_stiffness import is_rigid, of_each_rig, rig_coordinate
 from microslip.loops import Loop
 from microslip.tribometer.record import Record
 
-SAME_LOAD = 0.01
-"""Loads that differ by no more than this share count as one."""
-FAR_SOFTER = 3.0
-"""Ratio of the stiffness of loops to that of a rig which no noise and no delay explain."""
 _SHARES = (0.9, 0.5, 0.97, 0.1)  # of the compliance after a reversal that may be the rig's
-
-
-def levels_of(loads: Sequence[float | None]) -> list[int]:
-    """Number of the load level of each record; loads within 1 % are one level."""
-    rising = sorted({load for load in loads if load is not None})
-    level: dict[float | None, int] = {}
-    number_of, last = -1, 0.0
-    for load in rising:
-        if number_of < 0 or load > last * (1.0 + SAME_LOAD):
-            number_of, last = number_of + 1, load
-        level[load] = number_of
-    level[None] = number_of + 1
-    return [level[load] for load in loads]
 
 
 def checked_loads(model: Model, folded: Sequence[Folded]) -> None:
@@ -75,33 +62,7 @@ def checked_area(contact: Coordinate | None, area: float | None) -> None:
     )
 
 
-def stiffness_after_reversal(loop: Loop, share: float = 0.2) -> float:
-    """Largest secant stiffness [N/m] over the first ``share`` of the force after a reversal."""
-    x, force = loop.displacement[:-1], loop.force[:-1]
-    span = float(np.ptp(force))
-    best = 0.0
-    for turn, sign in ((int(np.argmax(x)), -1.0), (int(np.argmin(x)), 1.0)):
-        after = np.roll(x, -turn), np.roll(force, -turn)
-        moved, gone = sign * (after[0] - after[0][0]), sign * (after[1] - after[1][0])
-        far = np.flatnonzero((gone > share * span) & (moved > 0.0))
-        if far.size:
-            best = max(best, float(gone[far[0]] / moved[far[0]]))
-    return best or 2.0 * span / float(np.ptp(x))
-
-
 # -- what was asked for ---------------------------------------------------------------------------
-
-
-def _mapping(name: str, option: Any) -> dict[str, Any]:
-    if option is None:
-        return {}
-    if not isinstance(option, Mapping):
-        raise InputError(
-            Argument(name),
-            f" must be a dict by parameter names, such as {{'friction_coefficient': 0.5}}, "
-            f"got {show(option)}",
-        )
-    return dict(option)
 
 
 def _names(name: str, option: Any) -> list[str]:
@@ -122,17 +83,6 @@ def _check_names(name: str, keys: Iterable[Any], names: Sequence[str]) -> None:
                 Argument(name),
                 f": {show(key)} is no parameter of this fit, which has {', '.join(names)}{hint}",
             )
-
-
-def _limits(key: str, limits: Any) -> tuple[float, float]:
-    try:
-        low, high = limits
-    except (TypeError, ValueError):
-        raise InputError(f"bounds of {key} must be (lowest, highest), got {show(limits)}") from None
-    low, high = number(f"lowest {key}", low), number(f"highest {key}", high)
-    if not low < high:
-        raise InputError(f"bounds of {key} must be (lowest, highest), got ({low:g}, {high:g})")
-    return low, high
 
 
 def _value(option: str, key: str, values: Mapping[str, Any], coordinate: Coordinate) -> float:
@@ -214,9 +164,9 @@ def coordinates_for(
     ]
     names = [*law_names, *(c.name for c in coordinates if c.name not in law_names)]
     fixed, bounds, start = (
-        _mapping("fixed", fixed),
-        _mapping("bounds", bounds),
-        _mapping("start", start),
+        option_mapping("fixed", fixed),
+        option_mapping("bounds", bounds),
+        option_mapping("start", start),
     )
     for name, option in (("fixed", fixed), ("bounds", bounds), ("start", start)):
         _check_names(name, option, names)
@@ -230,7 +180,7 @@ def coordinates_for(
         keys = free_coordinate.parameter, free_coordinate.name
         for key in keys:
             if key in bounds:
-                low, high = _limits(key, bounds[key])
+                low, high = limits_of(key, bounds[key])
                 if free_coordinate.kind == "log":
                     positive(f"lowest {key}", low)
                 free_coordinate = replace(free_coordinate, low=low, high=high)
@@ -255,72 +205,6 @@ def split_model(model: Model, coordinates: Sequence[Coordinate]) -> Model:
     if len(at_own_load) <= len(names):
         return model
     return model.split(names, [record.load for record in at_own_load if record.load is not None])
-
-
-def rig_coordinates(
-    stiffness: Any, rigs: Any, folded: Sequence[Folded], loops: Sequence[Loop], bounds: Any
-) -> tuple[list[Coordinate], list[int | None]]:
-    """Coordinates of the rigs' stiffnesses, and which of them each record has (from 0)."""
-    if rigs is None:
-        labels = ["rig"] * len(folded)
-    else:
-        if isinstance(rigs, np.ndarray):
-            rigs = rigs.ravel().tolist()
-        if isinstance(rigs, str) or not isinstance(rigs, Sequence) or len(rigs) != len(folded):
-            raise InputError(
-                Argument("rigs"),
-                f" must hold a label for each of the {plural(len(folded), 'record')}, got "
-                f"{show(rigs)}",
-            )
-        labels = [str(label) for label in rigs]
-    rig_labels = list(dict.fromkeys(labels))
-    given_stiffness = of_each_rig(stiffness, rig_labels, rigs is not None)
-    place: dict[str, int] = {}
-    coordinates: list[Coordinate] = []
-    for label, own_stiffness in given_stiffness.items():
-        if is_rigid(own_stiffness):
-            continue
-        place[label] = len(coordinates)
-        rig_loops = [loops[i] for i in range(len(folded)) if labels[i] == label]
-        scale = max(stiffness_after_reversal(loop) for loop in rig_loops)
-        name = RIG if len(rig_labels) == 1 else f"{RIG} of {label}"
-        low, high = 1e-3 * scale, math.inf
-        limits = _mapping("bounds", bounds).get(RIG)
-        if limits is not None:
-            low, high = _limits(RIG, limits)
-            positive(f"lowest {RIG}", low, "N/m")
-        coordinate = Coordinate(
-            name, RIG, "N/m", low, high, "inverse", 1.1 * scale, scale=scale, rig=label
-        )
-        coordinates.append(rig_coordinate(coordinate, own_stiffness))
-    return coordinates, [place.get(label) for label in labels]
-
-
-def rig_contradiction(
-    coordinates: Sequence[Coordinate],
-    rigs: Sequence[int | None],
-    loops: Sequence[Loop],
-    times: float = 1.0,
-) -> str | None:
-    """What says that loops are so many ``times`` stiffer than the rig that was given for them.
-
-    Of more than once only for a rig without an uncertainty, which the loops may else overrule.
-    """
-    for j, coordinate in enumerate(coordinates):
-        if coordinate.parameter != RIG or not (
-            coordinate.fixed or (coordinate.prior is not None and times == 1.0)
-        ):
-            continue
-        rig_loops = [loop for loop, rig in zip(loops, rigs, strict=True) if rig == j]
-        # Over half of the force noise counts little, and the rig gives way by all of it.
-        stiffest = max((stiffness_after_reversal(loop, 0.5) for loop in rig_loops), default=0.0)
-        if stiffest > times * coordinate.start:
-            return (
-                f"the loops are stiffer ({engineering(stiffest, 'N/m')} after a reversal) than the "
-                f"{coordinate.name} given, {engineering(coordinate.start, 'N/m')}: no joint behind "
-                "such a rig makes them; check its unit and that of the force, or leave the rig free"
-            )
-    return None
 
 
 # -- where to begin -------------------------------------------------------------------------------

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import copy
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
-
-import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import significant
 from microslip.identification.fit import Fit, settle
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of, cycle_ratio, information
-from microslip.identification.quantities import Quantity
+from microslip.identification.quantities import Function, Quantity, of_coordinate
 from microslip.identification.verdicts import number_text
 
 DISAGREE = 3.0
@@ -24,9 +21,6 @@ _RARE = 0.0027  # probability of more than three standard deviations
 _MOVED, _SHARE = 1.0, 0.5
 """What hangs on a datum: what it moves by so many standard errors, or owes it so much of its
 information."""
-
-Function = Callable[[Floats], tuple[float, Floats]]
-"""A number and its derivatives by the free coordinates."""
 
 
 @dataclass(frozen=True)
@@ -118,20 +112,6 @@ class Contradicted(NamedTuple):
             if shared**2 > _SHARE * variance * float(by @ self.covariance @ by) > 0.0:
                 return True
         return False
-
-
-def of_coordinate(problem: Problem, j: int) -> Function:
-    """A free coordinate as a number that follows from all."""
-    coordinate, row = problem.coordinates[j], int(np.flatnonzero(problem.free == j)[0])
-
-    def function(q: Floats) -> tuple[float, Floats]:
-        value, by = coordinate.outer(float(q[row])), np.zeros(q.size)
-        by[row] = coordinate.slope(float(q[row]))
-        if coordinate.kind == "inverse":
-            by[row] *= -(value**2) if math.isfinite(value) else 0.0
-        return value, by
-
-    return function
 
 
 def compare_data(
@@ -243,16 +223,15 @@ def _sources(problem: Problem, names: Sequence[str], units: dict[str, str]) -> l
 
 def _fit_without(problem: Problem, best: Fit, freedom: int, left_out: Sequence[_Source]) -> _Refit:
     """The fit near the best one, by the same weights, without some data."""
-    remaining = copy.copy(problem)
+    remaining = problem.copy()
     out = {source.coordinate for source in left_out}
     remaining.coordinates = tuple(
         replace(coordinate, prior=None) if j in out else coordinate
         for j, coordinate in enumerate(problem.coordinates)
     )
     places = {source.place for source in left_out}
-    remaining.data = [datum for place, datum in enumerate(problem.data) if place not in places]
-    remaining.metrics = list(problem.metrics)
     remaining._last = None
+    remaining.data = [datum for place, datum in enumerate(problem.data) if place not in places]
     fit = best
     for moving in remaining.parts:
         fit = settle(remaining, fit.q, moving)

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip import kernels
 from microslip._core.checks import Floats
-from microslip.identification.coordinates import RIG, Coordinate, Datum
+from microslip.identification.coordinates import Coordinate, Datum
 from microslip.identification.cycle_branches import cycle_of, delayed, phase_derivative
 from microslip.identification.folding import Folded
 from microslip.identification.models.base import BackboneModel, CycleModel, Model
-from microslip.identification.rig_in_series import Answer, behind_spring
+from microslip.identification.rigs import Answer, behind_spring
 from microslip.identification.whitening import Metric, metric_of
 
 Rise = Callable[[Floats, dict[str, float], float | None], Floats]
@@ -112,6 +113,20 @@ class Problem:
         self.metrics: list[Metric] = []
         self.forget()
 
+    def like(self, **changes: Any) -> Problem:
+        """The same problem with other arguments, and the evaluations that went before."""
+        names = ("folded", "model", "coordinates", "columns", "rigs", "free_delay", "lags")
+        arguments = {key: getattr(self, key) for key in (*names, "summits", "effects", "beside")}
+        problem = Problem(**(arguments | changes))
+        problem.data, problem.evaluations = self.data, self.evaluations
+        return problem
+
+    def copy(self) -> Problem:
+        """The same problem, whose weights change by themselves."""
+        problem = copy.copy(self)
+        problem.metrics = list(self.metrics)
+        return problem
+
     # -- the model ------------------------------------------------------------------------------
 
     def full(self, q: Floats) -> Floats:
@@ -127,8 +142,11 @@ class Problem:
 
     def values_of(self, record: int, q: Floats) -> dict[str, float]:
         """Physical values of the law's parameters for a record, by their names."""
-        outer = self.physical(q)
-        return {n: outer[j] for n, j in zip(self.model.names, self.columns[record], strict=True)}
+        return self.named(self.columns[record], self.physical(q))
+
+    def named(self, columns: tuple[int, ...], outer: Sequence[float]) -> dict[str, float]:
+        """Values of the law's parameters, by their names, of those of all coordinates."""
+        return {n: outer[j] for n, j in zip(self.model.names, columns, strict=True)}
 
     def forget_answers(self) -> None:
         """Have every group answer anew, as its displacement has changed."""
@@ -144,35 +162,27 @@ class Problem:
         row = {int(j): r for r, j in enumerate(self.free)}
         force, stiffness = np.empty_like(self.half), np.empty_like(self.half)
         by = np.zeros((self.free.size, self.half.size))
-        model, names = self.model, self.model.names
         for number, group in enumerate(self.groups):
             compliance = 0.0 if group.rig is None else 1.0 / outer[group.rig]
             key = (compliance, *(outer[j] for j in group.columns))
             cached = self._answers[number]
             if cached is None or cached[0] != key:
-                values = {n: outer[j] for n, j in zip(names, group.columns, strict=True)}
-                cached = key, self._answer(number, group, values, compliance)
-                self._answers[number] = cached
+                values = self.named(group.columns, outer)
+                cached = self._answers[number] = (
+                    key,
+                    self._answer(number, group, values, compliance),
+                )
             force[group.places], stiffness[group.places], by_values, by_compliance = cached[1]
             for j, derivative in zip(group.columns, by_values, strict=True):
                 if j in row:
                     by[row[j], group.places] = slopes[j] * derivative
             if group.rig is not None and group.rig in row:
                 by[row[group.rig], group.places] = slopes[group.rig] * by_compliance
-        if isinstance(model, BackboneModel):
-            base = np.zeros(1)
-            force *= self.sign
-            kernels.active.accumulate(self.parent, force, base)
-            for derivative in by:
-                derivative *= self.sign
-                kernels.active.accumulate(self.parent, derivative, base)
+        if isinstance(self.model, BackboneModel):
+            for row in (force, *by):
+                row *= self.sign
+                kernels.active.accumulate(self.parent, row, np.zeros(1))
         return force, stiffness, by
-
-    def branch_of(self, number: int) -> tuple[Floats, Floats]:
-        """Force and stiffness along the branches of a group, of the last answer."""
-        cached = self._answers[number]
-        assert cached is not None
-        return cached[1][0], cached[1][1]
 
     def _answer(
         self, number: int, group: Group, values: dict[str, float], compliance: float
@@ -180,8 +190,10 @@ class Problem:
         model = self.model
         if isinstance(model, BackboneModel):
             return self.in_series(model, number, group, values, compliance)
-        if isinstance(model, CycleModel):
-            return self._whole_cycle(model, group, values)
+        if isinstance(model, CycleModel):  # without Masing's rules; its rig is rigid
+            at = int(np.searchsorted(self.starts, group.places.start))
+            force, stiffness, by = model.cycle(self.cycles[at].displacement, values)
+            return force, stiffness, by, np.zeros_like(force)
         raise TypeError(f"{type(model).__name__} must be a BackboneModel or a CycleModel")
 
     def in_series(
@@ -196,13 +208,6 @@ class Problem:
         y, guess = self.half[group.places], self.guess[number]
         answer, self.guess[number] = behind_spring(model, y, values, group.load, compliance, guess)
         return answer
-
-    def _whole_cycle(self, model: CycleModel, group: Group, values: dict[str, float]) -> Answer:
-        """The settled cycle of a law without Masing's rules; its rig is rigid."""
-        at = int(np.searchsorted(self.starts, group.places.start))
-        x = self.cycles[at].displacement
-        force, stiffness, by = model.cycle(x, values)
-        return force, stiffness, by, np.zeros_like(force)
 
     @property
     def parts(self) -> list[NDArray[np.int64]]:
@@ -245,14 +250,12 @@ class Problem:
             c = self.coordinates[int(j)]
             if c.prior is not None:
                 outer = 1.0 / c.outer(float(q[i])) if c.kind == "inverse" else c.outer(float(q[i]))
-                column = np.zeros(q.size + 1)
-                column[0] = (outer - c.prior[0]) / c.prior[1]
-                column[1 + i] = c.slope(float(q[i])) / c.prior[1]
-                rows.append(column)
+                row = np.zeros(q.size + 1)
+                row[0], row[1 + i] = outer - c.prior[0], c.slope(float(q[i]))
+                rows.append(row / c.prior[1])
         for datum in self.data:
             value, gradient = datum.function(q)
-            row = np.concatenate(([value - datum.value], gradient))
-            rows.append(row / datum.error)
+            rows.append(np.concatenate(([value - datum.value], gradient)) / datum.error)
         return np.array(rows).T if rows else np.zeros((q.size + 1, 0))
 
     @property
@@ -344,11 +347,7 @@ class Problem:
 
         The errors of its displacement, of the drift that was taken off its force, and of its load.
         """
-        folded, weight, effects = (
-            self.folded[self.order[at]],
-            self.weight[self.bins[at]],
-            self.nuisance_effects[at],
-        )
+        folded, effects = self.folded[self.order[at]], self.nuisance_effects[at]
         size = folded.coefficients.size
         root = np.linalg.cholesky(folded.covariance)
         rows = [root.T @ effects[:size]]
@@ -360,7 +359,7 @@ class Problem:
         if loads and effects.shape[0] > size:
             assert folded.normal_load is not None
             rows.append(effects[size:] * (folded.load_error / folded.normal_load))
-        return np.asarray((np.vstack(rows) * weight).T)
+        return np.asarray((np.vstack(rows) * self.weight[self.bins[at]]).T)
 
     def _by_load(self, q: Floats) -> Floats:
         """Change of the force in all bins by the logarithm of the load of its record [N]."""
@@ -404,9 +403,11 @@ class Problem:
         outer = self.physical(q)
         parts = []
         for number, group in enumerate(self.groups):
-            values = {n: outer[j] for n, j in zip(self.model.names, group.columns, strict=True)}
+            values = self.named(group.columns, outer)
             compliance = 0.0 if group.rig is None else 1.0 / outer[group.rig]
-            force, stiffness = self.branch_of(number)
+            answer = self._answers[number]
+            assert answer is not None
+            force, stiffness = answer[1][:2]
             v = np.maximum(self.half[group.places] - compliance * force, 0.0)
             # The stiffness is that of both in series: 1/(1 + c T0') is what it lets through.
             parts.append(rise(v, values, group.load) * (1.0 - compliance * stiffness))
@@ -457,9 +458,8 @@ class Problem:
         above = np.where(cycle.parent < 0, 0, cycle.parent)
         local = stiffness[self.starts[at] : self.starts[at + 1]]
         rise = local * (moves - moves[:, above])
-        base = np.zeros(1)
         for row in rise:
-            kernels.active.accumulate(cycle.parent, row, base)
+            kernels.active.accumulate(cycle.parent, row, np.zeros(1))
         return self.to_own_bins(at, rise)
 
     def to_own_bins(self, at: int, rows: Floats) -> Floats:
@@ -494,7 +494,3 @@ class Problem:
             return None
         stiffness = self.physical(q)[number]
         return None if math.isinf(stiffness) else stiffness
-
-    def rig_columns(self) -> list[int]:
-        """Coordinates that are stiffnesses of rigs."""
-        return [i for i, c in enumerate(self.coordinates) if c.parameter == RIG]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,70 +105,12 @@ def curvature(
     )
 
 
-def profile(
-    problem: Problem,
-    best: Fit,
-    i: int,
-    threshold: float,
-    covariance: Floats,
-    conditional: NDArray[np.intp],
-    is_last: bool = False,
-) -> tuple[Interval, Fit | None]:
-    """The profile of coordinate ``i`` up to a rise ``threshold`` of the sum of squares.
+class Walk:
+    """The way along the profile of coordinate ``i``, the ``conditional`` ones fitted again.
 
-    The ``conditional`` ones are fitted again at each of its points. Also a better minimum, if the
-    profile came upon one; there it breaks off, unless it ``is_last``.
+    Up to a rise ``threshold`` of the sum of squares; from a better minimum all begins again, unless
+    this ``is_last``.
     """
-    walk = _Walk(problem, best, i, threshold, covariance, conditional, is_last)
-    low, low_open, at_low = walk.end(-1.0)
-    high, high_open, at_high = walk.end(1.0)
-    points = tuple(sorted(walk.points))
-    return Interval(low, high, low_open, high_open, at_low, at_high, points), walk.lowest
-
-
-def further(
-    problem: Problem,
-    best: Fit,
-    i: int,
-    threshold: float,
-    covariance: Floats,
-    conditional: NDArray[np.intp],
-    is_last: bool,
-    interval: Interval,
-    places: Sequence[Floats],
-) -> tuple[Interval, Fit | None]:
-    """The profile once more, where the ``places`` of other ends show a lower way to its own.
-
-    Where the loops do not feel a coordinate at the best value, such as a force limit above all
-    forces, no derivative tells the way on which it begins to count.
-    """
-    walk = _Walk(problem, best, i, threshold, covariance, conditional, is_last)
-    goal = math.sqrt(threshold)
-    for direction, end, is_open, at_end in (
-        (-1.0, interval.low, interval.low_open, interval.at_low),
-        (1.0, interval.high, interval.high_open, interval.at_high),
-    ):
-        distance = abs(end - float(best.q[i]))
-        if is_open or distance == 0.0:
-            continue
-        for place in places:
-            if place is at_end or walk.is_over:
-                continue
-            reached, answer = walk.rise(direction, distance, place)
-            if reached * _FURTHER < goal:
-                end, is_open, at_end = walk.end(direction, (distance, reached, answer))
-                distance = abs(end - float(best.q[i]))
-                if is_open:
-                    break
-        if direction < 0.0:
-            interval = replace(interval, low=end, low_open=is_open, at_low=at_end)
-        else:
-            interval = replace(interval, high=end, high_open=is_open, at_high=at_end)
-    return interval, walk.lowest
-
-
-class _Walk:
-    """The way along the profile of a coordinate."""
 
     def __init__(
         self,
@@ -180,15 +122,50 @@ class _Walk:
         conditional: NDArray[np.intp],
         is_last: bool,
     ) -> None:
-        self._is_last = is_last
         self._problem, self._best, self._i, self._others = problem, best, i, conditional
-        self._threshold, self._goal = threshold, math.sqrt(threshold)
+        self._threshold, self._goal, self._is_last = threshold, math.sqrt(threshold), is_last
         variance = max(float(covariance[i, i]), 1e-300)
         self._error, self._along = math.sqrt(variance), covariance[:, i] / variance
         self._bounds = bounds_of(problem)
         self.points = [(float(best.q[i]), 0.0)]
         self.lowest: Fit | None = None
         """A better minimum, if the way came upon one."""
+
+    def profile(self) -> Interval:
+        """Both ends of the interval."""
+        low, low_open, at_low = self.end(-1.0)
+        high, high_open, at_high = self.end(1.0)
+        points = tuple(sorted(self.points))
+        return Interval(low, high, low_open, high_open, at_low, at_high, points)
+
+    def further(self, interval: Interval, places: Sequence[Floats]) -> Interval:
+        """The interval, moved out where the ``places`` of other ends show a lower way to its own.
+
+        Where the loops do not feel a coordinate at the best value, such as a force limit above all
+        forces, no derivative tells the way on which it begins to count.
+        """
+        best = float(self._best.q[self._i])
+        for direction, end, is_open, at_end in (
+            (-1.0, interval.low, interval.low_open, interval.at_low),
+            (1.0, interval.high, interval.high_open, interval.at_high),
+        ):
+            distance = abs(end - best)
+            if is_open or distance == 0.0:
+                continue
+            for place in places:
+                if place is at_end or self.is_over:
+                    continue
+                reached, answer = self.rise(direction, distance, place)
+                if reached * _FURTHER < self._goal:
+                    end, is_open, at_end = self.end(direction, (distance, reached, answer))
+                    distance = abs(end - best)
+                    if is_open:
+                        break
+            if direction < 0.0:
+                interval = replace(interval, low=end, low_open=is_open, at_low=at_end)
+            else:
+                interval = replace(interval, high=end, high_open=is_open, at_high=at_end)
+        return interval
 
     @property
     def is_over(self) -> bool:
@@ -273,6 +250,80 @@ def _next(
     guess = inside + (outside - inside) * (goal - below) / (above - below)
     width = outside - inside
     return min(max(guess, inside + 0.05 * width), outside - 0.05 * width)
+
+
+def minos(
+    problem: Problem, best: Fit, i: int, threshold: float, covariance: Floats
+) -> Interval | None:
+    """The profile of coordinate ``i`` by MINOS.
+
+    James and Roos (1975, DOI 10.1016/0010-4655(75)90039-9).
+
+    Minuit moves along the valley: its coordinates are the one in question, with what the others do
+    on its way, and the others among themselves, all in units of standard errors. None where it
+    finds no end within the bounds; there the profiles of this package take over.
+    """
+    from iminuit import Minuit
+
+    low, high = bounds_of(problem)
+    ways = _ways(covariance, i)
+    # Beyond a bound the sum of squares goes on as at the bound, and rises.
+    unit = np.sqrt(np.diag(covariance))
+
+    def beyond(q: Floats) -> tuple[Floats, Floats]:
+        inside = np.clip(q, low, high)
+        return inside, (q - inside) / unit
+
+    def value(z: Floats) -> float:
+        inside, out = beyond(best.q + ways @ z)
+        residual, _ = problem.residuals(inside)
+        return float(residual @ residual) - best.cost + float(out @ out)
+
+    def gradient(z: Floats) -> Floats:
+        inside, out = beyond(best.q + ways @ z)
+        residual, by = problem.residuals(inside)
+        slope = 2.0 * (by.T @ residual) * (out == 0.0) + 2.0 * out / unit
+        return np.asarray(ways.T @ slope)
+
+    names = [f"z{k}" for k in range(best.q.size)]
+    search: Any = Minuit(value, np.zeros(best.q.size), grad=gradient, name=names)
+    search.errordef = threshold
+    search.strategy = 0
+    search.errors = math.sqrt(threshold)
+    search.print_level = 0
+    search.migrad(iterate=2)
+    if not search.valid:
+        return None
+    try:
+        search.minos("z0", ncall=400)
+    except RuntimeError:
+        return None
+    errors = search.merrors["z0"]
+    if not errors.is_valid:
+        return None
+    ends = best.q[i] + ways[i, 0] * (search.values["z0"] + np.array([errors.lower, errors.upper]))
+    if ends[0] <= low[i] or ends[1] >= high[i]:
+        return None
+    places = [best.q + ways[:, 0] * (end - best.q[i]) / ways[i, 0] for end in ends]
+    at_low, at_high = (np.clip(place, low, high) for place in places)
+    return Interval(float(ends[0]), float(ends[1]), False, False, at_low, at_high)
+
+
+def _ways(covariance: Floats, i: int) -> Floats:
+    """Columns: the way of coordinate ``i`` with the others following, then the others alone."""
+    size = covariance.shape[0]
+    conditional = np.delete(np.arange(size), i)
+    first = covariance[:, i] / math.sqrt(float(covariance[i, i]))
+    remainder = covariance - np.outer(first, first)
+    unit = np.sqrt(np.maximum(np.diag(remainder)[conditional], 1e-300))
+    scaled = remainder[np.ix_(conditional, conditional)] / np.outer(unit, unit)
+    values, vectors = np.linalg.eigh(scaled)
+    ways = np.zeros((size, size))
+    ways[:, 0] = first
+    ways[np.ix_(conditional, np.arange(1, size))] = (
+        unit[:, None] * vectors * np.sqrt(np.maximum(values, 1e-14))
+    )
+    return ways
 
 
 def derived_interval(

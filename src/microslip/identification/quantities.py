@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,14 +16,12 @@ from microslip.identification.coordinates import (
     AREA,
     DENSITY,
     RADIUS,
-    RIG,
     SUMMIT_DATA,
     Coordinate,
     Datum,
 )
-from microslip.identification.load_labels import labels_of
+from microslip.identification.load_levels import groups_of, labels_of, levels_of
 from microslip.identification.models.base import Derived, Model
-from microslip.identification.parameter_choice import SAME_LOAD, levels_of
 from microslip.identification.problem import Problem
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
@@ -33,6 +31,10 @@ _NEED_MORE = ("std", "density_root_radius", "radius", "density", "summit_count",
 _MORE = ("; give ", Argument("pair", UNSAID), ", and the apparent area with it")
 
 
+Function = Callable[[Floats], tuple[float, Floats]]
+"""A number and its derivatives by the free coordinates."""
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A quantity that follows from the coordinates: its value, and derivatives by the free ones."""
@@ -40,7 +42,7 @@ class Quantity:
     name: str
     unit: str
     load: float | None
-    function: Callable[[Floats], tuple[float, Floats]]
+    function: Function
     parent: str | None = None
     """The coordinate that it is at another load, whose verdict is its own."""
 
@@ -60,14 +62,12 @@ def quantities_of(
     level = dict(zip(record_loads, levels, strict=True))
     for group in groups:
         members = [i for i, column in enumerate(problem.columns) if column == group]
-        loads = _different(problem.folded[i].normal_load for i in members)
+        loads = _distinct([problem.folded[i].normal_load for i in members])
         several = len(groups) > 1 or len(loads) > 1
         for quantity in model.derived(problem.values_of(members[0], start), loads, pair, area):
-            load = (
-                quantity.load
-                if quantity.load is not None
-                else (loads[0] if len(groups) > 1 else None)
-            )
+            load = quantity.load
+            if load is None and len(groups) > 1:
+                load = loads[0]
             name, parent = quantity.name, None
             if name in names:
                 parent = problem.coordinates[group[model.names.index(name)]].name
@@ -83,13 +83,10 @@ def quantities_of(
     return quantities
 
 
-def _different(loads: Iterable[float | None]) -> list[float | None]:
+def _distinct(loads: Sequence[float | None]) -> list[float | None]:
     """Loads in rising order, one of each level."""
-    levels: list[float | None] = []
-    for load in sorted(set(loads), key=lambda x: x or 0.0):
-        if not levels or load is None or load > (levels[-1] or 0.0) * (1.0 + SAME_LOAD):
-            levels.append(load)
-    return levels
+    groups = groups_of({load for load in loads if load is not None})
+    return [*([None] if None in loads else []), *(group[0] for group in groups)]
 
 
 class _Answer:
@@ -108,7 +105,7 @@ class _Answer:
             self._last = key, {quantity.name: quantity for quantity in derived}
         return self._last[1]
 
-    def of(self, name: str, group: tuple[int, ...]) -> Callable[[Floats], tuple[float, Floats]]:
+    def of(self, name: str, group: tuple[int, ...]) -> Function:
         """One of the quantities as a function of the coordinates."""
 
         def function(q: Floats) -> tuple[float, Floats]:
@@ -236,7 +233,7 @@ def summits_of(
             AREA: joint.contact_area * ratio,
         }
 
-    def of(name: str) -> Callable[[Floats], tuple[float, Floats]]:
+    def of(name: str) -> Function:
         def function(q: Floats) -> tuple[float, Floats]:
             return all_of(q)[name], _differences(lambda p: all_of(p)[name], q)
 
@@ -268,7 +265,7 @@ def known_data(problem: Problem, quantities: list[Quantity], data_options: Any) 
             f" must be a dict such as {{'std': (5e-7, 5e-8)}}, got {show(data_options)}",
         )
     by_name = {quantity.name: quantity for quantity in quantities}
-    free = {problem.coordinates[int(j)].name: i for i, j in enumerate(problem.free)}
+    free = {problem.coordinates[int(j)].name: int(j) for j in problem.free}
     data = []
     for name, raw_datum in data_options.items():
         if name not in by_name and name not in free:
@@ -281,10 +278,7 @@ def known_data(problem: Problem, quantities: list[Quantity], data_options: Any) 
                 *(_MORE if name in _NEED_MORE else ()),
             )
         value, error = _datum(name, raw_datum)
-        if name in by_name:
-            function = by_name[name].function
-        else:
-            function = _of_coordinate(problem, free[name])
+        function = by_name[name].function if name in by_name else of_coordinate(problem, free[name])
         data.append(Datum(value, error, function))
     return data
 
@@ -303,15 +297,15 @@ def _datum(name: str, raw_datum: Any) -> tuple[float, float]:
     return number(f"known {name}", value), positive(f"standard deviation of {name}", error)
 
 
-def _of_coordinate(problem: Problem, i: int) -> Callable[[Floats], tuple[float, Floats]]:
-    coordinate = problem.coordinates[int(problem.free[i])]
+def of_coordinate(problem: Problem, j: int) -> Function:
+    """A free coordinate as a number that follows from all."""
+    coordinate, row = problem.coordinates[j], int(np.flatnonzero(problem.free == j)[0])
 
     def function(q: Floats) -> tuple[float, Floats]:
-        by = np.zeros(q.size)
-        value = coordinate.outer(float(q[i]))
-        by[i] = coordinate.slope(float(q[i]))
-        if coordinate.parameter == RIG:  # of the inverse
-            by[i] *= -(value**2) if math.isfinite(value) else 0.0
+        value, by = coordinate.outer(float(q[row])), np.zeros(q.size)
+        by[row] = coordinate.slope(float(q[row]))
+        if coordinate.kind == "inverse":
+            by[row] *= -(value**2) if math.isfinite(value) else 0.0
         return value, by
 
     return function

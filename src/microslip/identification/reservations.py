@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 from microslip._core.units import significant
+from microslip.errors import InputError
+from microslip.heights import Exponential
 from microslip.identification.coordinates import AREA, DENSITY, RADIUS, Coordinate
 from microslip.identification.folding import Folded
+from microslip.identification.result import Identification
 from microslip.identification.verdicts import (
     APPARENT,
     BEYOND,
@@ -17,7 +21,8 @@ from microslip.identification.verdicts import (
     number_text,
 )
 
-LIMITS = ("friction_coefficient", "force_limit")
+FRICTION = "friction_coefficient"
+LIMITS = (FRICTION, "force_limit")
 """Numbers that only a contact in gross slip shows."""
 REACHED = 0.95
 """Share of the limit that a record has to reach for it to be seen."""
@@ -27,11 +32,22 @@ BY_AREA = (RADIUS, DENSITY, "summit_count")
 """What follows from a contact area."""
 
 
-def mark_in_doubt(numbers: Mapping[str, Fitted], why: str) -> dict[str, Fitted]:
-    """The same numbers, none identified: what they were found under does not hold."""
+def mark(
+    numbers: Mapping[str, Fitted],
+    verdict: str,
+    reason: str,
+    remedy: str | None = None,
+    of: Sequence[str] = (IDENTIFIED, APPARENT),
+) -> dict[str, Fitted]:
+    """The numbers, those ``of`` some verdicts with another one: what they rest on does not hold."""
     return {
-        name: replace(fitted, verdict=IN_DOUBT, reason=why)
-        if fitted.verdict in (IDENTIFIED, APPARENT)
+        name: replace(
+            fitted,
+            verdict=verdict,
+            reason=reason,
+            remedy=fitted.remedy if remedy is None else remedy,
+        )
+        if fitted.verdict in of
         else fitted
         for name, fitted in numbers.items()
     }
@@ -49,43 +65,34 @@ def mark_apparent(
     numbers: Mapping[str, Fitted], folded: Sequence[Folded], stake: float | None
 ) -> dict[str, Fitted]:
     """The same numbers, those identified as what a law that does not answer comes closest with."""
-    ends = [
-        " to ".join(dict.fromkeys(number_text(end, unit) for end in (min(values), max(values))))
-        for values, unit in (
-            ([record.amplitude for record in folded], "m"),
-            ([record.normal_load for record in folded if record.normal_load], "N"),
-        )
-        if values
-    ]
-    why = (
-        f"of a law that does not answer the records: it stands for loops of {' at '.join(ends)} in "
-        "the mean"
+    amplitudes = range_text([record.amplitude for record in folded], "m")
+    loads = range_text([record.normal_load for record in folded if record.normal_load], "N")
+    reason = (
+        f"of a law that does not answer the records: it stands for loops of "
+        f"{' at '.join(filter(None, (amplitudes, loads)))} in the mean"
     )
     if stake is not None:
-        why += f"; what the law lacks may hide {significant(100.0 * stake, 2)} % of a number"
+        reason += f"; what the law lacks may hide {significant(100.0 * stake, 2)} % of a number"
     return with_remedy(
-        {
-            name: replace(fitted, verdict=APPARENT, reason=why)
-            if fitted.verdict == IDENTIFIED
-            else fitted
-            for name, fitted in numbers.items()
-        },
+        mark(numbers, APPARENT, reason, of=(IDENTIFIED,)),
         "free or correct what is fixed, or compare laws: their spread says more than an interval",
     )
 
 
 def mark_extrapolated(numbers: Mapping[str, Fitted], reached: float) -> dict[str, Fitted]:
     """The same numbers, the limit of sliding as what no record reached."""
-    why = (
+    reason = (
         f"no record slides as a whole: the loops reach {significant(100.0 * reached, 2)} % of this "
         "limit, and the rest is what the law makes of it"
     )
-    return {
-        name: replace(fitted, verdict=BEYOND, reason=why, remedy="a record that reaches gross slip")
-        if fitted.verdict in (IDENTIFIED, APPARENT) and name.partition(" ")[0] in LIMITS
-        else fitted
-        for name, fitted in numbers.items()
-    }
+    limits = {n: fitted for n, fitted in numbers.items() if n.partition(" ")[0] in LIMITS}
+    return {**numbers, **mark(limits, BEYOND, reason, "a record that reaches gross slip")}
+
+
+def range_text(values: Sequence[float], unit: str) -> str:
+    """The lowest to the highest value, one of them where they read alike; empty without any."""
+    ends = (min(values), max(values)) if values else ()
+    return " to ".join(dict.fromkeys(number_text(end, unit) for end in ends))
 
 
 def far_area(coordinates: Sequence[Coordinate], loads: Sequence[float | None]) -> str | None:
@@ -98,10 +105,65 @@ def far_area(coordinates: Sequence[Coordinate], loads: Sequence[float | None]) -
         return None
     if min(record_loads) / _FAR <= measured <= _FAR * max(record_loads):
         return None
-    ends = " to ".join(
-        dict.fromkeys(number_text(end, "N") for end in (min(record_loads), max(record_loads)))
-    )
     return (
         f"the contact area was measured at {number_text(measured, 'N')}, far from the loads of the "
-        f"records, {ends}: what follows from it rests on the law between them"
+        f"records, {range_text(record_loads, 'N')}: what follows from it rests on the law between "
+        "them"
+    )
+
+
+_AS_GOOD = 10.0
+"""Akaike's criterion over that of the best law up to which another law answers the loops, too."""
+
+Refit = Callable[..., Identification]
+"""Identifies another law, by its name and options, from the same records."""
+
+
+def spread_over_laws(result: Identification, refit: Refit) -> Identification:
+    """The result with the limit of sliding as wide as the laws are apart that answer the loops.
+
+    Exponential heights and one sphere beside the law itself: a tail that ends late, and none.
+    """
+    friction = result.parameters.get(FRICTION)
+    if friction is None or friction.verdict != BEYOND:
+        return result
+    refits = {}
+    for name, law, options in (
+        ("exponential heights", "interface", {"heights": Exponential(1.0)}),
+        ("one sphere", "sphere", {}),
+    ):
+        try:
+            refits[name] = refit(law, **options)
+        except InputError:
+            continue
+    best_aic = min([result.aic, *(fit.aic for fit in refits.values() if fit.converged)])
+    low, high, values = friction.low, friction.high, []
+    for name, fit in refits.items():
+        number = fit.parameters[FRICTION]
+        if not fit.converged or fit.aic > best_aic + _AS_GOOD:
+            continue
+        low, high = min(low, number.low), max(high, number.high)
+        values.append(f"{significant(number.value, 3)} ({name})")
+    if not values:
+        laws_note = (
+            "; of other laws (exponential heights, one sphere) none answers these loops as well"
+        )
+    else:
+        laws_note = f"; laws that answer these loops as well find {', '.join(values)}"
+    wider = {FRICTION: replace(friction, low=low, high=high, reason=friction.reason + laws_note)}
+    parts = low / friction.value, high / friction.value
+    derived = {
+        name: replace(
+            number,
+            low=min(number.low, parts[0] * number.value),
+            high=max(number.high, parts[1] * number.value),
+        )
+        if number.verdict == BEYOND
+        else number
+        for name, number in result.derived.items()
+    }
+    return replace(
+        result,
+        parameters=MappingProxyType({**result.parameters, **wider}),
+        derived=MappingProxyType(derived),
     )

@@ -17,9 +17,8 @@ from microslip._core.wording import plural
 from microslip.errors import UNSAID, Argument, InputError
 from microslip.friction import Interface
 from microslip.identification.fit_quality import RecordFit
-from microslip.identification.load_labels import labels_of
+from microslip.identification.load_levels import labels_of, levels_of
 from microslip.identification.models.base import Model
-from microslip.identification.parameter_choice import levels_of
 from microslip.identification.prior_data import GivenDatum
 from microslip.identification.verdicts import (
     AT_A_LOAD,

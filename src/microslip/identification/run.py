@@ -12,18 +12,24 @@ import numpy as np
 from microslip._core.checks import exact, number, positive, show
 from microslip._core.units import engineering
 from microslip.errors import UNSAID, Argument, InputError, Phrase
-from microslip.identification import fit_quality, parameter_choice, side_effects
+from microslip.identification import fit_quality, parameter_choice
 from microslip.identification.averaged_loop import averaged, noise_of
 from microslip.identification.conclusions import result_of
-from microslip.identification.delays import late_note
-from microslip.identification.extrapolation import spread_over_laws
 from microslip.identification.fit import LOSSES, Fit, solve
 from microslip.identification.folding import MOST_BINS, Folded, fold
 from microslip.identification.intervals import Progress, profiled
 from microslip.identification.models import model_of
 from microslip.identification.models.base import CycleModel, Model
 from microslip.identification.models.interface import InterfaceModel
-from microslip.identification.noise_notes import notes_of
+from microslip.identification.nuisances import (
+    PLAY,
+    checked_effects,
+    columns_of,
+    effect_notes,
+    late_note,
+    noise_notes,
+    play_of,
+)
 from microslip.identification.problem import Problem
 from microslip.identification.quantities import (
     known_data,
@@ -31,10 +37,15 @@ from microslip.identification.quantities import (
     summit_prior,
     summits_of,
 )
+from microslip.identification.reservations import spread_over_laws
 from microslip.identification.result import Identification
-from microslip.identification.rig_stiffness import is_rigid
+from microslip.identification.rigs import (
+    FAR_SOFTER,
+    is_rigid,
+    rig_contradiction,
+    rig_coordinates,
+)
 from microslip.identification.rules import WRONG_FROM
-from microslip.identification.side_effects import PLAY, checked_effects, columns_of, play_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.numerics.threads import single_threaded
@@ -204,15 +215,10 @@ def identify(
         model, folded, fixed=fixed, bounds=bounds, start=start, shared=shared, per_load=per_load
     )
     model = parameter_choice.split_model(model, coordinates)
-    rig_bounds = bounds
-    rig_coordinates, rig_of = parameter_choice.rig_coordinates(
-        rig_stiffness, rigs, folded, loops, rig_bounds
-    )
+    stiffnesses, rig_of = rig_coordinates(rig_stiffness, rigs, loops, bounds)
     places = [None if rig is None else len(coordinates) + rig for rig in rig_of]
-    coordinates = [*coordinates, *rig_coordinates]
-    if soft := parameter_choice.rig_contradiction(
-        coordinates, places, loops, parameter_choice.FAR_SOFTER
-    ):
+    coordinates = [*coordinates, *stiffnesses]
+    if soft := rig_contradiction(coordinates, places, loops, FAR_SOFTER):
         raise InputError(soft)
     summit_coordinate, area_load, known = summit_prior(contact_area, known, model, pair)
     parameter_choice.checked_area(summit_coordinate, area)
@@ -242,7 +248,7 @@ def identify(
     if summit_coordinate is not None:
         quantities += summits_of(problem, pair, area, area_load)
     problem.data = known_data(problem, quantities, known)
-    count = fit_quality.total_bins(folded) + problem.extra_count
+    count = sum(record.phase.size for record in folded) + problem.extra_count
     freedom = count - problem.flat - problem.free.size
     if freedom < 1:
         raise InputError(
@@ -254,7 +260,7 @@ def identify(
     )
     best = solve(problem, inner, freedom=freedom, loss=loss)
     if best is None:
-        soft = parameter_choice.rig_contradiction(coordinates, places, loops)
+        soft = rig_contradiction(coordinates, places, loops)
         if soft is not None:
             raise InputError(soft)
         raise InputError(
@@ -268,15 +274,15 @@ def identify(
         notes.append(of_play)
     report(0.5)
     answer = profiled(problem, best, level, freedom, lambda s: report(0.5 + 0.4 * s), intervals)
-    notes += notes_of(problem, answer.best, freedom, loss)
-    beside = side_effects.notes_of(problem, answer.best, freedom)
+    notes += noise_notes(problem, answer.best, freedom, loss)
+    beside = effect_notes(problem, answer.best, freedom)
     notes += beside
     # A force that is cut off, or that another one stands beside, is no late one.
     is_other = bool(beside) or any("clipped" in record.doubt for record in folded)
     is_other = is_other and not any(lags)
     for text in (
         None if is_other else late_note(problem, answer.best, freedom),
-        parameter_choice.rig_contradiction(coordinates, places, loops)
+        rig_contradiction(coordinates, places, loops)
         if answer.best.cost > WRONG_FROM * freedom
         else None,
     ):
@@ -449,19 +455,8 @@ def _fit_with_play(
         if play.explained <= 0.0:
             break
         error = play.error
-        problem_with_play = Problem(
-            [replace(f, play=play.value, play_error=error) for f in problem.folded],
-            problem.model,
-            problem.coordinates,
-            problem.columns,
-            problem.rigs,
-            free_delay=problem.free_delay,
-            lags=problem.lags,
-            summits=problem.summits,
-            effects=problem.effects,
-            beside=problem.beside,
-        )
-        problem_with_play.data, problem_with_play.evaluations = problem.data, problem.evaluations
+        folded = [replace(f, play=play.value, play_error=error) for f in problem.folded]
+        problem_with_play = problem.like(folded=folded)
         solution = solve(problem_with_play, [best.q], freedom=freedom, loss=loss)
         if solution is None or not solution.finite:
             break
@@ -480,16 +475,7 @@ def _fit_with_delays(problem: Problem, best: Fit, loss: str, freedom: int) -> tu
         moved = max(abs(a - b) for a, b in zip(lags, problem.lags, strict=True))
         if moved < _IN_TIME or not moved < _LATEST:
             break
-        problem_in_time = Problem(
-            problem.folded,
-            problem.model,
-            problem.coordinates,
-            problem.columns,
-            problem.rigs,
-            free_delay=True,
-            lags=lags,
-        )
-        problem_in_time.data, problem_in_time.evaluations = problem.data, problem.evaluations
+        problem_in_time = problem.like(lags=lags)
         solution = solve(problem_in_time, [best.q], freedom=freedom, loss=loss)
         if solution is None or not solution.finite:
             break

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -13,38 +14,27 @@ from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.heights import Discrete, Exponential, Gaussian
 from microslip.identification.fit_quality import RecordFit
-from microslip.identification.parameter_choice import SAME_LOAD
+from microslip.identification.load_levels import groups_of
 from microslip.materials import Material
 from microslip.normal import GreenwoodWilliamson
 
 
 def loads_of(records: Sequence[RecordFit]) -> list[float]:
     """Different normal loads of the records [N], rising."""
-    return _different(record.normal_load for record in records if record.normal_load)
+    return _means(record.normal_load for record in records if record.normal_load)
 
 
 def amplitudes_of(records: Sequence[RecordFit]) -> list[float]:
     """Different amplitudes of the joint itself [m]: those of the records less the rig's part."""
     amplitudes = []
     for record in records:
-        rig = (
-            0.0
-            if record.rig_stiffness is None
-            else float(np.ptp(record.model)) / record.rig_stiffness
-        )
+        rig = float(np.ptp(record.model)) / (record.rig_stiffness or math.inf)
         amplitudes.append(0.5 * (float(np.ptp(record.displacement)) - rig))
-    return _different(amplitude for amplitude in amplitudes if amplitude > 0.0)
+    return _means(amplitude for amplitude in amplitudes if amplitude > 0.0)
 
 
-def _different(values: Iterable[float]) -> list[float]:
-    """Rising values; those that differ by no more than loads of one level are one, their mean."""
-    groups: list[list[float]] = []
-    for value in sorted(values):
-        if groups and value <= groups[-1][0] * (1.0 + SAME_LOAD):
-            groups[-1].append(value)
-        else:
-            groups.append([value])
-    return [float(np.mean(group)) for group in groups]
+def _means(values: Iterable[float]) -> list[float]:
+    return [float(np.mean(group)) for group in groups_of(values)]
 
 
 def _written(value: float, unit: str) -> str:

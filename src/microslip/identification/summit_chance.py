@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import warnings
 from collections.abc import Sequence
@@ -51,8 +50,7 @@ def over_separations(
         return list(intervals)
     row = rows[0]
     low, high = (float(bound[row]) for bound in bounds_of(problem))
-    trial = copy.copy(problem)
-    trial.metrics = list(problem.metrics)
+    trial = problem.copy()
     first = _fit_at(trial, best.q, row, float(best.q[row]))
     if first is None:
         return list(intervals)
@@ -79,11 +77,12 @@ def over_separations(
                 continue
             half = math.sqrt(remaining * place.variance[i])
             ends = [float(place.q[i]) + way * half for way in (-1.0, 1.0)]
+            # A profile of the best weights ends before.
             if ends[0] < interval.low:
-                moved = _with_end(place.q, i, ends[0])  # a profile of the best weights ends before
+                moved = with_value(place.q, i, ends[0])
                 interval = replace(interval, low=ends[0], at_low=moved, points=())
             if ends[1] > interval.high:
-                moved = _with_end(place.q, i, ends[1])
+                moved = with_value(place.q, i, ends[1])
                 interval = replace(interval, high=ends[1], at_high=moved, points=())
             widened[i] = interval
     return _clipped(problem, widened)
@@ -101,8 +100,7 @@ def _interpolated(places: Sequence[_Place]) -> list[_Place]:
 def _fit_at(problem: Problem, q: Floats, row: int, separation: float) -> _Place | None:
     """The fit with one separation given; None where the law has no answer there."""
     conditional = np.delete(np.arange(q.size), row)
-    q = q.copy()
-    q[row] = separation
+    q = with_value(q, row, separation)
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         try:
@@ -122,9 +120,10 @@ def _fit_at(problem: Problem, q: Floats, row: int, separation: float) -> _Place 
     return _Place(separation, q, height, variance) if math.isfinite(height) else None
 
 
-def _with_end(q: Floats, i: int, end: float) -> Floats:
+def with_value(q: Floats, i: int, value: float) -> Floats:
+    """The coordinates, one of them with another value."""
     moved = q.copy()
-    moved[i] = end
+    moved[i] = value
     return moved
 
 

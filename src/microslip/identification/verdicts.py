@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from microslip._core.units import engineering, significant
 from microslip.identification.coordinates import RIG, Coordinate
 from microslip.identification.folding import Folded
 from microslip.identification.profiles import Interval
+from microslip.identification.quantities import Quantity
 
 WIDEST_SHAPE = 1.5
 """Width of the interval of a shape parameter beyond which it counts as not identified."""
@@ -127,6 +128,12 @@ def design_of(
     )
 
 
+def fixed_number(source: Coordinate | Quantity, value: float) -> Fitted:
+    """A number that was not fitted."""
+    ends = value, value, value, 0.0
+    return Fitted(source.name, source.unit, *ends, FIXED, "", "", False, source.load)
+
+
 class Judged(NamedTuple):
     """Verdict on a number, and its interval in physical values."""
 
@@ -139,6 +146,21 @@ class Judged(NamedTuple):
     """Whether the best value lies at a bound."""
     searched: tuple[float, float]
     """Ends of what was searched, where an end is open."""
+
+    def number(
+        self,
+        source: Coordinate | Quantity,
+        value: float,
+        error: float,
+        reason: str,
+        remedy: str,
+        profile: tuple[tuple[float, float], ...] = (),
+    ) -> Fitted:
+        """The number that was judged, of a coordinate or of a quantity."""
+        return Fitted(
+            *(source.name, source.unit, value, self.low, self.high, error, self.verdict),
+            *(reason, remedy, self.at_bound, source.load, self.low_open, self.high_open, profile),
+        )
 
 
 def judge(coordinate: Coordinate, value: float, interval: Interval) -> Judged:
@@ -200,6 +222,53 @@ def ends_text(ends: tuple[str, str], low_open: bool, high_open: bool) -> str:
     if low_open:
         return f"up to {ends[1]}"
     return f"from {ends[0]}" if high_open else f"{ends[0]} … {ends[1]}"
+
+
+_LABELS = {
+    "friction_coefficient": "friction coefficient μ",
+    "slip_scale": "slip scale κσ",
+    "standardised_separation": "separation h = d/σ",
+    "rig_stiffness": "stiffness of the rig",
+    "delay": "delay of the force",
+    "force_limit": "force limit μN",
+    "tangential_stiffness": "stiffness at rest kₜ",
+    "load_scale": "load scale of the surface",
+    "std": "spread of the heights σ",
+    "density_root_radius": "density × √radius",
+    "density_radius": "density × radius",
+    "density": "density of the summits",
+    "radius": "radius of the summits",
+    "contact_area": "real contact area",
+    "yield_displacement": "yield displacement",
+}
+_SYMBOLS = {
+    "friction_coefficient": "μ",
+    "slip_scale": "κσ",
+    "standardised_separation": "h",
+    "rig_stiffness": "rig",
+    "force_limit": "μN",
+    "contact_area": "area",
+}
+
+
+def label(name: str, load: float | None = None) -> str:
+    """A name as people read it: "slip_scale at 500 N" is "slip scale κσ at 500 N".
+
+    ``load`` [N] is that of the number: named with one that belongs to a load without saying so.
+    """
+    return _at_load(name, load, _LABELS)
+
+
+def short_symbol(name: str, load: float | None) -> str:
+    """Symbol of a parameter, or its words, with the load [N] it belongs to."""
+    return _at_load(name, load, _LABELS | _SYMBOLS)
+
+
+def _at_load(name: str, load: float | None, texts: Mapping[str, str]) -> str:
+    key, _, place = name.partition(" ")
+    if load is not None and not place and key in AT_A_LOAD:
+        place = f"at {engineering(load, 'N', 4, trim=True)}"
+    return f"{texts.get(key, key.replace('_', ' '))} {place}".rstrip()
 
 
 def digits_of(fitted: Fitted) -> int:

@@ -24,7 +24,7 @@ from microslip.tribometer.cycles import (
     motion_of,
     no_cycle,
 )
-from microslip.tribometer.record import Record
+from microslip.tribometer.record import Record, once_a_record
 from microslip.tribometer.settling import FEWEST
 
 LONG = 10.0
@@ -83,6 +83,7 @@ def gaps_of(record: Record) -> NDArray[np.intp]:
     return np.flatnonzero(is_long)
 
 
+@once_a_record
 def blocks_of(record: Record) -> Blocks:
     """The cycles of a record, block by block; stretches of far smaller cycles are blocks, too."""
     x, force = record.displacement, record.force

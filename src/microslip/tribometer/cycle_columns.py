@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.tribometer.blocks import Blocks
+from microslip.tribometer.blocks import blocks_of
 from microslip.tribometer.cycles import Cycles
+from microslip.tribometer.record import Record, once_a_record
 from microslip.tribometer.reversal import stiffness_columns
 
 UNITS: Mapping[str, str] = MappingProxyType(
@@ -64,7 +65,7 @@ LABELS: Mapping[str, str] = MappingProxyType(
 """What tables call those of them that people ask for."""
 
 
-def columns_of(
+def _block_columns(
     moved: Floats,
     force: Floats,
     load: NDArray[np.float64] | float | None,
@@ -132,23 +133,26 @@ def columns_of(
     return columns
 
 
-def columns_of_blocks(
-    x: Floats,
-    force: Floats,
-    load: NDArray[np.float64] | float | None,
-    blocks: Blocks,
-    compliance: float = 0.0,
-) -> dict[str, Floats]:
-    """Columns with a value for each cycle, block after block."""
-    parts = []
+def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
+    """Columns with a value for each cycle of a record, block after block."""
+    blocks, load = blocks_of(record), record.normal_load
+    sign = -1.0 if blocks.flipped else 1.0
+    x, force, parts = sign * record.displacement, sign * record.force, []
     for block in blocks.having_cycles:
         at = block.samples
         pressed = load[at] if isinstance(load, np.ndarray) else load
-        parts.append(columns_of(x[at], force[at], pressed, block.cycles, compliance))
+        parts.append(_block_columns(x[at], force[at], pressed, block.cycles, compliance))
         parts[-1]["start"] += block.first
-    if len(parts) == 1:
-        return parts[0]
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    for name in ("displacement_offset", "force_offset"):
+        columns[name] *= sign
+    return columns
+
+
+@once_a_record
+def rigid_columns_of(record: Record) -> Mapping[str, Floats]:
+    """Those of a record from which no rig is taken off."""
+    return MappingProxyType(columns_of(record, 0.0))
 
 
 def _ratio(numerator: Floats, denominator: Floats) -> Floats:

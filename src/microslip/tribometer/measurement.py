@@ -20,7 +20,7 @@ from microslip.friction import BackboneLaw
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.tribometer.blocks import Block, Blocks, blocks_of
-from microslip.tribometer.cycle_columns import UNITS, columns_of_blocks
+from microslip.tribometer.cycle_columns import UNITS, columns_of, rigid_columns_of
 from microslip.tribometer.cycle_selection import counted_cycles, excess_loss_notes
 from microslip.tribometer.cycles import Cycles
 from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend
@@ -275,18 +275,10 @@ def measure(
             f"force must vary, got {exact(force[0])} N at all {force.size} samples: a dead sensor, "
             "or another column than the force"
         )
-    sign = -1.0 if blocks.flipped else 1.0
-    columns = columns_of_blocks(
-        sign * record.displacement,
-        sign * force,
-        record.normal_load,
-        blocks,
-        0.0 if rig_stiffness is None else 1.0 / rig_stiffness,
-    )
+    columns = rigid_columns_of(record)
     if rig_stiffness is not None:
+        columns = columns_of(record, 1.0 / rig_stiffness)
         _refuse_soft(rig_stiffness, record.displacement, columns["force_amplitude"], blocks)
-    for name in ("displacement_offset", "force_offset"):
-        columns[name] = sign * columns[name]
     if float(np.median(columns["dissipated_energy"])) < 0.0:
         turned = Argument("sign", -1)
         notes.append(

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import errno
+import functools
 import numbers
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +23,8 @@ from microslip.errors import Argument, InputError
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.tribometer.reading import Statements, read
+
+Answer = TypeVar("Answer")
 
 _UNITS = {"time": "s", "displacement": "m", "force": "N", "normal_load": "N", "commanded": "m"}
 
@@ -302,6 +306,19 @@ def _write(target: Path, lines: Iterable[str], overwrite: bool) -> None:
             raise
     if overwrite:
         place.replace(target)
+
+
+def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], Answer]:
+    """The function, whose answer is kept as long as its record: a fit asks again for the same."""
+    answers: WeakKeyDictionary[Record, Answer] = WeakKeyDictionary()
+
+    @functools.wraps(function)
+    def answer(record: Record) -> Answer:
+        if record not in answers:
+            answers[record] = function(record)
+        return answers[record]
+
+    return answer
 
 
 def _locked_series(key: str, raw_values: Any) -> Floats:

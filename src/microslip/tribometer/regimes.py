@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -64,28 +64,25 @@ def thresholds(model: BackboneLaw | None = None) -> Thresholds:
     onset, word = nearly, "99 % of its limit"
     if float(model.backbone(1.5 * nearly)) >= limit * (1.0 - 1e-12):
         # It reaches its limit: at the first place from which it rises no more.
-        low, high = nearly, 1.5 * nearly
-        for _ in range(100):
-            middle = 0.5 * (low + high)
-            if float(model.backbone(middle)) >= limit * (1.0 - 1e-12):
-                high = middle
-            else:
-                low = middle
-        onset, word = high, "its limit"
-    low, high = 0.0, onset
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        if float(model.backbone(middle)) < 0.99 * first * middle:
-            high = middle
-        else:
-            low = middle
+        reached = limit * (1.0 - 1e-12)
+        onset = _first(lambda u: float(model.backbone(u)) >= reached, nearly, 1.5 * nearly)
+        word = "its limit"
+    bent = _first(lambda u: float(model.backbone(u)) < 0.99 * first * u, 0.0, onset, 200)
     peak = float(model.backbone(onset))
     width = abs(onset - 2.0 * float(model.backbone_displacement(0.5 * peak)))
     # Where the onset is the yield of a single slider nothing slides yet: any sliding is gross.
     energy = float(model.dissipated_energy(onset))
     gross = energy / (4.0 * peak * width) if width > 1e-6 * onset else 0.0
-    stick = max(float(model.energy_ratio(high)), RESOLVED)
+    stick = max(float(model.energy_ratio(bent)), RESOLVED)
     return Thresholds(stick, gross, f"{type(model).__name__} at {word}")
+
+
+def _first(holds: Callable[[float], bool], low: float, high: float, steps: int = 100) -> float:
+    """Where something begins to hold that does at the high end, by halves."""
+    for _ in range(steps):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high
 
 
 class RecordRegimes(NamedTuple):

@@ -147,15 +147,10 @@ def _longest(values: Floats, widest: float) -> tuple[int, int]:
     return best
 
 
-def rise(values: Floats, smallest: float) -> float:
-    """Rise of a straight line over the values; 0 if not more than ``smallest`` or by accident."""
-    slope, error = _slope(values)
-    total = slope * (values.size - 1)
-    return total if abs(total) > smallest and abs(slope) > CERTAIN * error else 0.0
-
-
 def _moves(values: Floats, smallest: float) -> bool:
-    return rise(values, smallest) != 0.0
+    """Whether a straight line over the values rises by more than that, and not by accident."""
+    slope, error = _slope(values)
+    return abs(slope * (values.size - 1)) > smallest and abs(slope) > CERTAIN * error
 
 
 def _slope(values: Floats) -> tuple[float, float]:

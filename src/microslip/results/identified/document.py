@@ -12,8 +12,8 @@ from microslip._core.units import significant
 from microslip._version import __version__
 from microslip.errors import InputError
 from microslip.identification import Comparison, Identification, figures, identify
-from microslip.identification.labels import label
 from microslip.identification.models import CycleModel, model_of
+from microslip.identification.verdicts import label
 from microslip.report.document import (
     Block,
     Column,

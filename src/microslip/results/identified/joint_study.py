@@ -11,8 +11,7 @@ from microslip._core.wording import shorten
 from microslip._version import __version__
 from microslip.errors import InputError, Phrase
 from microslip.identification import Identification
-from microslip.identification.labels import label
-from microslip.identification.verdicts import HAS_VALUE
+from microslip.identification.verdicts import HAS_VALUE, label
 from microslip.results.identified.numbers import is_none, knows_radius, open_of, quantity
 from microslip.study.overrides import dump
 

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 from microslip._core.units import engineering, prefix, significant
 from microslip._core.verdicts import Verdict, Word
 from microslip.identification import rules
-from microslip.identification.labels import label
-from microslip.identification.verdicts import HAS_VALUE, ends_text, number_text
+from microslip.identification.verdicts import HAS_VALUE, ends_text, label, number_text
 from microslip.report.document import Number
 
 Summary = Mapping[str, Any]

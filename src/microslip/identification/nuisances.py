@@ -1,8 +1,7 @@
-"""What a rig or a contact adds to a law: forces beside it, each tested for whether it is needed."""
+"""What stands beside a law: forces, play, delays and noisy loads, each tested for its part."""
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
@@ -14,12 +13,19 @@ from microslip._core.units import engineering, significant
 from microslip.errors import Argument, InputError, Phrase
 from microslip.identification.fit import Fit, settle
 from microslip.identification.folding import Folded
+from microslip.identification.intervals import Profiled
 from microslip.identification.models.base import BackboneModel
 from microslip.identification.problem import Problem
 from microslip.identification.profiles import covariance_of
-from microslip.identification.rules import CAUSES_FROM
+from microslip.identification.rules import CAUSES_FROM, WRONG_FROM
+from microslip.identification.verdicts import IDENTIFIED, NOT, Fitted, number_text
 
 _MUCH, _SIGNIFICANT = 0.5, 1e-3
+"""Share of the sum of squares that an effect or a delay has to explain, and not by chance."""
+_FREE = ("write ", Argument("delay", "free"))
+_NOTICED = 1.1  # times as wide
+_RARE = 1e-4
+_QUIET = 1e-8  # of the range of force: less noise is none
 PLAY = "play"
 _NEARLY_ALL = 0.95
 """Share that play has to explain: it is fitted, and a delay looks a little like it."""
@@ -115,12 +121,11 @@ def after_play(problem: Problem, play: float) -> Problem:
     After each reversal the joint stands still till the play is gone, so half distances are shorter
     by half of it.
     """
-    moved = copy.copy(problem)
+    moved = problem.copy()
     been = np.repeat([problem.folded[i].play for i in problem.order], np.diff(problem.starts))
     moved.half = np.maximum(problem.half + been - play, 0.0)
     moved.guess = [np.zeros(0) for _ in problem.groups]
     moved.forget_answers()
-    moved.metrics = list(problem.metrics)
     return moved
 
 
@@ -170,7 +175,7 @@ def play_of(problem: Problem, best: Fit) -> Play:
     return Play(play, error, 1.0 - cost / best.cost)
 
 
-def notes_of(problem: Problem, best: Fit, freedom: int) -> list[str]:
+def effect_notes(problem: Problem, best: Fit, freedom: int) -> list[str]:
     """What is to be said of effects that would explain most of what the law leaves."""
     if not best.finite or best.cost < CAUSES_FROM * freedom:
         return []
@@ -198,3 +203,163 @@ def notes_of(problem: Problem, best: Fit, freedom: int) -> list[str]:
             *("write ", Argument("nuisances", [name])),
         )
     ]
+
+
+# -- delays ---------------------------------------------------------------------------------------
+
+
+def delays_of(problem: Problem, answer: Profiled) -> dict[str, Fitted]:
+    """Delay of the force of each record [s], of one without a time base [rad], where it is free.
+
+    A delay is what least squares say at the best values of all others, so its error is that of the
+    noise of its own record and of all that moves these values.
+    """
+    if not problem.free_delay or not answer.best.finite:
+        return {}
+    errors = _errors(problem, answer.best.q) * math.sqrt(float(answer.widen.max(initial=1.0)))
+    reach = math.sqrt(answer.threshold)
+    delays = {}
+    several = len(problem.folded) > 1
+    for at, i in enumerate(problem.order):
+        folded = problem.folded[i]
+        unit = "rad" if folded.frequency is None else "s"
+        scale = 1.0 if folded.frequency is None else 1.0 / (2.0 * math.pi * folded.frequency)
+        value, error = scale * problem.lags[i], scale * float(errors[at])
+        is_told = reach * error < scale * math.pi / 2.0  # half a period is the other way round
+        delays[i] = Fitted(
+            f"delay of {folded.name}" if several else "delay",
+            unit,
+            value,
+            value - reach * error,
+            value + reach * error,
+            error,
+            IDENTIFIED if is_told else NOT,
+            "" if is_told else "the loops tell no delay within half a period",
+            "" if is_told else "more cycles, or less noise of the force",
+            False,
+            folded.normal_load,
+        )
+    return {problem.folded[i].name: delays[i] for i in sorted(delays)}
+
+
+def _errors(problem: Problem, q: Floats) -> Floats:
+    """Standard errors of the phases of all records, in the order of the problem [rad]."""
+    _, by = problem.residuals(q)
+    inverse = covariance_of(by.T @ by)
+    rows = np.asarray((problem.to_bins(problem.respond(q)[2])) * problem.weight)
+    count = problem.weight.size
+    moves = inverse @ by.T  # of the coordinates, by whitened residuals
+    for span, metric in zip(problem.bins, problem.metrics, strict=True):
+        moves[:, span] = metric.apply(moves[:, span])
+    variance = np.zeros(len(problem.order))
+    for at, own_span in enumerate(problem.bins):
+        flat = np.stack((problem.weight[own_span], problem.late(at))).T
+        by_force = np.linalg.pinv(flat)[1]
+        every = -(by_force @ rows[:, own_span].T) @ moves
+        every[own_span] += by_force
+        variance[at] = float(every[count:] @ every[count:])
+        for record, span in enumerate(problem.bins):
+            part = every[span]
+            effects = part @ problem.nuisances_of(record)
+            variance[at] += float(part @ part) + float(effects @ effects)
+    return np.sqrt(variance)
+
+
+def late_note(problem: Problem, best: Fit, freedom: int) -> str | None:
+    """What says that a delay would explain most of what the law leaves, or may be given wrong.
+
+    A score test of one delay of all forces: by how much the sum of squares would fall, in the
+    linear approximation.
+    """
+    if problem.free_delay or not best.finite or best.cost < CAUSES_FROM * freedom:
+        return None
+    text = _explains(problem, best)
+    if text is None and any(problem.lags) and best.cost > WRONG_FROM * freedom:
+        return Phrase("the delay that was given may not be that of these records; ", *_FREE)
+    return text
+
+
+def _explains(problem: Problem, best: Fit) -> str | None:
+    residual, by = problem.residuals(best.q)
+    frequencies = [record.frequency for record in problem.folded]
+    timed = all(frequencies)
+    late = np.zeros(residual.size)
+    for at, (span, metric) in enumerate(zip(problem.bins, problem.metrics, strict=True)):
+        rate = 2.0 * math.pi * (frequencies[problem.order[at]] or 0.0) if timed else 1.0
+        late[span] = metric.apply(rate * problem.late(at))
+    size = float(np.linalg.norm(late))
+    if size == 0.0:
+        return None
+    remainder = late - by @ (covariance_of(by.T @ by) @ (by.T @ late))
+    square = float(remainder @ remainder)
+    if square <= 1e-8 * size**2:
+        return None
+    fall = float(remainder @ residual) ** 2 / square
+    if fall < _MUCH * best.cost:
+        return None
+    lag = float(remainder @ residual) / square
+    by_this = number_text(abs(lag), "s" if timed else "rad", 2)
+    way = "behind" if lag > 0.0 else "ahead of"
+    return Phrase(
+        f"a force{' another' if any(problem.lags) else ''} {by_this} {way} the displacement would "
+        f"explain {significant(100.0 * min(fall / best.cost, 1.0), 2)} % of what the law leaves; ",
+        *_FREE,
+    )
+
+
+# -- noise ----------------------------------------------------------------------------------------
+
+
+def noise_notes(problem: Problem, best: Fit, freedom: int, loss: str = "linear") -> list[str]:
+    """What is worth saying of the noise of the loads, and of a misfit too small to be noise."""
+    notes: list[str] = []
+    if not best.finite:
+        return notes
+    wider = widened_by_loads(problem, best.q)
+    if wider and max(wider.values()) > _NOTICED:
+        name = max(wider, key=lambda key: wider[key])
+        notes.append(
+            f"the noise of the measured load makes the interval of {name} "
+            f"{significant(wider[name], 3)} times as wide: more cycles, or a load that is known "
+            "better, would narrow it"
+        )
+    # A robust loss gives less weight to noise, too.
+    if loss == "linear" and is_less_than_noise(problem, best.cost, freedom):
+        notes.append(
+            "the mean loops are smoother than the scatter of the forces lets expect (reduced "
+            f"chi-squared {significant(best.cost / freedom, 2)}): that scatter is no white noise, "
+            "such as a force that wanders; the intervals may be wider than need be"
+        )
+    return notes
+
+
+def widened_by_loads(problem: Problem, q: Floats) -> Mapping[str, float]:
+    """How many times as wide the noise of the loads makes each interval, if all is linear."""
+    uncertain = [problem.has_load_error(i) for i in problem.order]
+    if not any(uncertain) or not problem.nuisance_effects:
+        return {}
+    by_all = problem.residuals(q)[1]
+    metrics = list(problem.metrics)
+    problem.metrics = [
+        problem.metric_of(at, loads=False) if is_uncertain else metric
+        for at, (is_uncertain, metric) in enumerate(zip(uncertain, metrics, strict=True))
+    ]
+    problem._last = None
+    by_rest = problem.residuals(q)[1]
+    problem.metrics = metrics
+    problem._last = None
+    with_loads, without = (np.diag(covariance_of(by.T @ by)) for by in (by_all, by_rest))
+    names = [problem.coordinates[int(j)].name for j in problem.free]
+    return dict(zip(names, np.sqrt(with_loads / without).tolist(), strict=True))
+
+
+def is_less_than_noise(problem: Problem, cost: float, freedom: int) -> bool:
+    """Whether the misfit is significantly less than the noise seen between the cycles.
+
+    That noise is known from as many degrees of freedom as the cycles have (Fisher's F).
+    """
+    from scipy.special import fdtr
+
+    noise_freedom = sum(record.freedom for record in problem.folded)
+    quiet = [record.force_noise < _QUIET * float(np.ptp(record.force)) for record in problem.folded]
+    return not all(quiet) and bool(fdtr(freedom, noise_freedom, cost / freedom) < _RARE)

@@ -1,17 +1,37 @@
-"""What a load level is called, so that names are as short as the loads are certain."""
+"""Loads that count as one, and what they are called."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from microslip.identification.folding import Folded
 
+SAME_LOAD = 0.01
+"""Loads that differ by no more than this share count as one."""
 _DIGITS = 4
 _CLOSE, _LARGEST = 1e-3, 4e-3
 """Shares of a load that came out of a channel which its name may leave out, by itself and by its
 uncertainty; levels differ by more."""
+
+
+def groups_of(values: Iterable[float]) -> list[list[float]]:
+    """Rising values; those that differ from the first of a group by 1 % at most are in it."""
+    groups: list[list[float]] = []
+    for value in sorted(values):
+        if groups and value <= groups[-1][0] * (1.0 + SAME_LOAD):
+            groups[-1].append(value)
+        else:
+            groups.append([value])
+    return groups
+
+
+def levels_of(loads: Sequence[float | None]) -> list[int]:
+    """Number of the load level of each record, from the lightest on; without a load the last."""
+    groups = groups_of({load for load in loads if load is not None})
+    level = {load: number for number, group in enumerate(groups) for load in group}
+    return [len(groups) if load is None else level[load] for load in loads]
 
 
 def labels_of(folded: Sequence[Folded], levels: Sequence[int]) -> dict[int, str]:
@@ -22,11 +42,7 @@ def labels_of(folded: Sequence[Folded], levels: Sequence[int]) -> dict[int, str]
     """
     labels = {}
     for level in sorted(set(levels)):
-        of_level = [
-            record
-            for record, record_level in zip(folded, levels, strict=True)
-            if record_level == level
-        ]
+        of_level = [folded[i] for i, number in enumerate(levels) if number == level]
         loads = [record.normal_load for record in of_level if record.normal_load is not None]
         if not loads:
             continue

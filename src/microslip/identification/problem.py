@@ -445,8 +445,8 @@ class Problem:
         for at, i in enumerate(self.order):
             span = self.bins[at]
             effects = self._rise(at, q, stiffness, self._turned(at)[None] @ self.cycles[at].basis)
-            flat = np.stack((self.weight[span], effects[0] * self.weight[span])).T
-            lags[i] -= float(np.linalg.lstsq(flat, residual[span], rcond=None)[0][1])
+            flat = np.column_stack((self._flat(at), effects[0] * self.weight[span]))
+            lags[i] -= float(np.linalg.lstsq(flat, residual[span], rcond=None)[0][-1])
         return lags
 
     def _rise(self, at: int, q: Floats, stiffness: Floats, moves: Floats) -> Floats:

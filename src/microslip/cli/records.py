@@ -10,19 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from microslip.cli.options import Command, Decorator, offers, option
-from microslip.tribometer.options import (
-    CUTOFF,
-    DISPLACEMENT,
-    DRIFT,
-    FORCE,
-    NORMAL_LOAD,
-    RIG_STIFFNESS,
-    ROWS,
-    SAMPLE_RATE,
-    SCALING,
-    TIME,
-    TURN,
-)
+from microslip.tribometer import options
 
 if TYPE_CHECKING:
     from microslip.tribometer import Record
@@ -78,7 +66,7 @@ class Reading(NamedTuple):
 def reads(many_loads: bool = False) -> Decorator:
     """Give a command the options of reading, as one argument, `reading`."""
     several = "; one for all records, or one for each" if many_loads else ""
-    load = NORMAL_LOAD.but(help=f"{NORMAL_LOAD.help[:-1]}{several}.")
+    load = options.NORMAL_LOAD.but(help=f"{options.NORMAL_LOAD.help[:-1]}{several}.")
 
     def decorate(command: Command) -> Command:
         @wraps(command)
@@ -89,10 +77,11 @@ def reads(many_loads: bool = False) -> Decorator:
                 fields["normal_load"] = () if load is None else (load,)
             return command(reading=Reading(**fields), **arguments)
 
-        decorated = offers(*SCALING, multiple=True)(read)
-        decorated = offers(TIME, SAMPLE_RATE, TURN, ROWS, CUTOFF, DRIFT)(decorated)
+        decorated = offers(*options.SCALING, multiple=True)(read)
+        decorated = offers(options.ROWS, options.CUTOFF, options.DRIFT)(decorated)
+        decorated = offers(options.TIME, options.SAMPLE_RATE, options.TURN)(decorated)
         decorated = offers(load, **({"multiple": True} if many_loads else {}))(decorated)
-        return offers(DISPLACEMENT, FORCE)(decorated)
+        return offers(options.DISPLACEMENT, options.FORCE)(decorated)
 
     return decorate
 
@@ -189,7 +178,7 @@ def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
 def stiffness(text: str) -> float:
     """A stiffness [N/m] with its unit; a plain number is in N/m."""
     try:
-        value: float = RIG_STIFFNESS.read(text)
+        value: float = options.RIG_STIFFNESS.read(text)
     except ValueError as error:
         raise click.UsageError(f"--rig-stiffness: {error}") from None
     return value

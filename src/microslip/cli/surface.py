@@ -11,16 +11,7 @@ import click
 from microslip.cli.options import ANY_PATH, offers, spelling, switch
 from microslip.cli.output import FIGURES, Output, writes
 from microslip.cli.work import progress, stoppable
-from microslip.scans.options import (
-    AGAINST,
-    CONDITIONING,
-    CUTOFF,
-    DRAWING,
-    JOINT,
-    READING,
-    SCAN_AREA,
-    SUMMITS,
-)
+from microslip.scans import options as offered
 
 _TWICE = {"unit": "coordinates and heights", "pixel": "x and y"}
 _OFTEN = ("against",)
@@ -47,8 +38,8 @@ class _Once(click.Command):
 
 @click.command(cls=_Once, short_help="Measure the roughness and the summits in a scan.")
 @click.argument("scans", metavar="SCAN…", nargs=-1, type=ANY_PATH)
-@offers(CUTOFF.but(default=None), *CONDITIONING[1:], *SUMMITS, SCAN_AREA, *JOINT)
-@offers(AGAINST, *DRAWING, *READING)
+@offers(offered.CUTOFF.but(default=None), *offered.CONDITIONING[1:], *offered.SUMMITS)
+@offers(offered.SCAN_AREA, *offered.JOINT, offered.AGAINST, *offered.DRAWING, *offered.READING)
 @switch("--all", "Print every table, not what matters most.", "every_table")
 @writes("Folder for report, tables and figures; without it nothing is written.", "one", *FIGURES)
 def surface(

@@ -78,6 +78,17 @@ def _near(path: Path) -> str:
     return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)
 
 
+@contextmanager
+def decoded(kind: str) -> Iterator[None]:
+    """Say that a file is none of its kind, whatever its library raises on what is damaged."""
+    try:
+        yield
+    except MemoryError:
+        raise
+    except Exception as error:
+        raise ValueError(f"not a usable {kind}: {first_line(error)}") from None
+
+
 def first_line(error: BaseException) -> str:
     """What a library says, on one line."""
     lines = str(error).strip().splitlines()

@@ -9,18 +9,15 @@ from typing import Any
 import numpy as np
 
 from microslip.readers.arrays import Arrays, Leaf, is_number, rate_by
-from microslip.readers.files import first_line
+from microslip.readers.files import decoded
 
 
 def read_arrays(path: Path) -> Arrays:
     """Data sets by their paths, such as "run1/force"; units from their attribute "units"."""
     import h5py
 
-    try:
-        with h5py.File(path, "r") as file:
-            return Arrays("HDF5 file", _node(path, file, set()), "/")
-    except OSError as error:
-        raise ValueError(f"not a usable HDF5 file: {first_line(error)}") from None
+    with decoded("HDF5 file"), h5py.File(path, "r") as file:
+        return Arrays("HDF5 file", _node(path, file, set()), "/")
 
 
 def _node(path: Path, item: Any, visited: set[int]) -> Any:

@@ -12,7 +12,7 @@ import numpy as np
 
 from microslip._core.files import sparse_of_either_kind
 from microslip.readers.arrays import Arrays, Leaf, is_number
-from microslip.readers.files import first_line
+from microslip.readers.files import decoded
 
 # MATLAB keeps tables, time tables and timeseries in a form of its own, which nobody else reads.
 _ADVICE = 'save vectors, or of a table T the struct S = table2struct(T, "ToScalar", true)'
@@ -27,26 +27,18 @@ def read_arrays(path: Path) -> Arrays:
         return Arrays("MAT-file", _tree(path), ".", _ADVICE)
     import h5py
 
-    try:
-        with h5py.File(path, "r") as file:
-            tree = {
-                name: _hdf_node(path, file, item)
-                for name, item in file.items()
-                if not name.startswith("#")
-            }
-    except OSError as error:
-        raise ValueError(f"not a usable MAT-file: {first_line(error)}") from None
+    with decoded("MAT-file"), h5py.File(path, "r") as file:
+        tree = {
+            name: _hdf_node(path, file, item)
+            for name, item in file.items()
+            if not name.startswith("#")
+        }
     return Arrays("MAT-file of version 7.3", tree, ".", _ADVICE)
 
 
 def _by_scipy(path: Path, action: Callable[[Any], Any]) -> Any:
-    try:
-        with path.open("rb") as file, sparse_of_either_kind():
-            return action(file)
-    except MemoryError:
-        raise
-    except Exception as error:  # SciPy raises many kinds on what is no MAT-file
-        raise ValueError(f"not a usable MAT-file: {first_line(error)}") from None
+    with decoded("MAT-file"), path.open("rb") as file, sparse_of_either_kind():
+        return action(file)
 
 
 def _tree(path: Path) -> dict[str, Any]:

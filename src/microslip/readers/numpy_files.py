@@ -11,9 +11,7 @@ from typing import IO, Any
 import numpy as np
 
 from microslip.readers.arrays import Arrays, Leaf
-from microslip.readers.files import first_line
-
-_BROKEN = (zipfile.BadZipFile, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
+from microslip.readers.files import decoded, first_line
 
 
 def read_npy(path: Path) -> Arrays:
@@ -29,16 +27,13 @@ def read_npy(path: Path) -> Arrays:
 def read_npz(path: Path) -> Arrays:
     """The arrays of an archive by their names, not read yet."""
     tree: dict[str, Any] = {}
-    try:
-        with zipfile.ZipFile(path) as archive:
-            for entry in archive.infolist():
-                if entry.filename.endswith(".npy"):
-                    with archive.open(entry) as file:
-                        shape, kind = _header(file)
-                        available = entry.file_size - file.tell()
-                    tree |= _leaves(entry.filename[:-4], shape, kind, available, path)
-    except _BROKEN as error:
-        raise ValueError(f"not a usable npz file: {first_line(error)}") from None
+    with decoded("npz file"), zipfile.ZipFile(path) as archive:
+        for entry in archive.infolist():
+            if entry.filename.endswith(".npy"):
+                with archive.open(entry) as file:
+                    shape, kind = _header(file)
+                    available = entry.file_size - file.tell()
+                tree |= _leaves(entry.filename[:-4], shape, kind, available, path)
     return Arrays("npz file", tree, ".")
 
 
@@ -56,16 +51,9 @@ def _leaves(
 
 def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     """Shape and type of an array, from its first bytes."""
-    try:
-        version = np.lib.format.read_magic(file)
-        read = (
-            np.lib.format.read_array_header_1_0
-            if version == (1, 0)
-            else np.lib.format.read_array_header_2_0
-        )
-        shape, _, kind = read(file)
-    except Exception as error:  # a header is Python text, which breaks in many ways
-        raise ValueError(f"not a usable npy file: {first_line(error)}") from None
+    with decoded("npy file"):  # a header is Python text, which breaks in many ways
+        version = 1 if np.lib.format.read_magic(file) == (1, 0) else 2
+        shape, _, kind = getattr(np.lib.format, f"read_array_header_{version}_0")(file)
     if any(count < 0 for count in shape):
         size = " x ".join(map(str, shape))
         raise ValueError(f"not a usable npy file: it says that it holds {size} numbers")

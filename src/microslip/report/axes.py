@@ -13,23 +13,10 @@ from matplotlib.ticker import AutoLocator, LogLocator, NullFormatter, NullLocato
 
 from microslip._core.checks import show
 from microslip.errors import Argument, InputError
+from microslip.report import plot as shapes
 from microslip.report.drawing import STYLE
 from microslip.report.matplotlib_figure import figure, paint
-from microslip.report.plot import (
-    COLORS,
-    Area,
-    Axis,
-    Band,
-    Item,
-    Line,
-    Marks,
-    Panel,
-    Pixels,
-    Plot,
-    Rule,
-    Stems,
-    Words,
-)
+from microslip.report.plot import COLORS, Axis, Item, Panel, Plot
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -71,11 +58,17 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
 
 def _newest(axes: Axes, panel: Panel) -> Artist:
     """The first line that a panel has added: the one that its name belongs to."""
-    curves = sum(isinstance(item, (Line, Marks, Rule)) for item in panel.items)
+    curves = sum(isinstance(item, (shapes.Line, shapes.Marks, shapes.Rule)) for item in panel.items)
     lines = axes.lines[-curves:]
-    kinds = [item for item in panel.items if isinstance(item, (Line, Marks, Rule))]
+    kinds = [
+        item for item in panel.items if isinstance(item, (shapes.Line, shapes.Marks, shapes.Rule))
+    ]
     return next(
-        (line for line, item in zip(lines, kinds, strict=False) if isinstance(item, (Line, Marks))),
+        (
+            line
+            for line, item in zip(lines, kinds, strict=False)
+            if isinstance(item, (shapes.Line, shapes.Marks))
+        ),
         lines[0],
     )
 
@@ -85,7 +78,8 @@ def _recolour(panels: list[Panel], color: str) -> None:
     for panel in panels:
         panel.items = [
             replace(item, color=color)
-            if isinstance(item, (Line, Marks, Stems)) and item.color == COLORS[0]
+            if isinstance(item, (shapes.Line, shapes.Marks, shapes.Stems))
+            and item.color == COLORS[0]
             else item
             for item in panel.items
         ]
@@ -130,16 +124,16 @@ def _scaled(item: Item, x: float, y: float) -> Item:
     """An item in the units of the axes."""
     if x == y == 1.0:
         return item
-    if isinstance(item, (Line, Marks, Area, Stems)):
+    if isinstance(item, (shapes.Line, shapes.Marks, shapes.Area, shapes.Stems)):
         return replace(item, x=item.x * x, y=item.y * y)
-    if isinstance(item, Rule):
+    if isinstance(item, shapes.Rule):
         return replace(item, value=item.value * (y if item.axis == "y" else x))
-    if isinstance(item, Band):
+    if isinstance(item, shapes.Band):
         ratio = y if item.axis == "y" else x
         return replace(item, low=item.low * ratio, high=item.high * ratio)
-    if isinstance(item, Words) and item.data:
+    if isinstance(item, shapes.Words) and item.data:
         return replace(item, x=item.x * x, y=item.y * y)
-    if isinstance(item, Pixels):
+    if isinstance(item, shapes.Pixels):
         return replace(
             item, left=item.left * x, right=item.right * x, bottom=item.bottom * y, top=item.top * y
         )

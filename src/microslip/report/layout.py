@@ -10,22 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip.report.plot import (
-    Area,
-    Axis,
-    Band,
-    Entry,
-    Floats,
-    Line,
-    LineName,
-    Marks,
-    Panel,
-    Pixels,
-    Plot,
-    Rule,
-    Stems,
-    Which,
-)
+from microslip.report import plot as shapes
+from microslip.report.plot import Axis, Entry, Floats, Panel, Plot, Which
 from microslip.report.ticks import Ticks, linear, logarithmic
 
 PAGE = 7.1 * 72.0
@@ -109,7 +95,7 @@ class Frame:
         up = np.clip(self.y.share(y), -20.0, 21.0)
         return self.left + across * self.width, self.top + (1.0 - up) * self.height
 
-    def name_place(self, name: LineName) -> tuple[float, float, float] | None:
+    def name_place(self, name: shapes.LineName) -> tuple[float, float, float] | None:
         """Where a name along a line begins or ends on the page [pt], and its angle [rad]."""
         x, y = self.points(name.x, name.y)
         visible = (x >= self.left) & (x <= self.left + self.width)
@@ -220,16 +206,16 @@ def _ends(panel: Panel, direction: Which) -> tuple[float, float]:
 def _drawn(panel: Panel, direction: Which) -> Floats:
     parts: list[Floats] = []
     for item in panel.items:
-        if isinstance(item, (Line, Marks, Area, Stems)):
+        if isinstance(item, (shapes.Line, shapes.Marks, shapes.Area, shapes.Stems)):
             parts.append(item.x if direction == "x" else item.y)
-            if isinstance(item, Stems) and direction == "y":
+            if isinstance(item, shapes.Stems) and direction == "y":
                 parts.append(np.zeros(1))
-        elif isinstance(item, Pixels):
+        elif isinstance(item, shapes.Pixels):
             sides = (item.left, item.right) if direction == "x" else (item.bottom, item.top)
             parts.append(np.array(sides))
-        elif isinstance(item, Rule) and item.axis == direction:
+        elif isinstance(item, shapes.Rule) and item.axis == direction:
             parts.append(np.array([item.value]))
-        elif isinstance(item, Band) and item.axis == direction:
+        elif isinstance(item, shapes.Band) and item.axis == direction:
             parts.append(np.array([item.low, item.high]))
     return np.concatenate([np.zeros(0), *parts])
 

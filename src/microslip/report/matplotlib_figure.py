@@ -18,22 +18,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
+from microslip.report import plot as shapes
 from microslip.report.drawing import STYLE
 from microslip.report.layout import PAGE, SMALL, TEXT, TITLE, Frame, Page, Scale, lay_out
-from microslip.report.plot import (
-    Area,
-    Band,
-    Entry,
-    Item,
-    Line,
-    LineName,
-    Marks,
-    Pixels,
-    Plot,
-    Rule,
-    Stems,
-    Words,
-)
+from microslip.report.plot import Entry, Item, Plot
 
 _WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 _MARK = {"linestyle": "none", "markeredgewidth": 0.8}
@@ -190,43 +178,43 @@ def paint(item: Item, axes: Axes, frame: Frame | None, order: float) -> None:
 
 
 @paint.register
-def _(item: Line, axes: Axes, frame: Frame | None, order: float) -> None:
+def _(item: shapes.Line, axes: Axes, frame: Frame | None, order: float) -> None:
     look = {"color": item.color, "linewidth": item.width, "linestyle": _dash(item.dash)}
     axes.plot(item.x, item.y, zorder=order, **look)
 
 
 @paint.register
-def _(item: Marks, axes: Axes, frame: Frame | None, order: float) -> None:
+def _(item: shapes.Marks, axes: Axes, frame: Frame | None, order: float) -> None:
     fill = item.color if item.filled else "white"
     look: dict[str, Any] = {**_MARK, "marker": item.marker, "markersize": item.size}
     axes.plot(item.x, item.y, color=item.color, markerfacecolor=fill, zorder=order, **look)
 
 
 @paint.register
-def _(item: Rule, axes: Axes, frame: Frame | None, order: float) -> None:
+def _(item: shapes.Rule, axes: Axes, frame: Frame | None, order: float) -> None:
     look: dict[str, Any] = {"color": item.color, "linewidth": item.width}
     draw = axes.axhline if item.axis == "y" else axes.axvline
     draw(item.value, linestyle=_dash(item.dash), zorder=order, **look)
 
 
 @paint.register
-def _(item: Band, axes: Axes, frame: Frame | None, order: float) -> None:
+def _(item: shapes.Band, axes: Axes, frame: Frame | None, order: float) -> None:
     draw = axes.axhspan if item.axis == "y" else axes.axvspan
     draw(item.low, item.high, facecolor=item.color, edgecolor="none", zorder=order)
 
 
 @paint.register
-def _(item: Area, axes: Axes, frame: Frame | None, order: float) -> None:
+def _(item: shapes.Area, axes: Axes, frame: Frame | None, order: float) -> None:
     axes.fill(item.x, item.y, facecolor=item.color, edgecolor="none", zorder=order)
 
 
 @paint.register
-def _(item: Stems, axes: Axes, frame: Frame | None, order: float) -> None:
+def _(item: shapes.Stems, axes: Axes, frame: Frame | None, order: float) -> None:
     axes.vlines(item.x, 0.0, item.y, color=item.color, linewidth=item.width, zorder=order)
 
 
 @paint.register
-def _(item: Words, axes: Axes, frame: Frame | None, order: float) -> None:
+def _(item: shapes.Words, axes: Axes, frame: Frame | None, order: float) -> None:
     axes.annotate(
         _plain(item.text),
         (item.x, item.y),
@@ -243,7 +231,7 @@ def _(item: Words, axes: Axes, frame: Frame | None, order: float) -> None:
 
 
 @paint.register
-def _(item: LineName, axes: Axes, frame: Frame | None, order: float) -> None:
+def _(item: shapes.LineName, axes: Axes, frame: Frame | None, order: float) -> None:
     place = None if frame is None else frame.name_place(item)
     if frame is None or place is None:
         return
@@ -263,7 +251,7 @@ def _(item: LineName, axes: Axes, frame: Frame | None, order: float) -> None:
 
 
 @paint.register
-def _(item: Pixels, axes: Axes, frame: Frame | None, order: float) -> None:
+def _(item: shapes.Pixels, axes: Axes, frame: Frame | None, order: float) -> None:
     axes.imshow(
         item.values,
         cmap="gray",

@@ -13,22 +13,9 @@ from functools import singledispatch
 import numpy as np
 from numpy.typing import NDArray
 
+from microslip.report import plot as shapes
 from microslip.report.layout import SMALL, TEXT, TITLE, Frame, Page, Scale, lay_out
-from microslip.report.plot import (
-    Area,
-    Band,
-    Floats,
-    Item,
-    Line,
-    LineName,
-    Marker,
-    Marks,
-    Pixels,
-    Plot,
-    Rule,
-    Stems,
-    Words,
-)
+from microslip.report.plot import Floats, Marker, Plot
 
 _FONT = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif"
 _NO_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -214,12 +201,12 @@ def _turned(x: float, y: float, label: str) -> str:
 
 
 @singledispatch
-def _draw(item: Item, frame: Frame) -> str:
+def _draw(item: shapes.Item, frame: Frame) -> str:
     raise TypeError(f"nothing draws a {type(item).__name__}")
 
 
 @_draw.register
-def _(item: Line, frame: Frame) -> str:
+def _(item: shapes.Line, frame: Frame) -> str:
     path = _path(*frame.points(item.x, item.y))
     if not path:
         return ""
@@ -232,7 +219,7 @@ def _(item: Line, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: Marks, frame: Frame) -> str:
+def _(item: shapes.Marks, frame: Frame) -> str:
     x, y = frame.points(item.x, item.y)
     fine = np.isfinite(x) & np.isfinite(y)
     shape = marker_path(item.marker, 0.5 * item.size)
@@ -245,7 +232,7 @@ def _(item: Marks, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: Rule, frame: Frame) -> str:
+def _(item: shapes.Rule, frame: Frame) -> str:
     value = np.array([item.value])
     if item.axis == "y":
         share = float(frame.y.share(value)[0])
@@ -262,7 +249,7 @@ def _(item: Rule, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: Band, frame: Frame) -> str:
+def _(item: shapes.Band, frame: Frame) -> str:
     scale = frame.y if item.axis == "y" else frame.x
     shares = np.clip(np.nan_to_num(scale.share(np.array([item.low, item.high]))), -0.01, 1.01)
     low, high = sorted(shares.tolist())
@@ -276,12 +263,12 @@ def _(item: Band, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: Area, frame: Frame) -> str:
+def _(item: shapes.Area, frame: Frame) -> str:
     return f'<path d="{_path(*frame.points(item.x, item.y))}z" fill="{item.color}"/>'
 
 
 @_draw.register
-def _(item: Stems, frame: Frame) -> str:
+def _(item: shapes.Stems, frame: Frame) -> str:
     x, y = frame.points(item.x, item.y)
     foot = frame.points(item.x, np.zeros_like(item.y))[1]
     strokes = zip(x.tolist(), y.tolist(), foot.tolist(), strict=True)
@@ -290,7 +277,7 @@ def _(item: Stems, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: Words, frame: Frame) -> str:
+def _(item: shapes.Words, frame: Frame) -> str:
     if item.data:
         xs, ys = frame.points(np.array([item.x]), np.array([item.y]))
         x, y = float(xs[0]), float(ys[0])
@@ -315,7 +302,7 @@ def _(item: Words, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: LineName, frame: Frame) -> str:
+def _(item: shapes.LineName, frame: Frame) -> str:
     place = frame.name_place(item)
     if place is None:
         return ""
@@ -325,7 +312,7 @@ def _(item: LineName, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: Pixels, frame: Frame) -> str:
+def _(item: shapes.Pixels, frame: Frame) -> str:
     x, y = frame.points(np.array([item.left, item.right]), np.array([item.bottom, item.top]))
     left, right = sorted(x.tolist())
     top, bottom = sorted(y.tolist())

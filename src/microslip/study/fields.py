@@ -9,21 +9,9 @@ from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator
 
+from microslip._core import units
 from microslip._core.options import quantity_schema
-from microslip._core.units import (
-    ANGLE,
-    AREA,
-    DENSITY,
-    FORCE,
-    HARDNESS,
-    LENGTH,
-    MASS,
-    PRESSURE,
-    STIFFNESS,
-    Kind,
-    Sign,
-    to_si,
-)
+from microslip._core.units import Kind, Sign, to_si
 from microslip._core.wording import did_you_mean, quoted, show
 from microslip.study.columns import FromFile
 from microslip.study.part import Check, JsonSchema
@@ -49,7 +37,7 @@ def angle(example: str) -> Check:
     """Text with a unit of angle, such as `example`, into radians; a turn at most."""
 
     def check(raw_value: object) -> float:
-        value = to_si(raw_value, ANGLE, example, "any")
+        value = to_si(raw_value, units.ANGLE, example, "any")
         message = f'wanted an angle such as "{example}", got {show(raw_value)}'
         # pint takes percent and other plain numbers for angles as well.
         if not re.search(rf"{_ANGLES}\s*$", str(raw_value)):
@@ -58,7 +46,7 @@ def angle(example: str) -> Check:
             raise ValueError(f"{message} (more than a turn)")
         return value
 
-    return Check(check, lambda _: quantity_schema(ANGLE, example, "any", rf"{_ANGLES}\s*"))
+    return Check(check, lambda _: quantity_schema(units.ANGLE, example, "any", rf"{_ANGLES}\s*"))
 
 
 def array(
@@ -188,9 +176,9 @@ TwoNames = Annotated[
     ),
 ]
 
-Modulus = Annotated[float, quantity(PRESSURE, "69 GPa"), Uncertain('"69 GPa"')]
-Hardness = Annotated[float, quantity(HARDNESS, "1.2 GPa"), Uncertain('"1.2 GPa"')]
-YieldStress = Annotated[float, quantity(PRESSURE, "355 MPa"), Uncertain('"355 MPa"')]
+Modulus = Annotated[float, quantity(units.PRESSURE, "69 GPa"), Uncertain('"69 GPa"')]
+Hardness = Annotated[float, quantity(units.HARDNESS, "1.2 GPa"), Uncertain('"1.2 GPa"')]
+YieldStress = Annotated[float, quantity(units.PRESSURE, "355 MPa"), Uncertain('"355 MPa"')]
 PoissonRatio = Annotated[
     float,
     number("a number above -1 and at most 0.5", exclusiveMinimum=-1, maximum=0.5),
@@ -212,39 +200,39 @@ Share = Annotated[
 LoadShare = Annotated[Share, Uncertain("0.2")]
 ShapeParameter = Annotated[float, number("a finite number")]
 
-Roughness = Annotated[float, quantity(LENGTH, "0.5 um"), Uncertain('"0.5 um"')]
-Height = Annotated[float, quantity(LENGTH, "0.5 um", "any")]
-Radius = Annotated[float, quantity(LENGTH, "1 mm")]
-Density = Annotated[float, quantity(DENSITY, "100 1/mm^2")]
-Area = Annotated[float, quantity(AREA, "2 cm^2")]
-Load = Annotated[float, quantity(FORCE, "2 kN")]
+Roughness = Annotated[float, quantity(units.LENGTH, "0.5 um"), Uncertain('"0.5 um"')]
+Height = Annotated[float, quantity(units.LENGTH, "0.5 um", "any")]
+Radius = Annotated[float, quantity(units.LENGTH, "1 mm")]
+Density = Annotated[float, quantity(units.DENSITY, "100 1/mm^2")]
+Area = Annotated[float, quantity(units.AREA, "2 cm^2")]
+Load = Annotated[float, quantity(units.FORCE, "2 kN")]
 UncertainLoad = Annotated[Load, Uncertain('"2 kN"')]
-AnyLoad = Annotated[float, quantity(FORCE, "2 kN", "any")]
-Amplitude = Annotated[float, quantity(LENGTH, "1 um")]
-ForceAmplitude = Annotated[float, quantity(FORCE, "100 N")]
+AnyLoad = Annotated[float, quantity(units.FORCE, "2 kN", "any")]
+Amplitude = Annotated[float, quantity(units.LENGTH, "1 um")]
+ForceAmplitude = Annotated[float, quantity(units.FORCE, "100 N")]
 Phase = Annotated[float, angle("90 deg"), Uncertain('"90 deg"')]
-Mass = Annotated[float, quantity(MASS, "2 kg"), Uncertain('"2 kg"')]
-Stiffness = Annotated[float, quantity(STIFFNESS, "1e6 N/m"), Uncertain('"1e6 N/m"')]
+Mass = Annotated[float, quantity(units.MASS, "2 kg"), Uncertain('"2 kg"')]
+Stiffness = Annotated[float, quantity(units.STIFFNESS, "1e6 N/m"), Uncertain('"1e6 N/m"')]
 
 Heights = Annotated[
     tuple[Height, ...],
     array('["0.4 um", "0.7 um"]', MAX_VALUES),
-    FromFile(LENGTH, "surface.heights"),
+    FromFile(units.LENGTH, "surface.heights"),
 ]
 Radii = Annotated[
     tuple[Radius, ...],
     array('["1 mm", "2 mm"]', MAX_VALUES, single=True),
-    FromFile(LENGTH, "surface.radius", "positive"),
+    FromFile(units.LENGTH, "surface.radius", "positive"),
 ]
 Separations = Annotated[
     tuple[Height, ...],
     array('["0 um", "1 um", "2 um"]', MAX_VALUES),
-    FromFile(LENGTH, "surface.separation"),
+    FromFile(units.LENGTH, "surface.separation"),
 ]
 TabulatedLoads = Annotated[
     tuple[AnyLoad, ...],
     array('["2 kN", "0.5 kN", "0 N"]', MAX_VALUES),
-    FromFile(FORCE, "surface.load"),
+    FromFile(units.FORCE, "surface.load"),
 ]
 PER_LENGTH = Kind("number per length", "1/m", ("1/nm", "1/um", "1/mm", "1/m", "um^-1"))
 Wavenumbers = Annotated[
@@ -266,7 +254,7 @@ TabulatedDensity = Annotated[
 RisingHeights = Annotated[
     tuple[Height, ...],
     array('["-1 um", "0 um", "1 um"]', MAX_VALUES),
-    FromFile(LENGTH, "surface.heights.height"),
+    FromFile(units.LENGTH, "surface.heights.height"),
 ]
 Loads = Annotated[
     tuple[UncertainLoad, ...], array('["500 N", "2 kN"]', single=True), AfterValidator(different)

@@ -12,17 +12,9 @@ from pydantic import Field, model_validator
 from microslip._core.units import AREA, FORCE, LENGTH, PRESSURE, TORQUE
 from microslip.errors import InputError
 from microslip.friction.pressure import BOLTS, RINGS, Pressure
+from microslip.study import fields
 from microslip.study.columns import FromFile
-from microslip.study.fields import (
-    MAX_VALUES,
-    LoadShare,
-    UncertainFriction,
-    angle,
-    array,
-    one_of,
-    quantity,
-    whole,
-)
+from microslip.study.fields import angle, array, one_of, quantity, whole
 from microslip.study.part import KeyedError, Part, keyed, optional, required
 from microslip.study.uncertain import Uncertain
 
@@ -32,17 +24,17 @@ _Count = Annotated[int, whole("a whole number of one or more such as 4", 1, 10_0
 _COUNT = Field(default=1, description="How many such, equal and apart.", examples=["4"])
 _DISTANCES = Annotated[
     tuple[Annotated[float, quantity(LENGTH, "0 mm", "any")], ...],
-    array('["0 mm", "5 mm", "10 mm"]', MAX_VALUES),
+    array('["0 mm", "5 mm", "10 mm"]', fields.MAX_VALUES),
     FromFile(LENGTH, "joint.pressure.distance"),
 ]
 _AREAS = Annotated[
     tuple[Annotated[float, quantity(AREA, "4 mm^2")], ...],
-    array('["4 mm^2", "4 mm^2"]', MAX_VALUES, single=True),
+    array('["4 mm^2", "4 mm^2"]', fields.MAX_VALUES, single=True),
     FromFile(AREA, "joint.pressure.area", "positive"),
 ]
 _PRESSURES = Annotated[
     tuple[Annotated[float, quantity(PRESSURE, "20 MPa", "any")], ...],
-    array('["20 MPa", "12 MPa", "0 MPa"]', MAX_VALUES),
+    array('["20 MPa", "12 MPa", "0 MPa"]', fields.MAX_VALUES),
     FromFile(PRESSURE, "joint.pressure.pressure"),
 ]
 
@@ -154,13 +146,13 @@ class BoltPressure(PressurePart):
     torque: Annotated[float, quantity(TORQUE, "20 N m"), Uncertain('"20 N m"')] | None = optional(
         "Tightening torque in its place.", '"20 N m"'
     )
-    nut_factor: LoadShare | None = optional(
+    nut_factor: fields.LoadShare | None = optional(
         "K of torque = K d tension; 0.2 if absent, without frictions.", "0.2"
     )
-    thread_friction: UncertainFriction | None = optional(
+    thread_friction: fields.UncertainFriction | None = optional(
         "Friction in the thread, for VDI 2230.", "0.12"
     )
-    bearing_friction: UncertainFriction | None = optional(
+    bearing_friction: fields.UncertainFriction | None = optional(
         "Friction under the head, for VDI 2230.", "0.12"
     )
     hole: Length | None = optional("Diameter of the holes.", '"9 mm"')

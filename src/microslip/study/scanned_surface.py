@@ -14,28 +14,7 @@ from microslip._core.units import engineering
 from microslip._core.wording import quoted, shorten, show
 from microslip.errors import InputError, said
 from microslip.normal import PerssonCurve
-from microslip.scans.options import (
-    CHANNEL,
-    CUTOFF,
-    DIRECTION,
-    ESTIMATE,
-    ESTIMATES,
-    FILL,
-    FORMAT,
-    HEIGHTS,
-    KEY,
-    LEVEL,
-    LONG_CUTOFF,
-    METHOD,
-    OF_PROFILES,
-    OUTLIERS,
-    PERSSON,
-    PIXEL,
-    PROMINENCE,
-    SCAN_AREA,
-    UNIT,
-    VALID,
-)
+from microslip.scans import options
 from microslip.study.columns import text
 from microslip.study.fields import TwoNames
 from microslip.study.part import Check, KeyedError, Part, Reading, as_key, optional, required
@@ -82,23 +61,23 @@ class ScanSurface(Part):
     scan: ScanName = required(
         "File of the scan, relative to the folder of the study.", '"ground.plu"'
     )
-    cutoff: float | None = key_of(CUTOFF)
-    long_cutoff: float | None = key_of(LONG_CUTOFF)
-    level: str | None = key_of(LEVEL)
-    outliers: float | None = key_of(OUTLIERS)
-    fill: bool = key_of(FILL)
-    method: str = key_of(METHOD)
-    prominence: float | None = key_of(PROMINENCE)
-    estimate: str = key_of(ESTIMATE)
-    heights: str = key_of(HEIGHTS)
-    direction: float | None = key_of(DIRECTION)
-    area: float | None = key_of(SCAN_AREA)
-    format: str | None = key_of(FORMAT)
-    unit: tuple[str, ...] | None = key_of(UNIT)
-    pixel: tuple[float, ...] | None = key_of(PIXEL)
-    key: str | None = key_of(KEY)
-    channel: Channel | None = optional(CHANNEL.help, CHANNEL.example)
-    valid: tuple[float, ...] | None = key_of(VALID, examples=['["-1 mm", "1 mm"]'])
+    cutoff: float | None = key_of(options.CUTOFF)
+    long_cutoff: float | None = key_of(options.LONG_CUTOFF)
+    level: str | None = key_of(options.LEVEL)
+    outliers: float | None = key_of(options.OUTLIERS)
+    fill: bool = key_of(options.FILL)
+    method: str = key_of(options.METHOD)
+    prominence: float | None = key_of(options.PROMINENCE)
+    estimate: str = key_of(options.ESTIMATE)
+    heights: str = key_of(options.HEIGHTS)
+    direction: float | None = key_of(options.DIRECTION)
+    area: float | None = key_of(options.SCAN_AREA)
+    format: str | None = key_of(options.FORMAT)
+    unit: tuple[str, ...] | None = key_of(options.UNIT)
+    pixel: tuple[float, ...] | None = key_of(options.PIXEL)
+    key: str | None = key_of(options.KEY)
+    channel: Channel | None = optional(options.CHANNEL.help, options.CHANNEL.example)
+    valid: tuple[float, ...] | None = key_of(options.VALID, examples=['["-1 mm", "1 mm"]'])
 
     _scan: Any = PrivateAttr(default=None)
     _summits: Any = PrivateAttr(default=None)
@@ -145,10 +124,10 @@ class ScanSurface(Part):
                 f"wanted other heights with estimate = {show(self.estimate)}, got "
                 f'{show(self.heights)}; "population" goes with estimate = "counted"',
             )
-        if self.estimate == PERSSON and self.heights != "gaussian":
+        if self.estimate == options.PERSSON and self.heights != "gaussian":
             raise KeyedError(
                 "surface.heights",
-                f'wanted none beside estimate = "{PERSSON}", which knows no summits, got '
+                f'wanted none beside estimate = "{options.PERSSON}", which knows no summits, got '
                 f"{show(self.heights)}",
             )
         elliptic = ("counted", "gaussian", "watershed")
@@ -162,11 +141,11 @@ class ScanSurface(Part):
 
     def _check_profile(self) -> None:
         """A profile has moments only, and no area."""
-        if self.estimate not in OF_PROFILES:
+        if self.estimate not in options.OF_PROFILES:
             raise KeyedError(
                 "surface.estimate",
                 "a profile has peaks but no summits to count: wanted "
-                f"{quoted(OF_PROFILES)}, got {show(self.estimate)}",
+                f"{quoted(options.OF_PROFILES)}, got {show(self.estimate)}",
             )
         if self.heights != "gaussian":
             raise KeyedError(
@@ -228,7 +207,7 @@ class ScanSurface(Part):
         from microslip.scans.spectrum import spectrum
 
         area = summits.scan.area if self.area is None else self.area
-        if self.estimate == PERSSON:
+        if self.estimate == options.PERSSON:
             rings = spectrum(summits.scan.measurable())
             return PerssonCurve.from_spectrum(rings, pair, area).to_surface()
         if self.direction is not None:
@@ -310,10 +289,10 @@ class ScanSurface(Part):
     def _estimates(self) -> dict[str, SummitStatistics | None]:
         estimates: dict[str, SummitStatistics | None] = {}
         if self.read_scan.is_profile:
-            estimates = dict.fromkeys(ESTIMATES[:-1])
+            estimates = dict.fromkeys(options.ESTIMATES[:-1])
             estimates[self.estimate] = self._of_profile()
             return estimates
-        for name in ESTIMATES[:-1]:
+        for name in options.ESTIMATES[:-1]:
             try:
                 estimates[name] = self.summits.statistics(name)  # type: ignore[arg-type]
             except InputError:
@@ -324,7 +303,7 @@ class ScanSurface(Part):
         """Summits and cut-off in words; the cut-off comes first."""
         name = shorten(Path(self.scan).name, 100)
         part = self._estimates().get("counted" if self.estimate == "population" else self.estimate)
-        if self.estimate == PERSSON:
+        if self.estimate == options.PERSSON:
             parameters = "the power spectrum by Persson's theory, of contacts that feel each other"
             return [f"surface.scan: {name}, {self._said()}: {parameters}. The cut-off decides it."]
         parameters = "" if part is None else f" {part}"

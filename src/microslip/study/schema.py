@@ -20,24 +20,9 @@ from pydantic import (
 
 from microslip._core.units import FORCE, LENGTH, TIME, Kind, engineering
 from microslip._core.wording import shorten
+from microslip.study import fields
 from microslip.study.columns import Column, ColumnName, UnitName, text
-from microslip.study.fields import (
-    Amplitude,
-    Amplitudes,
-    ForceAmplitudes,
-    Line,
-    LoadShare,
-    Mass,
-    Phase,
-    Stiffness,
-    UncertainLoad,
-    ViscousRatio,
-    YesOrNo,
-    array,
-    different,
-    one_of,
-    whole,
-)
+from microslip.study.fields import array, different, one_of, whole
 from microslip.study.joints import AnyJoint
 from microslip.study.metals import with_metals
 from microslip.study.part import KeyedError, Part, optional, required
@@ -58,8 +43,8 @@ FORMATS = ("netcdf", "csv", "svg", "png", "pdf")
 class Curve(Part):
     """Amplitudes of the curves [m], evenly spaced on a log axis."""
 
-    start: Amplitude = required("Smallest amplitude.", '"1 nm"', alias="from")
-    to: Amplitude = required("Largest amplitude.", '"100 um"')
+    start: fields.Amplitude = required("Smallest amplitude.", '"1 nm"', alias="from")
+    to: fields.Amplitude = required("Largest amplitude.", '"100 um"')
     points: Annotated[
         int, whole(f"a whole number from 2 to {MAX_POINTS}, such as 200", 2, MAX_POINTS)
     ] = optional("How many amplitudes, evenly spaced on a log axis.", default=200)
@@ -79,11 +64,13 @@ class LoadVariation(Part):
         json_schema_extra={"oneOf": [{"required": ["amplitude"]}, {"required": ["share"]}]}
     )
 
-    amplitude: UncertainLoad | None = optional("Amplitude of the load, at every load.", '"400 N"')
-    share: LoadShare | None = optional(
+    amplitude: fields.UncertainLoad | None = optional(
+        "Amplitude of the load, at every load.", '"400 N"'
+    )
+    share: fields.LoadShare | None = optional(
         "Amplitude of the load as a share of each normal load, in its place.", "0.2"
     )
-    phase: Phase = optional(
+    phase: fields.Phase = optional(
         "How far the load is ahead of the displacement, in its own periods.",
         '"90 deg"',
         default=0.0,
@@ -199,10 +186,10 @@ class Excitation(Part):
         json_schema_extra={"not": {"required": ["amplitudes", "force_amplitudes"]}}
     )
 
-    amplitudes: Amplitudes | None = optional(
+    amplitudes: fields.Amplitudes | None = optional(
         "Displacement amplitudes of the loops, one loop each at every load.", '["0.1 um", "1 um"]'
     )
-    force_amplitudes: ForceAmplitudes | None = optional(
+    force_amplitudes: fields.ForceAmplitudes | None = optional(
         "Force amplitudes of the loops, instead of displacement amplitudes.", '["50 N", "200 N"]'
     )
     curve: Curve | None = optional(
@@ -238,9 +225,9 @@ class Excitation(Part):
 class OscillatorPart(Part):
     """A mass [kg] on a spring [N/m], held by the joint as well; viscous damping ratio [–]."""
 
-    mass: Mass = required("Mass.", '"2 kg"')
-    stiffness: Stiffness = required("Stiffness of the spring beside the joint.", '"1e6 N/m"')
-    viscous_damping_ratio: ViscousRatio = optional(
+    mass: fields.Mass = required("Mass.", '"2 kg"')
+    stiffness: fields.Stiffness = required("Stiffness of the spring beside the joint.", '"1e6 N/m"')
+    viscous_damping_ratio: fields.ViscousRatio = optional(
         "Damping ratio of the structure without the joint, at its frequency at rest.",
         "0.01",
         default=0.0,
@@ -255,7 +242,7 @@ class Output(Part):
         array('["netcdf", "csv", "svg"]', 20),
         AfterValidator(different),
     ] = optional("Files that are written; PNG and PDF where asked for.", default=FORMATS[:3])
-    report: YesOrNo = optional(
+    report: fields.YesOrNo = optional(
         "Whether a page with all results, report.html, is written.", default=True
     )
 
@@ -266,7 +253,7 @@ class StudyTables(Part):
     version: Annotated[int, whole("schema = 1", SCHEMA, SCHEMA)] = required(
         "Version of this format: 1.", "1", alias="schema"
     )
-    title: Line = optional("One line for figures, tables and the report.", default="")
+    title: fields.Line = optional("One line for figures, tables and the report.", default="")
     not_identified: (
         Annotated[
             tuple[Annotated[str, text('a key such as "surface.radius"')], ...],

@@ -11,20 +11,9 @@ from pydantic import AfterValidator, PrivateAttr, ValidationInfo, model_validato
 from microslip._core.checks import Floats
 from microslip._core.units import FORCE, LENGTH, MASS_DENSITY, TORQUE
 from microslip.errors import InputError
+from microslip.study import fields
 from microslip.study.columns import Column, FileName
-from microslip.study.fields import (
-    Line,
-    LoadShare,
-    UncertainFriction,
-    ViscousRatio,
-    YesOrNo,
-    array,
-    different,
-    number,
-    one_of,
-    quantity,
-    whole,
-)
+from microslip.study.fields import array, different, number, one_of, quantity, whole
 from microslip.study.mesh import MeshPart
 from microslip.study.modal_tests import MOST_MODES, Tests
 from microslip.study.part import KeyedError, Part, optional, required
@@ -69,12 +58,12 @@ class BoltsPart(Part):
     tension: Tension | None = optional("Tension of each bolt.", '"12 kN"')
     torque: Torque | None = optional("Tightening torque instead of the tension.", '"20 N m"')
     thread: Size | None = optional("Nominal diameter of the thread, for a torque.", '"8 mm"')
-    nut_factor: LoadShare | None = optional(
+    nut_factor: fields.LoadShare | None = optional(
         "K of torque = K d tension, such as 0.2 for dry steel.", "0.2"
     )
     pitch: Size | None = optional("Pitch of the thread, with two frictions.", '"1.25 mm"')
-    thread_friction: UncertainFriction | None = optional("Friction in the thread.", "0.12")
-    bearing_friction: UncertainFriction | None = optional(
+    thread_friction: fields.UncertainFriction | None = optional("Friction in the thread.", "0.12")
+    bearing_friction: fields.UncertainFriction | None = optional(
         "Friction under the turned head or nut.", "0.12"
     )
 
@@ -130,9 +119,9 @@ class FormPart(Part):
     file: FileName = required(
         "CSV file with a line of column names; relative to the folder of the study.", '"form.csv"'
     )
-    x: Line = optional("Column of the places along the lap.", '"x"', default="x")
-    y: Line = optional("Column of the places across it.", '"y"', default="y")
-    gap: Line = optional("Column of the gaps.", '"gap"', default="gap")
+    x: fields.Line = optional("Column of the places along the lap.", '"x"', default="x")
+    y: fields.Line = optional("Column of the places across it.", '"y"', default="y")
+    gap: fields.Line = optional("Column of the gaps.", '"gap"', default="gap")
     factor: Annotated[float, _FACTOR, Uncertain("1.0")] = optional(
         "What the gaps are multiplied with: 0 is flat, -1 the reversed form.", "1.0", default=1.0
     )
@@ -192,13 +181,13 @@ class StructurePart(Part):
         "Where amplitudes are meant; the right end unless given, and required with a mesh.",
         '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
     )
-    base_damping_ratio: ViscousRatio = optional(
+    base_damping_ratio: fields.ViscousRatio = optional(
         "Damping of all but the joint, which is added: an input, no result.", "0.0005", default=0.0
     )
     samples: Annotated[
         int, whole(f"a whole number from 8 to {MOST_SAMPLES}, such as 64", 8, MOST_SAMPLES)
     ] = optional("Samples for the bands, where something is given as a range.", default=64)
-    converge: YesOrNo = optional(
+    converge: fields.YesOrNo = optional(
         "Whether patches are refined where energy is lost, and what finer patches, "
         "elements, more kept modes and harmonics would change is told; some minutes.",
         default=False,

@@ -21,22 +21,9 @@ from microslip.normal import (
     PerssonCurve,
     TabulatedNormalLaw,
 )
+from microslip.study import fields
 from microslip.study.faces import DrawnSurface, FacedSurface, TwoFaces
-from microslip.study.fields import (
-    Area,
-    Hardness,
-    Modulus,
-    PoissonRatio,
-    Radii,
-    Roughness,
-    Separations,
-    Share,
-    SpectralDensities,
-    TabulatedLoads,
-    TwoNames,
-    Wavenumbers,
-    one_of,
-)
+from microslip.study.fields import one_of
 from microslip.study.heights import HEIGHTS_TABLES, AnyHeights, GivenHeights, ScipyHeights
 from microslip.study.parametric import Described, table_of
 from microslip.study.part import KeyedError, Part, keyed, optional, required
@@ -65,9 +52,9 @@ class Elastic(Part):
     """An elastic material [Pa, –, Pa]; its hardness only serves warnings."""
 
     rigid: Literal[False] = optional("Whether the body does not deform.", default=False)
-    young_modulus: Modulus = required("Young's modulus E.", '"69 GPa"')
-    poisson_ratio: PoissonRatio = required("Poisson's ratio.", "0.33")
-    hardness: Hardness | None = optional(
+    young_modulus: fields.Modulus = required("Young's modulus E.", '"69 GPa"')
+    poisson_ratio: fields.PoissonRatio = required("Poisson's ratio.", "0.33")
+    hardness: fields.Hardness | None = optional(
         "Indentation hardness; it changes no result, it adds the plasticity index.", '"1.2 GPa"'
     )
 
@@ -90,7 +77,7 @@ class Surface(Part):
     """Two bodies and how they touch."""
 
     law: str
-    materials: TwoNames = required(
+    materials: fields.TwoNames = required(
         "Names of the two bodies: materials of this file or metals of the table.",
         '["steel", "steel"]',
     )
@@ -115,7 +102,7 @@ class PopulationSurface(Surface):
     heights: Annotated[GivenHeights, Field(discriminator="kind")] = required(
         "Heights of the summits.", '{ kind = "values", values = ["0.4 um", "0.7 um"] }'
     )
-    radius: Radii = required(
+    radius: fields.Radii = required(
         "One radius, one for each height, or a column of a CSV file.", '"1 mm"'
     )
 
@@ -139,10 +126,10 @@ class TableSurface(Surface):
     """A measured or computed normal law: separations [m], their loads [N], how it goes on."""
 
     law: Literal["table"] = required("A measured or computed normal law.")
-    separation: Separations = required(
+    separation: fields.Separations = required(
         "Separations, rising: a list or a column of a CSV file.", '["0 um", "1 um", "2 um"]'
     )
-    load: TabulatedLoads = required(
+    load: fields.TabulatedLoads = required(
         "Loads at these, falling and convex: a list or a column of a CSV file.",
         '["2 kN", "0.5 kN", "0 N"]',
     )
@@ -203,25 +190,27 @@ class SpectralSurface(Surface):
     """A surface by its power spectrum, pressed on a half space, by Persson's theory."""
 
     law: Literal["persson"] = required("A power spectrum, by Persson's theory.")
-    wavenumber: Wavenumbers | None = optional(
+    wavenumber: fields.Wavenumbers | None = optional(
         "Wavenumbers 2 pi/wavelength, rising: a list or a column, as spectrum.csv of "
         "`microslip surface` has it.",
         '["10 1/mm", "100 1/mm", "1000 1/mm"]',
     )
-    spectrum: SpectralDensities | None = optional(
+    spectrum: fields.SpectralDensities | None = optional(
         "Power spectral densities C(q) of the heights there: a list or a column.",
         '["10 um^4", "2 um^4", "0.003 um^4"]',
     )
-    rms: Roughness | None = optional(
+    rms: fields.Roughness | None = optional(
         "Rms height of a self-affine surface, in place of a spectrum.", '"0.5 um"'
     )
-    hurst: Share | None = optional("Its Hurst exponent.", "0.8")
-    longest: Roughness | None = optional("Its longest wave.", '"2 mm"')
-    roll_off: Roughness | None = optional(
+    hurst: fields.Share | None = optional("Its Hurst exponent.", "0.8")
+    longest: fields.Roughness | None = optional("Its longest wave.", '"2 mm"')
+    roll_off: fields.Roughness | None = optional(
         "Wavelength below which its spectrum falls; the longest if absent.", '"0.5 mm"'
     )
-    shortest: Roughness | None = optional("Its shortest wave, which decides the slope.", '"5 um"')
-    area: Area = required("Apparent area.", '"2 cm^2"')
+    shortest: fields.Roughness | None = optional(
+        "Its shortest wave, which decides the slope.", '"5 um"'
+    )
+    area: fields.Area = required("Apparent area.", '"2 cm^2"')
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:

@@ -17,31 +17,21 @@ from microslip._core.frozen import lock
 from microslip._core.units import FORCE, QuantityError, engineering, to_si
 from microslip._core.wording import plural, quoted, shorten, show
 from microslip.errors import UNSAID, Argument, InputError
-from microslip.readers import (
-    arrays,
-    hdf5,
-    json_files,
-    matlab,
-    numpy_files,
-    parquet,
-    tdms,
-    text,
-    uff,
-)
+from microslip.readers import arrays, hdf5, json_files, laboratory, matlab, numpy_files, text
 from microslip.readers.files import head_of, kind_of, stranger, usable
 from microslip.readers.tables import Named, Table, find, listed, scale, understood
 from microslip.tribometer.roles import KINDS, NEEDED, guess
 from microslip.tribometer.scaling import Scale, by_role, scale_of, sign_of, zero_of
 
 READERS: Mapping[str, Callable[[Path], Table]] = {
-    "tdms": tdms.table,
+    "tdms": laboratory.tdms_table,
     "mat": lambda path: arrays.table(matlab.read_arrays(path)),
     "hdf5": lambda path: arrays.table(hdf5.read_arrays(path)),
     "npy": lambda path: arrays.table(numpy_files.read_npy(path)),
     "npz": lambda path: arrays.table(numpy_files.read_npz(path)),
     "json": lambda path: arrays.table(json_files.read_arrays(path)),
-    "parquet": parquet.table,
-    "uff": uff.table,
+    "parquet": laboratory.parquet_table,
+    "uff": laboratory.uff_table,
     "text": text.table,
 }
 """How the columns of a file are had, by its format."""

@@ -56,15 +56,18 @@ def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float
 def positive(name: str, value: Any, unit: str = "", example: float = 1.0) -> float:
     """A number above zero, and of a size that a joint can have."""
     result = number(name, value, unit, example)
-    in_unit = f" [{unit}]" if unit else ""
-    if result <= 0.0:
-        raise InputError(Argument(name), f" must be above zero{in_unit}, got {exact(result)}")
-    if not SMALLEST <= result <= LARGEST:
-        raise InputError(
-            Argument(name),
-            f" must be between {SMALLEST:g} and {LARGEST:g}{in_unit}, got {exact(result)}",
-        )
+    _check_size(name, result, result, unit)
     return result
+
+
+def _check_size(name: str, smallest: float, largest: float, unit: str) -> None:
+    in_unit = f" [{unit}]" if unit else ""
+    if smallest <= 0.0:
+        raise InputError(Argument(name), f" must be above zero{in_unit}, got {exact(smallest)}")
+    if not (smallest >= SMALLEST and largest <= LARGEST):
+        worst = exact(largest if largest > LARGEST else smallest)
+        limits = f"between {SMALLEST:g} and {LARGEST:g}{in_unit}"
+        raise InputError(Argument(name), f" must be {limits}, got {worst}")
 
 
 def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool = False) -> Floats:
@@ -104,16 +107,7 @@ def floats(name: str, value: ArrayLike, *, missing: bool = False, endless: bool 
 def positives(name: str, value: ArrayLike, unit: str = "") -> Floats:
     """Numbers above zero of any shape, and of a size that a joint can have."""
     array = floats(name, value)
-    smallest, largest = float(array.min()), float(array.max())
-    in_unit = f" [{unit}]" if unit else ""
-    if smallest <= 0.0:
-        raise InputError(Argument(name), f" must be above zero{in_unit}, got {exact(smallest)}")
-    if not (smallest >= SMALLEST and largest <= LARGEST):
-        worst = largest if largest > LARGEST else smallest
-        raise InputError(
-            Argument(name),
-            f" must be between {SMALLEST:g} and {LARGEST:g}{in_unit}, got {exact(worst)}",
-        )
+    _check_size(name, float(array.min()), float(array.max()), unit)
     return array
 
 

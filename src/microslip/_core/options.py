@@ -228,12 +228,8 @@ class Option:
         """JSON Schema of its value in a study, without title and description of the key."""
         item = self._item_schema()
         if self.most > 1:
-            several = {
-                "type": "array",
-                "items": item,
-                "minItems": self.least,
-                "maxItems": self.most,
-            }
+            several: JsonSchema = {"type": "array", "items": item}
+            several |= {"minItems": self.least, "maxItems": self.most}
             item = several if self.least > 1 else {"anyOf": [item, several]}
         if self.none:
             examples = [self.example, self.none] if self.example else [self.none]
@@ -246,12 +242,8 @@ class Option:
             return {"anyOf": [{"type": "number"}, quantity]} if self.bare else quantity
         if self.choices:
             return {"type": "string", "enum": list(self.choices)}
-        limits = {
-            "minimum": self.low,
-            "maximum": self.high,
-            "exclusiveMinimum": self.above,
-            "exclusiveMaximum": self.below,
-        }
+        limits = {"minimum": self.low, "maximum": self.high}
+        limits |= {"exclusiveMinimum": self.above, "exclusiveMaximum": self.below}
         schema: JsonSchema = {"type": _JSON_TYPES[self.kind]}
         if self.kind is str:
             return {**schema, "minLength": 1, "maxLength": 1000}

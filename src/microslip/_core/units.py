@@ -249,19 +249,8 @@ _SIMPLE = {
     "Pa": (-1, 1, -2),
 }
 _BASE = {"g": -3}
-_PREFIX = {
-    "": 0,
-    "p": -12,
-    "c": -2,
-    "n": -9,
-    "u": -6,
-    "µ": -6,
-    "μ": -6,
-    "m": -3,
-    "k": 3,
-    "M": 6,
-    "G": 9,
-}
+_PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_PREFIX = {letter: power for power, letter in _PREFIXES.items()} | {"c": -2, "u": -6, "μ": -6}
 _FACTOR = re.compile(r"(p|c|n|u|µ|μ|m|k|M|G|)(m|g|N|s|Hz|Pa)(?:\^([1-4]))?")
 
 
@@ -309,9 +298,6 @@ def _dimension_name(dimension: tuple[tuple[str, str], ...]) -> str:
             return name
     powers = " ".join(f"{name[1:-1]}^{float(power):g}" for name, power in dimension)
     return f"of dimension {powers}"
-
-
-_PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 
 def prefix(value: float) -> tuple[float, str]:

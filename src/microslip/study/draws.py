@@ -77,12 +77,8 @@ class Design:
         rows = []
         for patch in cut(surface.conditioned, (counts[0], counts[-1])):
             try:
-                statistics = patch.summits(
-                    surface.cutoff,
-                    method=surface.method,  # type: ignore[arg-type]
-                    prominence=surface.prominence,
-                    level=None,
-                ).statistics(estimate)  # type: ignore[arg-type]
+                summits = surface.summits_of(patch, surface.cutoff)
+                statistics = summits.statistics(estimate)  # type: ignore[arg-type]
             except InputError:  # such as a patch without a summit
                 continue
             rows.append((statistics.std, statistics.radius, statistics.density))

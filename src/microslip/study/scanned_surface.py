@@ -180,16 +180,16 @@ class ScanSurface(Part):
             long_cutoff=self.long_cutoff,
         )
 
+    def summits_of(self, scan: Scan, cutoff: float | None) -> Summits:
+        """Summits of a conditioned scan, or of a patch of it, at a cut-off."""
+        method: Any = self.method
+        return scan.summits(cutoff, method=method, prominence=self.prominence, level=None)
+
     @property
     def summits(self) -> Summits:
         """Summits at the cut-off; they are found once."""
         if self._summits is None:
-            self._summits = self.conditioned.summits(
-                self.cutoff,
-                method=self.method,  # type: ignore[arg-type]
-                prominence=self.prominence,
-                level=None,
-            )
+            self._summits = self.summits_of(self.conditioned, self.cutoff)
         summits: Summits = self._summits
         return summits
 
@@ -233,12 +233,7 @@ class ScanSurface(Part):
         if self.cutoff is None or self.read_scan.is_profile:
             return None
         if factor not in self._beside:
-            self._beside[factor] = self.conditioned.summits(
-                factor * self.cutoff,
-                method=self.method,  # type: ignore[arg-type]
-                prominence=self.prominence,
-                level=None,
-            )
+            self._beside[factor] = self.summits_of(self.conditioned, factor * self.cutoff)
         return self._law(pair, self._beside[factor])
 
     def cutoff_text(self) -> str:

@@ -116,9 +116,8 @@ class Uncertain(NamedTuple):
         for form in _FORMS:
             if set(raw_value) == set(form):
                 return self._spread(raw_value, inner)
-        keys = ["low", "high", "mean", "cv", "values", "distribution", "of", "factor"]
-        odd = next((key for key in raw_value if key not in keys), None)
-        hint = did_you_mean(str(odd), keys) if odd is not None else ""
+        odd = next((key for key in raw_value if key not in _MEANINGS), None)
+        hint = did_you_mean(str(odd), _MEANINGS) if odd is not None else ""
         raise ValueError(
             f"wanted a value such as {self.example}, {{ low = …, high = … }}, "
             f'{{ mean = …, cv = … }}, {{ values = [ … ] }} or {{ of = "key", factor = … }}, '
@@ -166,61 +165,38 @@ class Uncertain(NamedTuple):
     def describe(self, inner: dict[str, Any]) -> dict[str, Any]:
         """The JSON Schema of what may stand here."""
         plain = {name: value for name, value in inner.items() if name != "description"}
-        schemas = {
-            "low": {**plain, "title": "Low", "description": "The smallest possible value."},
-            "high": {**plain, "title": "High", "description": "The largest possible value."},
-            "mean": {**plain, "title": "Mean", "description": "The expected value."},
-            "values": {
-                "type": "array",
-                "items": plain,
-                "minItems": 2,
-                "title": "Values",
-                "description": "Each as likely as any other.",
-            },
-            "distribution": {
-                "enum": list(_KINDS),
-                "title": "Distribution",
-                "description": "Lognormal unless given; a normal one is cut off at zero.",
-            },
-            "cv": {
-                "type": "number",
-                "title": "Cv",
-                "description": "Its standard deviation over the mean.",
-                "exclusiveMinimum": 0,
-                "maximum": 1,
-            },
-        }
+        types = {
+            "low": plain, "high": plain, "mean": plain,
+            "cv": {"type": "number", "exclusiveMinimum": 0, "maximum": 1},
+            "values": {"type": "array", "items": plain, "minItems": 2},
+            "distribution": {"enum": list(_KINDS)},
+            "of": {"type": "string", "examples": ["joint.normal_load"]},
+            "factor": {"type": "number", "exclusiveMinimum": 0, "examples": [2.0]},
+        }  # fmt: skip
         tables = [
             {
                 "type": "object",
-                "properties": {key: schemas[key] for key in form},
-                "required": [key for key in form if key != "distribution"],
+                "properties": {
+                    key: {**types[key], "title": key.capitalize(), "description": _MEANINGS[key]}
+                    for key in form
+                },
+                "required": [key for key in form if key not in ("distribution", "factor")],
                 "additionalProperties": False,
             }
-            for form in (_FORMS[0], _FORMS[2], _FORMS[3])
+            for form in (_FORMS[0], _FORMS[2], _FORMS[3], ("of", "factor"))
         ]
-        return {"anyOf": [inner, *tables, _FOLLOWER]}
+        return {"anyOf": [inner, *tables]}
 
 
-_FOLLOWER = {
-    "type": "object",
-    "properties": {
-        "of": {
-            "type": "string",
-            "title": "Of",
-            "description": "Key of another quantity, which this one follows.",
-            "examples": ["joint.normal_load"],
-        },
-        "factor": {
-            "type": "number",
-            "title": "Factor",
-            "description": "How many times the other one it is.",
-            "exclusiveMinimum": 0,
-            "examples": [2.0],
-        },
-    },
-    "required": ["of"],
-    "additionalProperties": False,
+_MEANINGS = {
+    "low": "The smallest possible value.",
+    "high": "The largest possible value.",
+    "mean": "The expected value.",
+    "cv": "Its standard deviation over the mean.",
+    "values": "Each as likely as any other.",
+    "distribution": "Lognormal unless given; a normal one is cut off at zero.",
+    "of": "Key of another quantity, which this one follows.",
+    "factor": "How many times the other one it is.",
 }
 
 

@@ -7,7 +7,10 @@ from typing import Any
 
 import click
 
-from microslip.cli.records import pairs, stiffness
+from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, STIFFNESS, TIME
+from microslip._core.wording import did_you_mean
+from microslip.cli.options import quantity
+from microslip.cli.records import pairs, slice_of, stiffness
 
 _FOLLOWING = {
     "std": "m",
@@ -20,6 +23,23 @@ _FOLLOWING = {
     "load_scale": "N",
 }
 """Units of what follows from the parameters, as far as it may be known from elsewhere."""
+
+
+def options_of(values: dict[str, Any], laws: Sequence[str]) -> dict[str, Any]:
+    """Options of a fit in SI units, of what the command line gives for them."""
+    plain = ("summits", "loss", "held_back", "confidence")
+    return {
+        "fixed": values_of(values["fix"], laws),
+        "bounds": bounds_of(values["bound"], laws),
+        "rig_stiffness": rig_stiffness_of(values["rig_stiffness"]),
+        "contact_area": contact_area_of(values["contact_area"]),
+        "known": known_of(values["known_values"], laws),
+        "cycles": slice_of("--cycles", values["cycles"]),
+        "nuisances": values["nuisances"] or None,
+        "noise": noise_of(values["noise"]),
+        "delay": "free" if values["free_delay"] else delay_of(values["lag"]),
+        **{name: values[name] for name in plain},
+    }
 
 
 def values_of(texts: tuple[str, ...], laws: Sequence[str]) -> dict[str, float]:
@@ -73,9 +93,6 @@ def _units_of(laws: Sequence[str]) -> dict[str, str]:
 
 def _quantity(option: str, name: str, text: str, units: dict[str, str]) -> float:
     """A value of a parameter [SI unit]."""
-    from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, STIFFNESS, QuantityError, to_si
-    from microslip._core.wording import did_you_mean
-
     base = name.partition(" at ")[0]
     if base not in units:
         near = did_you_mean(name, units)
@@ -89,37 +106,28 @@ def _quantity(option: str, name: str, text: str, units: dict[str, str]) -> float
             raise click.UsageError(f'{option}: {name} is a plain number, got "{text}"')
         return float(text)
     examples = {"m": "0.3 um", "N": "1 kN", "N/m": "200 N/um"}
-    try:
-        return to_si(text, kind, examples.get(kind.unit, f"100 {kind.usual[0]}"))
-    except QuantityError as error:
-        raise click.UsageError(f"{option}: {name}: {error}") from None
+    example = examples.get(kind.unit, f"100 {kind.usual[0]}")
+    return quantity(f"{option}: {name}", text, kind, example)
 
 
 def noise_of(text: str | None) -> tuple[float, float] | None:
     """Standard deviations of a force [N] and of a displacement [m]."""
-    from microslip._core.units import FORCE, LENGTH, QuantityError, to_si
-
     if text is None:
         return None
     force, comma, length = text.partition(",")
     if not comma:
         raise click.UsageError(f'--noise wants FORCE,LENGTH, such as "2 N, 5 nm", got "{text}"')
-    try:
-        return to_si(force.strip(), FORCE, "2 N"), to_si(length.strip(), LENGTH, "5 nm")
-    except QuantityError as error:
-        raise click.UsageError(f"--noise: {error}") from None
+    return (
+        quantity("--noise", force.strip(), FORCE, "2 N"),
+        quantity("--noise", length.strip(), LENGTH, "5 nm"),
+    )
 
 
 def delay_of(text: str | None) -> float | str:
     """A delay [s] with its unit, or "free"."""
-    from microslip._core.units import TIME, QuantityError, to_si
-
     if text is None or text.strip() == "free":
         return 0.0 if text is None else "free"
-    try:
-        return to_si(text, TIME, "50 us", "any")
-    except QuantityError as error:
-        raise click.UsageError(f"--delay: {error}") from None
+    return quantity("--delay", text, TIME, "50 us", "any")
 
 
 def rig_stiffness_of(text: str) -> Any:
@@ -134,8 +142,6 @@ def rig_stiffness_of(text: str) -> Any:
 
 def contact_area_of(text: str | None) -> tuple[float, float, float] | None:
     """A contact area [m^2], its uncertainty [m^2] and load [N]."""
-    from microslip._core.units import AREA, FORCE, QuantityError, to_si
-
     if text is None:
         return None
     parts = [part.strip() for part in text.split(",")]
@@ -144,11 +150,8 @@ def contact_area_of(text: str | None) -> tuple[float, float, float] | None:
             '--contact-area wants an area, its uncertainty and the load, such as "6 mm^2, 1 mm^2, '
             f'2 kN", got "{text}"'
         )
-    try:
-        area, deviation = (to_si(part, AREA, "6 mm^2") for part in parts[:2])
-        return area, deviation, to_si(parts[2], FORCE, "2 kN")
-    except QuantityError as error:
-        raise click.UsageError(f"--contact-area: {error}") from None
+    area, deviation = (quantity("--contact-area", part, AREA, "6 mm^2") for part in parts[:2])
+    return area, deviation, quantity("--contact-area", parts[2], FORCE, "2 kN")
 
 
 def _with_deviation(text: str) -> tuple[str, str | None]:

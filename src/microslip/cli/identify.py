@@ -10,15 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from microslip.cli.fit_values import (
-    bounds_of,
-    contact_area_of,
-    delay_of,
-    known_of,
-    noise_of,
-    rig_stiffness_of,
-    values_of,
-)
+from microslip.cli.fit_values import options_of
 from microslip.cli.frame import OneOf
 from microslip.cli.options import ANY_PATH, NamedOption, option, spelling, switch
 from microslip.cli.output import FIGURES, Output, writes
@@ -28,7 +20,6 @@ from microslip.cli.records import (
     Reading,
     reads,
     records_in,
-    slice_of,
     volumes_of,
 )
 from microslip.cli.shell import complete_study
@@ -148,25 +139,12 @@ def identify(
     laws: tuple[str, ...],
     study: Path | None,
     output: Output,
-    fix: tuple[str, ...],
-    bound: tuple[str, ...],
-    rig_stiffness: str,
     rigs: tuple[str, ...],
-    contact_area: str | None,
-    known_values: tuple[str, ...],
-    summits: float | None,
-    nuisances: tuple[str, ...],
     worn_volumes: tuple[str, ...],
-    cycles: str | None,
-    noise: str | None,
-    loss: str,
-    free_delay: bool,
-    lag: str | None,
-    held_back: float,
-    confidence: float,
     accept_unconverged: bool,
     band: str | None,
     reading: Reading,
+    **values: Any,
 ) -> None:
     """Identify the joint that made each RECORD, several loads and amplitudes at once.
 
@@ -190,7 +168,7 @@ def identify(
     paths, labels = records_in(records)
     records = tuple(paths)
     volumes = volumes_of(worn_volumes, len(records))
-    if free_delay and lag is not None:
+    if values["free_delay"] and values["lag"] is not None:
         raise click.UsageError("--delay and --free-delay contradict each other; give one of them")
     with stoppable():
         from microslip.report.files import write
@@ -206,22 +184,7 @@ def identify(
         def spell(text: str) -> str:
             return said(text, say)
 
-        options: dict[str, Any] = {
-            "fixed": values_of(fix, laws),
-            "bounds": bounds_of(bound, laws),
-            "rig_stiffness": rig_stiffness_of(rig_stiffness),
-            "rigs": _rigs(rigs, len(records)),
-            "contact_area": contact_area_of(contact_area),
-            "known": known_of(known_values, laws),
-            "summits": summits,
-            "cycles": slice_of("--cycles", cycles),
-            "nuisances": nuisances or None,
-            "noise": noise_of(noise),
-            "loss": loss,
-            "delay": "free" if free_delay else delay_of(lag),
-            "held_back": held_back,
-            "confidence": confidence,
-        }
+        options = {**options_of(values, laws), "rigs": _rigs(rigs, len(records))}
         description = None if study is None else _study(study)
         with output.staged(KIND, "identification") as stage:
             with progress("Reading") as report:
@@ -239,7 +202,7 @@ def identify(
                 read,
                 tuple(compress(runs, readable)),
                 tuple(compress(volumes, readable)),
-                confidence,
+                options["confidence"],
                 options["cycles"],
             )
             result = replace(result, skipped=tuple(skipped), campaign=campaign)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from microslip._core.options import Option
+from microslip._core.units import Kind, QuantityError, Sign, to_si
 from microslip.cli.frame import OneOf
 from microslip.errors import UNSAID, Argument, Spelling
 
@@ -83,6 +84,14 @@ def output_option(
     """The option that says where the files go."""
     names = ("-o", "--output", name)
     return click.option(*names, type=ANY_PATH, metavar=value, help=text, **settings)
+
+
+def quantity(flag: str, text: str, kind: Kind, example: str, sign: Sign = "positive") -> float:
+    """A value with its unit, in SI units, or an error that names the option."""
+    try:
+        return to_si(text, kind, example, sign)
+    except QuantityError as error:
+        raise click.UsageError(f"{flag}: {error}") from None
 
 
 JSON = switch("--json", "Print the summary as JSON, no tables.", "as_json")

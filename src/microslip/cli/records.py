@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from microslip.cli.options import Command, Decorator, offers, option
+from microslip._core.units import VOLUME
+from microslip.cli.options import Command, Decorator, offers, option, quantity
 from microslip.tribometer import options
 
 if TYPE_CHECKING:
@@ -153,15 +154,10 @@ WORN_VOLUMES = option(
 
 def volumes_of(texts: tuple[str, ...], count: int) -> list[float | None]:
     """Worn volumes [m^3] of the records, None for one without; empty where none were given."""
-    from microslip._core.units import VOLUME, QuantityError, to_si
-
-    try:
-        return [
-            None if text.strip() == "none" else to_si(text, VOLUME, "0.12 mm^3")
-            for text in each_of("--worn-volume", texts, count)
-        ]
-    except QuantityError as error:
-        raise click.UsageError(f"--worn-volume: {error}") from None
+    return [
+        None if text.strip() == "none" else quantity("--worn-volume", text, VOLUME, "0.12 mm^3")
+        for text in each_of("--worn-volume", texts, count)
+    ]
 
 
 def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:

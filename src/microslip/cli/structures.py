@@ -10,8 +10,9 @@ from typing import Any
 
 import click
 
+from microslip._core.units import FREQUENCY
 from microslip.cli.frame import echo_json
-from microslip.cli.options import option
+from microslip.cli.options import option, quantity
 from microslip.cli.output import Output
 from microslip.cli.studies import predict_into
 from microslip.cli.work import progress, stoppable
@@ -50,8 +51,6 @@ def band_of(text: str | None) -> tuple[float, float] | None:
     """Two frequencies [Hz] of one text; the unit may be written once."""
     if text is None:
         return None
-    from microslip._core.units import FREQUENCY, QuantityError, to_si
-
     low, dots, high = (part.strip() for part in text.partition(".."))
     if not dots or not low or not high:
         raise click.UsageError(f'--band wants LOW..HIGH, such as "150..220 Hz", got "{text}"')
@@ -59,10 +58,10 @@ def band_of(text: str | None) -> tuple[float, float] | None:
         low = f"{low} {high.lstrip('+-0123456789.eE ') or 'Hz'}"
     if high[-1] in "0123456789.":
         high = f"{high} Hz"
-    try:
-        ends = to_si(low, FREQUENCY, "150 Hz"), to_si(high, FREQUENCY, "220 Hz")
-    except QuantityError as error:
-        raise click.UsageError(f"--band: {error}") from None
+    ends = (
+        quantity("--band", low, FREQUENCY, "150 Hz"),
+        quantity("--band", high, FREQUENCY, "220 Hz"),
+    )
     if not ends[0] < ends[1]:
         raise click.UsageError(f'--band wants LOW below HIGH, got "{text}"')
     return ends

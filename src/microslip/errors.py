@@ -80,7 +80,7 @@ class Phrase(str):
 
 def said(text: str, spelling: Spelling) -> str:
     """A text in the spelling of an edge; one without arguments stays as it is."""
-    return _said(text.parts, spelling) if isinstance(text, Phrase) else text
+    return _spelt(text.parts, spelling) if isinstance(text, Phrase) else text
 
 
 class InputError(ValueError):
@@ -105,7 +105,7 @@ class InputError(ValueError):
 
     def said(self, spelling: Spelling) -> str:
         """The message in the spelling of an edge."""
-        return _said(self.parts, spelling)
+        return _spelt(self.parts, spelling)
 
     def within(self, *place: object) -> Self:
         """The same error with the place where it arose before it, such as a file and ": "."""
@@ -131,5 +131,5 @@ def _flat(parts: Iterable[object]) -> tuple[str | Argument, ...]:
     return tuple(flat)
 
 
-def _said(parts: Iterable[str | Argument], spelling: Spelling) -> str:
+def _spelt(parts: Iterable[str | Argument], spelling: Spelling) -> str:
     return "".join(spelling(part) if isinstance(part, Argument) else part for part in parts)

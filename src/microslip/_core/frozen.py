@@ -41,13 +41,13 @@ class Locked:
     """
 
     def __getstate__(self) -> dict[str, Any]:
-        return {key: _open(value) for key, value in self.__dict__.items()}
+        return {key: _thawed(value) for key, value in self.__dict__.items()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
             if isinstance(value, np.ndarray):
                 lock(value)
-        self.__dict__.update({key: _shut(value) for key, value in state.items()})
+        self.__dict__.update({key: _refrozen(value) for key, value in state.items()})
 
 
 class LockedArrays(Locked):
@@ -60,13 +60,13 @@ class LockedArrays(Locked):
                     lock(item)
 
 
-def _open(value: Any) -> Any:
+def _thawed(value: Any) -> Any:
     if isinstance(value, MappingProxyType):
         return _Proxied(value)
-    return tuple(map(_open, value)) if type(value) is tuple else value
+    return tuple(map(_thawed, value)) if type(value) is tuple else value
 
 
-def _shut(value: Any) -> Any:
+def _refrozen(value: Any) -> Any:
     if isinstance(value, _Proxied):
         return MappingProxyType(dict(value))
-    return tuple(map(_shut, value)) if type(value) is tuple else value
+    return tuple(map(_refrozen, value)) if type(value) is tuple else value

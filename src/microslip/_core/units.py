@@ -250,7 +250,8 @@ _SIMPLE = {
 }
 _BASE = {"g": -3}
 _PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-_PREFIX = {letter: power for power, letter in _PREFIXES.items()} | {"c": -2, "u": -6, "μ": -6}
+_PREFIX = {letter: power for power, letter in _PREFIXES.items() if power >= -12}
+_PREFIX |= {"c": -2, "u": -6, "μ": -6}
 _FACTOR = re.compile(r"(p|c|n|u|µ|μ|m|k|M|G|)(m|g|N|s|Hz|Pa)(?:\^([1-4]))?")
 
 

@@ -42,7 +42,7 @@ def _scan(path: Path, options: dict[str, Any], part: Any, save: str | None) -> d
             reading[name] = values[0] if len(values) == 1 else tuple(values)
     scan = Scan.read(path, **reading)
     if part is not None and save is not None:
-        return _kept_scan(scan, part, Path(save))
+        return _save_scan(scan, part, Path(save))
     level = scan.condition(level=options.get("level", "plane"))
     view: dict[str, Any] = {
         "what": "scan",
@@ -67,7 +67,7 @@ def _scan(path: Path, options: dict[str, Any], part: Any, save: str | None) -> d
     return view
 
 
-def _kept_scan(scan: Any, part: Any, save: Path) -> dict[str, Any]:
+def _save_scan(scan: Any, part: Any, save: Path) -> dict[str, Any]:
     """Write the rectangle that was drawn, [left, right, bottom, top] in metres, as arrays."""
     dx, dy = scan.pixel
     left, right, bottom, top = (float(x) for x in part)
@@ -90,7 +90,7 @@ def _record(path: Path, options: dict[str, Any], part: Any, save: str | None) ->
         reading["turn"] = True
     record = Record.read(path, **reading)
     if part is not None and save is not None:
-        return _kept_record(record, part, Path(save))
+        return _save_record(record, part, Path(save))
     time, has_time = _times(record)
     every = max(1, len(record) // 4000)
     view: dict[str, Any] = {
@@ -113,7 +113,7 @@ def _record(path: Path, options: dict[str, Any], part: Any, save: str | None) ->
     return view
 
 
-def _kept_record(record: Any, part: Any, save: Path) -> dict[str, Any]:
+def _save_record(record: Any, part: Any, save: Path) -> dict[str, Any]:
     """Write the samples between two times as a record of their own."""
     time, _ = _times(record)
     first, last = np.searchsorted(time, sorted(float(x) for x in part))

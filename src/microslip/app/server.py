@@ -42,10 +42,10 @@ def build(workspace: Workspace, token: str, port: int) -> App:
             'the workbench needs starlette and uvicorn: pip install "microslip[app]"'
         ) from None
 
-    def no(error: Exception, status: int = 422) -> Response:
+    def refusal(error: Exception, status: int = 422) -> Response:
         return JSONResponse({"error": str(error)}, status)
 
-    async def own(request: Request) -> Response:
+    async def page_file(request: Request) -> Response:
         path = _FOLDER / _OWN[request.url.path]
         return FileResponse(path, media_type=mimetypes.guess_type(path.name)[0])
 
@@ -61,10 +61,10 @@ def build(workspace: Workspace, token: str, port: int) -> App:
             raise
         return JSONResponse(place.told())
 
-    async def looked(request: Request) -> Response:
+    async def look(request: Request) -> Response:
         stored = workspace.uploads.get(request.path_params["id"])
         if stored is None:
-            return no(KeyError("no such upload"), 404)
+            return refusal(KeyError("no such upload"), 404)
         try:
             table = await _table(request)
             if table.get("what") == "study":
@@ -80,7 +80,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
             question |= {"part": table["part"], "save": str(part_upload.path)}
             return JSONResponse({**await preview(question), "upload": part_upload.told()})
         except InputError as error:
-            return no(error)
+            return refusal(error)
 
     async def runs(request: Request) -> Response:
         if request.method == "GET":
@@ -88,15 +88,15 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         try:
             return JSONResponse(workspace.start(await _table(request)).told())
         except InputError as error:
-            return no(error)
+            return refusal(error)
 
     def run_of(request: Request) -> Run | None:
         return workspace.runs.get(request.path_params["id"])
 
-    async def one(request: Request) -> Response:
+    async def run_by_id(request: Request) -> Response:
         run = run_of(request)
         if run is None:
-            return no(KeyError("no such run"), 404)
+            return refusal(KeyError("no such run"), 404)
         if request.method == "DELETE":
             await workspace.remove(run)
             return JSONResponse({})
@@ -104,11 +104,11 @@ def build(workspace: Workspace, token: str, port: int) -> App:
             await workspace.cancel(run)
         return JSONResponse(run.told())
 
-    async def studied(request: Request) -> Response:
+    async def run_study(request: Request) -> Response:
         run = run_of(request)
         text = None if run is None else run.study()
         if text is None:
-            return no(KeyError("no study comes of this"), 404)
+            return refusal(KeyError("no study comes of this"), 404)
         return put_study(text)
 
     async def result(request: Request) -> Response:
@@ -116,14 +116,14 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         files = {} if run is None else run.files()
         path = files.get(request.path_params["name"])  # looked up, never joined to a path
         if path is None:
-            return no(KeyError("no such file"), 404)
+            return refusal(KeyError("no such file"), 404)
         policy = {".html": _REPORT, ".svg": _PICTURE}.get(path.suffix, "default-src 'none'")
         return FileResponse(path, headers={"content-security-policy": policy})
 
     async def download(request: Request) -> Response:
         run = run_of(request)
         if run is None or not run.files():
-            return no(KeyError("no such result"), 404)
+            return refusal(KeyError("no such result"), 404)
         data = await asyncio.to_thread(_archive, run)
         name = f"microslip-{run.kind}-{run.id[:6]}.zip"
         headers = {"content-disposition": f'attachment; filename="{name}"'}
@@ -145,13 +145,13 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         await workspace.close()
 
     routes = [
-        *(Route(path, own) for path in _OWN),
+        *(Route(path, page_file) for path in _OWN),
         Route("/api/uploads", upload, methods=["POST"]),
-        Route("/api/uploads/{id}/look", looked, methods=["POST"]),
+        Route("/api/uploads/{id}/look", look, methods=["POST"]),
         Route("/api/example", example, methods=["POST"]),
         Route("/api/runs", runs, methods=["GET", "POST"]),
-        Route("/api/runs/{id}", one, methods=["GET", "POST", "DELETE"]),
-        Route("/api/runs/{id}/study", studied, methods=["POST"]),
+        Route("/api/runs/{id}", run_by_id, methods=["GET", "POST", "DELETE"]),
+        Route("/api/runs/{id}/study", run_study, methods=["POST"]),
         Route("/runs/{id}/files/{name}", result),
         Route("/runs/{id}/download.zip", download),
     ]

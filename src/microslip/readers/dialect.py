@@ -206,7 +206,7 @@ def _names(
 ) -> tuple[tuple[str, ...], tuple[str | None, ...], tuple[int | None, int | None]]:
     """Names and units above the rows, and their lines."""
     above = [line for line in reversed(lines[:start]) if re.search(r"[^\W_]|%|°", line.text)]
-    heads = (_head(line, separator, width, mask) for line in above[:_FAR])
+    heads = (_heading_cells(line, separator, width, mask) for line in above[:_FAR])
     first = next(heads, None)
     if first is None and not (above and any(map(_is_number, split(above[0].text, separator)))):
         # A remark may stand between names and rows, but no broken row: then units tell the names.
@@ -236,13 +236,13 @@ def _tells_units(cells: Sequence[str]) -> bool:
     )
 
 
-def _head(
+def _heading_cells(
     line: Line, separator: str | None, width: int, mask: Sequence[bool | None]
 ) -> tuple[Line, list[str]] | None:
     """Cells of a line that has one for each column."""
     text = line.text.strip().lstrip(_MARKS) if line.text[:1] in "#%!/*" else line.text
     fewest = _filled(mask)
-    for cells in _ways(text, separator):
+    for cells in _splits(text, separator):
         while cells and not cells[-1]:
             cells.pop()
         if len(cells) == width + 1 and cells[-1].casefold() == "comment":
@@ -258,7 +258,7 @@ def _is_number(cell: str) -> bool:
     return bool(_POINT.fullmatch(name) or _COMMA.fullmatch(name))
 
 
-def _ways(text: str, separator: str | None) -> Iterator[list[str]]:
+def _splits(text: str, separator: str | None) -> Iterator[list[str]]:
     """Cells of a line of names, which may hold spaces where spaces separate the numbers."""
     yield split(text, separator)
     if separator is None:

@@ -83,7 +83,7 @@ def _read(path: Path, format_name: Any, channel_name: Any, limit: int) -> Height
     reader, name = _open(path, format_name)
     try:
         channels = list(reader.channels)
-        index = _chosen(channels, channel_name)
+        index = _channel_index(channels, channel_name)
         channel = channels[index]
         shape = tuple(int(n) for n in np.atleast_1d(channel.nb_grid_pts))
         refuse_beyond(shape, limit)
@@ -91,7 +91,7 @@ def _read(path: Path, format_name: Any, channel_name: Any, limit: int) -> Height
     except (ValueError, MemoryError):
         raise
     except Exception as error:  # damaged files break the library in many ways
-        raise ValueError(_broken(name, error)) from None
+        raise ValueError(_format_error(name, error)) from None
     finally:
         _close(reader)
     notes = [*sums]
@@ -187,7 +187,7 @@ def _open(path: Path, format_name: Any) -> tuple[Any, str]:
         except MemoryError:
             raise
         except Exception as error:
-            raise ValueError(_broken(format_name, error)) from None
+            raise ValueError(_format_error(format_name, error)) from None
     with path.open("rb") as file:
         head = file.read(library.MAGIC_BUFFER_SIZE)
     suffix = path.suffix.lower().lstrip(".")
@@ -199,7 +199,7 @@ def _open(path: Path, format_name: Any) -> tuple[Any, str]:
         except MemoryError:
             raise
         except Exception as error:
-            failed = failed or _broken(name, error)
+            failed = failed or _format_error(name, error)
     if failed:
         raise ValueError(failed)
     raise InputError(
@@ -229,7 +229,7 @@ def _candidates(library: Any, head: bytes, suffix: str) -> list[Any]:
     return certain + called
 
 
-def _chosen(channels: list[Any], channel_name: Any) -> int:
+def _channel_index(channels: list[Any], channel_name: Any) -> int:
     """Index of the channel that is meant, or of the only one of heights."""
     names = [str(channel.name) for channel in channels]
     listed = ", ".join(f'{i}: "{shorten(name, 40)}"' for i, name in enumerate(names[:20]))
@@ -307,5 +307,5 @@ def _close(reader: Any) -> None:
         reader.close()
 
 
-def _broken(name: str, error: Exception) -> str:
+def _format_error(name: str, error: Exception) -> str:
     return f"cannot be read as {name}, wrong format or truncated: {first_line(error)}"

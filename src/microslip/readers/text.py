@@ -97,7 +97,7 @@ class TextFile(NamedTuple):
     def matrix(self, places: list[int] | None = None) -> Floats:
         """Rows of numbers of these columns, in the order of the file; of all by default."""
         places = list(range(len(self.layout.names))) if places is None else places
-        for read in (_as_numbers, _mended, _cell_by_cell):
+        for read in (_as_numbers, _with_nan, _cell_by_cell):
             values = read(self, places)
             if values is not None:
                 return values
@@ -231,7 +231,7 @@ def _as_numbers(file: TextFile, places: list[int]) -> Floats | None:
     )
 
 
-def _mended(file: TextFile, places: list[int]) -> Floats | None:
+def _with_nan(file: TextFile, places: list[int]) -> Floats | None:
     """By NumPy, after "nan" was put wherever something stands for no number."""
     if file.counts['"']:
         return None

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
 
 # What was drawn on axes before: how many figures, and the units [SI] of its axes.
-_drawn: WeakKeyDictionary[Axes, tuple[int, float, float]] = WeakKeyDictionary()
+_drawn_before: WeakKeyDictionary[Axes, tuple[int, float, float]] = WeakKeyDictionary()
 
 
 def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "") -> Any:
@@ -38,7 +38,7 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
         _recolour(panels, color or COLORS[0])
         all_axes = np.array(figure(plot, new_figure).axes[: len(panels)], dtype=object)
         for axes, panel in zip(all_axes, panels, strict=True):
-            _drawn[axes] = (1, panel.x.unit, panel.y.unit)
+            _drawn_before[axes] = (1, panel.x.unit, panel.y.unit)
             _release_ticks(axes)
     else:
         all_axes = np.atleast_1d(np.asarray(ax, dtype=object)).reshape(-1)
@@ -47,7 +47,7 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
             raise InputError(Argument("ax"), f" must be {expected}, got {show(ax)}")
         with style.context(STYLE):
             for axes, panel in zip(all_axes, panels, strict=True):
-                _onto(axes, panel, color)
+                _draw_panel(axes, panel, color)
         _legend(plot, all_axes[0])
     if label:
         lines = [line for line in all_axes[0].lines if line.get_label().startswith("_child")]
@@ -85,16 +85,16 @@ def _recolour(panels: list[Panel], color: str) -> None:
         ]
 
 
-def _onto(axes: Axes, panel: Panel, color: str | None) -> None:
+def _draw_panel(axes: Axes, panel: Panel, color: str | None) -> None:
     """Draw one panel on axes that are there; what they say of themselves already stays."""
-    count, x_unit, y_unit = _drawn.get(axes, (0, panel.x.unit, panel.y.unit))
+    count, x_unit, y_unit = _drawn_before.get(axes, (0, panel.x.unit, panel.y.unit))
     _recolour([panel], color or COLORS[count % len(COLORS)])
     ratio = panel.x.unit / x_unit, panel.y.unit / y_unit
     if not count:
         _prepare(axes, panel)
     for number, item in enumerate(panel.items):
         paint(_scaled(item, *ratio), axes, None, 1.5 + 0.01 * number)
-    _drawn[axes] = (count + 1, x_unit, y_unit)
+    _drawn_before[axes] = (count + 1, x_unit, y_unit)
 
 
 def _prepare(axes: Axes, panel: Panel) -> None:

@@ -30,7 +30,7 @@ def new_figure(height: float, title: str) -> Figure:
     figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
     if title:
-        figure.suptitle(_literal(_broken(title)), wrap=True)
+        figure.suptitle(_escaped(_folded(title)), wrap=True)
     return figure
 
 
@@ -53,12 +53,12 @@ def missing_glyphs(text: str) -> str:
     return "".join(c for c in dict.fromkeys(text) if not font.get_char_index(ord(c)))
 
 
-def _broken(text: str) -> str:
+def _folded(text: str) -> str:
     """Text whose words each fit on the page; matplotlib only breaks lines between words."""
     return re.sub(rf"\S{{{_LONG_WORD}}}(?=\S)", r"\g<0>\n", text)
 
 
-def _literal(text: str) -> str:
+def _escaped(text: str) -> str:
     """Text in which a dollar sign is a dollar sign."""
     return text.replace("$", r"\$")
 

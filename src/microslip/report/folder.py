@@ -222,7 +222,7 @@ def _discard(folder: Path, kind: str) -> None:
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
         result_files = _files(folder, kind) or set()
-        if names <= result_files | _LITTER | {"summary.json"} and not _odd(folder):
+        if names <= result_files | _LITTER | {"summary.json"} and not _other_entries(folder):
             # The summary says what the others are, so it goes last.
             for name in sorted(names, key=lambda name: name == "summary.json"):
                 (folder / name).unlink()
@@ -258,7 +258,7 @@ def _check_contents(folder: Path, place: _Place) -> None:
     name = place.name
     try:
         entries = {entry.name for entry in folder.iterdir()}
-        odd = _odd(folder)
+        odd = _other_entries(folder)
     except OSError as error:
         raise StudyError(f"{name}: not replaced: {reason(error)}") from None
     if not entries:
@@ -276,7 +276,7 @@ def _check_contents(folder: Path, place: _Place) -> None:
         )
 
 
-def _odd(folder: Path) -> list[str]:
+def _other_entries(folder: Path) -> list[str]:
     """What is no plain file: a folder or a link is somebody's own, whatever its name."""
     return sorted(e.name for e in folder.iterdir() if e.is_symlink() or not e.is_file())
 

@@ -46,7 +46,7 @@ def page(document: Document, cache: Drawn, progress: Callable[[float], None] | N
     style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
     lead = [picture for picture in document.pictures if picture.name == document.figure]
-    pruned = [_without(section, lead) for section in document.sections]
+    pruned = [_pruned(section, lead) for section in document.sections]
     sections = [*(section for section in pruned if section.blocks), *_provenance(document)]
     code = script("ticks.js") + script("figure.js")
     # Only this one script may run, whatever else should get into the page.
@@ -78,7 +78,7 @@ def script(name: str) -> str:
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
-def _without(section: Section, pictures: list[Picture]) -> Section:
+def _pruned(section: Section, pictures: list[Picture]) -> Section:
     """A section without pictures that stand elsewhere."""
     names = [picture.name for picture in pictures]
     blocks = (b for b in section.blocks if not (isinstance(b, Picture) and b.name in names))
@@ -116,7 +116,7 @@ def _banner(document: Document) -> Iterator[str]:
         yield f"<p><strong>{_SIGNS[word]} {escape(head)}</strong></p>\n"
     doubts = [judgement.sentence for judgement in judged if judgement.word != "ok"]
     if doubts:
-        yield _listed(doubts)
+        yield _list(doubts)
     for remark in document.remarks:
         yield f'<p class="small">{escape(remark)}</p>\n'
     yield "</div>\n"
@@ -266,7 +266,7 @@ def _(block: Note, section: Section) -> str:
 
 @_html.register
 def _(block: Items, section: Section) -> str:
-    return _listed(block.texts)
+    return _list(block.texts)
 
 
 @_html.register
@@ -282,5 +282,5 @@ def _(block: Markup, section: Section) -> str:
     return block.html
 
 
-def _listed(texts: list[str] | tuple[str, ...]) -> str:
+def _list(texts: list[str] | tuple[str, ...]) -> str:
     return "<ul>\n" + "".join(f"<li>{escape(text)}</li>\n" for text in texts) + "</ul>\n"

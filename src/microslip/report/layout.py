@@ -153,7 +153,9 @@ def lay_out(plot: Plot) -> Page:
             factor = frame.panel.second[1]
             low, high = frame.y.low * factor, frame.y.high * factor
             make = logarithmic if frame.y.log else linear
-            frame.second = Scale(low, high, frame.y.log, make(low, high, _most(frame.height)))
+            frame.second = Scale(
+                low, high, frame.y.log, make(low, high, _label_count(frame.height))
+            )
     _place(plot, frames, top, bottom)
     return Page(
         PAGE,
@@ -170,10 +172,10 @@ def lay_out(plot: Plot) -> Page:
 
 
 def _frame(panel: Panel) -> Frame:
-    return Frame(panel, _unmarked(panel, "x"), _unmarked(panel, "y"))
+    return Frame(panel, _bare_scale(panel, "x"), _bare_scale(panel, "y"))
 
 
-def _unmarked(panel: Panel, direction: Which) -> Scale:
+def _bare_scale(panel: Panel, direction: Which) -> Scale:
     """An axis before anything is known of its room."""
     axis: Axis = panel.x if direction == "x" else panel.y
     return Scale(*_ends(panel, direction), axis.log, Ticks(()))
@@ -184,7 +186,7 @@ def _ends(panel: Panel, direction: Which) -> tuple[float, float]:
     axis = panel.x if direction == "x" else panel.y
     low, high = axis.low, axis.high
     if low is None or high is None:
-        values = _drawn(panel, direction)
+        values = _values_drawn(panel, direction)
         fine = np.isfinite(values) & (values > 0.0) if axis.log else np.isfinite(values)
         values = values[fine]
         if not values.size:
@@ -203,7 +205,7 @@ def _ends(panel: Panel, direction: Which) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _drawn(panel: Panel, direction: Which) -> Floats:
+def _values_drawn(panel: Panel, direction: Which) -> Floats:
     parts: list[Floats] = []
     for item in panel.items:
         if isinstance(item, (shapes.Line, shapes.Marks, shapes.Area, shapes.Stems)):
@@ -220,7 +222,7 @@ def _drawn(panel: Panel, direction: Which) -> Floats:
     return np.concatenate([np.zeros(0), *parts])
 
 
-def _most(length: float) -> int:
+def _label_count(length: float) -> int:
     """Labels of a vertical axis that have room."""
     return max(2, min(9, int(length / 24.0)))
 
@@ -233,7 +235,7 @@ def _scale(frame: Frame, direction: Which) -> Scale:
     low, high = min(scale.low, scale.high), max(scale.low, scale.high)
     room = frame.width if direction == "x" else frame.height
     make = logarithmic if axis.log else linear
-    limit = _most(room) if direction == "y" else max(2, min(9, int(room / 45.0)))
+    limit = _label_count(room) if direction == "y" else max(2, min(9, int(room / 45.0)))
     ticks = make(low, high, limit) if axis.log else linear(low, high, limit, axis.integer)
     if direction == "x":  # labels beside each other need room for themselves
         widest = max((text_width(text, SMALL) for _, text in ticks.major), default=0.0)

@@ -162,7 +162,7 @@ def _labels(
             if label:
                 yield _text(side, top + (1.0 - share) * height + down, label)
         yield "</g>"
-        yield _turned(frame.label_left, top + 0.5 * height, panel.y.label)
+        yield _vertical_text(frame.label_left, top + 0.5 * height, panel.y.label)
         if frame.y.ticks.offset:
             anchored = "end" if panel.y.opposite else "start"
             yield _text(
@@ -178,7 +178,7 @@ def _labels(
         yield "</g>"
         if frame.second.ticks.offset:
             yield _text(right, top - 4.0, frame.second.ticks.offset, anchor="end")
-        yield _turned(frame.second_left, top + 0.5 * height, panel.second[0])
+        yield _vertical_text(frame.second_left, top + 0.5 * height, panel.second[0])
     if panel.note:
         shift = 40.0 if frame.y.ticks.offset and not panel.y.opposite else 0.0
         yield _text(left + shift, top - 4.5, panel.note)
@@ -186,7 +186,7 @@ def _labels(
         yield _text(left + 0.5 * width, top - 5.0, panel.title, TEXT, "middle")
 
 
-def _turned(x: float, y: float, label: str) -> str:
+def _vertical_text(x: float, y: float, label: str) -> str:
     """Lines of a label that run upwards, centred."""
     lines = label.split("\n")
     texts = []

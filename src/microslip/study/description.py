@@ -56,7 +56,7 @@ class StudyDescription(StudyTables):
         self._notes = (*(change.note for change in changes), *reading.notes)
 
     @model_validator(mode="after")
-    def _makes_sense(self) -> Self:
+    def _check_study(self) -> Self:
         if isinstance(self.joint, Joint) and not self.joint.normal_load:
             joint = self.joint.model_copy(update={"normal_load": (mean_load(self),)})
             self.__dict__["joint"] = joint

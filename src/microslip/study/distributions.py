@@ -44,9 +44,9 @@ def check(name: str, parameters: Mapping[str, float], location: float, scale: fl
 
     distribution = getattr(stats, name, None)
     if not isinstance(distribution, stats.rv_continuous):
-        raise KeyedError(f"{_KEY}.distribution", f"wanted {_wanted(name, distribution)}")
+        raise KeyedError(f"{_KEY}.distribution", f"wanted {_expected_name(name, distribution)}")
     shapes = distribution.shapes.replace(",", " ").split() if distribution.shapes else []
-    _same_names(name, shapes, parameters)
+    _check_names(name, shapes, parameters)
     of = f"{name} with {_values(parameters)}" if parameters else name
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
@@ -67,7 +67,7 @@ def check(name: str, parameters: Mapping[str, float], location: float, scale: fl
             raise KeyedError(_KEY, f"SciPy fails for {of}: {_reason(error)}") from None
 
 
-def _wanted(name: str, candidate: Any) -> str:
+def _expected_name(name: str, candidate: Any) -> str:
     from scipy import stats
 
     example = 'a continuous distribution of scipy.stats such as "weibull_min"'
@@ -77,7 +77,7 @@ def _wanted(name: str, candidate: Any) -> str:
     return f"{example}, got {show(name)}{did_you_mean(synonym or name, names())}"
 
 
-def _same_names(name: str, shapes: list[str], parameters: Mapping[str, float]) -> None:
+def _check_names(name: str, shapes: list[str], parameters: Mapping[str, float]) -> None:
     has = f'"{name}" has no shape parameters'
     if shapes:
         has = f'"{name}" has the shape parameter{"s" * (len(shapes) > 1)} {quoted(shapes, "and")}'

@@ -41,7 +41,7 @@ class RoughFace(NamedTuple):
     """What is known of one face."""
 
     statistics: SummitStatistics
-    said: str
+    origin: str
     """Where it is from, in a sentence without its end."""
     verdicts: tuple[Verdict, ...] = ()
     """How far that bears a joint."""
@@ -82,7 +82,7 @@ class DrawnFace(Part):
     ) = optional("Nayak's alpha, the breadth of the spectrum; 10 between 2 and 50 if absent.", "10")
 
     @model_validator(mode="after")
-    def _can_be(self) -> Self:
+    def _check_drawing(self) -> Self:
         try:
             _ = self.finish
         except InputError as error:
@@ -101,10 +101,10 @@ class DrawnFace(Part):
     def face(self) -> RoughFace:
         """Summits in the middle of the ranges."""
         finish = self.finish
-        origin = f"by its drawing, which leaves open {self._between(finish.ranges)}"
+        origin = f"by its drawing, which leaves open {self._range_texts(finish.ranges)}"
         return RoughFace(finish.statistics, origin, ranges=finish.ranges)
 
-    def _between(self, ranges: Mapping[str, tuple[float, float]]) -> str:
+    def _range_texts(self, ranges: Mapping[str, tuple[float, float]]) -> str:
         entries = []
         for name, (low, high) in ranges.items():
             ends = [
@@ -151,7 +151,7 @@ class _ScannedFace(Part):
             try:
                 part = ScanSurface.model_validate({**keys, "scan": name}, context=info.context)
             except ValidationError as error:
-                raise _of_face(error) from None
+                raise _at_the_face(error) from None
             scans.append(part)
         self._scans = tuple(scans)
         return self
@@ -175,7 +175,7 @@ class _ScannedFace(Part):
         return tuple(verdict for scan in self._scans for verdict in scan.verdicts())
 
 
-def _of_face(error: ValidationError) -> Exception:
+def _at_the_face(error: ValidationError) -> Exception:
     """What is wrong with a scan, at the key of the face."""
     cause = error.errors(include_url=False)[0].get("ctx", {}).get("error")
     if isinstance(cause, KeyedError):
@@ -242,7 +242,7 @@ class FacedSurface(Part):
 
     _faces: Any = PrivateAttr(default=None)
 
-    def given_faces(self) -> dict[str, AnyFace]:
+    def face_tables(self) -> dict[str, AnyFace]:
         """Tables of the faces, by their keys."""
         raise NotImplementedError
 
@@ -250,7 +250,7 @@ class FacedSurface(Part):
     def faces(self) -> dict[str, RoughFace]:
         """What is known of each face; it is found once."""
         if self._faces is None:
-            self._faces = {key: part.face() for key, part in self.given_faces().items()}
+            self._faces = {key: part.face() for key, part in self.face_tables().items()}
         faces: dict[str, RoughFace] = self._faces
         return faces
 
@@ -272,7 +272,7 @@ class FacedSurface(Part):
     def sentences(self) -> list[str]:
         """Where the summits are from."""
         sentences = [
-            f"surface{key}: {face.statistics}, {face.said}." for key, face in self.faces.items()
+            f"surface{key}: {face.statistics}, {face.origin}." for key, face in self.faces.items()
         ]
         if len(sentences) > 1:
             sentences.append(
@@ -308,7 +308,7 @@ class TwoFaces(FacedSurface):
         '{ std = "0.4 um", radius = "20 um", density = "3000 1/mm^2" }',
     )
 
-    def given_faces(self) -> dict[str, AnyFace]:
+    def face_tables(self) -> dict[str, AnyFace]:
         """The two, or the one that is rough."""
         return {".first": self.first, **({".second": self.second} if self.second else {})}
 
@@ -318,6 +318,6 @@ class DrawnSurface(DrawnFace, FacedSurface):
 
     law: Literal["drawing"] = required("A face by its drawing on a smooth one.")
 
-    def given_faces(self) -> dict[str, AnyFace]:
+    def face_tables(self) -> dict[str, AnyFace]:
         """Itself."""
         return {"": self}

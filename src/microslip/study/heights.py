@@ -78,7 +78,7 @@ class ScipyHeights(Part):
         return frozen(self.distribution, self.parameters, self.location, self.scale)
 
     @model_validator(mode="after")
-    def _is_one(self) -> Self:
+    def _check_distribution(self) -> Self:
         check(self.distribution, self.parameters, self.location, self.scale)
         return self
 

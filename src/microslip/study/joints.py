@@ -59,7 +59,7 @@ class Joint(Part):
     )
 
     @model_validator(mode="after")
-    def _bolted(self) -> Self:
+    def _load_of_bolts(self) -> Self:
         load = None if self.pressure is None else self.pressure.load
         if load is not None:
             if self.normal_load:
@@ -77,7 +77,7 @@ class Joint(Part):
             self.__dict__["normal_load"] = (load,)
 
     @model_validator(mode="after")
-    def _tightening(self) -> Self:
+    def _check_tightening(self) -> Self:
         if self.tightening_load is None:
             for key in ("yield_stress", "tightening_model"):
                 if getattr(self, key) is not None:

@@ -101,11 +101,11 @@ class MeasuredPart(Part):
         return self._table
 
 
-def _listed(raw_value: object) -> object:
+def _as_list(raw_value: object) -> object:
     return [raw_value] if isinstance(raw_value, (dict, MeasuredPart)) else raw_value
 
 
 Tests = Annotated[
     tuple[MeasuredPart, ...],
-    Check(_listed, lambda inner: {"anyOf": [inner["items"], {**inner, "maxItems": 20}]}),
+    Check(_as_list, lambda inner: {"anyOf": [inner["items"], {**inner, "maxItems": 20}]}),
 ]

@@ -114,22 +114,22 @@ def _read(text: object) -> Override:
         raise StudyError(f"override: wanted a text such as '{_EXAMPLE}', got {show(text)}")
     key, equals, value = text.partition("=")
     if not equals:
-        raise _wrong(text, f"wanted KEY=VALUE such as {_EXAMPLE}")
+        raise _error(text, f"wanted KEY=VALUE such as {_EXAMPLE}")
     if not value.strip():
-        raise _wrong(text, f"no value; wanted KEY=VALUE such as {_EXAMPLE}")
+        raise _error(text, f"no value; wanted KEY=VALUE such as {_EXAMPLE}")
     path = _path(text, key)
     return Override(text, path, _value(text, value.strip()), dotted(path))
 
 
-def _wrong(text: str, message: str) -> StudyError:
+def _error(text: str, message: str) -> StudyError:
     return StudyError(f'override "{shorten(text, 80)}": {message}')
 
 
 def _path(text: str, key: str) -> tuple[str, ...]:
     if "[" in key:
-        raise _wrong(text, f"no item of a list can be set; give all of the list, {_LISTS}")
+        raise _error(text, f"no item of a list can be set; give all of the list, {_LISTS}")
     if is_too_deep(key):
-        raise _wrong(text, f"a key of more than {MAX_DEPTH} levels")
+        raise _error(text, f"a key of more than {MAX_DEPTH} levels")
     try:
         node: Any = {} if "\n" in key or "#" in key else tomllib.loads(f"{key} = 0")
     except (ValueError, RecursionError):
@@ -140,7 +140,7 @@ def _path(text: str, key: str) -> tuple[str, ...]:
         path.append(word)
     if node != 0 or not path:
         example = 'a key such as joint.normal_load before "="'
-        raise _wrong(text, f"wanted {example}, got {show(key.strip())}")
+        raise _error(text, f"wanted {example}, got {show(key.strip())}")
     return tuple(path)
 
 
@@ -154,7 +154,7 @@ def _value(override: str, text: str) -> Any:
         return parsed["value"]
     if text[0] in "[{\"'":
         quoted = "in a shell put single quotes around all of it"
-        raise _wrong(override, f"its value is not TOML; {quoted}, {_LISTS.replace('such as ', '')}")
+        raise _error(override, f"its value is not TOML; {quoted}, {_LISTS.replace('such as ', '')}")
     return text
 
 
@@ -172,7 +172,7 @@ def _put(data: Any, change: Override) -> None:
             wrong = f"{path} is {show(node)} and has no keys; write {path}=VALUE"
             if isinstance(node, list):
                 wrong = f"no item of a list can be set; give all of the list, {path}=[…]"
-            raise _wrong(change.text, wrong)
+            raise _error(change.text, wrong)
     node[last] = change.value
     if last in _CHOICES and words:
         change.blamed = dotted(words)

@@ -41,7 +41,7 @@ _WRITTEN = {
 _USUAL = {"m": 5e-7, "m^2": 2e-4, "N": 100.0, "Pa": 69e9, "1/m^2": 1e8, "N/m": 5e7, "1/m": 5e5}
 
 
-def _written(parameter: Parameter) -> str:
+def _example_text(parameter: Parameter) -> str:
     """An example of a parameter as a file has it."""
     unit, value = parameter.unit, parameter.example
     value = _USUAL.get(unit, value) if value == 1.0 else value
@@ -66,7 +66,7 @@ def option_of(parameter: Parameter) -> Option:
         kind,
         label=f"{meaning[:1].upper()}{meaning[1:]}",
         default=REQUIRED if parameter.default is None else parameter.default,
-        example=_written(parameter),
+        example=_example_text(parameter),
         above=limit(parameter.above),
         low=limit(parameter.least),
         high=limit(parameter.most),
@@ -102,7 +102,7 @@ class DescribedAlone(Described):
         return self.describes(**self.values())
 
     @model_validator(mode="after")
-    def _can_be(self) -> Self:
+    def _check_values(self) -> Self:
         try:
             self.build()
         except InputError as error:
@@ -143,7 +143,7 @@ def table_of(
     for parameter in parameters_of(kind):
         option = option_of(parameter)
         fields[option.name] = (
-            _many(option, where)
+            _list_key(option, where)
             if parameter.many
             else (float, key(option, Uncertain(option.written or option.example)))
         )
@@ -153,7 +153,7 @@ def table_of(
     return model
 
 
-def _many(option: Option, where: str) -> tuple[Any, Any]:
+def _list_key(option: Option, where: str) -> tuple[Any, Any]:
     """A list of quantities, here or in a column of a file."""
     assert isinstance(option.kind, Kind)
     item = Annotated[float, quantity(option.kind, option.example, option.sign)]

@@ -54,7 +54,7 @@ class PressurePart(Part):
         raise NotImplementedError
 
     @model_validator(mode="after")
-    def _can_be(self) -> Self:
+    def _check_distribution(self) -> Self:
         try:
             self.spread()
         except InputError as error:
@@ -165,7 +165,7 @@ class BoltPressure(PressurePart):
     )
 
     @model_validator(mode="after")
-    def _one_force(self) -> Self:
+    def _check_tension(self) -> Self:
         if self.preload is not None and self.torque is not None:
             raise KeyedError(
                 "joint.pressure.torque", "wanted preload or torque, got both; remove one"

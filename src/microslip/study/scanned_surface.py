@@ -45,7 +45,7 @@ Channel = Annotated[
 ]
 
 
-def _alone(values: Any) -> Any:
+def _single(values: Any) -> Any:
     """What was said once, by itself."""
     return values[0] if values and len(values) == 1 else values
 
@@ -94,8 +94,8 @@ class ScanSurface(Part):
             self._scan = Scan.read(
                 here,
                 self.format,
-                unit=_alone(self.unit),
-                pixel=_alone(self.pixel),
+                unit=_single(self.unit),
+                pixel=_single(self.pixel),
                 key=self.key,
                 channel=self.channel,
                 valid=None if self.valid is None else (self.valid[0], self.valid[1]),
@@ -240,7 +240,7 @@ class ScanSurface(Part):
         """The cut-off as text; there is always something to say."""
         return NO_CUTOFF if self.cutoff is None else engineering(self.cutoff, "m", 6, trim=True)
 
-    def _said(self) -> str:
+    def _cutoff_words(self) -> str:
         return f"cut-off {self.cutoff_text()}" if self.cutoff else "no cut-off: the pixel decides"
 
     def verdicts(self) -> tuple[Verdict, ...]:
@@ -299,8 +299,9 @@ class ScanSurface(Part):
         name = shorten(Path(self.scan).name, 100)
         part = self._estimates().get("counted" if self.estimate == "population" else self.estimate)
         if self.estimate == options.PERSSON:
-            parameters = "the power spectrum by Persson's theory, of contacts that feel each other"
-            return [f"surface.scan: {name}, {self._said()}: {parameters}. The cut-off decides it."]
+            theory = "the power spectrum by Persson's theory, of contacts that feel each other"
+            source = f"surface.scan: {name}, {self._cutoff_words()}"
+            return [f"{source}: {theory}. The cut-off decides it."]
         parameters = "" if part is None else f" {part}"
         remark = {
             "table": ", heights by the density of those counted",
@@ -313,5 +314,5 @@ class ScanSurface(Part):
             )
         if self.read_scan.is_profile:
             remark = ", as if the profile were of an isotropic Gaussian surface"
-        sentence = f"{name}, {self._said()}:{parameters}{remark}"
+        sentence = f"{name}, {self._cutoff_words()}:{parameters}{remark}"
         return [f"surface.scan: {sentence}. The cut-off decides these numbers."]

@@ -50,7 +50,7 @@ class Curve(Part):
     ] = optional("How many amplitudes, evenly spaced on a log axis.", default=200)
 
     @model_validator(mode="after")
-    def _rising(self) -> Self:
+    def _check_range(self) -> Self:
         if not self.start < self.to:
             start, end = (engineering(x, "m", trim=True) for x in (self.start, self.to))
             raise KeyedError("excitation.curve.to", f"wanted more than `from` ({start}), got {end}")
@@ -80,7 +80,7 @@ class LoadVariation(Part):
     ] = optional("Periods of the load in a cycle of the displacement.", default=1)
 
     @model_validator(mode="after")
-    def _one_size(self) -> Self:
+    def _check_size(self) -> Self:
         if (self.amplitude is None) == (self.share is None):
             came = "neither" if self.share is None else "both"
             raise KeyedError(
@@ -137,12 +137,12 @@ class History(Column):
             self._loads = self._read_loads(self.normal_load, info)
         if self.time is not None:
             key = "excitation.history.time"
-            self._times = self._beside(self.time, None, TIME, key, info)
+            self._times = self._column_beside(self.time, None, TIME, key, info)
             if not np.all(np.diff(self._times) > 0.0):
                 raise KeyedError(key, f"{shorten(self.file, 100)}: wanted times that rise")
         return self
 
-    def _beside(
+    def _column_beside(
         self, name: str, unit: str | None, kind: Kind, key: str, info: ValidationInfo
     ) -> tuple[float, ...]:
         """Another column of the same file."""
@@ -153,7 +153,7 @@ class History(Column):
 
     def _read_loads(self, column: LoadColumn, info: ValidationInfo) -> tuple[float, ...]:
         key = "excitation.history.normal_load"
-        loads = self._beside(column.column, column.unit, FORCE, key, info)
+        loads = self._column_beside(column.column, column.unit, FORCE, key, info)
         for row, load in enumerate(loads, start=1):
             if load < 0.0:
                 raise KeyedError(
@@ -207,7 +207,7 @@ class Excitation(Part):
         return along or self.load_variation is not None
 
     @model_validator(mode="after")
-    def _one_kind_of_amplitudes(self) -> Self:
+    def _check_amplitudes(self) -> Self:
         if self.amplitudes is not None and self.force_amplitudes is not None:
             raise KeyedError(
                 "excitation.force_amplitudes",
@@ -287,7 +287,7 @@ class StudyTables(Part):
 
     @model_validator(mode="before")
     @classmethod
-    def _metals(cls, raw_value: Any, info: ValidationInfo) -> Any:
+    def _complete(cls, raw_value: Any, info: ValidationInfo) -> Any:
         return (
             with_followers(with_metals(raw_value, info))
             if isinstance(raw_value, dict)

@@ -42,19 +42,19 @@ def check(study: StudyTables) -> None:
     if isinstance(study.joint, Joint):
         if study.surface is None:
             raise KeyedError("surface", "missing; write a table [surface]")
-        _bodies(study, study.surface)
-        _loads(study, study.joint.normal_load)
-        _variation(study, study.joint.normal_load)
-        _spread(study)
-        _structure(study)
+        _check_bodies(study, study.surface)
+        _check_loads(study, study.joint.normal_load)
+        _check_variation(study, study.joint.normal_load)
+        _check_pressure(study)
+        _check_structure(study)
     else:
-        _alone(study)
-    _uncertain(study)
-    _forces(study)
-    _amount(study)
+        _check_law(study)
+    _check_uncertainty(study)
+    _check_forces(study)
+    _check_amount(study)
 
 
-def _structure(study: StudyTables) -> None:
+def _check_structure(study: StudyTables) -> None:
     """It needs bodies that bend, and a surface of known area."""
     part = study.structure
     if part is None:
@@ -76,7 +76,7 @@ def _structure(study: StudyTables) -> None:
         )
 
 
-def _spread(study: StudyTables) -> None:
+def _check_pressure(study: StudyTables) -> None:
     """A pressure that is spread needs a surface with an area, and stays as it is."""
     if study.joint.pressure is None:
         return
@@ -100,7 +100,7 @@ def _spread(study: StudyTables) -> None:
             raise KeyedError(key, "wanted none beside joint.pressure, which is at constant load")
 
 
-def _uncertain(study: StudyTables) -> None:
+def _check_uncertainty(study: StudyTables) -> None:
     """What is drawn is there, and drawn once."""
     part = study.uncertainty
     if part is None:
@@ -125,7 +125,7 @@ def _uncertain(study: StudyTables) -> None:
         )
 
 
-def _alone(study: StudyTables) -> None:
+def _check_law(study: StudyTables) -> None:
     """A friction law by its own parameters has no surface and no normal load."""
     law, excitation = study.joint.law, study.excitation
     because = f'the law "{law}" knows no normal load'
@@ -139,14 +139,14 @@ def _alone(study: StudyTables) -> None:
         raise KeyedError(RECORDED, f"wanted none, got a table; {because}")
 
 
-def _bodies(study: StudyTables, surface: Any) -> None:
+def _check_bodies(study: StudyTables, surface: Any) -> None:
     names = surface.materials
     for index, name in enumerate(names, start=1):
         if name not in study.material:
             raise KeyedError(f"surface.materials, item {index}", unknown(name, study.material))
     if all(isinstance(study.material[name], Rigid) for name in names):
         raise KeyedError("surface.materials", "wanted one body that deforms, got two rigid ones")
-    _summits(surface)
+    _check_summits(surface)
     for name, material in study.material.items():
         if isinstance(material, Elastic) and material.hardness is not None:
             modulus = engineering(material.young_modulus, "Pa", 6, trim=True)
@@ -158,7 +158,7 @@ def _bodies(study: StudyTables, surface: Any) -> None:
                 )
 
 
-def _summits(surface: Any) -> None:
+def _check_summits(surface: Any) -> None:
     """A surface has a summit; less is a slip of a unit."""
     if {"density", "area"} <= type(surface).model_fields.keys() and surface.law != "scan":
         count = surface.density * surface.area
@@ -169,7 +169,7 @@ def _summits(surface: Any) -> None:
             )
 
 
-def _most(study: StudyTables) -> tuple[float, str, str] | None:
+def _largest_load(study: StudyTables) -> tuple[float, str, str] | None:
     """Largest load that the surface answers for, what that is, and how to have more."""
     tightening: float | None = study.joint.tightening_load
     if tightening is not None:
@@ -181,9 +181,9 @@ def _most(study: StudyTables) -> tuple[float, str, str] | None:
     return load, f"the first load of the table, {_force(load)}", "begin the table higher"
 
 
-def _loads(study: StudyTables, loads: Sequence[float]) -> None:
+def _check_loads(study: StudyTables, loads: Sequence[float]) -> None:
     """A table carries no more than its first load, a tightened surface that which tightened it."""
-    limit = _most(study)
+    limit = _largest_load(study)
     for index, load in enumerate(loads, start=1):
         if limit is not None and load > limit[0]:
             item = f", item {index}" if len(loads) > 1 else ""
@@ -194,7 +194,7 @@ def _loads(study: StudyTables, loads: Sequence[float]) -> None:
             )
 
 
-def _variation(study: StudyTables, normal_loads: Sequence[float]) -> None:
+def _check_variation(study: StudyTables, normal_loads: Sequence[float]) -> None:
     """A load that varies does not pull, and stays within a table."""
     variation = study.excitation.load_variation
     if variation is not None:
@@ -205,7 +205,7 @@ def _variation(study: StudyTables, normal_loads: Sequence[float]) -> None:
                 f"wanted at most the normal load {_force(load)}, got {_force(variation.amplitude)} "
                 "(the load would go below zero)",
             )
-    limit = _most(study)
+    limit = _largest_load(study)
     if limit is None:
         return
     largest, table, remedy = limit
@@ -258,7 +258,7 @@ def lifting(study: StudyTables, lightest: float) -> None:
             )
 
 
-def _forces(study: StudyTables) -> None:
+def _check_forces(study: StudyTables) -> None:
     """No force reaches the limit at the lightest load."""
     excitation, joint = study.excitation, study.joint
     if isinstance(joint, Joint):
@@ -294,7 +294,7 @@ def _forces(study: StudyTables) -> None:
             )
 
 
-def _amount(study: StudyTables) -> None:
+def _check_amount(study: StudyTables) -> None:
     excitation, loads = study.excitation, max(len(study.joint.loads), 1)
     key = "amplitudes" if excitation.force_amplitudes is None else "force_amplitudes"
     loops = loads * len(excitation.amplitudes or excitation.force_amplitudes or ())

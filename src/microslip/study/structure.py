@@ -68,7 +68,7 @@ class BoltsPart(Part):
     )
 
     @model_validator(mode="after")
-    def _places(self) -> Self:
+    def _check_places(self) -> Self:
         if self.across is not None and len(self.across) != len(self.positions or ()):
             raise KeyedError(
                 "structure.bolts.across",
@@ -107,7 +107,7 @@ class AmplitudeRange(Part):
     ] = optional("How many.", default=10)
 
     @model_validator(mode="after")
-    def _rising(self) -> Self:
+    def _check_range(self) -> Self:
         if not self.start < self.to:
             raise KeyedError("structure.amplitude.to", "wanted more than `from`")
         return self
@@ -198,15 +198,15 @@ class StructurePart(Part):
     )
 
     @model_validator(mode="after")
-    def _drawn(self) -> Self:
+    def _check_structure(self) -> Self:
         bolts = ("positions", "shank")
         if self.mesh is None:
-            _need(self, "structure", (*_DRAWN, "density"))
-            _need(self.bolts, "structure.bolts", (*bolts, "hole", "washer"))
+            _require(self, "structure", (*_DRAWN, "density"))
+            _require(self.bolts, "structure.bolts", (*bolts, "hole", "washer"))
         else:
-            _none(self, "structure", (*_DRAWN, "element_size"))
-            _none(self.bolts, "structure.bolts", (*bolts, "across", "head"))
-            _need(self, "structure", ("sensor", *(() if self.mesh.densities else ("density",))))
+            _refuse(self, "structure", (*_DRAWN, "element_size"))
+            _refuse(self.bolts, "structure.bolts", (*bolts, "across", "head"))
+            _require(self, "structure", ("sensor", *(() if self.mesh.densities else ("density",))))
             if self.style != "half-lap":
                 raise KeyedError("structure.style", _BESIDE)
             if self.converge:
@@ -339,14 +339,14 @@ _DRAWN = ("length", "width", "thickness", "lap")
 _BESIDE = "wanted none beside structure.mesh, which shows it"
 
 
-def _need(part: Part, path: str, names: Iterable[str]) -> None:
+def _require(part: Part, path: str, names: Iterable[str]) -> None:
     for name in names:
         if getattr(part, name) is None:
             example = (type(part).model_fields[name].examples or ["{ ... }"])[0]
             raise KeyedError(f"{path}.{name}", f"missing; write for example {name} = {example}")
 
 
-def _none(part: Part, path: str, names: Iterable[str]) -> None:
+def _refuse(part: Part, path: str, names: Iterable[str]) -> None:
     for name in names:
         if getattr(part, name) is not None:
             raise KeyedError(f"{path}.{name}", _BESIDE)

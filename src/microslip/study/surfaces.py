@@ -107,7 +107,7 @@ class PopulationSurface(Surface):
     )
 
     @model_validator(mode="after")
-    def _radii_match(self) -> Self:
+    def _check_radii(self) -> Self:
         heights, radii = len(self.heights.values), len(self.radius)
         if radii not in (1, heights):
             raise KeyedError(
@@ -138,7 +138,7 @@ class TableSurface(Surface):
     )
 
     @model_validator(mode="after")
-    def _is_a_law(self) -> Self:
+    def _check_table(self) -> Self:
         separation, load = self.separation, self.load
         if len(load) != len(separation):
             raise KeyedError(
@@ -213,7 +213,7 @@ class SpectralSurface(Surface):
     area: fields.Area = required("Apparent area.", '"2 cm^2"')
 
     @model_validator(mode="after")
-    def _one_of_both(self) -> Self:
+    def _check_spectrum(self) -> Self:
         spectrum = ("wavenumber", "spectrum")
         needed, excluded = (
             (spectrum, _SELF_AFFINE)
@@ -263,7 +263,7 @@ _HEIGHTS = Field(
 )
 
 
-def _described(kind: type) -> type[Part]:
+def _table_of_law(kind: type) -> type[Part]:
     """Table of a surface that says its parameters, beside materials and maybe heights."""
     has_heights = "heights" in {item.name for item in dataclasses.fields(kind)}
     extra_fields = {"heights": (AnyHeights, _HEIGHTS)} if has_heights else {}
@@ -272,7 +272,7 @@ def _described(kind: type) -> type[Part]:
 
 SURFACE_TABLES: dict[str, type[Any]] = {
     **{
-        name: _OWN[name] if name in _OWN else _described(kind)
+        name: _OWN[name] if name in _OWN else _table_of_law(kind)
         for kind in NORMAL_LAWS
         if (name := key_of(kind)) in _OWN or parameters_of(kind)
     },

@@ -150,7 +150,7 @@ def _faces(analysis: Faces) -> tuple[Block, ...]:
         Column("std", "std of heights"),
     )
     sentences = [
-        f"{_NAMES[key].capitalize()}: {face.said}." for key, face in analysis.faces.items()
+        f"{_NAMES[key].capitalize()}: {face.origin}." for key, face in analysis.faces.items()
     ]
     return (
         Table("", columns, tuple(rows)),
@@ -252,7 +252,7 @@ def _data(analysis: Faces) -> dict[str, Any]:
         "faces": {
             _NAMES[key]: {
                 **dataclasses.asdict(face.statistics),
-                "said": face.said,
+                "said": face.origin,
                 "scatter": face.spread._asdict() if face.spread else None,
                 "ranges": plain(face.ranges) if face.ranges else None,
             }

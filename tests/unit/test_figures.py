@@ -19,8 +19,7 @@ from microslip.report.matplotlib_figure import figure, png
 from microslip.report.plot import DASHED, Line, LineName, Marks, Panel, Pixels, Plot, Rule, Stems
 from microslip.report.svg import svg
 from microslip.report.ticks import linear, log_label, logarithmic
-from microslip.results.predicted.curves import MOST_LOADS
-from microslip.results.predicted.energy_figure import force_exponent
+from microslip.results.predicted.curves import MOST_LOADS, force_exponent
 from microslip.results.predicted.figures import FIGURES, names, slipping_share
 from microslip.results.predicted.history_figure import MOST_SAMPLES, envelope, path
 from microslip.results.predicted.numbers import files

@@ -16,12 +16,10 @@ from microslip.report.matplotlib_figure import png
 from microslip.report.pictures import Drawn
 from microslip.report.plot import Area, Line, Panel, Pixels
 from microslip.report.svg import svg
-from microslip.results.scanned.cutoff_picture import cutoff_plot
-from microslip.results.scanned.density_picture import density_plot
 from microslip.results.scanned.document import document
 from microslip.results.scanned.findings import Findings, Request, analyse
-from microslip.results.scanned.height_picture import height_plot
-from microslip.results.scanned.spectrum_picture import spectrum_plot
+from microslip.results.scanned.height_pictures import density_plot, height_plot
+from microslip.results.scanned.wave_pictures import cutoff_plot, spectrum_plot
 from microslip.scans import random_surface
 
 

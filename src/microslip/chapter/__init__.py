@@ -25,16 +25,9 @@ def _place(plate: Plate) -> float:
     return int(number) if number else math.inf
 
 
-_ALL = (
-    *sketches.PLATES,
-    *contact.PLATES,
-    *asperity_loops.PLATES,
-    *surface.PLATES,
-    *joint.PLATES,
-    *rig.PLATES,
-    *varying_load.PLATES,
-)
-PLATES: tuple[Plate, ...] = tuple(sorted(_ALL, key=_place))
+_MODULES = (sketches, contact, asperity_loops, surface, joint, rig, varying_load)
+_ALL = (entry for module in _MODULES for entry in vars(module).values())
+PLATES = tuple(sorted((entry for entry in _ALL if isinstance(entry, Plate)), key=_place))
 """Every figure, in the order of the chapter; last what it has not."""
 
 LEFT_OUT = MappingProxyType({"19.5": "a photograph of the sample"})

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.axes import Axes
 
+from microslip._core.checks import Floats
 from microslip.chapter.contact import (
     MEGA,
     MICRO,
-    Floats,
     assumed,
     path,
     section,
@@ -28,6 +28,7 @@ from microslip.chapter.plate import (
     Drawn,
     Plate,
     arrow,
+    as_plate,
     cross,
     mark,
     subscripts,
@@ -57,12 +58,6 @@ def _levels(axes: Axes, joint: Asperity, horizontal: bool) -> None:
             )  # fmt: skip
 
 
-def _limits(axes: Axes, joint: Asperity) -> None:
-    """Lines at plus and minus the force of gross slip."""
-    for sign, text in ((-1.0, "−μN"), (1.0, "μN")):
-        _level(axes, sign * joint.force_limit, text)
-
-
 def _level(axes: Axes, place: float, text: str) -> None:
     """A line across with its name above its beginning."""
     axes.axhline(place, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
@@ -73,15 +68,34 @@ def _level(axes: Axes, place: float, text: str) -> None:
     )  # fmt: skip
 
 
-def _loop_axes(axes: Axes, joint: Asperity, reach: float) -> None:
+def _loop_axes(axes: Axes, joint: Asperity, reach: float, levels: bool = True) -> None:
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [N]")
     cross(axes)
     axes.set_xlim(-reach * joint.slip_limit / MICRO, reach * joint.slip_limit / MICRO)
     axes.set_ylim(-1.25 * joint.force_limit, 1.25 * joint.force_limit)
+    for sign, text in ((-1.0, "−μN"), (1.0, "μN")):
+        _level(axes, sign * joint.force_limit, text)
+    if levels:
+        _levels(axes, joint, horizontal=False)
 
 
-def johnson(plate: Plate) -> Drawn:
-    """Fig. 19.11."""
+def _branches(axes: Axes, record: Floats, force: Floats, samples: int, *labels: str) -> None:
+    """First loading, unloading and reloading, of so many samples each."""
+    looks = ((INK, DASHES), (BLUE, "-"), (RED, (0, (6, 1.5))))
+    for number, (label, (color, line)) in enumerate(zip(labels, looks, strict=True)):
+        part = slice((samples - 1) * number, (samples - 1) * (number + 1) + 1)
+        axes.plot(record[part] / MICRO, force[part], color=color, linestyle=line, label=label)
+
+
+@as_plate(
+    "19.11",
+    "load-displacement-cycle",
+    "a cycle of force with its tractions (after Johnson)",
+    "At B there is no force, yet the contact holds tractions that balance and a displacement "
+    "that stays. At C all is the mirror of A.",
+    assumed("Force between ±0.95 μN."),
+)
+def _johnson(plate: Plate) -> Drawn:
     joint = summit()
     peak = 0.95 * joint.force_limit
     top = joint.backbone_displacement(peak)
@@ -97,8 +111,7 @@ def johnson(plate: Plate) -> Drawn:
     grid = body.add_gridspec(3, 2, width_ratios=[1.35, 1.0])
     axes = body.add_subplot(grid[:, 0])
     axes.plot(record / MICRO, force, color=BLUE)
-    _loop_axes(axes, joint, 1.25)
-    _limits(axes, joint)
+    _loop_axes(axes, joint, 1.25, levels=False)
     states = {name: joint.fields(force=forces) for name, forces in corners.items()}
     offsets = {"A": (8, 8), "B": (11, -8), "C": (-8, -8), "D": (-11, 8)}
     for name, fields in states.items():
@@ -151,8 +164,14 @@ def _draw_path(
     return time, record
 
 
-def constant_path(plate: Plate) -> Drawn:
-    """Fig. 19.12."""
+@as_plate(
+    "19.12",
+    "constant-amplitude-path",
+    "loading path of constant amplitude",
+    "The displacement that Fig. 19.13 answers to: from rest at O, then to and fro between A and C.",
+    assumed("Amplitude 0.8 δL."),
+)
+def _constant_path(plate: Plate) -> Drawn:
     joint = summit()
     figure, body = plate.page(3.3)
     letters = {"O": (0.0, 1), "A": (1.0, -1), "B": (1.5, 1), "C": (2.0, 1), "D": (2.5, 1)}
@@ -162,29 +181,24 @@ def constant_path(plate: Plate) -> Drawn:
     return Drawn(figure, {"time [half cycles]": time, "displacement [m]": record})
 
 
-def partial_loop(plate: Plate) -> Drawn:
-    """Fig. 19.13."""
+@as_plate(
+    "19.13",
+    "partial-slip-loop",
+    "force against displacement in partial slip",
+    "First loading O–A, then the closed loop A–B–C–D: two copies of the first curve at twice "
+    "its size. It never reaches μN, and still encloses an area.",
+    assumed("Amplitude 0.8 δL."),
+)
+def _partial_loop(plate: Plate) -> Drawn:
     joint = summit()
     top = 0.8 * joint.slip_limit
     record = path(0.0, top, -top, top)
     force = joint.force(record)
     figure, body = plate.page(4.3)
     axes = body.subplots()
-    first = slice(0, 80)
-    axes.plot(
-        record[first] / MICRO, force[first], color=INK, linestyle=DASHES, label="O–A, first loading"
-    )
-    axes.plot(record[79:159] / MICRO, force[79:159], color=BLUE, label="A–B–C, unloading")
-    axes.plot(
-        record[158:] / MICRO,
-        force[158:],
-        color=RED,
-        linestyle=(0, (6, 1.5)),
-        label="C–D–A, reloading",
-    )
+    labels = ("O–A, first loading", "A–B–C, unloading", "C–D–A, reloading")
+    _branches(axes, record, force, 80, *labels)
     _loop_axes(axes, joint, 1.2)
-    _limits(axes, joint)
-    _levels(axes, joint, horizontal=False)
     at_b = joint.force([top, 0.0])[-1]
     for name, x, y, dx, dy in (
         ("O", 0.0, 0.0, -10, -4),
@@ -198,8 +212,15 @@ def partial_loop(plate: Plate) -> Drawn:
     return Drawn(figure, {"displacement [m]": record, "force [N]": force})
 
 
-def total_loop(plate: Plate) -> Drawn:
-    """Fig. 19.14."""
+@as_plate(
+    "19.14",
+    "total-slip-loop",
+    "force against displacement with total slip",
+    "Beyond the slip limit the force stays at μN and the asperity slides by δ₀. A reversal "
+    "has to cover 2 δL before it slides back.",
+    assumed("Amplitude 1.7 δL, of which δ₀ = 0.7 δL is sliding."),
+)
+def _total_loop(plate: Plate) -> Drawn:
     joint = summit()
     limit = joint.slip_limit
     top = 1.7 * limit
@@ -207,14 +228,8 @@ def total_loop(plate: Plate) -> Drawn:
     force = joint.force(record)
     figure, body = plate.page(4.3)
     axes = body.subplots()
-    axes.plot(record[:160] / MICRO, force[:160], color=INK, linestyle=DASHES, label="first loading")
-    axes.plot(record[159:319] / MICRO, force[159:319], color=BLUE, label="unloading")
-    axes.plot(
-        record[318:] / MICRO, force[318:], color=RED, linestyle=(0, (6, 1.5)), label="reloading"
-    )
+    _branches(axes, record, force, 160, "first loading", "unloading", "reloading")
     _loop_axes(axes, joint, 2.1)
-    _limits(axes, joint)
-    _levels(axes, joint, horizontal=False)
     high = 1.13 * joint.force_limit
     arrow(axes, (limit / MICRO, high), (top / MICRO, high), double=True, linewidth=0.9)
     words(axes, "δ₀", 0.5 * (limit + top) / MICRO, high)
@@ -224,8 +239,14 @@ def total_loop(plate: Plate) -> Drawn:
     return Drawn(figure, {"displacement [m]": record, "force [N]": force})
 
 
-def growing(plate: Plate) -> Drawn:
-    """Fig. 19.15."""
+@as_plate(
+    "19.15",
+    "growing-amplitude",
+    "growing amplitude: (a) path, (b) loops from partial to total slip",
+    "The tips of all loops lie on the first loading curve; from the third on they are flat.",
+    assumed("Amplitudes 0.35, 0.7, 1.05 and 1.6 δL."),
+)
+def _growing(plate: Plate) -> Drawn:
     joint = summit()
     levels = (0.35, 0.7, 1.05, 1.6)
     corners = [0.0, *(v for level in levels for v in (level, -level)), levels[-1]]
@@ -235,8 +256,6 @@ def growing(plate: Plate) -> Drawn:
     force = joint.force(record)
     right.plot(record / MICRO, force, color=BLUE)
     _loop_axes(right, joint, 2.4)
-    _limits(right, joint)
-    _levels(right, joint, horizontal=False)
     path_axes.set_title("(a)")
     right.set_title("(b)")
     columns = {"time [half cycles]": time, "displacement [m]": record, "force [N]": force}
@@ -246,8 +265,14 @@ def growing(plate: Plate) -> Drawn:
 VARIABLE = (0.0, 0.95, -0.6, 0.6, -0.85, 1.5, -1.5)
 
 
-def variable_path(plate: Plate) -> Drawn:
-    """Fig. 19.16."""
+@as_plate(
+    "19.16",
+    "variable-amplitude-path",
+    "loading path of variable amplitude",
+    "The displacement that Fig. 19.17 answers to: two small swings, then wide ones.",
+    assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
+)
+def _variable_path(plate: Plate) -> Drawn:
     joint = summit()
     figure, body = plate.page(3.3)
     letters = {"O": (0.0, -1), "A": (1.0, -1), "B": (2.0, 1), "C": (3.0, -1), "D": (4.0, 1)}
@@ -256,8 +281,15 @@ def variable_path(plate: Plate) -> Drawn:
     return Drawn(figure, {"time [half cycles]": time, "displacement [m]": record})
 
 
-def variable_loop(plate: Plate) -> Drawn:
-    """Fig. 19.17."""
+@as_plate(
+    "19.17",
+    "variable-amplitude-loops",
+    "force against displacement, from partial to total slip",
+    "C–D passes B on the curve that A–B had begun: the loop B–C has closed and left no trace. "
+    "From D on the curve runs through A into that of first loading, and slides at μN.",
+    assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
+)
+def _variable_loop(plate: Plate) -> Drawn:
     joint = summit()
     corners = [v * joint.slip_limit for v in VARIABLE]
     record = path(*corners, samples=160)
@@ -278,75 +310,8 @@ def variable_loop(plate: Plate) -> Drawn:
             zorder=2.0 if color == LIGHT else 2.5,
         )  # fmt: skip
     _loop_axes(axes, joint, 1.75)
-    _limits(axes, joint)
-    _levels(axes, joint, horizontal=False)
     offsets = {"O": (-9, 8), "A": (5, 10), "B": (10, -6), "C": (8, -8), "D": (-8, 9)}
     for index, (name, (dx, dy)) in enumerate(offsets.items()):
         mark(axes, name, corners[index] / MICRO, force[159 * index], dx, dy)
     body.legend(loc="outside lower center", ncols=5)
     return Drawn(figure, {"displacement [m]": record, "force [N]": force})
-
-
-PLATES = (
-    Plate(
-        "19.11",
-        "load-displacement-cycle",
-        "a cycle of force with its tractions (after Johnson)",
-        "At B there is no force, yet the contact holds tractions that balance and a displacement "
-        "that stays. At C all is the mirror of A.",
-        assumed("Force between ±0.95 μN."),
-        johnson,
-    ),
-    Plate(
-        "19.12",
-        "constant-amplitude-path",
-        "loading path of constant amplitude",
-        "The displacement that Fig. 19.13 answers to: from rest at O, then to and fro between A "
-        "and C.",
-        assumed("Amplitude 0.8 δL."),
-        constant_path,
-    ),
-    Plate(
-        "19.13",
-        "partial-slip-loop",
-        "force against displacement in partial slip",
-        "First loading O–A, then the closed loop A–B–C–D: two copies of the first curve at twice "
-        "its size. It never reaches μN, and still encloses an area.",
-        assumed("Amplitude 0.8 δL."),
-        partial_loop,
-    ),
-    Plate(
-        "19.14",
-        "total-slip-loop",
-        "force against displacement with total slip",
-        "Beyond the slip limit the force stays at μN and the asperity slides by δ₀. A reversal "
-        "has to cover 2 δL before it slides back.",
-        assumed("Amplitude 1.7 δL, of which δ₀ = 0.7 δL is sliding."),
-        total_loop,
-    ),
-    Plate(
-        "19.15",
-        "growing-amplitude",
-        "growing amplitude: (a) path, (b) loops from partial to total slip",
-        "The tips of all loops lie on the first loading curve; from the third on they are flat.",
-        assumed("Amplitudes 0.35, 0.7, 1.05 and 1.6 δL."),
-        growing,
-    ),
-    Plate(
-        "19.16",
-        "variable-amplitude-path",
-        "loading path of variable amplitude",
-        "The displacement that Fig. 19.17 answers to: two small swings, then wide ones.",
-        assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
-        variable_path,
-    ),
-    Plate(
-        "19.17",
-        "variable-amplitude-loops",
-        "force against displacement, from partial to total slip",
-        "C–D passes B on the curve that A–B had begun: the loop B–C has closed and left no trace. "
-        "From D on the curve runs through A into that of first loading, and slides at μN.",
-        assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
-        variable_loop,
-    ),
-)

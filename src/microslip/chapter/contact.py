@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Wedge
-from numpy.typing import NDArray
 
+from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.chapter.plate import (
     BACK,
@@ -26,13 +26,12 @@ from microslip.chapter.plate import (
     Drawn,
     Plate,
     arrow,
+    as_plate,
     words,
 )
 from microslip.friction import Asperity, AsperityFields, Zone
 from microslip.materials import Material, MaterialPair
 from microslip.report.drawing import DASHES
-
-Floats = NDArray[np.float64]
 
 MICRO, MEGA = 1e-6, 1e6
 
@@ -109,8 +108,15 @@ def zone_handles(stuck: bool = True) -> list[Patch]:
     ]
 
 
-def cattaneo(plate: Plate) -> Drawn:
-    """Fig. 19.2."""
+@as_plate(
+    "19.2",
+    "cattaneo-traction",
+    "tangential traction in partial slip (Cattaneo)",
+    "Where the contact slips the traction is μp, all that friction allows; in the stick circle "
+    "it is less by μ times the pressure that the circle alone would have.",
+    assumed("Displacement 0.6 δL from rest."),
+)
+def _cattaneo(plate: Plate) -> Drawn:
     joint = summit()
     fields = joint.fields(0.6 * joint.slip_limit)
     x = section(joint, fields)
@@ -136,8 +142,15 @@ def cattaneo(plate: Plate) -> Drawn:
     return Drawn(figure, columns)
 
 
-def mindlin(plate: Plate) -> Drawn:
-    """Fig. 19.3."""
+@as_plate(
+    "19.3",
+    "pressure-and-traction",
+    "pressure and tangential traction on the surface (Mindlin)",
+    "As the force grows, the traction meets μp further and further inside. Without slip it "
+    "would be infinite at the edge under any force at all.",
+    assumed("First loading."),
+)
+def _mindlin(plate: Plate) -> Drawn:
     joint = summit()
     shares = (0.25, 0.5, 0.75)
     states = [joint.fields(force=share * joint.force_limit) for share in shares]
@@ -170,8 +183,15 @@ def mindlin(plate: Plate) -> Drawn:
     return Drawn(figure, columns)
 
 
-def contact_area(plate: Plate) -> Drawn:
-    """Fig. 19.10."""
+@as_plate(
+    "19.10",
+    "contact-area",
+    "stick circle and slip ring of the contact",
+    "Slip comes from the edge. After a reversal it starts there again, the other way, while "
+    "the ring that slipped before moves with the stick circle.",
+    assumed(),
+)
+def _contact_area(plate: Plate) -> Drawn:
     joint = summit()
     a = joint.contact_radius
     top, down = 0.75, 0.0
@@ -220,34 +240,3 @@ def contact_area(plate: Plate) -> Drawn:
     names = ("state", "inner radius [m]", "outer radius [m]", "direction", "slips now")
     columns = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
     return Drawn(figure, columns)
-
-
-PLATES = (
-    Plate(
-        "19.2",
-        "cattaneo-traction",
-        "tangential traction in partial slip (Cattaneo)",
-        "Where the contact slips the traction is μp, all that friction allows; in the stick circle "
-        "it is less by μ times the pressure that the circle alone would have.",
-        assumed("Displacement 0.6 δL from rest."),
-        cattaneo,
-    ),
-    Plate(
-        "19.3",
-        "pressure-and-traction",
-        "pressure and tangential traction on the surface (Mindlin)",
-        "As the force grows, the traction meets μp further and further inside. Without slip it "
-        "would be infinite at the edge under any force at all.",
-        assumed("First loading."),
-        mindlin,
-    ),
-    Plate(
-        "19.10",
-        "contact-area",
-        "stick circle and slip ring of the contact",
-        "Slip comes from the edge. After a reversal it starts there again, the other way, while "
-        "the ring that slipped before moves with the stick circle.",
-        assumed(),
-        contact_area,
-    ),
-)

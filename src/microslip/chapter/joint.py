@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.chapter.contact import assumed as one_summit
 from microslip.chapter.contact import path, summit
@@ -23,6 +23,7 @@ from microslip.chapter.plate import (
     RED,
     Drawn,
     Plate,
+    as_plate,
     cross,
     words,
 )
@@ -30,8 +31,6 @@ from microslip.chapter.surface import SPREAD, worked_example
 from microslip.friction import Interface, Iwan
 from microslip.normal import GreenwoodWilliamson
 from microslip.report.drawing import DASHES, log_scale
-
-Floats = NDArray[np.float64]
 
 MICRO, KILO = 1e-6, 1e3
 LINES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)), (0, (3, 1)))
@@ -50,8 +49,15 @@ def assumed(addition: str = "") -> str:
     ).strip()
 
 
-def loops(plate: Plate) -> Drawn:
-    """Fig. 19.19."""
+@as_plate(
+    "19.19",
+    "interface-loops",
+    "force against displacement of the whole interface",
+    "The corners of single summits are gone: some slide while others stick, and the loop turns "
+    "over smoothly into sliding.",
+    assumed(),
+)
+def _loops(plate: Plate) -> Drawn:
     joint = worked_example()
     amplitudes = (0.15e-6, 0.4e-6, 1e-6, 2e-6)
     figure, body = plate.page(4.3)
@@ -85,8 +91,16 @@ def _more_summits(joint: Interface, factor: float) -> Interface:
     return Interface(surface_of_more, joint.friction_coefficient, joint.normal_load)
 
 
-def many_summits(plate: Plate) -> Drawn:
-    """Fig. 19.20."""
+@as_plate(
+    "19.20",
+    "number-of-asperities",
+    "more asperities at the same load",
+    "More summits lift the plane: a smaller share of them touches, each is pressed in less, "
+    "and the loop comes nearer to Coulomb's box, but slowly. A million times as many do not "
+    "reach it.",
+    assumed("Amplitude 1 µm. So many summits would overlap: the formula alone goes on."),
+)
+def _many_summits(plate: Plate) -> Drawn:
     joint = worked_example()
     top = 1e-6
     figure, body = plate.page(4.6)
@@ -124,8 +138,17 @@ def _even_cells(joint: Interface, count: int) -> Iwan:
     return Iwan(np.full(count, share), share * yields)
 
 
-def likeness(plate: Plate) -> Drawn:
-    """Fig. 19.21."""
+@as_plate(
+    "19.21",
+    "iwan-and-coulomb",
+    "Coulomb's law, Iwan's cells and one asperity",
+    "How the cells are spread decides, not how many there are. Cells that share out the "
+    "asperity's own sliders come the nearer to it the more there are; evenly spread ones, of "
+    "the same stiffness and limit, become a parabola, 7 % of μN away. Each EGM is an Iwan "
+    "model of its own, and one asperity is not special.",
+    one_summit("Amplitude 1.6 δL; 1, 3 and 12 cells as Asperity.to_iwan gives them."),
+)
+def _likeness(plate: Plate) -> Drawn:
     joint = summit()
     top = 1.6 * joint.slip_limit
     figure, body = plate.page(4.6)
@@ -160,8 +183,15 @@ def likeness(plate: Plate) -> Drawn:
     return Drawn(figure, columns)
 
 
-def energy(plate: Plate) -> Drawn:
-    """Fig. 19.23."""
+@as_plate(
+    "19.23",
+    "dissipated-energy",
+    "dissipated energy against amplitude",
+    "Cubic for small amplitudes, linear in full sliding. It is a parabola, as the chapter has "
+    "it, only in passing: the local exponent runs from 3 to 1.",
+    assumed(),
+)
+def _energy(plate: Plate) -> Drawn:
     joint = worked_example()
     a: Floats = np.geomspace(1e-9, 1e-4, 400)
     lost, exponent = joint.dissipated_energy(a), joint.dissipation_exponent(a)
@@ -202,8 +232,15 @@ def _twice(y: Any) -> Any:
     return 2.0 * y
 
 
-def damping(plate: Plate) -> Drawn:
-    """Fig. 19.24."""
+@as_plate(
+    "19.24",
+    "damping-ratio",
+    "the chapter's damping ratio, which is the loss factor",
+    "It grows with the amplitude and ends at 4/π, where Coulomb friction is throughout. It is "
+    "the loss factor; the ratio to critical damping is half of it (scale on the right).",
+    assumed("Other loads: the same surface."),
+)
+def _damping(plate: Plate) -> Drawn:
     a = np.geomspace(1e-9, 1e-4, 400)
     figure, body = plate.page(4.2)
     axes = body.subplots()
@@ -226,8 +263,15 @@ def damping(plate: Plate) -> Drawn:
     return Drawn(figure, columns)
 
 
-def measures(plate: Plate) -> Drawn:
-    """Measures of damping, for one asperity."""
+@as_plate(
+    "damping",
+    "measures",
+    "Measures of damping compared, for one asperity",
+    "All say the same in other words. Those of energy and loss vanish in microslip; B tends to "
+    "2/3 there, since the loop's width vanishes, too.",
+    one_summit(),
+)
+def _measures(plate: Plate) -> Drawn:
     joint = summit()
     x = np.union1d(np.geomspace(0.03, 30.0, 300), [1.0])
     a = x * joint.slip_limit
@@ -266,64 +310,3 @@ def measures(plate: Plate) -> Drawn:
     axes.set_ylim(0.0, 1.4)
     body.legend(loc="outside lower center", ncols=2)
     return Drawn(figure, columns)
-
-
-PLATES = (
-    Plate(
-        "19.19",
-        "interface-loops",
-        "force against displacement of the whole interface",
-        "The corners of single summits are gone: some slide while others stick, and the loop turns "
-        "over smoothly into sliding.",
-        assumed(),
-        loops,
-    ),
-    Plate(
-        "19.20",
-        "number-of-asperities",
-        "more asperities at the same load",
-        "More summits lift the plane: a smaller share of them touches, each is pressed in less, "
-        "and the loop comes nearer to Coulomb's box, but slowly. A million times as many do not "
-        "reach it.",
-        assumed("Amplitude 1 µm. So many summits would overlap: the formula alone goes on."),
-        many_summits,
-    ),
-    Plate(
-        "19.21",
-        "iwan-and-coulomb",
-        "Coulomb's law, Iwan's cells and one asperity",
-        "How the cells are spread decides, not how many there are. Cells that share out the "
-        "asperity's own sliders come the nearer to it the more there are; evenly spread ones, of "
-        "the same stiffness and limit, become a parabola, 7 % of μN away. Each EGM is an Iwan "
-        "model of its own, and one asperity is not special.",
-        one_summit("Amplitude 1.6 δL; 1, 3 and 12 cells as Asperity.to_iwan gives them."),
-        likeness,
-    ),
-    Plate(
-        "19.23",
-        "dissipated-energy",
-        "dissipated energy against amplitude",
-        "Cubic for small amplitudes, linear in full sliding. It is a parabola, as the chapter has "
-        "it, only in passing: the local exponent runs from 3 to 1.",
-        assumed(),
-        energy,
-    ),
-    Plate(
-        "19.24",
-        "damping-ratio",
-        "the chapter's damping ratio, which is the loss factor",
-        "It grows with the amplitude and ends at 4/π, where Coulomb friction is throughout. It is "
-        "the loss factor; the ratio to critical damping is half of it (scale on the right).",
-        assumed("Other loads: the same surface."),
-        damping,
-    ),
-    Plate(
-        "damping",
-        "measures",
-        "Measures of damping compared, for one asperity",
-        "All say the same in other words. Those of energy and loss vanish in microslip; B tends to "
-        "2/3 there, since the loop's width vanishes, too.",
-        one_summit(),
-        measures,
-    ),
-)

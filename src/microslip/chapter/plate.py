@@ -125,6 +125,13 @@ class Plate:
         return names
 
 
+def as_plate(
+    number: str, name: str, title: str, caption: str, parameters: str
+) -> Callable[[Callable[[Plate], Drawn]], Plate]:
+    """What a drawing needs to be a figure of the chapter."""
+    return lambda drawing: Plate(number, name, title, caption, parameters, drawing)
+
+
 def subscripts(text: str) -> str:
     """Text in which the slip limit and the separation have their index below the line."""
     for letter in "Ln":

@@ -6,19 +6,29 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip._core.checks import Floats
 from microslip._core.units import engineering, significant
 from microslip.chapter.joint import COLORS, LINES
 from microslip.chapter.joint import assumed as worked_out
-from microslip.chapter.plate import BLUE, DOTS, GREY, INK, LIGHT, RED, Drawn, Plate, cross, words
+from microslip.chapter.plate import (
+    BLUE,
+    DOTS,
+    GREY,
+    INK,
+    LIGHT,
+    RED,
+    Drawn,
+    Plate,
+    as_plate,
+    cross,
+    words,
+)
 from microslip.chapter.surface import worked_example
 from microslip.friction import Interface
 from microslip.identification import Identification, identify
 from microslip.report.drawing import DASHES
 from microslip.tribometer import VirtualTribometer
-
-Floats = NDArray[np.float64]
 
 MICRO, KILO, MILLI = 1e-6, 1e3, 1e-3
 RIG = 1e8
@@ -57,8 +67,16 @@ def _assumed(addition: str) -> str:
     )
 
 
-def normalised(plate: Plate) -> Drawn:
-    """Fig. 19.7."""
+@as_plate(
+    "19.7",
+    "normalised-loops",
+    "normalised force against displacement (synthetic)",
+    "All loads slide at the same μ, 2 % above μ and −μ: the ripple of the load. What "
+    "differs is how far the oblique parts reach, and these are the rig's, force over its "
+    "stiffness. The contact alone would turn over within a micrometre.",
+    _assumed("Amplitude 40 µm, 10 Hz; other loads: the same surface."),
+)
+def _normalised(plate: Plate) -> Drawn:
     top = 4e-5
     figure, body = plate.page(4.6)
     axes = body.subplots()
@@ -100,8 +118,20 @@ def identified() -> Identification:
     return identify(record)
 
 
-def overlay(plate: Plate) -> Drawn:
-    """Fig. 19.22."""
+@as_plate(
+    "19.22",
+    "measured-and-model",
+    "a record over the model (synthetic)",
+    "The model with the rig in series, fitted to one record at one load. Friction and rig come "
+    "out with narrow intervals; slip scale and separation do not, for rig and contact give way "
+    "together: a second load, or the rig measured apart, would tell them. The ripple of the "
+    "load, in step with the force, only shifts all of it to one side, which the fit leaves "
+    "free: both intervals hold the truth, and what stays is noise.",
+    _assumed(
+        f"Amplitude {OVERLAY / MICRO:g} µm, {FREQUENCY:g} Hz, {CYCLES} cycles, the first left out."
+    ),
+)
+def _overlay(plate: Plate) -> Drawn:
     result = identified()
     record = result.records[0]
     x, force, model, residual = record.displacement, record.measured, record.model, record.residual
@@ -171,32 +201,3 @@ def _found(result: Identification) -> str:
             lines.append(f"{symbol}: {number.verdict}")
     truth = f"made with μ {worked_example().friction_coefficient:g},\nrig {MICRO * RIG:g} N/µm"
     return "\n".join(["identified, 95 %:", *lines, truth])
-
-
-PLATES = (
-    Plate(
-        "19.7",
-        "normalised-loops",
-        "normalised force against displacement (synthetic)",
-        "All loads slide at the same μ, 2 % above μ and −μ: the ripple of the load. What "
-        "differs is how far the oblique parts reach, and these are the rig's, force over its "
-        "stiffness. The contact alone would turn over within a micrometre.",
-        _assumed("Amplitude 40 µm, 10 Hz; other loads: the same surface."),
-        normalised,
-    ),
-    Plate(
-        "19.22",
-        "measured-and-model",
-        "a record over the model (synthetic)",
-        "The model with the rig in series, fitted to one record at one load. Friction and rig come "
-        "out with narrow intervals; slip scale and separation do not, for rig and contact give way "
-        "together: a second load, or the rig measured apart, would tell them. The ripple of the "
-        "load, in step with the force, only shifts all of it to one side, which the fit leaves "
-        "free: both intervals hold the truth, and what stays is noise.",
-        _assumed(
-            f"Amplitude {OVERLAY / MICRO:g} µm, {FREQUENCY:g} Hz, {CYCLES} cycles, the first left "
-            "out."
-        ),
-        overlay,
-    ),
-)

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
-from numpy.typing import NDArray
 
+from microslip._core.checks import Floats
 from microslip.chapter.plate import (
     BLUE,
     GREY,
@@ -18,11 +18,10 @@ from microslip.chapter.plate import (
     Drawn,
     Plate,
     arrow,
+    as_plate,
     words,
 )
 from microslip.report.drawing import DASHES
-
-Floats = NDArray[np.float64]
 
 METAL, DARK, PALE = "#e3e3e3", "#bdbdbd", "#f4f4f4"
 EDGE = {"edgecolor": INK, "linewidth": 0.9}
@@ -56,8 +55,15 @@ def _interface(axes: Axes, start: tuple[float, float], end: tuple[float, float])
     )
 
 
-def joints(plate: Plate) -> Drawn:
-    """Fig. 19.1."""
+@as_plate(
+    "19.1",
+    "joints",
+    "joints that damp",
+    "Wherever two clamped surfaces (red) are sheared, they slip at their edges long before "
+    "they slide.",
+    "A sketch.",
+)
+def _joints(plate: Plate) -> Drawn:
     figure, body = plate.page(2.45)
     first, second, third = body.subplots(1, 3)
 
@@ -104,8 +110,16 @@ def joints(plate: Plate) -> Drawn:
     return Drawn(figure, {})
 
 
-def tribometer(plate: Plate) -> Drawn:
-    """Fig. 19.4."""
+@as_plate(
+    "19.4",
+    "tribometer",
+    "the tribometer",
+    "The jack moves the lower sample under the fixed upper one. Between the places of "
+    "measurement lies more than the contact: its compliance is in every record.",
+    "A sketch of the principle after the chapter's section 2.1, not of the machine; the place "
+    "of the force cell is assumed.",
+)
+def _tribometer(plate: Plate) -> Drawn:
     figure, body = plate.page(3.7)
     axes = body.subplots()
     _blank(axes, 12.0, 5.6)
@@ -154,8 +168,14 @@ def _cap(center: float, top: float, radius: float, floor: float) -> tuple[Floats
     return center + x, top - x**2 / (2.0 * radius)
 
 
-def rough_surface(plate: Plate) -> Drawn:
-    """Fig. 19.8."""
+@as_plate(
+    "19.8",
+    "rough-surface",
+    "a rough surface against a rigid plane",
+    "Only summits higher than the separation touch; each is pressed in by what it stands too high.",
+    "A sketch: heights are exaggerated against widths.",
+)
+def _rough_surface(plate: Plate) -> Drawn:
     figure, body = plate.page(3.1)
     axes = body.subplots()
     _blank(axes, 12.0, 4.3)
@@ -210,8 +230,15 @@ def rough_surface(plate: Plate) -> Drawn:
     return Drawn(figure, {})
 
 
-def single_asperity(plate: Plate) -> Drawn:
-    """Fig. 19.9."""
+@as_plate(
+    "19.9",
+    "single-asperity",
+    "the contact of one asperity",
+    "The sphere is pressed in by δ_ni over a circle of radius a_i, which is narrower than "
+    "where the plane would cut it.",
+    "A sketch.",
+)
+def _single_asperity(plate: Plate) -> Drawn:
     figure, body = plate.page(3.9)
     axes = body.subplots()
     _blank(axes, 10.0, 5.6)
@@ -254,44 +281,3 @@ def single_asperity(plate: Plate) -> Drawn:
     words(axes, "x", 2.1, 0.7)
     words(axes, "y", 0.9, 1.95)
     return Drawn(figure, {})
-
-
-PLATES = (
-    Plate(
-        "19.1",
-        "joints",
-        "joints that damp",
-        "Wherever two clamped surfaces (red) are sheared, they slip at their edges long before "
-        "they slide.",
-        "A sketch.",
-        joints,
-    ),
-    Plate(
-        "19.4",
-        "tribometer",
-        "the tribometer",
-        "The jack moves the lower sample under the fixed upper one. Between the places of "
-        "measurement lies more than the contact: its compliance is in every record.",
-        "A sketch of the principle after the chapter's section 2.1, not of the machine; the place "
-        "of the force cell is assumed.",
-        tribometer,
-    ),
-    Plate(
-        "19.8",
-        "rough-surface",
-        "a rough surface against a rigid plane",
-        "Only summits higher than the separation touch; each is pressed in by what it stands too "
-        "high.",
-        "A sketch: heights are exaggerated against widths.",
-        rough_surface,
-    ),
-    Plate(
-        "19.9",
-        "single-asperity",
-        "the contact of one asperity",
-        "The sphere is pressed in by δ_ni over a circle of radius a_i, which is narrower than "
-        "where the plane would cut it.",
-        "A sketch.",
-        single_asperity,
-    ),
-)

@@ -5,17 +5,26 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip._core.checks import Floats
 from microslip._core.units import engineering
-from microslip.chapter.plate import BLUE, GREY, HATCH, INK, SLIP, STICK, Drawn, Plate, words
+from microslip.chapter.plate import (
+    BLUE,
+    GREY,
+    HATCH,
+    INK,
+    SLIP,
+    STICK,
+    Drawn,
+    Plate,
+    as_plate,
+    words,
+)
 from microslip.friction import Interface
 from microslip.heights import Gaussian
 from microslip.materials import Material, MaterialPair
 from microslip.normal import GreenwoodWilliamson
 from microslip.report.drawing import DASHES
-
-Floats = NDArray[np.float64]
 
 MICRO, MILLI = 1e-6, 1e-3
 SPREAD = 5e-7
@@ -43,8 +52,15 @@ def assumed() -> str:
     )
 
 
-def heights(plate: Plate) -> Drawn:
-    """Fig. 19.18."""
+@as_plate(
+    "19.18",
+    "gaussian-heights",
+    "(a) normal distribution of summit heights, (b) its distribution function",
+    "The summits above the separation δn are in contact: the hatched area in (a), what is "
+    "missing to one in (b).",
+    assumed(),
+)
+def _heights(plate: Plate) -> Drawn:
     joint, law = worked_example(), Gaussian(SPREAD)
     d = joint.separation
     share = float(law.probability_above(d))
@@ -115,8 +131,28 @@ def summits() -> tuple[float, float, float]:
     )
 
 
-def roughness(plate: Plate) -> Drawn:
-    """Fig. 19.6."""
+def _assumed_profile() -> str:
+    """What the figure of the roughness assumes."""
+    density, radius, spread = summits()
+    return (
+        f"Synthetic, no measurement: Gaussian heights, Rq = {engineering(ROUGHNESS, 'm')}, so "
+        f"Ra = {engineering(ROUGHNESS * math.sqrt(2.0 / math.pi), 'm')}; autocorrelation "
+        f"exp(−x²/β²), β = {engineering(CORRELATION, 'm')}; 8 mm in steps of 1 µm. A "
+        f"surface like that in all directions has {density:.2g} summits a m², of radius "
+        f"{engineering(radius, 'm')} and σ = {engineering(spread, 'm')} (Nayak 1971, McCool 1986)."
+    ).replace("e+07", "e7")
+
+
+@as_plate(
+    "19.6",
+    "roughness",
+    "(a) roughness of the surface, (b) probability of its heights (synthetic)",
+    "A profile as rough as the chapter's milled sample, whose Ra is below 0.4 µm. Its summits "
+    "would be as many as those of the worked example, somewhat sharper and a quarter less "
+    "spread in height.",
+    _assumed_profile(),
+)
+def _roughness(plate: Plate) -> Drawn:
     x, z = profile()
     edges = np.linspace(-16.5, 16.5, 34) * 1e-7
     shares, _ = np.histogram(z, edges)
@@ -148,38 +184,3 @@ def roughness(plate: Plate) -> Drawn:
         "Gaussian density [1/m]": law.pdf(z),
     }
     return Drawn(figure, columns)
-
-
-def _roughness() -> str:
-    """What the figure of the roughness assumes."""
-    density, radius, spread = summits()
-    return (
-        f"Synthetic, no measurement: Gaussian heights, Rq = {engineering(ROUGHNESS, 'm')}, so "
-        f"Ra = {engineering(ROUGHNESS * math.sqrt(2.0 / math.pi), 'm')}; autocorrelation "
-        f"exp(−x²/β²), β = {engineering(CORRELATION, 'm')}; 8 mm in steps of 1 µm. A "
-        f"surface like that in all directions has {density:.2g} summits a m², of radius "
-        f"{engineering(radius, 'm')} and σ = {engineering(spread, 'm')} (Nayak 1971, McCool 1986)."
-    ).replace("e+07", "e7")
-
-
-PLATES = (
-    Plate(
-        "19.6",
-        "roughness",
-        "(a) roughness of the surface, (b) probability of its heights (synthetic)",
-        "A profile as rough as the chapter's milled sample, whose Ra is below 0.4 µm. Its summits "
-        "would be as many as those of the worked example, somewhat sharper and a quarter less "
-        "spread in height.",
-        _roughness(),
-        roughness,
-    ),
-    Plate(
-        "19.18",
-        "gaussian-heights",
-        "(a) normal distribution of summit heights, (b) its distribution function",
-        "The summits above the separation δn are in contact: the hatched area in (a), what is "
-        "missing to one in (b).",
-        assumed(),
-        heights,
-    ),
-)

@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from microslip._core.checks import Floats
 from microslip.chapter.contact import assumed as one_summit
 from microslip.chapter.contact import summit
 from microslip.chapter.joint import COLORS, LINES
 from microslip.chapter.joint import assumed as worked_out
-from microslip.chapter.plate import LIGHT, Drawn, Plate, cross
+from microslip.chapter.plate import LIGHT, Drawn, Plate, as_plate, cross
 from microslip.chapter.surface import worked_example
 from microslip.friction import CoupledResponse, Interface
 from microslip.report.drawing import DASHES
-
-Floats = NDArray[np.float64]
 
 MICRO, NANO, MILLI = 1e-6, 1e-9, 1e-3
 SAMPLES = 180
@@ -40,8 +38,16 @@ def cycles(joint: Interface, amplitude: float, ripple: float, phase: float) -> C
     return joint.coupled_response(amplitude * np.sin(turn), normal_load=load)
 
 
-def by_phase(plate: Plate) -> Drawn:
-    """Energy per cycle against the phase between the loads."""
+@as_plate(
+    "coupled-phase",
+    "energy",
+    "What a cycle costs while the normal load varies, too",
+    "Out of phase it costs more, as Putignano, Ciavarella and Barber (2011) found: most where "
+    "the load is ahead by a little less than a quarter cycle, least where it is nearly in step "
+    "or opposed. The smaller the displacement the more so; in gross slip it hardly matters.",
+    worked_out("Displacement amplitude · sin θ, load N (1 + ripple · sin(θ + ψ)); settled cycle."),
+)
+def _by_phase(plate: Plate) -> Drawn:
     joint = worked_example()
     phases: Floats = np.arange(0.0, 181.0, 4.5)
     figure, body = plate.page(4.2)
@@ -71,8 +77,16 @@ def by_phase(plate: Plate) -> Drawn:
     return Drawn(figure, columns)
 
 
-def by_ripple(plate: Plate) -> Drawn:
-    """Energy per cycle against the ripple, up to lift-off."""
+@as_plate(
+    "coupled-ripple",
+    "energy",
+    "One asperity under a normal load that varies up to lift-off",
+    "Where the load is ahead by an eighth or a quarter of the cycle its ripple makes the "
+    "cycle cost more, in step less (a). At full ripple the contact parts once a cycle; there "
+    "the force is 0, wherever the displacement is (b).",
+    one_summit("Amplitude 0.8 δL, load N (1 + ripple · sin(θ + ψ)); settled cycle."),
+)
+def _by_ripple(plate: Plate) -> Drawn:
     joint = summit()
     top = 0.8 * joint.slip_limit
     constant = float(joint.dissipated_energy(top))
@@ -110,29 +124,3 @@ def by_ripple(plate: Plate) -> Drawn:
     right.set_title("(b) loops, up to full ripple")
     right.legend(loc="upper left")
     return Drawn(figure, columns)
-
-
-PLATES = (
-    Plate(
-        "coupled-phase",
-        "energy",
-        "What a cycle costs while the normal load varies, too",
-        "Out of phase it costs more, as Putignano, Ciavarella and Barber (2011) found: most where "
-        "the load is ahead by a little less than a quarter cycle, least where it is nearly in step "
-        "or opposed. The smaller the displacement the more so; in gross slip it hardly matters.",
-        worked_out(
-            "Displacement amplitude · sin θ, load N (1 + ripple · sin(θ + ψ)); settled cycle."
-        ),
-        by_phase,
-    ),
-    Plate(
-        "coupled-ripple",
-        "energy",
-        "One asperity under a normal load that varies up to lift-off",
-        "Where the load is ahead by an eighth or a quarter of the cycle its ripple makes the "
-        "cycle cost more, in step less (a). At full ripple the contact parts once a cycle; there "
-        "the force is 0, wherever the displacement is (b).",
-        one_summit("Amplitude 0.8 δL, load N (1 + ripple · sin(θ + ψ)); settled cycle."),
-        by_ripple,
-    ),
-)

@@ -106,9 +106,8 @@ def design(
     """Find the smallest change of STUDY that meets a target, and draw what it trades for what."""
     with stoppable():
         from microslip.report.files import listed, save, standard_files
-        from microslip.results.design.any_study import open_search
         from microslip.results.design.document import KIND, document
-        from microslip.results.design.search import Target
+        from microslip.results.design.search import Target, open_search
         from microslip.study.description import StudyDescription
 
         goal = Target.read(target)

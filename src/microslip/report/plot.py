@@ -246,5 +246,19 @@ def stacked(panels: Sequence[Panel], height: float, heights: Sequence[float]) ->
     return Plot(list(panels), height, heights=tuple(heights))
 
 
+def beside(
+    panels: Sequence[Panel],
+    height: float,
+    title: str = "",
+    legend: Sequence[Entry] = (),
+    widths: Sequence[float] = (),
+) -> Plot:
+    """Panels in a row, as wide as each other unless widths say otherwise."""
+    for place, panel in enumerate(panels):
+        panel.cell = (0, 0, place, place)
+    widths = tuple(widths) or (1.0,) * len(panels)
+    return Plot(list(panels), height, title, widths=widths, legend=tuple(legend))
+
+
 def _floats(values: ArrayLike) -> Floats:
     return np.atleast_1d(np.asarray(values, dtype=np.float64))

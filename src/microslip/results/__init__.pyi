@@ -3,4 +3,4 @@ from .predicted.columns import HistoryResponse as HistoryResponse
 from .predicted.columns import Limits as Limits
 from .predicted.columns import OscillatorCurve as OscillatorCurve
 from .predicted.result import Result as Result
-from .predicted.study import Study as Study
+from .predicted.run import Study as Study

@@ -12,7 +12,7 @@ from microslip._core.wording import shorten
 from microslip.report import cells
 from microslip.report.document import Column, Document, Items, Picture, Section, Table
 from microslip.report.files import csv_text, header, text_cell, text_file
-from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot
+from microslip.report.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
 from microslip.structures import ModalTest
 
 KIND = "microslip-modal-test"
@@ -99,12 +99,9 @@ def curve_plot(tests: Sequence[ModalTest]) -> Plot:
     scale, letter = prefix(max(float(test.amplitude.max()) for test in tests))
     label = f"Amplitude at the sensor [{letter}m]"
     alone = len(tests) == 1
-    upper = Panel(
-        Axis(label, log=True, bare=True),
-        Axis("Frequency [Hz]" if alone else "Frequency over the first [%]"),
-        cell=(0, 0, 0, 0),
-    )
-    lower = Panel(Axis(label, log=True), Axis("Damping ratio ζ [–]", log=True), cell=(1, 1, 0, 0))
+    frequency_label = "Frequency [Hz]" if alone else "Frequency over the first [%]"
+    upper = Panel(Axis(label, log=True), Axis(frequency_label))
+    lower = Panel(Axis(label, log=True), Axis("Damping ratio ζ [–]", log=True))
     legend = []
     for index, test in enumerate(tests):
         color, dash = COLORS[index % len(COLORS)], DASHES[index % len(DASHES)]
@@ -118,4 +115,6 @@ def curve_plot(tests: Sequence[ModalTest]) -> Plot:
             panel.marks(x, y, color)
         frequency = f"{f[0]:.5g} Hz" if math.isfinite(f[0]) else ""
         legend.append(Entry(f"{shorten(test.name, 40)}, {frequency}", color, dash, marker="o"))
-    return Plot([upper, lower], 5.6, heights=(1.0, 1.3), legend=tuple(legend))
+    plot = stacked([upper, lower], 5.6, (1.0, 1.3))
+    plot.legend = tuple(legend)
+    return plot

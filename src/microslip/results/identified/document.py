@@ -113,11 +113,6 @@ def identified(
 
     Materials, kind of heights and start of an interface are those of the study; ``options`` are
     as :func:`microslip.identify` takes them.
-
-    Raises
-    ------
-    InputError
-        What :func:`microslip.identify` refuses of the first law.
     """
     fits: dict[str, Identification] = {}
     failed: dict[str, str] = {}

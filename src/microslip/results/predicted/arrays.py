@@ -23,7 +23,7 @@ from microslip.results.predicted.numbers import (
     verdicts,
 )
 from microslip.results.predicted.prediction import Prediction
-from microslip.results.structure.arrays import labelled
+from microslip.results.structure.document import labelled
 
 WORDS = ("ok", "watch", "outside", "not judged")
 """Words of the verdicts; a variable holds their index, which is that of older files."""

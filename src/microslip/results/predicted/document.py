@@ -18,12 +18,12 @@ from microslip.report.document import (
     Number,
     Section,
 )
-from microslip.results.predicted.captions import pictures
+from microslip.results.predicted.figures import pictures
 from microslip.results.predicted.leading_inputs import hanging_table
 from microslip.results.predicted.numbers import KIND, REMINDER, verdicts
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.scatter_document import sections as scatter_sections
-from microslip.results.predicted.study_facts import study_facts
+from microslip.results.predicted.study_facts import LAWS, study_facts
 from microslip.results.predicted.tables import (
     cycle_table,
     hertz_table,
@@ -40,17 +40,6 @@ from microslip.study.description import StudyDescription
 from microslip.study.plausibility import questions
 from microslip.study.surfaces import FacedSurface, ScanSurface
 
-_LAWS = {
-    "greenwood-williamson": "of a Greenwood–Williamson surface",
-    "population": "of a given population of summits",
-    "sphere": "of one sphere on a flat",
-    "table": "with a tabulated normal law",
-    "scan": "of a scanned surface",
-    "elliptic-summits": "of a surface with a lay",
-    "persson": "of a surface by its power spectrum",
-    "drawing": "of a surface by its drawing",
-    "two-faces": "of two rough faces",
-}
 REMARK = (
     "η (loss factor) and ζ = η/2 (damping ratio) are the interface’s own, not a mode’s: in a "
     "structure ζ_mode = ΣE_d / 4πU."
@@ -184,7 +173,8 @@ def _of(study: StudyDescription) -> str:
     """The joint, its friction and its loads."""
     if not study.joint.loads:
         return f"by the friction law {study.joint.law}"
-    surface = _LAWS.get(study.surface.law, f"of the surface {study.surface.law}")
+    law = study.surface.law
+    _, surface = LAWS.get(law, ("", f"of the surface {law}"))
     loads = _several("normal load", [*study.joint.loads], "N")
     if study.joint.tightening_load is not None:
         surface += f" tightened to {engineering(study.joint.tightening_load, 'N', 4, trim=True)}"

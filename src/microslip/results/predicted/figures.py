@@ -1,4 +1,4 @@
-"""The figures of a prediction, as data."""
+"""The figures of a prediction, as data, and what to see in them."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from microslip._core.units import engineering, prefix
 from microslip.errors import InputError
 from microslip.friction import PressedJoint
+from microslip.report.document import Picture
 from microslip.report.plot import (
     DASHED,
     GREY,
@@ -23,19 +24,20 @@ from microslip.report.plot import (
     stacked,
 )
 from microslip.report.scales import common_prefix, evenly, far_apart
-from microslip.results.predicted.columns import AmplitudeCurve
+from microslip.results.predicted.columns import AmplitudeCurve, in_words
 from microslip.results.predicted.curves import (
     AmplitudeAxis,
+    Look,
     add_legend,
     displacement_axis,
     draw_curves,
     drawn_loads,
+    energy_damping,
+    force_damping,
 )
-from microslip.results.predicted.energy_figure import energy_damping, force_damping
 from microslip.results.predicted.history_figure import history
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.pressure_figure import pressure
-from microslip.results.predicted.varying import in_words
 
 MOST_PANELS = 6
 _MARKS = 7
@@ -58,12 +60,10 @@ def loops(result: Prediction) -> Plot:
     over_amplitude = any(
         far_apart([float(result.rows[i].amplitude[index]) for i, _ in loads]) for index in indices
     )
-    panels = []
-    for number, index in enumerate(indices):
-        panel = _loops_at(result, index, (largest_x, largest_y), over_amplitude)
+    panels = [_loops_at(result, i, (largest_x, largest_y), over_amplitude) for i in indices]
+    for number, panel in enumerate(panels):
         row, column = divmod(number, columns)
         panel.cell = (row, row, column, column)
-        panels.append(panel)
     plot = Plot(
         panels,
         0.9 + (3.6 if columns == 1 else 2.5) * lines,
@@ -128,12 +128,9 @@ def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float,
 
 def backbone(result: Prediction) -> Plot:
     """Force of first loading, and its tangent and secant stiffness."""
-    axis = displacement_axis(result)
-    label = axis.label.replace("Displacement amplitude", "Displacement")
-    axis = axis._replace(label=label)
-    return add_legend(
-        stacked([_force(result, axis), _stiffness(result, axis)], 7.4, (3.0, 2.0)), result
-    )
+    axis = displacement_axis(result, "Displacement")
+    panels = [_force(result, axis), _stiffness(result, axis)]
+    return add_legend(stacked(panels, 7.4, (3.0, 2.0)), result)
 
 
 def _force(result: Prediction, axis: AmplitudeAxis) -> Panel:
@@ -158,11 +155,12 @@ def _force(result: Prediction, axis: AmplitudeAxis) -> Panel:
 
 def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
     loads = drawn_loads(result)
-    at_rest = [result.joints[i].tangential_stiffness for i, _ in loads]
     # A law that is rigid at rest ends where its secants do.
     at_rest = [
-        k if k < np.inf else float(result.curves[i].secant_stiffness[0])
-        for k, (i, _) in zip(at_rest, loads, strict=True)
+        k
+        if (k := result.joints[i].tangential_stiffness) < np.inf
+        else float(result.curves[i].secant_stiffness[0])
+        for i, _ in loads
     ]
     unit, letter = common_prefix(at_rest)
     log = far_apart(at_rest)
@@ -240,18 +238,15 @@ def _area_scale(result: Prediction, largest: float) -> tuple[float, str]:
 
 
 def _stick(result: Prediction) -> Panel:
-    axis = displacement_axis(result)
-    panel = axis.panel(
-        Axis("Sticking share of the contact area", 0.0, 1.05),
-        label=axis.label.replace("Displacement amplitude", "Displacement from rest"),
-    )
-    draw_curves(panel, result, axis, _stick_share)
+    axis = displacement_axis(result, "Displacement from rest")
+    panel = axis.panel(Axis("Sticking share of the contact area", 0.0, 1.05))
+
+    def share(curve: AmplitudeCurve) -> Floats:
+        values = curve.stick_share
+        return np.full_like(curve.amplitude, np.nan) if values is None else values
+
+    draw_curves(panel, result, axis, share)
     return panel
-
-
-def _stick_share(curve: AmplitudeCurve) -> Floats:
-    share = curve.stick_share
-    return np.full_like(curve.amplitude, np.nan) if share is None else share
 
 
 # -- sliders -------------------------------------------------------------------------------------
@@ -259,10 +254,7 @@ def _stick_share(curve: AmplitudeCurve) -> Floats:
 
 def slider_density(result: Prediction) -> Plot:
     """Density of sliders, discrete sliders as stems, and their share of the force limit."""
-    axis = displacement_axis(result)
-    axis = axis._replace(
-        label=axis.label.replace("Displacement amplitude", "Yield displacement of the slider")
-    )
+    axis = displacement_axis(result, "Yield displacement of the slider")
     panels = []
     if any(_peak(result.curves[index]) > 0.0 for index, _ in drawn_loads(result)):
         panels.append(_density(result, axis))
@@ -338,11 +330,15 @@ def oscillator(result: Prediction) -> Plot:
         x = curve.amplitude / axis.unit
         shift = 100.0 * (curve.frequency / curve.frequency[0] - 1.0)
         for panel, values in ((above, curve.frequency / unit), (middle, shift)):
-            panel.line(x, values, look.color)
-            places = evenly(x.size, _MARKS)
-            panel.marks(x[places], values[places], look.color, marker=look.marker)
+            _marked_line(panel, x, values, look)
     plot = stacked([above, middle, _modal_damping(result, axis)], 7.4, (2.0, 2.0, 3.0))
     return add_legend(plot, result)
+
+
+def _marked_line(panel: Panel, x: Floats, values: Floats, look: Look) -> None:
+    panel.line(x, values, look.color)
+    places = evenly(x.size, _MARKS)
+    panel.marks(x[places], values[places], look.color, marker=look.marker)
 
 
 def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
@@ -355,9 +351,7 @@ def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
         curve = result.oscillators[index]
         x = curve.amplitude / axis.unit
         panel.line(x, curve.interface_damping_ratio, look.color, width=THIN, dash=DASHED)
-        panel.line(x, curve.damping_ratio, look.color)
-        places = evenly(x.size, _MARKS)
-        panel.marks(x[places], curve.damping_ratio[places], look.color, marker=look.marker)
+        _marked_line(panel, x, curve.damping_ratio, look)
         ordinates += [curve.damping_ratio, curve.interface_damping_ratio]
     values = np.concatenate(ordinates)
     values = values[np.isfinite(values) & (values > 0.0)]
@@ -367,30 +361,125 @@ def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     return panel
 
 
+_ALL = (loops, backbone, energy_damping, force_damping, contact_state, pressure, slider_density)
 FIGURES: dict[str, Callable[[Prediction], Plot]] = {
-    figure.__name__: figure
-    for figure in (
-        loops,
-        backbone,
-        energy_damping,
-        force_damping,
-        contact_state,
-        pressure,
-        slider_density,
-        history,
-        oscillator,
-    )
+    figure.__name__: figure for figure in (*_ALL, history, oscillator)
 }
 """What says each figure, by its name, in the order of reading."""
 
 
 def names(result: Prediction) -> tuple[str, ...]:
     """Names of the figures that a result has something to show in."""
+    is_pressed = isinstance(result.joints[0], PressedJoint)
+    has_contacts = getattr(result.joints[0], "contact_area", None) is not None
     shows = {
-        "contact_state": getattr(result.joints[0], "contact_area", None) is not None
-        and not isinstance(result.joints[0], PressedJoint),
-        "pressure": isinstance(result.joints[0], PressedJoint),
+        "contact_state": has_contacts and not is_pressed,
+        "pressure": is_pressed,
         "history": bool(result.histories),
         "oscillator": bool(result.oscillators),
     }
     return tuple(name for name in FIGURES if shows.get(name, True))
+
+
+def pictures(result: Prediction) -> tuple[Picture, ...]:
+    """The figures that a result has something to show in, in the order of reading."""
+    figures = []
+    for name in names(result):
+        alternative, caption = _CAPTIONS[name]
+        if result.study.excitation.load_varies:
+            caption = _while_varying(result, name, caption)
+        if result.scatter is not None:
+            between = " to ".join(f"{100.0 * end:g}" for end in result.scatter.quantiles[[0, -1]])
+            edges = "Dashed" if name == "loops" else "Shaded"
+            if name in ("loops", "backbone", "energy_damping", "force_damping", "contact_state"):
+                caption += f" {edges}: {between} % of what the uncertain numbers of the study do."
+        figure = FIGURES[name]
+        figures.append(Picture(name, caption, lambda figure=figure: figure(result), alternative))  # type: ignore[misc]
+    return tuple(figures)
+
+
+_PANELS = "one panel for each amplitude and one loop for each load"
+# What holds of loops at constant normal load only, and what stands for it where that varies.
+_OTHERWISE = (
+    ("every loop follows", "every loop at constant load follows"),
+    ("which no force amplitude passes", "which no force amplitude passes at constant load"),
+    (
+        "markers are the loops.",
+        "filled markers are the loops, under a load that varies about the one named; hollow ones "
+        "are at their amplitudes.",
+    ),
+)
+_CAPTIONS = {
+    "loops": (
+        "Hysteresis loops, force against displacement",
+        f"Closed hysteresis loops, {_PANELS}. Thin "
+        "and pointed: most contacts stick (microslip). A parallelogram with flat ends: all slide. "
+        "The area is the energy lost in a cycle.",
+    ),
+    "backbone": (
+        "Force and stiffness of first loading against displacement",
+        "First loading from rest (the backbone), from which every loop follows: its slope is kₜ "
+        "while all sticks, and it ends at the force limit μN. Below, the tangent stiffness and the "
+        "secant stiffness, which a linear model of the joint would have at that amplitude.",
+    ),
+    "energy_damping": (
+        "Dissipated energy, loss factor and exponent against displacement amplitude",
+        "Energy lost in a cycle, loss factor η with damping ratio ζ = η/2, and the local exponent "
+        "of the energy, over the displacement amplitude; markers are the loops. The exponent is 3 "
+        "in the microslip of a smooth backbone and 1 in gross slip.",
+    ),
+    "force_damping": (
+        "Dissipated energy, loss factor and exponent against force amplitude",
+        "The same over the force amplitude, as tests under force control show it. Dotted lines are "
+        "the force limits μN, which no force amplitude passes; towards them energy and exponent "
+        "rise steeply.",
+    ),
+    "contact_state": (
+        "Contacts and real contact area against load, sticking share against displacement",
+        "Contacts and real contact area over the normal load, with the loads of the study marked; "
+        "below, the share of the contact area that still sticks after a displacement from rest.",
+    ),
+    "pressure": (
+        "Pressure over the faces, and how near each place is to sliding",
+        "The normal load as it is spread over the faces; below, the share of its own slip limit "
+        "that each place carries after a displacement from rest: where little presses, all slides "
+        "first, and slip reaches inwards from there as the displacement grows.",
+    ),
+    "slider_density": (
+        "Slider density and share of the force limit against yield displacement",
+        "The joint as a parallel Iwan model: the stiffness of its sliders per yield displacement, "
+        "and the share of the force limit that the sliders up to a yield displacement carry.",
+    ),
+    "history": (
+        "Displacement, force and dissipated energy along the history, and its path",
+        "The own history from rest: displacement, force and energy lost so far over the samples, "
+        "and the path that force and displacement take.",
+    ),
+    "oscillator": (
+        "Frequency and damping of the oscillator against displacement amplitude",
+        "A mass on a spring that the joint holds, too: its frequency, the shift of it, and the "
+        "damping ratio of the mode (solid) beside the interface’s own (dashed). The two differ: "
+        "energy is lost in the joint alone, but the whole mode stores it.",
+    ),
+}
+
+
+def _while_varying(result: Prediction, name: str, caption: str) -> str:
+    """The caption of a figure of a study in which the normal load varies somewhere."""
+    variation = result.study.excitation.load_variation
+    if name == "history":
+        if result.histories[0].varying_normal_load is None:
+            return f"{caption} The normal load is constant along it."
+        return f"{caption} The normal load starts from that of the joint and follows the file."
+    if name == "loops" and variation is not None:
+        return (
+            f"Closed hysteresis loops, {_PANELS}. The normal load varies over these cycles about "
+            f"the one named: {in_words(variation)}. So the loops need not be symmetric. The area "
+            "is the energy lost in a cycle."
+        )
+    if variation is not None:
+        for constant, varying in _OTHERWISE:
+            caption = caption.replace(constant, varying)
+        if name in ("energy_damping", "force_damping"):
+            return f"{caption} Lines and hollow markers are at constant normal load."
+    return f"{caption} All this is at constant normal load."

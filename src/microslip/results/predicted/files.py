@@ -18,11 +18,10 @@ from microslip.report.files import (
     text_file,
 )
 from microslip.results.predicted.arrays import contents
-from microslip.results.predicted.columns import Columns, Floats, blocks
+from microslip.results.predicted.columns import Columns, Floats, VaryingLoop, blocks
 from microslip.results.predicted.document import document
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.scatter import Scatter
-from microslip.results.predicted.varying import VaryingLoop
 from microslip.results.structure.document import columns as structure_columns
 
 

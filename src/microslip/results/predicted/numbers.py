@@ -20,12 +20,12 @@ from microslip.results.predicted.columns import (
     Columns,
     HistoryResponse,
     OscillatorCurve,
+    extremes,
 )
 from microslip.results.predicted.leading_inputs import leading_inputs
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.scatter_document import FIGURES as SCATTER_FIGURES
 from microslip.results.predicted.scatter_document import numbers as scatter_numbers
-from microslip.results.predicted.varying import extremes
 from microslip.results.structure.document import FIGURES as STRUCTURE_FIGURES
 from microslip.results.structure.document import numbers as structure_numbers
 from microslip.structures import Oscillator

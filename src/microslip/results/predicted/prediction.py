@@ -12,9 +12,9 @@ from microslip.results.predicted.columns import (
     HistoryResponse,
     Limits,
     OscillatorCurve,
+    VaryingCycles,
 )
 from microslip.results.predicted.scatter import Scatter
-from microslip.results.predicted.varying import VaryingCycles
 from microslip.results.structure.prediction import StructurePrediction
 from microslip.study.description import StudyDescription
 

@@ -16,6 +16,7 @@ from microslip.report.document import Column, Document, Items, Section, Table
 from microslip.results.predicted.leading_inputs import hanging_table
 from microslip.results.predicted.numbers import files, joint_entry, load_notes, verdicts
 from microslip.results.predicted.run import DEFAULT_POINTS, defaults_of
+from microslip.results.predicted.study_facts import KEYS
 from microslip.results.predicted.tables import hertz_table, joint_table, validity
 from microslip.study.build import build_joints, check_loads
 from microslip.study.description import StudyDescription
@@ -32,32 +33,12 @@ _WORDS = {
 }
 
 _UNITS = {
-    **dict.fromkeys(("young_modulus", "hardness", "yield_stress"), "Pa"),
-    **dict.fromkeys(("std", "mean", "scale", "location", "values", "radius", "separation"), "m"),
-    **dict.fromkeys(("ra", "rq", "rz", "rsm"), "m"),
-    **dict.fromkeys(("height", "amplitudes", "from", "to"), "m"),
-    **dict.fromkeys(("cutoff", "long_cutoff", "prominence", "pixel", "valid"), "m"),
-    **dict.fromkeys(("load", "normal_load", "tightening_load", "force_amplitudes"), "N"),
-    "density": "1/m^2",
+    **{key: unit.replace("²", "^2").replace("³", "^3") for key, (_, unit) in KEYS.items() if unit},
+    **dict.fromkeys(("from", "to"), "m"),
+    **dict.fromkeys(("phase", "direction"), "rad"),
     "densities": "kg/m^3",
-    **dict.fromkeys(("rms", "longest", "roll_off", "shortest"), "m"),
-    "wavenumber": "1/m",
-    "spectrum": "m^4",
-    "area": "m^2",
     "amplitude": "N",
-    "phase": "rad",
-    "mass": "kg",
-    **dict.fromkeys(("length", "width", "thickness", "lap", "positions", "across", "at"), "m"),
-    **dict.fromkeys(("shank", "hole", "washer", "head", "thread", "pitch"), "m"),
-    **dict.fromkeys(("outer", "inner", "distance", "plates", "edge"), "m"),
-    "pressure": "Pa",
-    **dict.fromkeys(("angle", "direction"), "rad"),
     "band": "Hz",
-    "preload": "N",
-    "element_size": "m",
-    "tension": "N",
-    "torque": "N m",
-    "stiffness": "N/m",
 }
 """Units of the keys of a study; parameters of classes say theirs, the others are plain numbers."""
 

@@ -30,7 +30,7 @@ class Result(Prediction):
         One for each normal load.
     loops : tuple of tuple of Loop
         For each load, one for each amplitude of the study; under a normal load that varies each
-        is a :class:`~microslip.results.predicted.varying.VaryingLoop`.
+        is a :class:`~microslip.results.predicted.columns.VaryingLoop`.
     rows : tuple of AmplitudeCurve
         For each load, the cyclic quantities at the amplitudes of the loops. Where the study gives
         force amplitudes these are the same for all loads, and the displacement amplitudes differ.

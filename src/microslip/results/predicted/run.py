@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -19,12 +20,13 @@ from microslip.results.predicted.columns import (
     Limits,
     OscillatorCurve,
     Progress,
+    VaryingCycles,
+    VaryingLoop,
     blocks,
 )
 from microslip.results.predicted.numbers import Defaults, oscillator_of, slip_scale_of, summarise
 from microslip.results.predicted.result import Result
 from microslip.results.predicted.scatter import fixed, scatter
-from microslip.results.predicted.varying import VaryingCycles, VaryingLoop
 from microslip.results.structure.run import run as run_structure
 from microslip.study.build import blame, build_joints, check_loads
 from microslip.study.description import StudyDescription
@@ -42,10 +44,8 @@ def run(study: StudyDescription, progress: Progress | None = None, workers: int 
     """Compute a study; see :meth:`microslip.Study.run`."""
     whole("workers", workers, 1, MOST_WORKERS)
     if study.structure is not None:
-        tell = progress or (lambda share: None)
-        structure = run_structure(study, lambda share: tell(_STRUCTURE * share))
-        after = None if progress is None else _after(progress, _STRUCTURE)
-        result, defaults = _computed(study, after)
+        structure = run_structure(study, _part(progress, 0, 1, 0.0, _STRUCTURE))
+        result, defaults = _computed(study, _part(progress, 0, 1, _STRUCTURE, 1.0))
         result = replace(result, structure=structure)
     elif is_uncertain(study):
         result, defaults = _scattered(study, progress, workers)
@@ -77,14 +77,14 @@ def rows_of(study: StudyDescription) -> list[dict[str, float]]:
     amplitudes = _amplitudes(study, defaults_of(study, joints))
     rows = []
     for joint in joints:
-        columns = _row(study, joint, amplitudes).columns()
         at_rest = {
             "normal_load": getattr(joint, "normal_load", math.nan),
             "tangential_stiffness": joint.tangential_stiffness,
             "force_limit": joint.force_limit,
         }
-        for place in range(amplitudes.size):
-            rows.append({**at_rest, **{name: float(v[place]) for name, v in columns.items()}})
+        columns = _row(study, joint, amplitudes).columns()
+        for numbers in zip(*(column.tolist() for column in columns.values()), strict=True):
+            rows.append({**at_rest, **dict(zip(columns, numbers, strict=True))})
     return rows
 
 
@@ -100,26 +100,26 @@ def _computed(study: StudyDescription, progress: Progress | None = None) -> tupl
     rows, curves, limits = [], [], []
     histories, oscillators, varying = [], [], []
     for index, joint in enumerate(joints):
-        steps = _Steps(progress, index, len(joints))
+        steps = partial(_part, progress, index, len(joints))
         row = _row(study, joint, amplitudes)
         rows.append(row)
         if (variation := study.excitation.load_variation) is None:
-            loops.append(_loops(study, joint, row, steps.of(0.0, 0.1)))
+            loops.append(_loops(study, joint, row, steps(0.0, 0.1)))
         else:
-            settled = _varying_loops(study, variation, joint, row, steps.of(0.0, 0.1))
+            settled = _varying_loops(study, variation, joint, row, steps(0.0, 0.1))
             loops.append(settled)
             varying.append(VaryingCycles.of(settled, row))
         with blame(study, "excitation.curve"):
-            curves.append(AmplitudeCurve.of(joint, grid, steps.of(0.1, 0.7)))
+            curves.append(AmplitudeCurve.of(joint, grid, steps(0.1, 0.7)))
         if study.oscillator is not None:
             with blame(study, "oscillator"):
                 oscillator = oscillator_of(study.oscillator, joint)
-                oscillators.append(OscillatorCurve.of(oscillator, grid, steps.of(0.7, 0.8)))
+                oscillators.append(OscillatorCurve.of(oscillator, grid, steps(0.7, 0.8)))
         if history is not None and record is not None:
             with blame(study, "excitation.history"):
                 histories.append(HistoryResponse.of(joint, record, history.quantity, history.loads))
         limits.append(_limits(joint, slip_scale_of(joint)[0]))
-        steps.of(0.0, 1.0)(1.0)
+        steps(0.0, 1.0)(1.0)
     result = Result(
         study=study,
         joints=tuple(joints),
@@ -135,26 +135,10 @@ def _computed(study: StudyDescription, progress: Progress | None = None) -> tupl
     return result, defaults
 
 
-def _after(progress: Progress, begin: float) -> Progress:
-    """Progress of what comes once a share is done."""
-    return lambda share: progress(begin + (1.0 - begin) * share)
-
-
-class _Steps:
-    """Turns the shares of the parts of one load into shares of the whole."""
-
-    def __init__(self, progress: Progress | None, index: int, count: int) -> None:
-        self._report = progress or (lambda share: None)
-        self._index, self._count = index, count
-
-    def of(self, begin: float, end: float) -> Progress:
-        """Progress of a part that takes the load from one share to another."""
-
-        def report(share: float) -> None:
-            here = begin + (end - begin) * share
-            self._report((self._index + here) / self._count)
-
-        return report
+def _part(progress: Progress | None, index: int, count: int, begin: float, end: float) -> Progress:
+    """Progress of a part that takes one of so many loads from one share to another."""
+    report = progress or (lambda share: None)
+    return lambda share: report((index + begin + (end - begin) * share) / count)
 
 
 def _row(study: StudyDescription, joint: Interface, amplitudes: Floats) -> AmplitudeCurve:
@@ -214,13 +198,10 @@ def _amplitudes(study: StudyDescription, defaults: Defaults) -> Floats:
 
 
 def _grid(study: StudyDescription, defaults: Defaults) -> Floats:
-    curve = study.excitation.curve
-    if curve is not None:
-        grid = np.geomspace(curve.start, curve.to, curve.points)
-    else:
-        low, high = (float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_RANGE)
-        grid = np.geomspace(low, high, DEFAULT_POINTS)
-    return grid
+    if (curve := study.excitation.curve) is not None:
+        return np.geomspace(curve.start, curve.to, curve.points)
+    low, high = (float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_RANGE)
+    return np.geomspace(low, high, DEFAULT_POINTS)
 
 
 def _limits(joint: Interface, scale: float) -> Limits:
@@ -238,3 +219,39 @@ def _limits(joint: Interface, scale: float) -> Limits:
         cubic_coefficient=cubic if cubic and math.isfinite(cubic) else None,
         linear_offset=linear,
     )
+
+
+class Study(StudyDescription):
+    """A validated description of one prediction; quantities are SI floats.
+
+    Made from a file by :meth:`load`, from text by :meth:`from_toml`, or in Python with the keys
+    of the file and quantities as text, ``Study(schema=1, surface={"radius": "1 mm", …}, …)``.
+
+    Raises
+    ------
+    StudyError
+        If it is no study; one line with key, what came and what was wanted.
+    """
+
+    def run(self, progress: Progress | None = None, workers: int = 1) -> Result:
+        """Compute every loop and curve of the study.
+
+        Parameters
+        ----------
+        progress : callable, optional
+            Called now and then with the share that is done, 0 … 1.
+        workers : int, optional
+            Processes among which the samples of uncertain numbers are shared; the results are the
+            same for any number of them.
+
+        Returns
+        -------
+        Result
+            Joints, loops, curves and the summary.
+
+        Raises
+        ------
+        StudyError
+            If the physics has no answer, such as a load that the surface cannot carry.
+        """
+        return run(self, progress, workers)

@@ -31,69 +31,31 @@ _MOST = 60_000_000  # numbers of one variable over all samples
 
 @dataclass(frozen=True)
 class Decision:
-    """What decides a result at one load and amplitude.
+    """What decides a result at one load and amplitude."""
 
-    Parameters
-    ----------
-    name : str
-        The result.
-    load, amplitude : int
-        Their indices.
-    scatter : float
-        Standard deviation of its logarithm over the samples [-].
-    delta : float
-        The same by the delta method, from slopes at the middle.
-    shares : ndarray
-        Share of each input in the variance, by a regression on the normal scores.
-    explained : float
-        Share of the variance that the regression explains.
-    low, high : ndarray
-        The result with one input at its 5 and 95 % and the others at their medians.
-    first, total : ndarray or None
-        Sobol' indices, where asked for.
-    """
-
-    name: str
-    load: int
-    amplitude: int
-    scatter: float
-    delta: float
-    shares: Floats
-    explained: float
-    low: Floats
-    high: Floats
-    first: Floats | None = None
+    name: str  # the result
+    load: int  # index of the load
+    amplitude: int  # index of the amplitude
+    scatter: float  # standard deviation of its logarithm over the samples [-]
+    delta: float  # the same by the delta method, from slopes at the middle
+    shares: Floats  # of each input in the variance, by a regression on the normal scores
+    explained: float  # share of the variance that the regression explains
+    low: Floats  # the result with one input at its 5 % and the others at their medians
+    high: Floats  # the same at its 95 %
+    first: Floats | None = None  # Sobol' indices, where asked for
     total: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """Bands of all results of a study, and what decides them.
+    """Bands of all results of a study, and what decides them."""
 
-    Parameters
-    ----------
-    inputs : tuple of Input
-        What is uncertain.
-    samples : int
-        Runs.
-    quantiles : ndarray
-        Shares that lie below.
-    bands : mapping of str to Variable
-        Quantiles of the variables of result.nc, along a first dimension.
-    errors : mapping of str to ndarray
-        Standard errors of those of the rows and the joints at rest.
-    decisions : tuple of Decision
-        For each of the ranked results, load and amplitude.
-    notes : tuple of str
-        What is to be told of it.
-    """
-
-    inputs: tuple[Input, ...]
-    samples: int
-    quantiles: Floats
-    bands: Variables
-    errors: Mapping[str, Floats]
-    decisions: tuple[Decision, ...]
+    inputs: tuple[Input, ...]  # what is uncertain
+    samples: int  # runs
+    quantiles: Floats  # shares that lie below
+    bands: Variables  # quantiles of the variables of result.nc, along a first dimension
+    errors: Mapping[str, Floats]  # standard errors of those of the rows and the joints at rest
+    decisions: tuple[Decision, ...]  # for each of the ranked results, load and amplitude
     notes: tuple[str, ...]
 
     def curve(self, quantile: int, load: int, amplitude: Floats) -> AmplitudeCurve:
@@ -177,30 +139,10 @@ def scatter(
     workers: int = 1,
     progress: Progress | None = None,
 ) -> Scatter:
-    """Run a study over its uncertain numbers.
+    """Run a study over its uncertain numbers; any number of workers gives the same.
 
-    Parameters
-    ----------
-    study : Study
-        The study, its amplitudes fixed.
-    nominal : mapping of str to Variable
-        What it gives at its middle.
-    compute : callable
-        From a study without anything uncertain to the variables of result.nc.
-    workers : int
-        Processes; any number of them gives the same.
-    progress : callable, optional
-        Called now and then with the share that is done, 0 … 1.
-
-    Returns
-    -------
-    Scatter
-        Bands, their errors, what decides.
-
-    Raises
-    ------
-    StudyError
-        A sample that has no answer.
+    Its amplitudes are fixed; ``nominal`` is what it gives at its middle, and ``compute`` gives that
+    of a study without anything uncertain.
     """
     report = progress or (lambda share: None)
     design = Design(study)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.units import engineering
 from microslip.report import cells
 from microslip.report.document import Block, Column, Facts, Note, Picture, Section, Table
 from microslip.report.files import plain
@@ -15,12 +16,14 @@ from microslip.report.plot import Area, Axis, Panel, Plot
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.scatter import RANKED, Decision, Scatter
 
-_WORDS = {
-    "loss_factor": "Loss factor η",
-    "dissipated_energy": "Dissipated energy",
-    "secant_stiffness": "Secant stiffness",
+_BANDS = {
+    "loss_factor": Column("loss_factor", "Loss factor η", "", 3, write=cells.ratio),
+    "dissipated_energy": Column("dissipated_energy", "Dissipated energy", "J", 3),
 }
-_UNITS = {"loss_factor": "", "dissipated_energy": "J", "secant_stiffness": "N/m"}
+_LOOP = (
+    Column("normal_load", "Normal load", "N", 4, short="load"),
+    Column("amplitude", "Amplitude", "m", 4, short="amplitude"),
+)
 _MOST_BARS = 10
 FIGURES = ("tornado",)
 """Names of the figures."""
@@ -31,110 +34,88 @@ def sections(result: Prediction) -> tuple[Section, ...]:
     scatter = result.scatter
     if scatter is None:
         return ()
+    inputs = ((entry.key, entry.written) for entry in scatter.inputs)
     blocks: list[Block] = [
-        Facts(
-            "Not known exactly",
-            (
-                *((entry.key, entry.written) for entry in scatter.inputs),
-                ("Samples", str(scatter.samples)),
-            ),
-        ),
-        *(_bands(result, scatter, name) for name in RANKED[:2]),
+        Facts("Not known exactly", (*inputs, ("Samples", str(scatter.samples)))),
+        *(_bands(result, scatter, name) for name in _BANDS),
         _ranking(result, scatter),
         Note(_remark(scatter), small=True),
         *(Note(note, small=True) for note in scatter.notes),
     ]
-    pictures = Section("Scatter in figures", (_picture(result, scatter),), brief=False)
-    return Section("Scatter", tuple(blocks)), pictures
-
-
-def _places(result: Prediction) -> list[tuple[int, int, float, float]]:
-    """Load and amplitude indices, with their values."""
-    return [
-        (i, j, float(getattr(joint, "normal_load", math.nan)), float(a))
-        for i, (joint, row) in enumerate(zip(result.joints, result.rows, strict=True))
-        for j, a in enumerate(row.amplitude)
-    ]
-
-
-def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
-    percent = [f"{100.0 * q:g} %" for q in scatter.quantiles]
-    unit = _UNITS[name]
-    write = cells.ratio if not unit else None
-    columns = [
-        Column("normal_load", "Normal load", "N", 4, short="load"),
-        Column("amplitude", "Amplitude", "m", 4, short="amplitude"),
-        *(Column(f"q{i}", text, unit, 3, write=write) for i, text in enumerate(percent)),
-        Column("error", "Error of these", "", write=cells.percent, short="error"),
-    ]
-    band, error = scatter.bands[name].values, scatter.errors[name]
-    rows = []
-    for i, j, load, a in _places(result):
-        values = band[:, i, j]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            relative = float(np.max(error[:, i, j] / values))
-        error_share = relative if math.isfinite(relative) else None
-        rows.append((load if math.isfinite(load) else None, a, *values.tolist(), error_share))
-    return Table(_WORDS[name], tuple(columns), tuple(rows), keys=2, noun="loops")
-
-
-def _ranking(result: Prediction, scatter: Scatter) -> Table:
-    """Who is to be measured next, for the loss factor."""
-    indexed = scatter.decisions[0].first is not None
-    columns = [
-        Column("normal_load", "Normal load", "N", 4, short="load"),
-        Column("amplitude", "Amplitude", "m", 4, short="amplitude"),
-        Column("input", "Not known exactly", short="input"),
-        Column("share", "Share in the scatter of ln η", "", write=cells.percent, short="share"),
-        *(
-            (
-                Column("first", "Sobol’ index, first", "", write=cells.ratio, short="first"),
-                Column("total", "Sobol’ index, total", "", write=cells.ratio, short="total"),
-            )
-            if indexed
-            else ()
-        ),
-        Column("low", "η at its 5 %", "", write=cells.ratio),
-        Column("high", "η at its 95 %", "", write=cells.ratio),
-    ]
-    rows = []
-    for i, j, load, a in _places(result):
-        decision = scatter.decision("loss_factor", i, j)
-        for k in np.argsort(-decision.shares)[:4].tolist():
-            row: list[Any] = [
-                load if math.isfinite(load) else None, a, scatter.inputs[k].key,
-                float(decision.shares[k]),
-            ]  # fmt: skip
-            if decision.first is not None and decision.total is not None:
-                row += [float(decision.first[k]), float(decision.total[k])]
-            rows.append((*row, float(decision.low[k]), float(decision.high[k])))
-    return Table("What to measure next", tuple(columns), tuple(rows), keys=2, noun="inputs")
-
-
-def _remark(scatter: Scatter) -> str:
-    """How the delta method sees it."""
-    decisions = [d for d in scatter.decisions if d.name == "loss_factor"]
-    worst = max(decisions, key=_disagreement)
-    return (
-        f"Standard deviation of ln η over the samples and by the delta method: "
-        f"{worst.scatter:.3g} and {worst.delta:.3g} where they differ most; a regression on the "
-        f"inputs explains {min(d.explained for d in decisions):.0%} or more. Errors are of the "
-        "quantiles, over eight scramblings of the points."
-    )
-
-
-def _disagreement(decision: Decision) -> float:
-    return abs(decision.scatter - decision.delta)
-
-
-def _picture(result: Prediction, scatter: Scatter) -> Picture:
-    return Picture(
+    picture = Picture(
         "tornado",
         "The loss factor with one input at its 5 % and 95 % and the others at their medians, at "
         "the amplitude of each loop where it scatters most: the longest bar is what to measure "
         "next.",
         lambda: tornado(result, scatter),
         "What each input does to the loss factor",
+    )
+    figures = Section("Scatter in figures", (picture,), brief=False)
+    return Section("Scatter", tuple(blocks)), figures
+
+
+def _places(result: Prediction) -> list[tuple[int, int, float | None, float]]:
+    """Load and amplitude indices, with their values."""
+    return [
+        (i, j, plain(getattr(joint, "normal_load", None)), float(a))
+        for i, (joint, row) in enumerate(zip(result.joints, result.rows, strict=True))
+        for j, a in enumerate(row.amplitude)
+    ]
+
+
+def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
+    band, error, column = scatter.bands[name].values, scatter.errors[name], _BANDS[name]
+    columns = (
+        *_LOOP,
+        *(replace(column, label=f"{100.0 * q:g} %") for q in scatter.quantiles),
+        Column("error", "Error of these", "", write=cells.percent, short="error"),
+    )
+    rows = []
+    for i, j, load, a in _places(result):
+        values = band[:, i, j]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            relative = np.max(error[:, i, j] / values)
+        rows.append((load, a, *values.tolist(), plain(relative)))
+    return Table(column.label, columns, tuple(rows), keys=2, noun="loops")
+
+
+def _of_input(decision: Decision, place: int) -> dict[str, Any]:
+    """What an input does to a result; Sobol' indices where they were asked for."""
+    arrays = {"share": decision.shares, "low": decision.low, "high": decision.high}
+    if decision.first is not None and decision.total is not None:
+        arrays |= {"first": decision.first, "total": decision.total}
+    return {name: plain(values[place]) for name, values in arrays.items()}
+
+
+def _ranking(result: Prediction, scatter: Scatter) -> Table:
+    """Who is to be measured next, for the loss factor."""
+    columns = (
+        Column("share", "Share in the scatter of ln η", "", write=cells.percent, short="share"),
+        Column("first", "Sobol’ index, first", "", write=cells.ratio, short="first"),
+        Column("total", "Sobol’ index, total", "", write=cells.ratio, short="total"),
+        Column("low", "η at its 5 %", "", write=cells.ratio),
+        Column("high", "η at its 95 %", "", write=cells.ratio),
+    )
+    rows = []
+    for i, j, load, a in _places(result):
+        decision = scatter.decision("loss_factor", i, j)
+        for k in np.argsort(-decision.shares)[:4].tolist():
+            numbers = _of_input(decision, k)
+            key = scatter.inputs[k].key
+            rows.append((load, a, key, *(numbers.get(column.key) for column in columns)))
+    heads = (*_LOOP, Column("input", "Not known exactly", short="input"), *columns)
+    return Table("What to measure next", heads, tuple(rows), keys=2, noun="inputs")
+
+
+def _remark(scatter: Scatter) -> str:
+    """How the delta method sees it."""
+    decisions = [d for d in scatter.decisions if d.name == "loss_factor"]
+    worst = max(decisions, key=lambda d: abs(d.scatter - d.delta))
+    return (
+        f"Standard deviation of ln η over the samples and by the delta method: "
+        f"{worst.scatter:.3g} and {worst.delta:.3g} where they differ most; a regression on the "
+        f"inputs explains {min(d.explained for d in decisions):.0%} or more. Errors are of the "
+        "quantiles, over eight scramblings of the points."
     )
 
 
@@ -148,8 +129,6 @@ def tornado(result: Prediction, scatter: Scatter) -> Plot:
     order = np.argsort(reach)[::-1][:_MOST_BARS][::-1]
     ticks = [(float(place), scatter.inputs[k].key) for place, k in enumerate(order.tolist())]
     joint, row = result.joints[decision.load], result.rows[decision.load]
-    from microslip._core.units import engineering
-
     at = engineering(float(row.amplitude[decision.amplitude]), "m", 3, trim=True)
     load = getattr(joint, "normal_load", None)
     at += f", {engineering(load, 'N', 3, trim=True)}" if load is not None else ""
@@ -188,19 +167,7 @@ def numbers(scatter: Scatter) -> dict[str, Any]:
                 "standard_deviation_of_logarithm": plain(d.scatter),
                 "delta_method": plain(d.delta),
                 "explained": plain(d.explained),
-                "inputs": {
-                    entry.key: {
-                        "share": plain(d.shares[k]),
-                        "low": plain(d.low[k]),
-                        "high": plain(d.high[k]),
-                        **(
-                            {"first": plain(d.first[k]), "total": plain(d.total[k])}
-                            if d.first is not None and d.total is not None
-                            else {}
-                        ),
-                    }
-                    for k, entry in enumerate(scatter.inputs)
-                },
+                "inputs": {entry.key: _of_input(d, k) for k, entry in enumerate(scatter.inputs)},
             }
             for d in scatter.decisions
         ],

@@ -6,14 +6,14 @@ from pydantic import BaseModel
 
 from microslip.report.cells import quantity
 from microslip.report.document import Facts
-from microslip.results.predicted.varying import in_words
+from microslip.results.predicted.columns import in_words
 from microslip.study.description import StudyDescription
 from microslip.study.parametric import labels_of
 from microslip.study.scanned_surface import NO_CUTOFF
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import TableHeights
 
-_KEYS = {
+KEYS = {
     "young_modulus": ("Young’s modulus", "Pa"),
     "poisson_ratio": ("Poisson’s ratio", ""),
     "hardness": ("Hardness (only for the plasticity index)", "Pa"),
@@ -110,17 +110,18 @@ _KEYS = {
 }
 """What the keys of a study stand for, and the SI units of their values."""
 
-_LAWS = {
-    "greenwood-williamson": "Greenwood–Williamson",
-    "population": "given summits",
-    "sphere": "one sphere on a flat",
-    "table": "a table",
-    "scan": "summits of a scan",
-    "elliptic-summits": "elliptic summits",
-    "persson": "Persson's, of a power spectrum",
-    "drawing": "a drawing",
-    "two-faces": "two rough faces",
+LAWS = {
+    "greenwood-williamson": ("Greenwood–Williamson", "of a Greenwood–Williamson surface"),
+    "population": ("given summits", "of a given population of summits"),
+    "sphere": ("one sphere on a flat", "of one sphere on a flat"),
+    "table": ("a table", "with a tabulated normal law"),
+    "scan": ("summits of a scan", "of a scanned surface"),
+    "elliptic-summits": ("elliptic summits", "of a surface with a lay"),
+    "persson": ("Persson's, of a power spectrum", "of a surface by its power spectrum"),
+    "drawing": ("a drawing", "of a surface by its drawing"),
+    "two-faces": ("two rough faces", "of two rough faces"),
 }
+"""Normal laws by themselves, and in a sentence about their joint."""
 # What is said with something else, or in the notes.
 _ELSEWHERE = (
     "rigid", "materials", "law", "file", "column", "unit", "start", "to", "points", "measured",
@@ -139,7 +140,7 @@ def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
         law_rows = (("Friction law", study.joint.law),)
     else:
         first, second = surface.materials
-        law = _LAWS.get(surface.law, surface.law)
+        law, _ = LAWS.get(surface.law, (surface.law, ""))
         bodies = (("Bodies", f"{first} on {second}"), ("Normal law", law))
         groups.append(Facts("Surface", bodies + _rows(surface)))
     groups.append(Facts("Joint", law_rows + _rows(study.joint)))
@@ -158,7 +159,7 @@ def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
     for name in type(part).model_fields:
         value = getattr(part, name)
         if name == "cutoff" and value is None:
-            rows.append((_KEYS[name][0], NO_CUTOFF))
+            rows.append((KEYS[name][0], NO_CUTOFF))
         if value is None or name in _ELSEWHERE:
             continue
         if name == "curve":
@@ -180,11 +181,11 @@ def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
             rows += [(f"{name.capitalize()} face: {key}", content) for key, content in _rows(value)]
         elif name == "pressure" and isinstance(value, BaseModel):
             rows.append(("Pressure spread as", str(value.kind)))  # type: ignore[attr-defined]
-            rows += [item for item in _rows(value) if item[0] != _KEYS["kind"][0]]
+            rows += [item for item in _rows(value) if item[0] != KEYS["kind"][0]]
         elif isinstance(value, BaseModel):
             rows += _rows(value)
         else:
-            meaning, unit = _KEYS[name] if name in _KEYS else labels[name]
+            meaning, unit = KEYS[name] if name in KEYS else labels[name]
             if name == "density" and isinstance(part, StructurePart):
                 meaning, unit = "Mass density", "kg/m³"
             if name == "density" and isinstance(part, TableHeights):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from microslip._core.units import engineering, significant
 from microslip._core.verdicts import Verdict
 from microslip.report import cells
-from microslip.report.document import Column, Table, Value, Verdicts
+from microslip.report.document import Column, Table, Verdicts
 
 COUNTED = ("population", "sphere")
 """Normal laws whose contacts are counted, one by one."""
@@ -33,36 +34,24 @@ _ENERGY = Column("dissipated_energy", "Energy per cycle", "J", 3, short="energy/
 _LOSS = Column("loss_factor", "Loss factor η", "", write=cells.ratio, short="η")
 _DAMPING = Column("damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ")
 
+Rows = Sequence[dict[str, Any]]
+
 
 def _table(
-    title: str,
-    columns: Sequence[Column],
-    places: Sequence[Sequence[dict[str, Any]]],
-    *,
-    keys: int,
-    limit: int,
-    caption: str,
-    noun: str,
+    title: str, noun: str, columns: Sequence[Column], rows: Rows, caption: str = ""
 ) -> Table:
-    """A table whose cells are looked up by key, in the last mapping of a row that has it."""
-    rows = [tuple(_looked_up(column.key, place) for column in columns) for place in places]
-    return Table(title, tuple(columns), tuple(rows), keys, limit, caption, noun=noun)
+    """A table of loads or of their loops, whose cells are looked up by key."""
+    keys, limit = (1, MOST_JOINTS) if noun == "loads" else (2, MOST_CYCLES)
+    values = tuple(tuple(row.get(column.key) for column in columns) for row in rows)
+    return Table(title, tuple(columns), values, keys, limit, caption, noun=noun)
 
 
-def _looked_up(key: str, place: Sequence[dict[str, Any]]) -> Value:
-    value: Value = next((values[key] for values in reversed(place) if key in values), None)
-    return value
-
-
-def joint_table(joints: Sequence[dict[str, Any]], law: str) -> Table:
+def joint_table(joints: Rows, law: str) -> Table:
     """What the joint is at rest, one row for each load."""
     counts = cells.whole if law in COUNTED else cells.expected
-    share = joints[0]["contact_area_fraction"] is not None
-    real = (
-        Column("contact_area_fraction", "Real area", "", write=cells.percent, short="real area")
-        if share
-        else Column("contact_area", "Real area", "m^2", write=cells.area, short="real area")
-    )
+    real = Column("contact_area", "Real area", "m^2", write=cells.area, short="real area")
+    if joints[0]["contact_area_fraction"] is not None:
+        real = replace(real, key="contact_area_fraction", unit="", write=cells.percent)
     columns = (
         _LOAD,
         Column("contact_count", "Contacts", "", write=counts, short="contacts"),
@@ -81,22 +70,20 @@ def joint_table(joints: Sequence[dict[str, Any]], law: str) -> Table:
         f"the force of gross slip. The slip scale is {_SCALES.get(scale, scale)}"
         + ("; h is the separation of the surfaces over the spread of the heights." if h else ".")
     )
-    return _table(
-        "Joint", columns, [(joint,) for joint in joints],
-        keys=1, limit=MOST_JOINTS, caption=caption, noun="loads",
-    )  # fmt: skip
+    return _table("Joint", "loads", columns, joints, caption)
 
 
-def hertz_table(joints: Sequence[dict[str, Any]]) -> tuple[Table, ...]:
+def hertz_table(joints: Rows) -> tuple[Table, ...]:
     """Hertz's and Cattaneo's numbers of a sphere, a row for each load and amplitude."""
-    places = [
-        (joint, joint["hertz"], cycle)
+    rows = [
+        {**joint, **joint["hertz"], **cycle}
         for joint in joints
         if "hertz" in joint
         for cycle in joint["hertz"]["sticking"] or [{}]
     ]
-    if not places:
+    if not rows:
         return ()
+    share = "stick_radius_over_contact_radius"
     columns = (
         _LOAD,
         Column("largest_pressure", "p₀", "Pa"),
@@ -104,33 +91,19 @@ def hertz_table(joints: Sequence[dict[str, Any]]) -> tuple[Table, ...]:
         Column("approach", "Approach", "m", short="approach"),
         Column("slip_limit", "Slip limit", "m", short="slip limit"),
         _AMPLITUDE,
-        Column(
-            "stick_radius_over_contact_radius",
-            "Stick radius c/a",
-            "",
-            write=cells.ratio,
-            short="c/a",
-        ),
+        Column(share, "Stick radius c/a", "", write=cells.ratio, short="c/a"),
         Column("edge_traction", "Traction at c", "Pa", short="traction at c"),
     )
     caption = (
         "Hertz's pressure p₀ is the largest, in the middle. At the largest force of a cycle a "
         "circle of radius c sticks; the tangential traction is largest at its edge."
     )
-    return (
-        _table(
-            "Hertz and Cattaneo", columns, places,
-            keys=1, limit=MOST_JOINTS, caption=caption, noun="loads",
-        ),
-    )  # fmt: skip
+    return (_table("Hertz and Cattaneo", "loads", columns, rows, caption),)
 
 
-def cycle_table(joints: Sequence[dict[str, Any]], *, by_force: bool, varies: bool) -> Table:
+def cycle_table(joints: Rows, *, by_force: bool, varies: bool) -> Table:
     """What each cycle is, one row for each load and amplitude; what was chosen comes first."""
-    amplitudes = [_AMPLITUDE, _FORCE]
-    if by_force:
-        force = Column("force_amplitude", "Force amplitude", "N", write=_N, short="force")
-        amplitudes = [force, _AMPLITUDE]
+    amplitudes = (replace(_FORCE, brief=True), _AMPLITUDE) if by_force else (_AMPLITUDE, _FORCE)
     columns = (
         _LOAD,
         *amplitudes,
@@ -142,28 +115,20 @@ def cycle_table(joints: Sequence[dict[str, Any]], *, by_force: bool, varies: boo
         Column("dissipation_exponent", "Exponent", "", write=significant, brief=False),
         Column("stick_share", "Sticking share", "", write=cells.percent, brief=False),
     )
-    sticking = joints[0]["amplitudes"][0].get("stick_share") is not None
     caption = (
         "T/μN is the force amplitude over the force limit. The exponent is the local power of the "
         "amplitude in the energy"
-    ) + (
-        ", the sticking share that of the contact area at the end of first loading."
-        if sticking
-        else "."
     )
-    return _table(
-        "Cycles at constant load" if varies else "Cycles",
-        columns,
-        [(joint, row) for joint in joints for row in joint["amplitudes"]],
-        keys=2, limit=MOST_CYCLES, caption=caption, noun="loops",
-    )  # fmt: skip
+    if joints[0]["amplitudes"][0].get("stick_share") is not None:
+        caption += ", the sticking share that of the contact area at the end of first loading"
+    title = "Cycles at constant load" if varies else "Cycles"
+    rows = [{**joint, **row} for joint in joints for row in joint["amplitudes"]]
+    return _table(title, "loops", columns, rows, f"{caption}.")
 
 
-def varying_table(joints: Sequence[dict[str, Any]]) -> Table:
+def varying_table(joints: Rows) -> Table:
     """What each cycle is as the normal load varies, one row for each load and amplitude."""
-    share = Column(
-        "energy_share", "Over that at constant load", "", write=cells.ratio, short="/ at constant"
-    )
+    share = "Over that at constant load"
     columns = (
         _LOAD,
         _AMPLITUDE,
@@ -171,70 +136,51 @@ def varying_table(joints: Sequence[dict[str, Any]]) -> Table:
         Column("largest_normal_load", "Largest load", "N", write=_N, short="to"),
         _FORCE,
         _ENERGY,
-        share,
+        Column("energy_share", share, "", write=cells.ratio, short="/ at constant"),
         _LOSS,
-        Column("damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ", brief=False),
+        replace(_DAMPING, brief=False),
     )
     caption = (
         "Read from the settled loops, whose force need not be symmetric: its amplitude is half "
         "its range."
     )
-    return _table(
-        "Cycles as the normal load varies",
-        columns,
-        [(joint, row) for joint in joints for row in joint["varying"]],
-        keys=2, limit=MOST_CYCLES, caption=caption, noun="loops",
-    )  # fmt: skip
+    rows = [{**joint, **row} for joint in joints for row in joint["varying"]]
+    return _table("Cycles as the normal load varies", "loops", columns, rows, caption)
 
 
-def oscillator_table(joints: Sequence[dict[str, Any]], *, by_force: bool) -> Table:
+def oscillator_table(joints: Rows, *, by_force: bool) -> Table:
     """Frequency and damping of the mode beside the interface's own, for each load and amplitude."""
-    amplitude = (
-        Column("force_amplitude", "Force amplitude", "N", write=_N, short="force")
-        if by_force
-        else _AMPLITUDE
-    )
     columns = (
         _LOAD,
-        amplitude,
+        replace(_FORCE, brief=True) if by_force else _AMPLITUDE,
         Column("frequency", "Frequency", "Hz", 5, short="frequency"),
         Column("shift", "Shift", "", write=cells.percent, short="shift"),
-        Column("mode_damping", "ζ of the mode", "", write=cells.ratio, short="ζ_mode"),
+        Column("damping_ratio", "ζ of the mode", "", write=cells.ratio, short="ζ_mode"),
         Column("interface_damping_ratio", "ζ of the interface", "", write=cells.ratio, brief=False),
     )
-    places = []
+    rows = []
     for joint in joints:
-        frequency_at_rest = joint["oscillator"]["frequency_at_rest"]
-        for row, mode in zip(joint["amplitudes"], joint["oscillator"]["amplitudes"], strict=True):
-            numbers = {
-                "shift": mode["frequency"] / frequency_at_rest - 1.0,
-                "mode_damping": mode["damping_ratio"],
-            }
-            places.append((joint, row, mode, numbers))
+        oscillator = joint["oscillator"]
+        for row, mode in zip(joint["amplitudes"], oscillator["amplitudes"], strict=True):
+            shift = mode["frequency"] / oscillator["frequency_at_rest"] - 1.0
+            rows.append({**joint, **row, **mode, "shift": shift})
     caption = (
         "Natural frequency and its shift from that of the sticking joint; the damping ratio of the "
         "mode and, for contrast, the interface’s own."
     )
-    return _table(
-        "Oscillator", columns, places,
-        keys=2, limit=MOST_CYCLES, caption=caption, noun="loops",
-    )  # fmt: skip
+    return _table("Oscillator", "loops", columns, rows, caption)
 
 
-def history_table(joints: Sequence[dict[str, Any]]) -> Table:
+def history_table(joints: Rows) -> Table:
     """How far the own history goes, one row for each load."""
+    label = "Largest displacement"
     columns = (
         _LOAD,
-        Column(
-            "largest_displacement", "Largest displacement", "m", 3, short="largest displacement"
-        ),
+        Column("largest_displacement", label, "m", 3, short=label.lower()),
         Column("largest_force", "Largest force", "N", 3),
         Column("dissipated_energy", "Dissipated energy", "J", 3),
     )
-    return _table(
-        "History", columns, [(joint, joint["history"]) for joint in joints],
-        keys=1, limit=MOST_JOINTS, caption="", noun="loads",
-    )  # fmt: skip
+    return _table("History", "loads", columns, [{**j, **j["history"]} for j in joints])
 
 
 def validity(

@@ -27,16 +27,13 @@ from microslip.report.document import (
 from microslip.report.files import csv_text, text_file
 from microslip.report.scales import evenly
 from microslip.results.scanned import joint_section, texture
-from microslip.results.scanned.cutoff_picture import cutoff_plot
-from microslip.results.scanned.density_picture import density_plot
 from microslip.results.scanned.disagreements import disagreements
 from microslip.results.scanned.findings import ESTIMATES, Findings
-from microslip.results.scanned.height_picture import height_plot
+from microslip.results.scanned.height_pictures import density_plot, height_plot
 from microslip.results.scanned.numbers import KIND, summarise
 from microslip.results.scanned.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
-from microslip.results.scanned.spectrum_picture import spectrum_plot
 from microslip.results.scanned.surface_block import block
-from microslip.results.scanned.texture_picture import texture_plot
+from microslip.results.scanned.wave_pictures import cutoff_plot, spectrum_plot, texture_plot
 from microslip.scans.file_reading import ASKED, SUSPECT
 from microslip.scans.summits import Summits
 

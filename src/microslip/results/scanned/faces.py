@@ -28,7 +28,7 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import header, plain, text_file
-from microslip.report.plot import COLORS, Axis, Panel, Plot
+from microslip.report.plot import COLORS, Axis, Panel, Plot, beside
 from microslip.report.scales import length_prefix
 from microslip.results.scanned.findings import Request
 from microslip.results.scanned.numbers import FACES_KIND
@@ -271,7 +271,7 @@ def _data(analysis: Faces) -> dict[str, Any]:
 def _plot(analysis: Faces) -> Plot:
     summits = {_NAMES[key]: (face.statistics, face) for key, face in analysis.faces.items()}
     panels = []
-    for place, (name, unit) in enumerate(_QUANTITIES.items()):
+    for name, unit in _QUANTITIES.items():
         values = [getattr(statistics, name) for statistics, _ in summits.values()]
         every = [*values, getattr(analysis.combined, name)] if len(summits) > 1 else values
         scale, letter = (1e6, "1/mm²") if unit == "1/m^2" else _length(max(every))
@@ -280,7 +280,6 @@ def _plot(analysis: Faces) -> Plot:
             Axis("", -0.6, len(every) - 0.4, ticks=ticks),
             Axis(log=True),
             note=f"{_HEADS[name]} [{letter}]",
-            cell=(0, 0, place, place),
         )
         for at, (value, (_, face)) in enumerate(zip(values, summits.values(), strict=True)):
             ends = face.ranges[name] if face.ranges else None
@@ -293,7 +292,7 @@ def _plot(analysis: Faces) -> Plot:
         if len(every) > len(values):
             panel.marks([len(values)], [every[-1] / scale], COLORS[2], marker="s", filled=True)
         panels.append(panel)
-    return Plot(panels, 3.2, "Summits of rough faces", widths=(1.0, 1.0, 1.0))
+    return beside(panels, 3.2, "Summits of rough faces")
 
 
 def _length(value: float) -> tuple[float, str]:

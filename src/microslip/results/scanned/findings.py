@@ -50,21 +50,11 @@ def alone(values: Any) -> Any:
 
 @dataclass(frozen=True)
 class Request:
-    """What is wanted of a scan, in SI units: the options of scans by their names.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    cutoff_given : bool
-        Whether the cut-off was said, be it that there is none.
-    reading : mapping
-        How the file is read: keywords of :meth:`~microslip.Scan.read`.
-    """
+    """What is wanted of a scan, in SI units: the options of scans by their names."""
 
     path: Path
     cutoff: float | None = None
-    cutoff_given: bool = False
+    cutoff_given: bool = False  # whether it was said, be it that there is none
     long_cutoff: float | None = None
     level: Any = "plane"
     outliers: float | None = None
@@ -85,6 +75,7 @@ class Request:
     drawing: Mapping[str, Any] = field(default_factory=dict)
     """What a drawing says: of the only face, or of that which lies on the scanned one."""
     reading: Mapping[str, Any] = field(default_factory=dict)
+    """Keywords of :meth:`~microslip.Scan.read`."""
 
     @classmethod
     def of(cls, *scans: Path, cutoff_given: bool, **options: Any) -> Request:

@@ -7,12 +7,26 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats
 from microslip._core.units import engineering, prefix, significant
 from microslip.friction import Interface
+from microslip.heights import Gaussian
 from microslip.report.document import Block, Column, Note, Picture, Section, Table
 from microslip.report.files import csv_text, plain
-from microslip.report.plot import COLORS, DASHED, DASHES, MARKERS, Axis, Entry, Panel, Plot, Rule
+from microslip.report.plot import (
+    COLORS,
+    DASHED,
+    DASHES,
+    MARKERS,
+    Axis,
+    Band,
+    Entry,
+    Floats,
+    Marker,
+    Panel,
+    Plot,
+    Rule,
+    beside,
+)
 from microslip.report.scales import length_prefix
 from microslip.results.scanned.findings import Findings
 from microslip.scans.ellipses import elliptic_surface
@@ -93,16 +107,14 @@ def _elliptic_note(findings: Findings) -> tuple[Note, ...]:
     if numbers is None:
         return ()
     share = numbers["tangential_stiffness"] / numbers["round_stiffness"]
-    return (
-        Note(
-            f"Elliptic summits of Gaussian heights, moved at "
-            f"{math.degrees(numbers['direction']):.4g}° from the x of the scan and "
-            f"{math.degrees(numbers['angle_to_lay']):.3g}° from the lay, curvature along it "
-            f"{significant(numbers['curvature_ratio'])} of that across: stiffness "
-            f"{engineering(numbers['tangential_stiffness'], 'N/m')}, {significant(share)} times "
-            "that of the same contacts moved as circles are."
-        ),
+    text = (
+        f"Elliptic summits of Gaussian heights, moved at {math.degrees(numbers['direction']):.4g}° "
+        f"from the x of the scan and {math.degrees(numbers['angle_to_lay']):.3g}° from the lay, "
+        f"curvature along it {significant(numbers['curvature_ratio'])} of that across: stiffness "
+        f"{engineering(numbers['tangential_stiffness'], 'N/m')}, {significant(share)} times "
+        "that of the same contacts moved as circles are."
     )
+    return (Note(text),)
 
 
 def rows(table: JointOverCutoffs) -> list[dict[str, float]]:
@@ -130,22 +142,20 @@ def pictures(findings: Findings) -> tuple[Picture, ...]:
     table = findings.joint_table
     if table is None:
         return ()
-    return (
-        Picture(
-            "joint_cutoffs",
-            "The joint against both cut-offs of the scan, a line for each long-wave one, at "
-            f"{engineering(table.normal_load, 'N', 4)} on {table.area * 1e6:.4g} mm², heights as "
-            f"{table.heights}. A line that is not level hangs on the short-wave cut-off, lines "
-            "that are apart on the long-wave one.",
-            lambda: _plot(findings, table),
-            "Stiffness, real area, plasticity index, contact radius and loss factor over cut-offs",
-        ),
+    caption = (
+        "The joint against both cut-offs of the scan, a line for each long-wave one, at "
+        f"{engineering(table.normal_load, 'N', 4)} on {table.area * 1e6:.4g} mm², heights as "
+        f"{table.heights}. A line that is not level hangs on the short-wave cut-off, lines "
+        "that are apart on the long-wave one."
     )
+    alternative = (
+        "Stiffness, real area, plasticity index, contact radius and loss factor over cut-offs"
+    )
+    return (Picture("joint_cutoffs", caption, lambda: _plot(findings, table), alternative),)
 
 
 def _by_law(laws: HeightLaws) -> tuple[Block, ...]:
     columns = (
-        Column("heights", "heights"),
         Column("separation", "separation", "m", 3),
         Column("contacts", "contacts", "", 3),
         Column("real_area", "real/apparent", "", 3),
@@ -153,47 +163,33 @@ def _by_law(laws: HeightLaws) -> tuple[Block, ...]:
         Column("loss_factor", "η", "", 3),
         Column("above", "load above highest", "", 2),
     )
-    table = Table(
-        "",
-        columns,
-        tuple(
-            (
-                name + " *" * (name == laws.recommended),
-                law.separation,
-                law.contacts,
-                law.real_area,
-                law.tangential_stiffness,
-                law.loss_factor,
-                law.above,
-            )
-            for name, law in laws.laws.items()
-        ),
+    values = tuple(
+        (
+            name + " *" * (name == laws.recommended),
+            *(getattr(law, column.key) for column in columns),
+        )
+        for name, law in laws.laws.items()
     )
     scatter = f"{significant(100.0 * laws.scatter, 2)} %" if laws.scatter < 10.0 else "all of it"
-    return (
-        table,
-        Note(
-            f'* heights = "{laws.recommended}" is what the loaded tail bears: {laws.reason}. '
-            f"{laws.measured_contacts} summits of the scan carry the load; were they independent, "
-            f"their stiffness would scatter by {scatter} from scan to scan, and by more as they "
-            "are not."
-        ),
+    note = (
+        f'* heights = "{laws.recommended}" is what the loaded tail bears: {laws.reason}. '
+        f"{laws.measured_contacts} summits of the scan carry the load; were they independent, "
+        f"their stiffness would scatter by {scatter} from scan to scan, and by more as they "
+        "are not."
     )
+    return Table("", (Column("heights", "heights"), *columns), values), Note(note)
 
 
 def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:
-    place = table.chosen
-    rows_of_table = []
-    for row, long in enumerate(table.long_cutoff):
-        for column, short in enumerate(table.cutoff):
-            mark = " *" if (row, column) == place else ""
-            rows_of_table.append(
-                (
-                    ("none" if math.isinf(long) else engineering(float(long), "m")) + mark,
-                    "none" if short == 0.0 else engineering(float(short), "m"),
-                    *(plain(values[row, column]) for values in table.values.values()),
-                )
-            )
+    place = table.chosen[0] * table.cutoff.size + table.chosen[1]
+    pairs = tuple(
+        (
+            _length(row["long_cutoff"]) + " *" * (number == place),
+            _length(row["cutoff"]),
+            *(plain(row[name]) for name in table.values),
+        )
+        for number, row in enumerate(rows(table))
+    )
     columns = (
         Column("long_cutoff", "long-wave"),
         Column("cutoff", "short-wave"),
@@ -202,27 +198,24 @@ def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:
             for name, unit in WANTED.items()
         ),
     )
-    slopes = Table(
-        "Slopes d ln/d ln at *",
+    heads = (
+        Column("quantity", "quantity"),
+        Column("cutoff", "short-wave", "", 2),
+        Column("long_cutoff", "long-wave", "", 2),
+        Column("patches", "× on patches", "", 3),
+    )
+    slopes = tuple(
         (
-            Column("quantity", "quantity"),
-            Column("cutoff", "short-wave", "", 2),
-            Column("long_cutoff", "long-wave", "", 2),
-            Column("patches", "× on patches", "", 3),
-        ),
-        tuple(
-            (
-                _LABELS[name],
-                *(plain(table.slope(name, key)) for key in ("cutoff", "long_cutoff")),
-                plain(table.bias(name)),
-            )
-            for name, values in table.values.items()
-            if np.isfinite(values[place])
-        ),
+            _LABELS[name],
+            *(plain(table.slope(name, key)) for key in ("cutoff", "long_cutoff")),
+            plain(table.bias(name)),
+        )
+        for name, values in table.values.items()
+        if np.isfinite(values[table.chosen])
     )
     return (
-        Table("", columns, tuple(rows_of_table), keys=2, noun="pairs of cut-offs"),
-        slopes,
+        Table("", columns, pairs, keys=2, noun="pairs of cut-offs"),
+        Table("Slopes d ln/d ln at *", heads, slopes),
         Note(
             f"* what was asked for, heights as {table.heights}. A slope of 0.5 is 41 % for a "
             "cut-off twice as long; with no long-wave cut-off, the size of the scan is one. On "
@@ -230,6 +223,10 @@ def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:
             "the whole."
         ),
     )
+
+
+def _length(cutoff: float) -> str:
+    return "none" if math.isnan(cutoff) else engineering(cutoff, "m")
 
 
 def _plot(findings: Findings, table: JointOverCutoffs) -> Plot:
@@ -249,6 +246,7 @@ def _plot(findings: Findings, table: JointOverCutoffs) -> Plot:
         row, column = divmod(number, 3)
         values = table.values[name]
         scale, label = _scale(values, WANTED[name])
+        good = _above_zero(values)
         below = number + 3 < len(names)
         panel = Panel(
             Axis(
@@ -259,21 +257,20 @@ def _plot(findings: Findings, table: JointOverCutoffs) -> Plot:
                 ticks=ticks,
                 bare=below,
             ),
-            Axis(log=_wide(values)),
+            Axis(log=bool(good.size and good.max() > 3.0 * good.min())),
             note=f"{_LABELS[name].capitalize()} [{label}]",
             cell=(row, row, column, column),
         )
         panel.add(Rule(float(places[table.chosen[1]]) / unit, "x", "#444444", 0.9, (1.0, 1.0)))
         for index, line in enumerate(values):
-            color, dash = _look(index)
+            color, dash, marker = _look(index)
             panel.line(places / unit, line / scale, color, dash=dash)
-            panel.marks(places / unit, line / scale, color, marker=MARKERS[index % len(MARKERS)])
+            panel.marks(places / unit, line / scale, color, marker=marker)
         panels.append(panel)
     legend = []
     for index, long in enumerate(table.long_cutoff):
-        color, dash = _look(index)
         text = "no long-wave cut-off" if math.isinf(long) else engineering(float(long), "m")
-        legend.append(Entry(text, color, dash, MARKERS[index % len(MARKERS)]))
+        legend.append(Entry(text, *_look(index)))
     return Plot(
         panels,
         2.9 * rows_of_panels + 0.6,
@@ -285,19 +282,20 @@ def _plot(findings: Findings, table: JointOverCutoffs) -> Plot:
     )
 
 
-def _look(index: int) -> tuple[str, tuple[float, ...]]:
-    return COLORS[index % len(COLORS)], DASHES[index % len(DASHES)]
+def _look(index: int) -> tuple[str, tuple[float, ...], Marker]:
+    return (
+        COLORS[index % len(COLORS)], DASHES[index % len(DASHES)], MARKERS[index % len(MARKERS)]
+    )  # fmt: skip
 
 
-def _wide(values: Floats) -> bool:
-    good = values[np.isfinite(values) & (values > 0.0)]
-    return bool(good.size and good.max() > 3.0 * good.min())
+def _above_zero(values: Floats) -> Floats:
+    return values[np.isfinite(values) & (values > 0.0)]
 
 
 def _scale(values: Floats, unit: str) -> tuple[float, str]:
     if unit == "-":
         return 1.0, "–"
-    good = values[np.isfinite(values) & (values > 0.0)]
+    good = _above_zero(values)
     factor, letter = prefix(float(np.sqrt(good.min() * good.max())) if good.size else 1.0)
     return factor, f"{letter}{unit}"
 
@@ -309,31 +307,21 @@ def tail_picture(findings: Findings) -> tuple[Picture, ...]:
     """Summit heights against their distribution; none where there are no summits."""
     if findings.summits is None or findings.summits.count < 2 or not findings.summits.std > 0.0:
         return ()
-    loaded = findings.laws is not None
     caption = (
         "Summits higher than a height: counted, and by the Gaussian with their mean and standard "
         "deviation, which goes on above the highest that was measured (dotted)."
     )
-    if loaded:
+    if findings.laws is not None:
         caption += (
             " Grey is what touches at the load, by the counted summits. Beside it the share of the "
             "load that is carried above a height: what the Gaussian puts above the dotted line is "
             "carried by summits that nobody has measured."
         )
-    return (
-        Picture(
-            "summit_heights",
-            caption,
-            lambda: _tail_plot(findings),
-            "Number of summits above a height, counted and Gaussian, and the loaded tail",
-        ),
-    )
+    alternative = "Number of summits above a height, counted and Gaussian, and the loaded tail"
+    return (Picture("summit_heights", caption, lambda: _tail_plot(findings), alternative),)
 
 
 def _tail_plot(findings: Findings) -> Plot:
-    from microslip.heights import Gaussian
-    from microslip.report.plot import Band
-
     summits, laws = findings.summits, findings.laws
     assert summits is not None
     ordered = np.sort(summits.heights)[::-1]
@@ -351,7 +339,6 @@ def _tail_plot(findings: Findings) -> Plot:
         Axis(f"Height above the mean [{letter}m]", *ends),
         Axis("Summits above the height", 0.01, 2.0 * count, log=True),
         note="(a) summits, counted and Gaussian",
-        cell=(0, 0, 0, 0),
     )
     panels = [first]
     if laws is not None:
@@ -371,7 +358,6 @@ def _tail_plot(findings: Findings) -> Plot:
             Axis(f"Height above the mean [{letter}m]", *ends),
             Axis("Share of the load above the height", 0.0, 1.05),
             note=f"(b) load of {engineering(laws.normal_load, 'N', 4)}",
-            cell=(0, 0, 1, 1),
         )
         depth = np.maximum(ordered - laws.laws["population"].separation, 0.0)
         order = np.argsort(-summits.heights, kind="stable")
@@ -386,10 +372,4 @@ def _tail_plot(findings: Findings) -> Plot:
         second.add(Rule(high / unit, "x", "#444444", 0.9, (1.0, 2.0)))
         panels.append(second)
         legend.append(Entry("in contact, by the counted", "#e8e8e8"))
-    return Plot(
-        panels,
-        3.7,
-        findings.title("Summit heights"),
-        widths=(1.0,) * len(panels),
-        legend=tuple(legend),
-    )
+    return beside(panels, 3.7, findings.title("Summit heights"), legend)

@@ -1,12 +1,15 @@
-"""What is said of a bolted structure: its answer, its sections, its numbers and its table."""
+"""What is said of a bolted structure: its answer, its sections, its numbers, tables and arrays."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.netcdf import Variable
+from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
 from microslip.report import cells
 from microslip.report.document import (
@@ -28,9 +31,10 @@ from microslip.results.structure.pictures import (
     shape_plot,
     slip_plot,
 )
-from microslip.results.structure.prediction import Mode, StructurePrediction
+from microslip.results.structure.prediction import Bands, Mode, StructurePrediction
 from microslip.structures import Convergence, ModalIdentification
 
+_PATCH = ("x", "y", "area", "gap", "normal_load")
 FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
 """Names of the figures."""
 
@@ -42,13 +46,8 @@ _BANDS = (
 
 def answer(prediction: StructurePrediction) -> str:
     """The result in a sentence."""
-    mode = prediction.modes[0]
-    last = _last(mode)
-    curve = mode.curve
-    band = ""
-    if mode.bands is not None:
-        low, _, high = mode.bands.damping_ratio[:, last]
-        band = f" (5–95 %: {cells.ratio(low)} to {cells.ratio(high)})"
+    mode, curve, last = prediction.modes[0], prediction.modes[0].curve, prediction.modes[0].last
+    band = "" if mode.bands is None else f" (5–95 %: {_band(mode.bands, last)})"
     return (
         f"Mode {mode.number} lies at {curve.linear_frequency:.5g} Hz while all sticks; at "
         f"{engineering(float(curve.amplitude[last]), 'm', 3)} at the sensor it is at "
@@ -59,15 +58,17 @@ def answer(prediction: StructurePrediction) -> str:
 
 def number(prediction: StructurePrediction) -> Number:
     """The damping ratio at the largest amplitude, with its band."""
-    mode = prediction.modes[0]
-    last = _last(mode)
+    mode, last = prediction.modes[0], prediction.modes[0].last
     place = engineering(float(mode.curve.amplitude[last]), "m", 3)
     band = f"quasi-static: {cells.ratio(float(mode.quick.damping_ratio[last]))}"
     if mode.bands is not None:
-        low, _, high = mode.bands.damping_ratio[:, last]
-        band = f"5 to 95 %: {cells.ratio(low)} to {cells.ratio(high)}"
+        band = f"5 to 95 %: {_band(mode.bands, last)}"
     value = cells.ratio(float(mode.curve.damping_ratio[last]))
     return Number(f"damping ratio ζ of mode {mode.number} at {place}", value, band)
+
+
+def _band(bands: Bands, place: int) -> str:
+    return " to ".join(cells.ratio(bands.damping_ratio[end, place]) for end in (0, -1))
 
 
 def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
@@ -90,41 +91,40 @@ def pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     """The figures."""
     markers = " Markers are the tests." if prediction.tests else ""
     bands = " Shaded: 5 to 95 % of what is not known." if prediction.inputs else ""
-    return (
-        Picture(
-            "modal_curves",
+    figures = {
+        "modal_curves": (
+            curve_plot,
             "Frequency and damping ratio of each mode against the displacement amplitude at the "
             f"sensor, by balance of harmonics; dashed: quasi-static.{bands}{markers}",
-            lambda: curve_plot(prediction),
             "Frequency and damping of the modes against amplitude",
         ),
-        Picture(
-            "pressure_map",
+        "pressure_map": (
+            pressure_plot,
             "Mean pressure on each patch after tightening, seen from above.",
-            lambda: pressure_plot(prediction),
             "Pressure on the contact patches",
         ),
-        Picture(
-            "slip_map",
+        "slip_map": (
+            slip_plot,
             "Relative tangential amplitude of the two faces at each patch, at the largest "
             "amplitude: where it slips.",
-            lambda: slip_plot(prediction),
             "Relative motion of the contact patches",
         ),
-        Picture(
-            "loss_map",
+        "loss_map": (
+            loss_plot,
             "Share of each patch in the energy lost a cycle, at the largest amplitude: there the "
             "patches should be fine, and there form and friction count.",
-            lambda: loss_plot(prediction),
             "Loss of the contact patches",
         ),
-        Picture(
-            "mode_shapes",
+        "mode_shapes": (
+            shape_plot,
             "The modes at the largest amplitude, seen from the side, or from above where they bend "
             "that way; the motion is exaggerated.",
-            lambda: shape_plot(prediction),
             "Shapes of the modes",
         ),
+    }
+    return tuple(
+        Picture(name, caption, partial(plot, prediction), alternative)
+        for name, (plot, caption, alternative) in figures.items()
     )
 
 
@@ -142,40 +142,38 @@ def numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "bolt_tension": joint.tensions(state.displacement, state.static_force).tolist(),
         "uncertain": dict(prediction.inputs),
         "patches": [
-            dict(zip(("x", "y"), map(float, centre), strict=True))
-            | {"area": float(area), "gap": float(gap), "normal_load": float(load)}
-            for centre, area, gap, load in zip(
-                joint.patch_centres, joint.patch_areas, joint.patch_gaps, state.normal_loads,
-                strict=True,
+            {name: float(value) for name, value in zip(_PATCH, row, strict=True)}
+            for row in np.column_stack(
+                [joint.patch_centres, joint.patch_areas, joint.patch_gaps, state.normal_loads]
             )
         ],
         "modes": [_mode_numbers(mode) for mode in prediction.modes],
         **{name: part for name, part in parts.items() if part is not None},
-    }  # fmt: skip
+    }
 
 
 def columns(prediction: StructurePrediction) -> dict[str, Floats]:
     """The curves of all modes in long form, for a CSV file."""
-    parts: list[dict[str, Floats]] = []
-    for mode in prediction.modes:
-        size = mode.curve.amplitude.size
-        part = {
-            "mode": np.full(size, float(mode.number)),
-            "amplitude": mode.curve.amplitude,
-            "modal_frequency": mode.curve.frequency,
-            "modal_damping_ratio": mode.curve.damping_ratio,
-            "quasi_static_frequency": mode.quick.frequency,
-            "quasi_static_damping_ratio": mode.quick.damping_ratio,
-        }
-        if mode.bands is not None:
-            for name, values in (
-                ("frequency", mode.bands.frequency),
-                ("damping_ratio", mode.bands.damping_ratio),
-            ):
-                for word, row in zip(("low", "median", "high"), values, strict=True):
-                    part[f"modal_{name}_{word}"] = row
-        parts.append(part)
+    parts = [
+        {"mode": np.full(mode.curve.amplitude.size, float(mode.number)), **_curves(mode)}
+        for mode in prediction.modes
+    ]
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _curves(mode: Mode) -> dict[str, Floats]:
+    """The curves of a mode by the names that they have everywhere."""
+    curves = {
+        "amplitude": mode.curve.amplitude,
+        "modal_frequency": mode.curve.frequency,
+        "modal_damping_ratio": mode.curve.damping_ratio,
+        "quasi_static_frequency": mode.quick.frequency,
+        "quasi_static_damping_ratio": mode.quick.damping_ratio,
+    }
+    for name in ("frequency", "damping_ratio") if mode.bands is not None else ():
+        for word, row in zip(("low", "median", "high"), getattr(mode.bands, name), strict=True):
+            curves[f"modal_{name}_{word}"] = row
+    return curves
 
 
 def _identified(identified: ModalIdentification) -> dict[str, Any]:
@@ -189,15 +187,12 @@ def _identified(identified: ModalIdentification) -> dict[str, Any]:
 
 
 def _mode_numbers(mode: Mode) -> dict[str, Any]:
-    curve, bands = mode.curve, mode.bands
+    bands, curves = mode.bands, _curves(mode)
     result: dict[str, Any] = {
         "mode": mode.number,
-        "linear_frequency": curve.linear_frequency,
-        "message": curve.message,
-        "amplitude": plain(curve.amplitude),
-        "modal_frequency": plain(curve.frequency),
-        "modal_damping_ratio": plain(curve.damping_ratio),
-        "quasi_static_damping_ratio": plain(mode.quick.damping_ratio),
+        "linear_frequency": mode.curve.linear_frequency,
+        "message": mode.curve.message,
+        **{column.key: plain(curves[column.key]) for column in _COLUMNS[:4]},
         "loss_share": plain(mode.loss()),
     }
     if bands is not None:
@@ -205,10 +200,6 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
         result["modal_damping_ratio_bands"] = plain(bands.damping_ratio)
         result["ranking"] = dict(bands.ranking)
     return result
-
-
-def _last(mode: Mode) -> int:
-    return int(np.flatnonzero(mode.curve.converged)[-1])
 
 
 def _model(prediction: StructurePrediction) -> Facts:
@@ -229,22 +220,23 @@ def _model(prediction: StructurePrediction) -> Facts:
     return Facts("Model", tuple(rows))
 
 
+_COLUMNS = (
+    Column("amplitude", "Amplitude at the sensor", "m", 3, short="amplitude"),
+    Column("modal_frequency", "Frequency", "Hz", write=lambda f: f"{f:.5g}", short="Hz"),
+    Column("modal_damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ"),
+    Column("quasi_static_damping_ratio", "ζ, quasi-static", "", write=cells.ratio),
+    Column("modal_damping_ratio_low", "ζ, 5 %", "", write=cells.ratio),
+    Column("modal_damping_ratio_median", "ζ, 50 %", "", write=cells.ratio),
+    Column("modal_damping_ratio_high", "ζ, 95 %", "", write=cells.ratio),
+)
+
+
 def _table(mode: Mode) -> Table:
-    curve, bands = mode.curve, mode.bands
-    listed = [
-        Column("amplitude", "Amplitude at the sensor", "m", 3, short="amplitude"),
-        Column("modal_frequency", "Frequency", "Hz", write=lambda f: f"{f:.5g}", short="Hz"),
-        Column("modal_damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ"),
-        Column("quasi_static_damping_ratio", "ζ, quasi-static", "", write=cells.ratio),
-    ]
-    values = [curve.amplitude, curve.frequency, curve.damping_ratio, mode.quick.damping_ratio]
-    if bands is not None:
-        for name, row in zip(("5 %", "50 %", "95 %"), bands.damping_ratio, strict=True):
-            listed.append(Column(f"damping_{name}", f"ζ, {name}", "", write=cells.ratio))
-            values.append(row)
-    rows = tuple(zip(*map(plain, values), strict=True))
-    title = f"Mode {mode.number}, {curve.linear_frequency:.5g} Hz while all sticks"
-    return Table(title, tuple(listed), rows, caption=curve.message, noun="amplitudes")
+    curves = _curves(mode)
+    listed = tuple(column for column in _COLUMNS if column.key in curves)
+    rows = tuple(zip(*(plain(curves[column.key]) for column in listed), strict=True))
+    title = f"Mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz while all sticks"
+    return Table(title, listed, rows, caption=mode.curve.message, noun="amplitudes")
 
 
 def _remark(prediction: StructurePrediction) -> str:
@@ -314,3 +306,55 @@ def _ranking(mode: Mode) -> Table:
         Column("share", "Share in the scatter of ln ζ", "", write=cells.percent),
     )
     return Table(f"Mode {mode.number}", listed, mode.bands.ranking, noun="inputs")
+
+
+AMPLITUDE, PATCH = "structure_amplitude", "patch"
+"""Dimensions beside `mode`."""
+
+Labelled = dict[str, Variable]
+
+
+def labelled(prediction: StructurePrediction) -> tuple[dict[str, int], Labelled, Labelled]:
+    """Dimensions, coordinates and variables."""
+    table = columns(prediction)
+    modes, amplitude = len(prediction.modes), prediction.modes[0].curve.amplitude
+    joint, state = prediction.joint, prediction.state
+    dims = {"mode": modes, AMPLITUDE: amplitude.size, PATCH: joint.patches}
+    numbers = np.array([mode.number for mode in prediction.modes], dtype=np.int32)
+    coords = {
+        "mode": Variable(("mode",), numbers, QUANTITIES["mode"].attributes),
+        AMPLITUDE: _named((AMPLITUDE,), amplitude, "m", "displacement amplitude at the sensor"),
+        "patch_x": _named((PATCH,), joint.patch_centres[:, 0], "m", "place along the lap"),
+        "patch_y": _named((PATCH,), joint.patch_centres[:, 1], "m", "place across the lap"),
+    }
+    variables = {
+        name: Variable(("mode", AMPLITUDE), values.reshape(modes, -1), QUANTITIES[name].attributes)
+        for name, values in table.items()
+        if name not in ("mode", "amplitude")
+    }
+    for name, by_patch, unit, meaning in (
+        ("patch_area", joint.patch_areas, "m^2", "area of a patch"),
+        ("patch_gap", joint.patch_gaps, "m", "gap of a patch where nothing presses"),
+        ("patch_normal_load", state.normal_loads, "N", "normal load of a patch after tightening"),
+    ):
+        variables[name] = _named((PATCH,), by_patch, unit, meaning)
+    loss = np.stack([mode.loss() for mode in prediction.modes])
+    slip = np.stack([mode.slip(joint) for mode in prediction.modes])
+    dims_of_patches = ("mode", PATCH)
+    variables["patch_loss_share"] = _named(
+        dims_of_patches,
+        loss,
+        "1",
+        "share of a patch in the loss of a cycle at the largest amplitude",
+    )
+    variables["patch_slip"] = _named(
+        dims_of_patches,
+        slip,
+        "m",
+        "relative tangential amplitude of a patch at the largest amplitude",
+    )
+    return dims, coords, variables
+
+
+def _named(dims: tuple[str, ...], values: Floats, unit: str, meaning: str) -> Variable:
+    return Variable(dims, np.ascontiguousarray(values), {"units": unit, "long_name": meaning})

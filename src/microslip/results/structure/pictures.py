@@ -7,7 +7,18 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.units import prefix
-from microslip.report.plot import COLORS, DASHED, DOTTED, Area, Axis, Entry, Panel, Pixels, Plot
+from microslip.report.plot import (
+    COLORS,
+    DASHED,
+    DOTTED,
+    Area,
+    Axis,
+    Entry,
+    Panel,
+    Pixels,
+    Plot,
+    stacked,
+)
 from microslip.results.structure.prediction import Mode, StructurePrediction
 
 _LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
@@ -17,11 +28,9 @@ _PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
 def curve_plot(prediction: StructurePrediction) -> Plot:
     """Frequency over its value at rest, and damping ratio, against amplitude."""
     letter_scale, letter = prefix(float(prediction.modes[0].curve.amplitude[-1]))
-    amplitude = Axis(f"Amplitude at the sensor [{letter}m]", log=True, margin=0.0)
-    upper = Panel(amplitude, Axis("Frequency change [%]"))
-    lower = Panel(
-        Axis(f"Amplitude at the sensor [{letter}m]", log=True, margin=0.0),
-        Axis("Damping ratio ζ [–]", log=True),
+    upper, lower = (
+        Panel(Axis(f"Amplitude at the sensor [{letter}m]", log=True, margin=0.0), axis)
+        for axis in (Axis("Frequency change [%]"), Axis("Damping ratio ζ [–]", log=True))
     )
     legend = []
     panels = ((upper, "frequency", True), (lower, "damping_ratio", False))
@@ -50,9 +59,9 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         lower.marks(x, test.damping_ratio, color)
         legend.append(Entry(f"test of mode {test.mode + 1}", color, marker="o", line=False))
     legend.append(Entry("quasi-static", COLORS[0], DASHED))
-    upper.cell, lower.cell = (0, 0, 0, 0), (1, 1, 0, 0)
-    upper.x.bare = True
-    return Plot([upper, lower], 6.2, heights=(1.0, 1.3), legend=tuple(legend))
+    plot = stacked([upper, lower], 6.2, (1.0, 1.3))
+    plot.legend = tuple(legend)
+    return plot
 
 
 def _band(panel: Panel, mode: Mode, name: str, change: bool, index: int, scale: float) -> None:
@@ -151,16 +160,13 @@ def _color(share: float) -> str:
 
 def shape_plot(prediction: StructurePrediction) -> Plot:
     """Each mode from the side that shows it, exaggerated, over the structure at rest."""
-    panels = []
-    for row, mode in enumerate(prediction.modes):
-        last = row == len(prediction.modes) - 1
-        panels.append(_shape(prediction, mode, row, last))
-    return Plot(panels, 1.5 * len(panels) + 0.7, heights=tuple([1.0] * len(panels)))
+    panels = [_shape(prediction, mode) for mode in prediction.modes]
+    return stacked(panels, 1.5 * len(panels) + 0.7, (1.0,) * len(panels))
 
 
-def _shape(prediction: StructurePrediction, mode: Mode, row: int, last: bool) -> Panel:
+def _shape(prediction: StructurePrediction, mode: Mode) -> Panel:
     outside = prediction.joint.surface
-    solved = int(np.flatnonzero(mode.curve.converged)[-1])
+    solved = mode.last
     shape = mode.curve.shape[solved]
     turned = (shape * np.exp(-1j * np.angle(shape[np.argmax(abs(shape))]))).real
     motion = outside.motion.astype(float) @ turned
@@ -184,10 +190,9 @@ def _shape(prediction: StructurePrediction, mode: Mode, row: int, last: bool) ->
         visible = facets
     grown = points + 0.08 * size / abs(motion).max() * motion
     panel = Panel(
-        Axis("Along [mm]", bare=not last),
+        Axis("Along [mm]"),
         Axis("Up [mm]" if up == second else "Across [mm]"),
         note=f"Mode {mode.number}, {mode.curve.frequency[solved]:.5g} Hz",
-        cell=(row, row, 0, 0),
         equal=True,
         grid=False,
     )

@@ -23,84 +23,48 @@ SHARES = (0.05, 0.5, 0.95)
 
 @dataclass(frozen=True)
 class Bands:
-    """What a mode does over the samples of what is not known exactly.
+    """What a mode does over the samples of what is not known exactly."""
 
-    Parameters
-    ----------
-    frequency, damping_ratio : ndarray
-        Quantiles at each amplitude [Hz], [-], shape (3, amplitudes).
-    ranking : tuple of (str, float)
-        Share of each input in the scatter of ln(damping ratio) [-], the largest first.
-    """
-
-    frequency: Floats
-    damping_ratio: Floats
+    frequency: Floats  # quantiles at each amplitude [Hz], shape (3, amplitudes)
+    damping_ratio: Floats  # the same [-]
     ranking: tuple[tuple[str, float], ...]
+    """Share of each input in the scatter of ln(damping ratio) [-], the largest first."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """One mode along the amplitudes at the sensor.
+    """One mode along the amplitudes at the sensor."""
 
-    Parameters
-    ----------
-    number : int
-        Counted from 1.
-    curve : ModalCurve
-        By balance of harmonics.
-    quick : ModalCurve
-        Quasi-static.
-    bands : Bands or None
-        None where everything is given as one number.
-    """
+    number: int  # counted from 1
+    curve: ModalCurve  # by balance of harmonics
+    quick: ModalCurve  # quasi-static
+    bands: Bands | None  # None where everything is given as one number
 
-    number: int
-    curve: ModalCurve
-    quick: ModalCurve
-    bands: Bands | None
+    @property
+    def last(self) -> int:
+        """Place of the largest solved amplitude."""
+        return int(np.flatnonzero(self.curve.converged)[-1])
 
     def slip(self, joint: ReducedJoint) -> Floats:
         """Relative tangential amplitude of each patch at the largest solved amplitude [m]."""
-        last = int(np.flatnonzero(self.curve.converged)[-1])
-        moved = abs(self.curve.shape[last] * self.curve.modal_amplitude[last])
+        moved = abs(self.curve.shape[self.last] * self.curve.modal_amplitude[self.last])
         relative = moved[: 3 * joint.patches].reshape(-1, 3)
         return np.asarray(np.hypot(relative[:, 0], relative[:, 1]))
 
     def loss(self) -> Floats:
         """Share of each patch in the loss at the largest solved amplitude [-]."""
-        last = int(np.flatnonzero(self.curve.converged)[-1])
-        return np.asarray(self.curve.loss_share[last])
+        return np.asarray(self.curve.loss_share[self.last])
 
 
 @dataclass(frozen=True)
 class StructurePrediction:
-    """All numbers of the structure of a study.
+    """All numbers of the structure of a study."""
 
-    Parameters
-    ----------
-    part : StructurePart
-        What was asked for.
-    joint : ReducedJoint
-        The reduced model.
-    state : Preload
-        The tightened state, everything uncertain at its middle.
-    modes : tuple of Mode
-        In the order of the study.
-    inputs : tuple of (str, str)
-        What is not known exactly, and how far it is known.
-    identified : ModalIdentification or None
-        What the tests say of the joint, where the study asks for a fit.
-    tests : tuple of ModalTest
-        The tests of the study.
-    convergence : Convergence or None
-        How good the model is for the first mode, where the study asks for it.
-    """
-
-    part: StructurePart
-    joint: ReducedJoint
-    state: Preload
-    modes: tuple[Mode, ...]
-    inputs: tuple[tuple[str, str], ...]
-    identified: ModalIdentification | None = None
+    part: StructurePart  # what was asked for
+    joint: ReducedJoint  # the reduced model
+    state: Preload  # tightened, everything uncertain at its middle
+    modes: tuple[Mode, ...]  # in the order of the study
+    inputs: tuple[tuple[str, str], ...]  # what is not known exactly, and how far it is known
+    identified: ModalIdentification | None = None  # what the tests say, where a fit is asked for
     tests: tuple[ModalTest, ...] = ()
-    convergence: Convergence | None = None
+    convergence: Convergence | None = None  # how good the model is for the first mode

@@ -42,25 +42,7 @@ _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_f
 
 
 def run(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
-    """Reduce the structure of a study once, tighten it, and follow its modes.
-
-    Parameters
-    ----------
-    study : Study
-        A study with a structure.
-    progress : callable, optional
-        Called now and then with the share that is done, 0 … 1.
-
-    Returns
-    -------
-    StructurePrediction
-        Its modes, with bands where something is given as a range.
-
-    Raises
-    ------
-    StudyError
-        If the physics has no answer.
-    """
+    """Reduce the structure of a study once, tighten it, and follow its modes with their bands."""
     tell = progress or (lambda share: None)
     design = Design(study) if is_uncertain(study) else None
     middle = at_middle(study)

@@ -18,7 +18,7 @@ from command import STUDY, fails, names, process, run
 
 import microslip as ms
 from microslip.cli import main
-from microslip.report.pictures import Drawn
+from microslip.report.pictures import PictureCache
 
 
 @pytest.fixture(autouse=True)
@@ -410,7 +410,7 @@ def test_many_loads_and_amplitudes_are_thinned_out() -> None:
 
 def test_figures_are_listed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     # The listing is what counts here; other tests look at pixels.
-    monkeypatch.setattr(Drawn, "png", lambda drawn, picture: b"")
+    monkeypatch.setattr(PictureCache, "png", lambda drawn, picture: b"")
     text = printed(STUDY.replace('["csv"]', '["svg", "png", "netcdf"]'))
     assert text.endswith(
         "  figures  loops  backbone  energy_damping  force_damping  contact_state  slider_density"

@@ -23,7 +23,7 @@ from microslip.report.cells import quantity, signed
 from microslip.report.html import page as html_page
 from microslip.report.html import script
 from microslip.report.judgements import _listed
-from microslip.report.pictures import Drawn
+from microslip.report.pictures import PictureCache
 from microslip.report.plot import Plot
 from microslip.report.terminal import file_groups
 from microslip.results.predicted import study_facts, tables
@@ -96,7 +96,7 @@ def page(*edits: tuple[str, str], folder: Path = Path()) -> Page:
 
 
 def told(result: ms.Result) -> str:
-    return html_page(document(result), Drawn())
+    return html_page(document(result), PictureCache())
 
 
 # -- the page -----------------------------------------------------------------------------------
@@ -110,7 +110,7 @@ def demo() -> ms.Result:
 @pytest.fixture(scope="module")
 def text(demo: ms.Result) -> str:
     shares: list[float] = []
-    page = html_page(document(demo), Drawn(), shares.append)
+    page = html_page(document(demo), PictureCache(), shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     return page
@@ -169,7 +169,7 @@ def test_the_same_result_gives_the_same_page(demo: ms.Result, text: str) -> None
 
 
 def test_a_figure_is_made_once_for_its_file_and_the_page(demo: ms.Result) -> None:
-    drawn, calls = Drawn(), []
+    drawn, calls = PictureCache(), []
     picture = document(demo).pictures[0]
 
     def plot() -> Plot:

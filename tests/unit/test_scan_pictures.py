@@ -13,7 +13,7 @@ import microslip as ms
 from microslip.report.files import listed
 from microslip.report.html import page
 from microslip.report.matplotlib_figure import png
-from microslip.report.pictures import Drawn
+from microslip.report.pictures import PictureCache
 from microslip.report.plot import Area, Line, Panel, Pixels
 from microslip.report.svg import svg
 from microslip.results.scanned.document import document
@@ -126,7 +126,7 @@ def test_gaps_are_told_beside_the_spectrum(tmp_path: Path, ground: np.ndarray, g
     heights = ground.copy()
     if gaps:
         heights[:9] = np.nan
-    text = page(document(found(tmp_path, heights, cutoff=10e-6)), Drawn())
+    text = page(document(found(tmp_path, heights, cutoff=10e-6)), PictureCache())
     assert ("steps at the edges of gaps make waves of every length" in text) == gaps
 
 

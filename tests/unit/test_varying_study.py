@@ -18,7 +18,7 @@ from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 import microslip as ms
 from microslip.report.html import page as html_page
 from microslip.report.layout import lay_out
-from microslip.report.pictures import Drawn
+from microslip.report.pictures import PictureCache
 from microslip.report.plot import Marks
 from microslip.report.terminal import show
 from microslip.results.predicted.columns import VaryingLoop
@@ -219,7 +219,7 @@ def test_the_files_read_back(home: Path) -> None:
 
 
 def page(result: ms.Result) -> str:
-    return html_page(document(result), Drawn())
+    return html_page(document(result), PictureCache())
 
 
 def test_the_report_says_what_is_at_which_load(home: Path) -> None:

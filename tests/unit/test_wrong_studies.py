@@ -597,7 +597,7 @@ def test_a_distribution_that_scipy_cannot_compute_is_said(monkeypatch: pytest.Mo
         raise OverflowError("math range error")
 
     heights = '{ kind = "scipy", distribution = "t", parameters = { df = 3 }, scale = "1 um" }'
-    monkeypatch.setattr("microslip.study.distributions.Statistical", fail)
+    monkeypatch.setattr("microslip.study.heights.Statistical", fail)
     with pytest.raises(ms.StudyError) as caught:
         ms.Study.from_toml(edited((GAUSSIAN, heights)), "joint.toml")
     assert str(caught.value) == (

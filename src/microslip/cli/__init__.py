@@ -6,10 +6,9 @@ import click
 
 from microslip._core.kernel_choice import kernel_name
 from microslip._version import __version__
-from microslip.cli.app import app
 from microslip.cli.batch import batch, design
+from microslip.cli.browser import app, explore
 from microslip.cli.chapter import figures
-from microslip.cli.explore import explore
 from microslip.cli.export import export
 from microslip.cli.frame import Group
 from microslip.cli.identify import identify

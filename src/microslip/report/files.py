@@ -20,7 +20,7 @@ from microslip._version import __version__
 from microslip.report.document import Document, File, Progress
 from microslip.report.folder import staged
 from microslip.report.netcdf import Contents
-from microslip.report.pictures import Drawn
+from microslip.report.pictures import PictureCache
 
 Blocks = Iterator[Mapping[str, NDArray[np.float64]]]
 
@@ -52,7 +52,7 @@ def listed(document: Document, kinds: Sequence[str] = ("svg",)) -> Document:
 
 def standard_files(document: Document) -> tuple[File, ...]:
     """All files that the summary of a document names: itself, the page, pictures and its own."""
-    cache = Drawn()
+    cache = PictureCache()
     by_name = {file.name: file for file in document.files}
     pictures = {picture.name: picture for picture in document.pictures}
 
@@ -76,7 +76,7 @@ def standard_files(document: Document) -> tuple[File, ...]:
     return tuple(map(file, document.data["files"]))
 
 
-def _page(document: Document, cache: Drawn, path: Path, progress: Progress) -> None:
+def _page(document: Document, cache: PictureCache, path: Path, progress: Progress) -> None:
     from microslip.report.html import page
 
     path.write_text(page(document, cache, progress), encoding="utf-8", newline="\n")

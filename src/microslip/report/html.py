@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import singledispatch
 from html import escape
@@ -23,12 +23,13 @@ from microslip.report.document import (
     Note,
     Number,
     Picture,
+    Progress,
     Section,
     Table,
     Verdicts,
 )
 from microslip.report.judgements import HEADLINES, judgements
-from microslip.report.pictures import Drawn
+from microslip.report.pictures import PictureCache
 from microslip.report.tables import as_text, is_text
 from microslip.report.terminal import file_groups
 
@@ -41,7 +42,7 @@ _FILES = {
 }
 
 
-def page(document: Document, cache: Drawn, progress: Callable[[float], None] | None = None) -> str:
+def page(document: Document, cache: PictureCache, progress: Progress | None = None) -> str:
     """Make the page of a document."""
     style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
@@ -124,8 +125,8 @@ def _banner(document: Document) -> Iterator[str]:
 
 def _sections(
     sections: list[Section],
-    cache: Drawn,
-    progress: Callable[[float], None] | None,
+    cache: PictureCache,
+    progress: Progress | None,
     pictures: int,
     lead_count: int,
 ) -> Iterator[str]:

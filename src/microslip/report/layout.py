@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.report import plot as shapes
-from microslip.report.plot import Axis, Entry, Floats, Panel, Plot, Which
+from microslip.report.plot import Entry, Floats, Panel, Plot, Which
 from microslip.report.ticks import Ticks, linear, logarithmic
 
 PAGE = 7.1 * 72.0
@@ -59,7 +59,7 @@ class Scale(NamedTuple):
     low: float
     high: float
     log: bool
-    ticks: Ticks
+    ticks: Ticks = Ticks(())
 
     def share(self, values: Floats) -> Floats:
         """Places of values from one end (0) to the other (1); NaN where there is none."""
@@ -88,6 +88,24 @@ class Frame:
     second_left: float = 0.0
     """Where that of the second one is."""
 
+    @property
+    def right(self) -> float:
+        """Its right edge."""
+        return self.left + self.width
+
+    @property
+    def bottom(self) -> float:
+        """Its lower edge."""
+        return self.top + self.height
+
+    def across(self, share: float) -> float:
+        """Place of a share of the horizontal axis, from 0 at its low end to 1."""
+        return self.left + share * self.width
+
+    def down(self, share: float) -> float:
+        """Place of a share of the vertical axis."""
+        return self.top + (1.0 - share) * self.height
+
     def points(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Places on the page [pt], from its upper left corner."""
         # Far outside the panel nothing is seen, and renderers dislike huge numbers.
@@ -98,8 +116,7 @@ class Frame:
     def name_place(self, name: shapes.LineName) -> tuple[float, float, float] | None:
         """Where a name along a line begins or ends on the page [pt], and its angle [rad]."""
         x, y = self.points(name.x, name.y)
-        visible = (x >= self.left) & (x <= self.left + self.width)
-        visible &= (y >= self.top) & (y <= self.top + self.height)
+        visible = (x >= self.left) & (x <= self.right) & (y >= self.top) & (y <= self.bottom)
         x, y = x[visible], y[visible]
         if x.size < 2:
             return None
@@ -172,13 +189,9 @@ def lay_out(plot: Plot) -> Page:
 
 
 def _frame(panel: Panel) -> Frame:
-    return Frame(panel, _bare_scale(panel, "x"), _bare_scale(panel, "y"))
-
-
-def _bare_scale(panel: Panel, direction: Which) -> Scale:
-    """An axis before anything is known of its room."""
-    axis: Axis = panel.x if direction == "x" else panel.y
-    return Scale(*_ends(panel, direction), axis.log, Ticks(()))
+    """A panel before anything is known of its room."""
+    x, y = Scale(*_ends(panel, "x"), panel.x.log), Scale(*_ends(panel, "y"), panel.y.log)
+    return Frame(panel, x, y)
 
 
 def _ends(panel: Panel, direction: Which) -> tuple[float, float]:

@@ -6,7 +6,7 @@ from microslip.report.document import Picture
 from microslip.report.plot import Plot
 
 
-class Drawn:
+class PictureCache:
     """Makes each picture once: the file and the page share it."""
 
     def __init__(self) -> None:

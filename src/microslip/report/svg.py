@@ -9,6 +9,7 @@ import struct
 import zlib
 from collections.abc import Iterable
 from functools import singledispatch
+from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,10 +48,8 @@ def svg(plot: Plot) -> bytes:
 
 
 def _escaped(text: str) -> str:
-    text = _NO_XML.sub("\N{REPLACEMENT CHARACTER}", text)
-    return (
-        text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
-    )
+    text = escape(_NO_XML.sub("\N{REPLACEMENT CHARACTER}", text), quote=False)
+    return text.replace('"', "&quot;")
 
 
 def _text(
@@ -62,12 +61,13 @@ def _text(
     return f'<text x="{x:.2f}" y="{y:.2f}"{sized}{placed}{extra}>{_escaped(text)}</text>'
 
 
+def _box(left: float, top: float, width: float, height: float) -> str:
+    return f'x="{left:.2f}" y="{top:.2f}" width="{width:.2f}" height="{height:.2f}"'
+
+
 def _dash(dash: tuple[float, ...], width: float) -> str:
-    return (
-        f' stroke-dasharray="{" ".join(f"{length * width:.3g}" for length in dash)}"'
-        if dash
-        else ""
-    )
+    lengths = " ".join(f"{length * width:.3g}" for length in dash)
+    return f' stroke-dasharray="{lengths}"' if dash else ""
 
 
 # -- panels --------------------------------------------------------------------------------------
@@ -76,7 +76,7 @@ def _dash(dash: tuple[float, ...], width: float) -> str:
 def _panel(frame: Frame, name: str) -> Iterable[str]:
     panel = frame.panel
     left, top, width, height = frame.left, frame.top, frame.width, frame.height
-    box = f'x="{left:.2f}" y="{top:.2f}" width="{width:.2f}" height="{height:.2f}"'
+    box = _box(left, top, width, height)
     # What a script needs to tell values from places, see figure.js.
     data = f'data-box="{left:.2f} {top:.2f} {width:.2f} {height:.2f}"'
     for direction, scale in (("x", frame.x), ("y", frame.y)):
@@ -86,13 +86,9 @@ def _panel(frame: Frame, name: str) -> Iterable[str]:
     across, up = _ticks(frame.x), _ticks(frame.y)
     if panel.grid:
         lines = [
-            f"M{left + share * width:.2f} {top:.2f}v{height:.2f}" for share, _, big in across if big
+            f"M{frame.across(share):.2f} {top:.2f}v{height:.2f}" for share, _, b in across if b
         ]
-        lines += [
-            f"M{left:.2f} {top + (1 - share) * height:.2f}h{width:.2f}"
-            for share, _, big in up
-            if big
-        ]
+        lines += [f"M{left:.2f} {frame.down(share):.2f}h{width:.2f}" for share, _, b in up if b]
         grid = f'<path data-ticks="grid" d="{"".join(lines)}" stroke="#d9d9d9"'
         yield f'{grid} stroke-width=".5" fill="none"/>'
     yield f'<g clip-path="url(#{name})">'
@@ -119,19 +115,17 @@ def _ticks(scale: Scale) -> list[tuple[float, str, bool]]:
 def _frame_and_ticks(
     frame: Frame, across: list[tuple[float, str, bool]], up: list[tuple[float, str, bool]]
 ) -> Iterable[str]:
-    left, top, width, height = frame.left, frame.top, frame.width, frame.height
-    bottom = top + height
-    strokes = []
-    for share, _, major in across:
-        strokes.append(f"M{left + share * width:.2f} {bottom:.2f}v{-3.5 if major else -2}")
-    side, inward = (left + width, -1) if frame.panel.y.opposite else (left, 1)
+    strokes = [
+        f"M{frame.across(share):.2f} {frame.bottom:.2f}v{-3.5 if major else -2}"
+        for share, _, major in across
+    ]
+    side, inward = (frame.right, -1) if frame.panel.y.opposite else (frame.left, 1)
     for share, _, major in up:
-        y = top + (1.0 - share) * height
-        strokes.append(f"M{side:.2f} {y:.2f}h{inward * (3.5 if major else 2)}")
-    if frame.second is not None:
-        for share, _, _ in _ticks(frame.second):
-            strokes.append(f"M{left + width:.2f} {top + (1.0 - share) * height:.2f}h-3.5")
-    box = f"M{left:.2f} {top:.2f}h{width:.2f}v{height:.2f}h{-width:.2f}z"
+        strokes.append(f"M{side:.2f} {frame.down(share):.2f}h{inward * (3.5 if major else 2)}")
+    for share, _, _ in _ticks(frame.second) if frame.second is not None else ():
+        strokes.append(f"M{frame.right:.2f} {frame.down(share):.2f}h-3.5")
+    box = f"M{frame.left:.2f} {frame.top:.2f}h{frame.width:.2f}v{frame.height:.2f}"
+    box += f"h{-frame.width:.2f}z"
     look = 'stroke="#333" stroke-width=".7" fill="none"'
     yield f'<path d="{box}" {look}/><path data-ticks="" d="{"".join(strokes)}" {look}/>'
 
@@ -140,19 +134,19 @@ def _labels(
     frame: Frame, across: list[tuple[float, str, bool]], up: list[tuple[float, str, bool]]
 ) -> Iterable[str]:
     panel = frame.panel
-    left, top, width, height = frame.left, frame.top, frame.width, frame.height
-    right, bottom = left + width, top + height
-    down = 0.36 * SMALL  # from the middle of a letter to its foot
+    left, top, right = frame.left, frame.top, frame.right
+    middle = frame.across(0.5), frame.down(0.5)
+    drop = 0.36 * SMALL  # from the middle of a letter to its foot
     if not panel.x.bare:
         yield '<g data-ticks="x" text-anchor="middle">'
         for share, label, _ in across:
             if label:
-                yield _text(left + share * width, bottom + 4.0 + SMALL, label)
+                yield _text(frame.across(share), frame.bottom + 4.0 + SMALL, label)
         yield "</g>"
-        foot = bottom + 5.0 + 1.25 * SMALL
+        foot = frame.bottom + 5.0 + 1.25 * SMALL
         for number, line in enumerate(panel.x.label.split("\n") if panel.x.label else ()):
             y = foot + TEXT * (0.95 + 1.25 * number)
-            yield _text(left + 0.5 * width, y, line, TEXT, "middle")
+            yield _text(middle[0], y, line, TEXT, "middle")
         if frame.x.ticks.offset:
             yield _text(right, foot + 0.95 * TEXT, frame.x.ticks.offset, anchor="end")
     if not panel.y.bare:
@@ -160,30 +154,25 @@ def _labels(
         yield f'<g data-ticks="y" text-anchor="{anchor}">'
         for share, label, _ in up:
             if label:
-                yield _text(side, top + (1.0 - share) * height + down, label)
+                yield _text(side, frame.down(share) + drop, label)
         yield "</g>"
-        yield _vertical_text(frame.label_left, top + 0.5 * height, panel.y.label)
+        yield _vertical_text(frame.label_left, middle[1], panel.y.label)
         if frame.y.ticks.offset:
-            anchored = "end" if panel.y.opposite else "start"
-            yield _text(
-                right if panel.y.opposite else left,
-                top - 4.0,
-                frame.y.ticks.offset,
-                anchor=anchored,
-            )
+            side, anchor = (right, "end") if panel.y.opposite else (left, "start")
+            yield _text(side, top - 4.0, frame.y.ticks.offset, anchor=anchor)
     if frame.second is not None and panel.second is not None:
         yield '<g data-ticks="second">'
         for share, label, _ in _ticks(frame.second):
-            yield _text(right + 4.0, top + (1.0 - share) * height + down, label)
+            yield _text(right + 4.0, frame.down(share) + drop, label)
         yield "</g>"
         if frame.second.ticks.offset:
             yield _text(right, top - 4.0, frame.second.ticks.offset, anchor="end")
-        yield _vertical_text(frame.second_left, top + 0.5 * height, panel.second[0])
+        yield _vertical_text(frame.second_left, middle[1], panel.second[0])
     if panel.note:
         shift = 40.0 if frame.y.ticks.offset and not panel.y.opposite else 0.0
         yield _text(left + shift, top - 4.5, panel.note)
     if panel.title:
-        yield _text(left + 0.5 * width, top - 5.0, panel.title, TEXT, "middle")
+        yield _text(middle[0], top - 5.0, panel.title, TEXT, "middle")
 
 
 def _vertical_text(x: float, y: float, label: str) -> str:
@@ -233,13 +222,12 @@ def _(item: shapes.Marks, frame: Frame) -> str:
 
 @_draw.register
 def _(item: shapes.Rule, frame: Frame) -> str:
-    value = np.array([item.value])
+    scale = frame.y if item.axis == "y" else frame.x
+    share = float(scale.share(np.array([item.value]))[0])
     if item.axis == "y":
-        share = float(frame.y.share(value)[0])
-        path = f"M{frame.left:.2f} {frame.top + (1.0 - share) * frame.height:.2f}h{frame.width:.2f}"
+        path = f"M{frame.left:.2f} {frame.down(share):.2f}h{frame.width:.2f}"
     else:
-        share = float(frame.x.share(value)[0])
-        path = f"M{frame.left + share * frame.width:.2f} {frame.top:.2f}v{frame.height:.2f}"
+        path = f"M{frame.across(share):.2f} {frame.top:.2f}v{frame.height:.2f}"
     if not -0.01 <= share <= 1.01:
         return ""
     dash = _dash(item.dash, item.width)
@@ -254,12 +242,10 @@ def _(item: shapes.Band, frame: Frame) -> str:
     shares = np.clip(np.nan_to_num(scale.share(np.array([item.low, item.high]))), -0.01, 1.01)
     low, high = sorted(shares.tolist())
     if item.axis == "y":
-        top, height = frame.top + (1.0 - high) * frame.height, (high - low) * frame.height
-        box = f'x="{frame.left:.2f}" y="{top:.2f}" width="{frame.width:.2f}" height="{height:.2f}"'
+        place = (frame.left, frame.down(high), frame.width, (high - low) * frame.height)
     else:
-        left, width = frame.left + low * frame.width, (high - low) * frame.width
-        box = f'x="{left:.2f}" y="{frame.top:.2f}" width="{width:.2f}" height="{frame.height:.2f}"'
-    return f'<rect {box} fill="{item.color}"/>'
+        place = (frame.across(low), frame.top, (high - low) * frame.width, frame.height)
+    return f'<rect {_box(*place)} fill="{item.color}"/>'
 
 
 @_draw.register
@@ -282,15 +268,11 @@ def _(item: shapes.Words, frame: Frame) -> str:
         xs, ys = frame.points(np.array([item.x]), np.array([item.y]))
         x, y = float(xs[0]), float(ys[0])
     else:
-        x, y = frame.left + item.x * frame.width, frame.top + (1.0 - item.y) * frame.height
+        x, y = frame.across(item.x), frame.down(item.y)
     lines = item.text.split("\n")
     shift = {"top": 1.15, "middle": 0.36, "bottom": -0.4}[item.valign] * item.size
-    rise = (
-        {"top": 0.0, "middle": 0.5, "bottom": 1.0}[item.valign]
-        * 1.25
-        * item.size
-        * (len(lines) - 1)
-    )
+    share = {"top": 0.0, "middle": 0.5, "bottom": 1.0}[item.valign]
+    rise = share * 1.25 * item.size * (len(lines) - 1)
     anchor = {"left": "start", "center": "middle", "right": "end"}[item.align]
     turn = f' transform="rotate({-item.angle:.4g} {x:.2f} {y:.2f})"' if item.angle else ""
     color = "" if item.color == "#1a1a1a" else f' fill="{item.color}"'
@@ -323,8 +305,7 @@ def _(item: shapes.Pixels, frame: Frame) -> str:
     values = item.values.repeat(enlargement, axis=0).repeat(enlargement, axis=1)
     data = base64.b64encode(png_bytes(values)).decode("ascii")
     return (
-        f'<image x="{left:.2f}" y="{top:.2f}" width="{right - left:.2f}" '
-        f'height="{bottom - top:.2f}" preserveAspectRatio="none" '
+        f'<image {_box(left, top, right - left, bottom - top)} preserveAspectRatio="none" '
         f'href="data:image/png;base64,{data}"/>'
     )
 

@@ -11,9 +11,8 @@ from microslip._core.wording import did_you_mean, nearest, quoted, shorten, show
 from microslip.materials import metals
 from microslip.study import schema as s
 from microslip.study.columns import Column
-from microslip.study.distributions import names
 from microslip.study.faces import FACES
-from microslip.study.heights import HEIGHTS_TABLES, GivenHeights
+from microslip.study.heights import HEIGHTS_TABLES, GivenHeights, distribution_names
 from microslip.study.joints import INTERFACE, LAW_TABLES, Joint
 from microslip.study.mesh import MeshPart
 from microslip.study.modal_tests import MeasuredPart
@@ -207,7 +206,7 @@ def _missing(loc: Loc) -> str:
 
 def _as_scipy(kind: str, choices: Sequence[str]) -> str:
     """How to write a distribution of SciPy that was given as a kind."""
-    if "scipy" not in choices or kind not in names():
+    if "scipy" not in choices or kind not in distribution_names():
         return ""
     return f'; write kind = "scipy", distribution = "{kind}"'
 

@@ -1,4 +1,4 @@
-"""A page to play with: a joint explored in the browser."""
+"""Commands that open a browser: the page of a joint, and the workbench."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from microslip.cli.options import output_option, switch
+from microslip.cli.options import option, output_option, switch
 from microslip.cli.work import stoppable
 from microslip.errors import InputError
 
@@ -36,3 +36,19 @@ def explore(output: Path | None, overwrite: bool) -> None:
     if not webbrowser.open(path.as_uri()):
         raise InputError(f"no browser was found here; open {path} with one")
     click.echo(f"Opened {path}.")
+
+
+@click.command(short_help="Open the workbench in the browser.")
+@option(
+    "--port", "PORT", "Port of this machine to listen at; one that is free if absent.",
+    type=click.IntRange(0, 65535), default=0,
+)  # fmt: skip
+@switch("--no-browser", "Print the address, and open nothing.")
+def app(port: int, no_browser: bool) -> None:
+    """Open the workbench: look at scans and records, choose with the mouse, run and compare.
+
+    It serves this machine alone, under an address that only you know, until Ctrl-C.
+    """
+    from microslip.app.server import serve
+
+    serve(port, not no_browser, click.echo)

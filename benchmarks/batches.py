@@ -65,7 +65,7 @@ def command(*words: str) -> list[str]:
     return [sys.executable, "-m", "microslip.cli", "batch", *words]
 
 
-def checked(folder: Path, count: int, failed: int) -> str:
+def outcome_of(folder: Path, count: int, failed: int) -> str:
     """One outcome an item, and one row block each in the table over all."""
     outcomes = kept_in(folder / "items")
     with (folder / "items.csv").open(encoding="utf-8") as file:
@@ -116,7 +116,7 @@ def on_dask(words: list[str], folder: Path, count: int) -> None:
         subprocess.run(command(*words, "--dask", address), check=True, stdout=subprocess.DEVNULL)
 
 
-def swept(folder: Path, points: int) -> tuple[float, float]:
+def sweep_to_store(folder: Path, points: int) -> tuple[float, float]:
     """A sweep into a store, and the most memory of the process that made it."""
     side = round(points**0.5)
     code = (
@@ -215,7 +215,7 @@ def main() -> None:
             report.begin()
             subprocess.run(command(*words), check=True, stdout=subprocess.DEVNULL)
             process = "process" if workers == 1 else "processes"
-            outcome = checked(out, options.predictions, 0)
+            outcome = outcome_of(out, options.predictions, 0)
             report.add(f"{predictions}, {workers} {process}", outcome)
         report.begin()
         report.add(*speed_up(folder, study, options.workers, max(50, options.predictions // 10)))
@@ -227,15 +227,15 @@ def main() -> None:
             report.begin()
             interrupted([str(source), *study_words, "-o", str(out), *parallel], out, 0.4, count)
             report.add(f"{task}, the command killed at 40 % and started again",
-                       checked(out, count, failed))  # fmt: skip
+                       outcome_of(out, count, failed))  # fmt: skip
         for source, study_words, task, count, failed in kinds if options.dask else ():
             out = folder / f"dask-{count}"
             report.begin()
             on_dask([str(source), *study_words, "-o", str(out)], out, count)
             report.add(f"{task}, on a local Dask cluster of two whose worker was killed at 30 %",
-                       checked(out, count, failed), has_cpu=False)  # fmt: skip
+                       outcome_of(out, count, failed), has_cpu=False)  # fmt: skip
         report.begin()
-        count, megabytes = swept(folder, int(options.points))
+        count, megabytes = sweep_to_store(folder, int(options.points))
         report.add(f"sweep of {count:.3g} points to Zarr", f"{megabytes:.0f} MB of memory at most")
     if options.page:
         report.page()

@@ -26,7 +26,7 @@ import microslip as ms
 OBJECTS = 300
 
 
-def drawn(count: int) -> dict[str, Any]:
+def sampled(count: int) -> dict[str, Any]:
     """Arguments of so many different joints."""
     rng = np.random.default_rng(0)
     middles = {
@@ -39,7 +39,7 @@ def drawn(count: int) -> dict[str, Any]:
     return {**values, "area": 2e-4}
 
 
-def one(arguments: dict[str, Any], i: int) -> float:
+def single_loss_factor(arguments: dict[str, Any], i: int) -> float:
     """The loss factor of one joint, by an object."""
     v = {name: float(x[i]) if np.ndim(x) else float(x) for name, x in arguments.items()}
     metal = ms.Material(v["young_modulus"], v["poisson_ratio"])
@@ -58,12 +58,12 @@ def seconds(call: Callable[[], Any], times: int = 3) -> float:
 def main() -> None:
     """Print the table."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
-    points = drawn(count)
-    ms.evaluate(**drawn(10))
-    objects = seconds(lambda: [one(points, i) for i in range(OBJECTS)], 1) / OBJECTS
+    points = sampled(count)
+    ms.evaluate(**sampled(10))
+    objects = seconds(lambda: [single_loss_factor(points, i) for i in range(OBJECTS)], 1) / OBJECTS
     factors = ms.evaluate(**points)["loss_factor"]
-    worst = max(abs(factors[i] / one(points, i) - 1.0) for i in range(OBJECTS))
-    grid = {**drawn(1), "amplitude": np.geomspace(1e-9, 1e-5, 1000)}
+    worst = max(abs(factors[i] / single_loss_factor(points, i) - 1.0) for i in range(OBJECTS))
+    grid = {**sampled(1), "amplitude": np.geomspace(1e-9, 1e-5, 1000)}
     grid["normal_load"] = np.geomspace(100.0, 5e3, max(1, count // 1000))[:, None]
     cases: dict[str, tuple[dict[str, Any], Any]] = {
         "each point a joint, 14 results": (points, None),

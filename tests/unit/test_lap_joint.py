@@ -222,14 +222,14 @@ def test_other_tensions() -> None:
 
 
 def test_patches_are_halved_where_the_loss_is() -> None:
-    from microslip.structures.reduction_convergence import halves, losing
+    from microslip.structures.reduction_convergence import halved_boxes, losing_patches
 
     loss = np.array([[0.5, 0.1, 0.35, 0.05], [0.1, 0.1, 0.1, 4.0]])
-    np.testing.assert_array_equal(losing(loss, 0.8), [True, False, True, True])
+    np.testing.assert_array_equal(losing_patches(loss, 0.8), [True, False, True, True])
     boxes = np.array([[0.0, 2.0, 0.0, 1.0], [2.0, 4.0, 0.0, 1.0]])
-    cut = halves(boxes, np.array([True, False]), 0)
+    cut = halved_boxes(boxes, np.array([True, False]), 0)
     np.testing.assert_array_equal(cut, [[2, 4, 0, 1], [0, 1, 0, 1], [1, 2, 0, 1]])
-    cut = halves(boxes, np.array([False, True]), 1)
+    cut = halved_boxes(boxes, np.array([False, True]), 1)
     np.testing.assert_array_equal(cut[1:], [[2, 4, 0, 0.5], [2, 4, 0.5, 1]])
 
 

@@ -109,11 +109,10 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
     while todo:
         low, high, depth = todo.pop()
         row, fits = _panel(law._backbone, low, high, floor, limit)
-        if not fits and depth < _HALVINGS:
-            middle = low + 0.5 * (high - low)
-            if low < middle < high:
-                todo += [(middle, high, depth + 1), (low, middle, depth + 1)]
-                continue
+        middle = low + 0.5 * (high - low)
+        if not fits and depth < _HALVINGS and low < middle < high:
+            todo += [(middle, high, depth + 1), (low, middle, depth + 1)]
+            continue
         places.append(high)
         rows.append(row)
         if len(rows) + len(todo) > _MOST:

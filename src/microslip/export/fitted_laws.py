@@ -36,7 +36,7 @@ def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
         accuracy = Accuracy(*order.span, cells.fit.backbone_error, cells.fit.energy_error)
     else:
         model, misfit, accuracy = _bouc_wen(order)
-    values = {name: _plain(value) for name, value in values_of(model).items()}
+    values = {name: np.asarray(value).tolist() for name, value in values_of(model).items()}
     if order.suffix == ".json":
         content = {
             "header": order.header(accuracy), "law": key_of(type(model)),
@@ -50,10 +50,6 @@ def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     lines += [f"{name} = {_written(value, units.get(name))}" for name, value in values.items()]
     lines += ["", "[excitation]", f'amplitudes = ["{low!r} m", "{high!r} m"]']
     return {f"{order.stem}.toml": "\n".join(lines) + "\n"}, accuracy
-
-
-def _plain(value: Any) -> Any:
-    return np.asarray(value).tolist()
 
 
 def _written(value: Any, unit: str | None) -> str:

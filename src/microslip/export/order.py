@@ -49,12 +49,9 @@ class Accuracy:
         a = np.geomspace(*span, _AMPLITUDES)
         force, lost = law._backbone(a), law._energy(a)
         real = lost > 0.0
-        off = np.abs(energy(a)[real] / lost[real] - 1.0)
-        return cls(
-            *span,
-            float(np.max(np.abs(backbone(a) / force - 1.0))),
-            float(np.max(off, initial=0.0)),
-        )
+        energy_errors = np.abs(energy(a)[real] / lost[real] - 1.0)
+        force_error = float(np.max(np.abs(backbone(a) / force - 1.0)))
+        return cls(*span, force_error, float(np.max(energy_errors, initial=0.0)))
 
 
 @dataclass(frozen=True)
@@ -140,9 +137,7 @@ def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...
             Argument("nodes"),
             f" must not be given for {kind}, which knows no mesh; {', '.join(ELEMENTS)} do",
         )
-    pairs = np.asarray(nodes)
-    if pairs.ndim == 1:
-        pairs = pairs[None, :]
+    pairs = np.atleast_2d(np.asarray(nodes))
     if (
         pairs.shape != (len(laws), 2)
         or pairs.dtype.kind not in "iuf"

@@ -48,10 +48,6 @@ def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
 
 
 def _csv(header: list[str], columns: dict[str, Any]) -> str:
-    lines = [f"# {line}" for line in header]
-    lines.append(",".join(columns))
-    lines += [
-        ",".join(map(repr, row))
-        for row in zip(*(v.tolist() for v in columns.values()), strict=False)
-    ]
-    return "\n".join(lines) + "\n"
+    lines = [*(f"# {line}" for line in header), ",".join(columns)]
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    return "\n".join([*lines, *(",".join(map(repr, row)) for row in rows)]) + "\n"

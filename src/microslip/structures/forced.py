@@ -128,10 +128,8 @@ class _Path:
         """Newton's method across a tangent; at a fixed frequency without one."""
         modes, size = self._balance.shape
         point = guess
-        border = np.zeros(modes * size + 1)
-        border[-1] = 1.0
-        if tangent is not None:
-            border = tangent
+        last_unknown = np.append(np.zeros(modes * size), 1.0)
+        border = last_unknown if tangent is None else tangent
         last = math.inf
         for iterations in range(1, _ITERATIONS + 1):
             gap, matrix = self._system(point)
@@ -150,15 +148,10 @@ class _Path:
             point = _Point(point.coefficients - move, omega)
             relative = length / max(1e-3, float(np.abs(point.coefficients).max()) / self._unit)
             if relative < _STEP or (relative < 1e-8 and relative >= last):
-                return _Solved(point, self._along(system), iterations)
+                along = np.linalg.solve(system, last_unknown)
+                return _Solved(point, along / np.linalg.norm(along), iterations)
             last = relative
         return None
-
-    def _along(self, system: Floats) -> Floats:
-        right = np.zeros(len(system))
-        right[-1] = 1.0
-        tangent = np.linalg.solve(system, right)
-        return np.asarray(tangent / np.linalg.norm(tangent))
 
     def ahead(self, solved: _Solved, step: float) -> _Point:
         """A guess a step along the tangent."""
@@ -194,7 +187,8 @@ def forced_response(
     if real.shape != (2, size):
         raise InputError(f"force must have the shape ({size},), got {real.shape[1:]}")
     targets = floats("frequencies", frequencies)
-    if targets.ndim != 1 or targets.size < 2 or targets.min() <= 0.0 or not _monotone(targets):
+    ways = np.sign(np.diff(targets.reshape(-1)))
+    if targets.ndim != 1 or targets.size < 2 or targets.min() <= 0.0 or abs(ways.sum()) < ways.size:
         raise InputError(
             "frequencies must be at least two above zero that rise or fall [Hz], such as "
             "np.linspace(150.0, 200.0, 101)"
@@ -230,11 +224,6 @@ def forced_response(
     )
 
 
-def _monotone(values: Floats) -> bool:
-    steps = np.diff(values)
-    return bool((steps > 0.0).all() or (steps < 0.0).all())
-
-
 def _follow(
     balance: Balance, force: Floats, omegas: Floats
 ) -> tuple[list[_Point], list[bool], int, str]:
@@ -259,7 +248,8 @@ def _follow(
     while len(points) < _MOST_POINTS:
         largest = max(float(np.abs(here.point.coefficients).max()), unit)
         path = _Path(balance, force, largest, span)
-        here = here._replace(tangent=_rescaled(here.tangent, largest / unit))
+        rescaled = np.append(here.tangent[:-1] / (largest / unit), here.tangent[-1])
+        here = here._replace(tangent=rescaled / np.linalg.norm(rescaled))
         unit = largest
         # Not further than the frequencies asked for lie apart, and a tenth of the motion itself.
         step = min(step, longest / max(abs(float(here.tangent[-1])), 1e-3 * longest), 0.2)
@@ -316,9 +306,3 @@ def _ramped(balance: Balance, force: Floats, omega: float, width: float) -> _Sol
             return None
         guess = _Point(solved.point.coefficients * (25.0 / 24.0), omega)
     return solved
-
-
-def _rescaled(tangent: Floats, growth: float) -> Floats:
-    """A tangent in coefficients of another unit."""
-    result = np.append(tangent[:-1] / growth, tangent[-1])
-    return np.asarray(result / np.linalg.norm(result))

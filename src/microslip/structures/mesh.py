@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,16 +83,6 @@ class JointMesh:
     bodies: tuple[Body, ...]
     contacts: tuple[ContactFaces, ...]
     shanks: tuple[Shank, ...]
-
-    def scikit_fem(self) -> tuple[Any, Any]:
-        """The mesh and the quadratic element of scikit-fem."""
-        import skfem
-
-        points = np.ascontiguousarray(self.points.T)
-        if self.kind == "tetra":
-            return skfem.MeshTet(points, np.ascontiguousarray(self.cells.T)), skfem.ElementTetP2()
-        cells = self.cells[:, [6, 2, 5, 7, 1, 3, 4, 0]]  # its own order of corners
-        return skfem.MeshHex(points, np.ascontiguousarray(cells.T)), skfem.ElementHexS2()
 
 
 def check_elastic(material: Material) -> None:

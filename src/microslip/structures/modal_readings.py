@@ -38,14 +38,14 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
         if band is None:
             part = _audible(_single_mode(x, step), 0, _noise(x, step, 0.5 / step))
         else:
-            low, high = _ends(band)
+            low, high = _band_limits(band)
             raw, x, width = x, _filtered(x, step, low, high), high - low
             room = int(_SETTLING / (width * step))
             part = _audible(x[: max(x.size - room, 1)], room, _noise(raw, step, width))
         t, x = t[part], x[part]
     decay = read_decay(t, x)
     amplitude = decay.amplitude / (2.0 * math.pi * decay.frequency) ** power
-    values = _falling(decay.time, amplitude, decay.frequency, decay.damping_ratio, points)
+    values = _means_in_time(decay.time, amplitude, decay.frequency, decay.damping_ratio, points)
     if values[0].size == 0:
         raise InputError("signal must decay, got one that nowhere does")
     return values
@@ -98,7 +98,7 @@ def stepped_sine(
             "each other; take a narrower range of frequencies"
         )
     natural = np.sqrt(square)
-    return _levels(a, natural / (2.0 * math.pi), p * sine / (2.0 * omega * natural), points)
+    return _means_by_level(a, natural / (2.0 * math.pi), p * sine / (2.0 * omega * natural), points)
 
 
 def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
@@ -114,7 +114,7 @@ def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
     return float(solution[0]) * middle / scale
 
 
-def _falling(
+def _means_in_time(
     time: Floats, amplitude: Floats, frequency: Floats, damping: Floats, points: int
 ) -> Values:
     """Means over stretches of time in which the amplitude falls by one factor each.
@@ -140,7 +140,7 @@ def _falling(
     return amplitudes, frequencies, dampings
 
 
-def _levels(amplitude: Floats, frequency: Floats, damping: Floats, points: int) -> Values:
+def _means_by_level(amplitude: Floats, frequency: Floats, damping: Floats, points: int) -> Values:
     """Geometric means over about even steps of the logarithm of the amplitude."""
     level = np.log(amplitude)
     count = min(points, level.size)
@@ -154,7 +154,7 @@ def _levels(amplitude: Floats, frequency: Floats, damping: Floats, points: int) 
     return means(amplitude), means(frequency), means(damping)
 
 
-def _ends(band: Any) -> tuple[float, float]:
+def _band_limits(band: Any) -> tuple[float, float]:
     """Of a band [Hz]."""
     ends = floats("band", band)
     if ends.shape != (2,):

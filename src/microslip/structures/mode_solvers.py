@@ -143,7 +143,7 @@ class ModeSolver:
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class Continuation:
     """What came out at each amplitude."""
 
     solutions: list[Solution | None]
@@ -154,7 +154,7 @@ class Followed:
     """The amplitude beyond which nothing was found."""
 
 
-def follow(equations: ModeEquations, amplitudes: Floats) -> Followed:
+def follow(equations: ModeEquations, amplitudes: Floats) -> Continuation:
     """Solve at rising amplitudes, each from the ones before; steps in between where it needs them.
 
     The predictor goes on straight in the logarithm of the amplitude: what grows in proportion to
@@ -170,7 +170,7 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Followed:
         if track and target == track[-1][0]:  # asked for twice
             solution = solutions[before]
         elif not track:
-            solution, spent, trials = _begin(equations, target)
+            solution, spent, trials = _first_solution(equations, target)
             iterations, steps = iterations + spent, steps + trials
         else:
             solution = None
@@ -179,7 +179,7 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Followed:
                 gap = math.log(target / track[-1][0])
                 ahead = min(stride, gap)
                 at = target if ahead == gap else track[-1][0] * math.exp(ahead)
-                guess = _predicted(track, at)
+                guess = _prediction(track, at)
                 candidate = equations.solve(guess, at)
                 iterations, steps = iterations + candidate.iterations, steps + 1
                 if candidate.converged and _same_mode(candidate.point, guess):
@@ -194,21 +194,21 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Followed:
                         break
         if solution is None:
             stopped = track[-1][0] if track else target
-            return Followed(solutions, iterations, steps, stopped)
+            return Continuation(solutions, iterations, steps, stopped)
         solutions[place] = solution
         before = place
         if not track or track[-1][0] != target:
             track.append((target, solution.point))
         del track[:-3]
-    return Followed(solutions, iterations, steps, None)
+    return Continuation(solutions, iterations, steps, None)
 
 
-def _begin(equations: ModeEquations, target: float) -> tuple[Solution | None, int, int]:
+def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution | None, int, int]:
     """The first amplitude: from the mode of sticking joints, further below where it must be."""
     iterations = steps = 0
     start = target
     while start > 0.9 * _SMALLEST * target:
-        guess = _stuck(equations, start)
+        guess = _sticking_mode(equations, start)
         candidate = equations.solve(guess, start)
         iterations, steps = iterations + candidate.iterations, steps + 1
         if candidate.converged and _same_mode(candidate.point, guess):
@@ -229,7 +229,7 @@ def _same_mode(point: ModePoint, guess: ModePoint) -> bool:
     return likeness > 0.8 and 0.7 < point.omega / guess.omega < 1.4
 
 
-def _stuck(equations: ModeEquations, amplitude: float) -> ModePoint:
+def _sticking_mode(equations: ModeEquations, amplitude: float) -> ModePoint:
     model = equations.balance.model
     omega = math.sqrt(model.squares[equations.index])
     shape = np.zeros(model.size)
@@ -239,7 +239,7 @@ def _stuck(equations: ModeEquations, amplitude: float) -> ModePoint:
     return ModePoint(q, omega, 0.0)
 
 
-def _predicted(track: Sequence[tuple[float, ModePoint]], amplitude: float) -> ModePoint:
+def _prediction(track: Sequence[tuple[float, ModePoint]], amplitude: float) -> ModePoint:
     last, point = track[-1]
     factor = amplitude / last
     if len(track) == 1:

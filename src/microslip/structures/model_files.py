@@ -51,8 +51,7 @@ def load_matrices(path: str | os.PathLike[str], names: Mapping[str, str]) -> tup
         except OSError as error:
             raise InputError(f"{file.name}: cannot be read: {reason(error)}") from None
         except Exception as error:  # damaged files break NumPy's and SciPy's readers in many ways
-            text = shorten(str(error) or type(error).__name__, 120)
-            raise InputError(f"{file.name}: cannot be read: {text}") from None
+            raise _unreadable(file, error) from None
     matrices = {kind: _pick(file, content, kind, names.get(kind)) for kind in _NAMES}
     if any(hasattr(matrix, "index") for matrix in matrices.values()):
         matrices = _aligned(file, matrices)
@@ -145,9 +144,13 @@ def _folder(folder: Path) -> dict[str, Any]:
             with sparse_of_either_kind():
                 result[file.stem] = mmread(file)
         except (OSError, ValueError) as error:
-            text = shorten(str(error) or type(error).__name__, 120)
-            raise InputError(f"{file.name}: cannot be read: {text}") from None
+            raise _unreadable(file, error) from None
     return result
+
+
+def _unreadable(file: Path, error: Exception) -> InputError:
+    text = shorten(str(error) or type(error).__name__, 120)
+    return InputError(f"{file.name}: cannot be read: {text}")
 
 
 def save_matrices(

@@ -63,7 +63,8 @@ class ModeEquations:
             step = self._newton_step(point, amplitude, current)
             if step is None:
                 break
-            size = self._relative(step, point)
+            q = np.abs(step.coefficients).max() / np.abs(point.coefficients).max()
+            size = max(float(q), abs(step.omega) / point.omega, abs(step.damping))
             share, trial, after = 1.0, point, current
             while share > 1e-3:
                 trial = self._moved(point, step, share)
@@ -123,10 +124,6 @@ class ModeEquations:
             omega,
             point.damping - share * step.damping,
         )
-
-    def _relative(self, step: ModePoint, point: ModePoint) -> float:
-        q = float(np.abs(step.coefficients).max()) / float(np.abs(point.coefficients).max())
-        return max(q, abs(step.omega) / point.omega, abs(step.damping))
 
 
 class _Residual(NamedTuple):

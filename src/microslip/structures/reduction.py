@@ -233,31 +233,29 @@ def _sensors(elements: Elements, sensors: Mapping[str, Any] | None) -> tuple[tup
 
     names, rows = [], []
     for name, position in (sensors or {}).items():
+        label = f'sensor "{name}"'
         try:
             place, direction = position
         except (TypeError, ValueError):
             raise InputError(
-                f'sensor "{name}" must be a place and a direction, such as ((0.36, 0, 0), "z"), '
+                f'{label} must be a place and a direction, such as ((0.36, 0, 0), "z"), '
                 f"got {show(position)}"
             ) from None
         if isinstance(direction, str):
             if direction not in _DIRECTIONS:
                 raise InputError(
-                    f'the direction of sensor "{name}" must be "x", "y", "z" or three numbers, got '
+                    f'the direction of {label} must be "x", "y", "z" or three numbers, got '
                     f"{show(direction)}"
                 )
             direction = _DIRECTIONS[direction]
-        way = _place(direction, f'the direction of sensor "{name}"')
+        way = _place(direction, f"the direction of {label}")
         length = math.sqrt(float(way @ way))
         if length == 0.0:
-            raise InputError(f'the direction of sensor "{name}" must not be zero')
-        label = f'sensor "{name}"'
+            raise InputError(f"the direction of {label} must not be zero")
         point = _point_rows(elements, _place(place, label), label)
         rows.append(sparse.csr_matrix(way / length) @ point)
         names.append(str(name))
-    if not rows:
-        return (), sparse.csr_matrix((0, elements.size))
-    return tuple(names), sparse.vstack(rows).tocsr()
+    return tuple(names), sparse.vstack([sparse.csr_matrix((0, elements.size)), *rows]).tocsr()
 
 
 def _surface(mesh: JointMesh, elements: Elements, shapes: tuple[Floats, Floats]) -> Surface:

@@ -15,7 +15,6 @@ from microslip.errors import InputError
 from microslip.normal import NormalLaw
 from microslip.structures.mesh import JointMesh
 from microslip.structures.modal_curve import ModalCurve
-from microslip.structures.preload import Preload
 from microslip.structures.reduction import Reducer
 from microslip.structures.reduction_model import ReducedJoint
 
@@ -129,16 +128,16 @@ def converge(
     while True:
         boxes = current.joint.patch_boxes
         wide = {axis: np.diff(boxes)[:, 2 * axis] > narrowest for axis in (0, 1)}
-        halved = {axis: trial(halves(boxes, wide[axis], axis)) for axis in (0, 1)}
+        halved = {axis: trial(halved_boxes(boxes, wide[axis], axis)) for axis in (0, 1)}
         moved = {axis: _change(current.curve, fine.curve) for axis, fine in halved.items()}
         worse = max(moved, key=lambda axis: abs(moved[axis][1]))
-        losers = losing(current.curve.loss, _SHARE) & wide[worse]
+        losers = losing_patches(current.curve.loss, _SHARE) & wide[worse]
         if not losers.any():  # those are as fine as the elements: then the others
             losers = wide[worse]
         enough = abs(moved[worse][1]) <= tolerance
         if enough or not losers.any() or len(boxes) + losers.sum() > most_patches:
             break
-        current = trial(halves(boxes, losers, worse))
+        current = trial(halved_boxes(boxes, losers, worse))
         steps.append(_step(current))
     count = current.joint.patches
     changes, untried = [], []
@@ -159,7 +158,13 @@ def converge(
         sizes = (f"{coarse.joint.full_size} degrees of freedom", str(current.joint.full_size))
         changes.append(Change("finite elements", *sizes, *_change(coarse.curve, current.curve)))
     state = current.joint.tightened(surface, friction_coefficient)
-    changes.append(_harmonics(state, mode, amplitudes[-1:]))
+    coarse_curve, fine_curve = (
+        state.modes(mode, amplitudes[-1:], harmonics=orders) for orders in _HARMONICS
+    )
+    coarse_orders, fine_orders = (", ".join(map(str, orders)) for orders in _HARMONICS)
+    changes.append(
+        Change("harmonics", coarse_orders, fine_orders, *_change(coarse_curve, fine_curve))
+    )
     return Convergence(
         current.joint, current.curve, tuple(changes), tuple(steps), tolerance, tuple(untried)
     )
@@ -177,12 +182,6 @@ def _coarser(current: _Trial, trial: Callable[[float], _Trial]) -> _Trial | None
     return None
 
 
-def _harmonics(state: Preload, mode: int, amplitude: Floats) -> Change:
-    coarse, fine = (state.modes(mode, amplitude, harmonics=orders) for orders in _HARMONICS)
-    coarse_orders, fine_orders = (", ".join(map(str, orders)) for orders in _HARMONICS)
-    return Change("harmonics", coarse_orders, fine_orders, *_change(coarse, fine))
-
-
 def _step(trial: _Trial) -> tuple[int, float, float]:
     curve, middle = trial.curve, len(trial.curve.frequency) // 2
     return trial.joint.patches, float(curve.frequency[middle]), float(curve.damping_ratio[middle])
@@ -196,7 +195,7 @@ def _change(coarse: ModalCurve, fine: ModalCurve) -> tuple[float, float]:
     return frequency, damping
 
 
-def losing(loss: Floats, share: float) -> Any:
+def losing_patches(loss: Floats, share: float) -> Any:
     """The patches that lose most, together this share at any of the amplitudes."""
     selected = np.zeros(loss.shape[1], dtype=bool)
     for row in loss:
@@ -206,7 +205,7 @@ def losing(loss: Floats, share: float) -> Any:
     return selected
 
 
-def halves(boxes: Floats, selected: Any, axis: int) -> Floats:
+def halved_boxes(boxes: Floats, selected: Any, axis: int) -> Floats:
     """Boxes with the chosen ones cut in two along an axis."""
     low, high = 2 * axis, 2 * axis + 1
     first, second = boxes[selected].copy(), boxes[selected].copy()

@@ -25,7 +25,7 @@ class Points(NamedTuple):
     distances: Floats
     """How far those asked for lie from them [m]."""
 
-    def some(self, index: Any) -> Points:
+    def at(self, index: Any) -> Points:
         """Some of the points."""
         return Points(
             self.cells[index], self.values[index], self.places[index], self.distances[index]
@@ -48,7 +48,11 @@ class Elements:
             ) from None
         self.mesh = mesh
         self._skfem = skfem
-        self._grid, self._element = mesh.scikit_fem()
+        grid, element, order = skfem.MeshTet, skfem.ElementTetP2, [0, 1, 2, 3]
+        if mesh.kind != "tetra":  # scikit-fem's own order of corners
+            grid, element, order = skfem.MeshHex, skfem.ElementHexS2, [6, 2, 5, 7, 1, 3, 4, 0]
+        corners = (mesh.points.T, mesh.cells[:, order].T)
+        self._grid, self._element = grid(*map(np.ascontiguousarray, corners)), element()
         self._dofs: Indices = np.asarray(
             skfem.Dofs(self._grid, self._element).element_dofs.T, dtype=np.int64
         )

@@ -209,7 +209,8 @@ class _Fit:
 
         kinds = [KINDS[name] for name in self.names]
         bounds = [k.coordinate(k.low) for k in kinds], [k.coordinate(k.high) for k in kinds]
-        vector = np.clip(self._vector(self.start), *np.array(bounds))
+        first = [kind.coordinate(self.start[n]) for n, kind in zip(self.names, kinds, strict=True)]
+        vector = np.clip(np.array(first), *np.array(bounds))
         correction = self._correction(self._values(vector))
         for _ in range(_ROUNDS):
             before = vector
@@ -223,9 +224,6 @@ class _Fit:
                 break
         at_bounds = int((np.abs(solved.active_mask) > 0).sum())
         return self._result(vector, solved.jac, self._residuals(vector, correction), at_bounds)
-
-    def _vector(self, values: Mapping[str, float]) -> Floats:
-        return np.array([KINDS[name].coordinate(values[name]) for name in self.names])
 
     def _values(self, vector: Floats) -> dict[str, float]:
         pairs = zip(self.names, vector, strict=True)

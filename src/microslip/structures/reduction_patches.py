@@ -72,8 +72,8 @@ def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats |
                 "lies on the second"
             )
         flat = (places - frame.origin) @ frame.axes.T
-        boxes = _boxes(layout, *_common(mesh, contact, frame))
-        group = _sorted_into(boxes, flat[:, :2])
+        boxes = _boxes(layout, *_shared_extent(mesh, contact, frame))
+        group = _box_of(boxes, flat[:, :2])
         group[~meet] = -1
         area = np.bincount(group[group >= 0], weights[group >= 0], minlength=len(boxes))
         filled = area > 1e-3 * area.sum() / len(boxes)
@@ -85,7 +85,7 @@ def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats |
         area, boxes = area[filled], boxes[filled]
         share = weights[used] / area[group[used]]
         above, below = (
-            elements.rows(side.some(used), share, group[used], len(area)) for side in (upper, lower)
+            elements.rows(side.at(used), share, group[used], len(area)) for side in (upper, lower)
         )
         parts.append(
             (
@@ -112,7 +112,7 @@ def _opposite(elements: Elements, places: Floats, cells: Indices, normal: Floats
     return points
 
 
-def _common(mesh: JointMesh, contact: ContactFaces, frame: Frame) -> tuple[Floats, Floats]:
+def _shared_extent(mesh: JointMesh, contact: ContactFaces, frame: Frame) -> tuple[Floats, Floats]:
     """Least and greatest place along and across that both faces reach [m]."""
     sides = [
         ((mesh.points[facets].reshape(-1, 3) - frame.origin) @ frame.axes.T)[:, :2]
@@ -194,7 +194,7 @@ def _boxes(layout: Any, low: Floats, high: Floats) -> Floats:
     boxes = floats("patches", layout)
     if boxes.ndim == 1:
         if boxes.size != 2 or boxes.min() < 1.0 or np.any(boxes != np.floor(boxes)):
-            raise InputError(_wanted(layout))
+            raise InputError(_layout_error(layout))
         if boxes.prod() > _MOST_PATCHES:
             raise InputError(
                 f"patches must be at most {_MOST_PATCHES}, got {boxes[0]:.9g} x {boxes[1]:.9g}"
@@ -203,7 +203,7 @@ def _boxes(layout: Any, low: Floats, high: Floats) -> Floats:
         edges = [np.linspace(low[k], high[k], counts[k] + 1) for k in (0, 1)]
         return np.array([(*x, *y) for x in pairwise(edges[0]) for y in pairwise(edges[1])])
     if boxes.ndim != 2 or boxes.shape[1] != 4:
-        raise InputError(_wanted(layout))
+        raise InputError(_layout_error(layout))
     if len(boxes) > _MOST_PATCHES:
         raise InputError(f"patches must be at most {_MOST_PATCHES}, got {len(boxes)}")
     wrong = np.flatnonzero((boxes[:, 0] >= boxes[:, 1]) | (boxes[:, 2] >= boxes[:, 3]))
@@ -213,14 +213,14 @@ def _boxes(layout: Any, low: Floats, high: Floats) -> Floats:
     return boxes
 
 
-def _wanted(layout: Any) -> str:
+def _layout_error(layout: Any) -> str:
     return (
         "patches must be two whole numbers, along and across, such as (15, 2), or boxes of "
         f"[x from, x to, y from, y to], got {show(layout)}"
     )
 
 
-def _sorted_into(boxes: Floats, places: Floats) -> Indices:
+def _box_of(boxes: Floats, places: Floats) -> Indices:
     """The box of each place, the first that holds it; -1 for none."""
     group = np.full(len(places), -1, dtype=np.int64)
     for number in range(len(boxes) - 1, -1, -1):

@@ -59,16 +59,16 @@ class RingDown(LockedArrays, Plottable):
         return ring_down_figure(self)
 
     @cached_property
-    def _ways(self) -> tuple[Floats, Floats]:
+    def _half_ranges(self) -> tuple[Floats, Floats]:
         """Half of the ways down and up of each whole cycle [m]."""
         half = 0.5 * np.abs(np.diff(self.turning_displacement))
-        cycles = half[: half.size // 2 * 2].reshape(-1, 2)
-        return cycles[:, 0], cycles[:, 1]
+        end = half.size // 2 * 2
+        return half[:end:2], half[1:end:2]
 
     @cached_property
     def amplitude(self) -> Floats:
         """Amplitude of each cycle [m], the mean of its two ways."""
-        down, up = self._ways
+        down, up = self._half_ranges
         return lock(0.5 * (down + up))
 
     @cached_property
@@ -77,13 +77,13 @@ class RingDown(LockedArrays, Plottable):
 
         A damping ratio of zeta lowers it by sqrt(1 - zeta^2) below the natural frequency.
         """
-        begin = self.turning_time[: 2 * self._ways[0].size + 1 : 2]
+        begin = self.turning_time[: 2 * self._half_ranges[0].size + 1 : 2]
         return lock(1.0 / np.diff(begin))
 
     @cached_property
     def damping_ratio(self) -> Floats:
         """Damping ratio of each cycle [-] by the logarithmic decrement from its way down to up."""
-        down, up = self._ways
+        down, up = self._half_ranges
         decrement = np.log(down / up)
         return lock(decrement / np.hypot(math.pi, decrement))
 
@@ -96,7 +96,7 @@ class RingDown(LockedArrays, Plottable):
     def __repr__(self) -> str:
         return (
             f"RingDown({self.time.size} samples in {self.time[-1]:g} s, "
-            f"{self._ways[0].size} cycles, release at {self.displacement[0]:g} m)"
+            f"{self._half_ranges[0].size} cycles, release at {self.displacement[0]:g} m)"
         )
 
 
@@ -185,12 +185,12 @@ class _Motion:
 
     def step(self, step: float, propagator: tuple[float, ...], time: float) -> None:
         """One step of the record from ``time`` on, a turning point in it included."""
-        if not self._turns_within(step, propagator):
+        if not self._turns_in(step, propagator):
             end = self._solve(step, propagator)
             if end[1] * self.way > 0.0:
                 self._accept(step, end)
                 return
-        turned = self._to_the_turn(step)
+        turned = self._to_turning_point(step)
         self.turns.append((time + turned, self.q, self.state.force))
         self.range = 0.5 * abs(self.q - self.turns[-2][1])
         moves = self.turn(-self.way)
@@ -200,7 +200,7 @@ class _Motion:
             remainder = step - turned
             self._accept(remainder, self._solve(remainder, self.propagator(remainder)))
 
-    def _turns_within(self, step: float, propagator: tuple[float, ...]) -> bool:
+    def _turns_in(self, step: float, propagator: tuple[float, ...]) -> bool:
         """Whether the velocity changes its sign, if the joint's force goes on as it does."""
         rate = self.fall * self.v
         g = self.force - self.held * self.q
@@ -236,7 +236,7 @@ class _Motion:
             x += miss / (1.0 - q2 * fall)
         return x, v, force, fall
 
-    def _to_the_turn(self, step: float) -> float:
+    def _to_turning_point(self, step: float) -> float:
         """Go to where the velocity is zero, within a step; how long it took."""
         jerk = -((self.spring + self.held + self.fall) * self.v + self.dashpot * self.a) / self.mass
         tau = min(-self.v / self.a, step)

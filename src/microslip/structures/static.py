@@ -33,21 +33,12 @@ class StaticState(NamedTuple):
     equilibrium_error: float
     """Unbalanced force beside the largest force [-]."""
     iterations: int
-    converged: bool
 
 
-def free_motions(stiffness: Any, mass: Any, attachments: tuple[Attachment, ...]) -> Floats:
-    """Motions that neither the structure nor its joints resist when these are closed."""
-    closed = held_stiffness(stiffness, attachments)
-    count = None if mass.shape[0] <= LARGEST_DENSE else 12
-    squares, shapes = linear_modes(closed, mass, count)
-    return shapes[:, : rigid_count(squares, closed, mass)]
-
-
-def held_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any:
+def closed_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any:
     """The stiffness with all joints that hold statically closed, as stiff as the structure is."""
     columns = all_columns(attachments, stiffness.shape[0])
-    holding = np.concatenate([a.holding for a in attachments]) if attachments else np.zeros(0)
+    holding = np.concatenate([np.zeros(0), *(a.holding for a in attachments)])
     active = holding > 0.0
     if not active.any():
         return stiffness
@@ -64,7 +55,11 @@ def static_state(
     stiffness: Any, mass: Any, attachments: tuple[Attachment, ...], static_force: Floats
 ) -> StaticState:
     """Newton's method with a line search along which the energy falls."""
-    free = free_motions(stiffness, mass, attachments)
+    closed = closed_stiffness(stiffness, attachments)
+    count = None if mass.shape[0] <= LARGEST_DENSE else 12
+    squares, shapes = linear_modes(closed, mass, count)
+    # Motions that neither the structure nor its joints resist when these are closed.
+    free = shapes[:, : rigid_count(squares, closed, mass)]
     _check_balanced(free, static_force)
     columns = all_columns(attachments, static_force.size)
     parts = np.cumsum([a.columns.shape[1] for a in attachments])[:-1]
@@ -72,17 +67,13 @@ def static_state(
     solver = _Solver(stiffness, mass, columns, rigid)
 
     def joints(x: Floats) -> tuple[Floats, Floats]:
-        if not attachments:
-            return np.zeros(0), np.zeros(0)
-        motions = np.split(columns.T @ x, parts)
+        motions = np.split(columns.T @ x, parts)[: len(attachments)]
         pairs = [a.static_forces(u) for a, u in zip(attachments, motions, strict=True)]
-        return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
+        force, stiffness = (np.concatenate([np.zeros(0), *(p[k] for p in pairs)]) for k in (0, 1))
+        return force, stiffness
 
     preloaded = max((a.held_load for a in attachments), default=0.0)
-    x = np.zeros(static_force.size)
-    error = math.inf
-    converged = False
-    iterations = 0
+    x, error, converged = np.zeros(static_force.size), math.inf, False
     force, tangent = joints(x)
     for iterations in range(_ITERATIONS + 1):
         elastic, contact = stiffness @ x, columns @ force
@@ -93,7 +84,6 @@ def static_state(
         error = float(np.abs(gap).max()) / largest if largest else 0.0
         # Where rounding is reached, a step more changes nothing.
         if error <= 1e-15 or (error <= _ENOUGH and converged):
-            converged = True
             break
         converged = error <= _ENOUGH
         if iterations == _ITERATIONS:
@@ -101,10 +91,9 @@ def static_state(
         step = solver.solve(tangent, gap)
         x, force, tangent, moved = _search(stiffness, columns, joints, static_force, x, step, gap)
         if not moved:
-            converged = error <= 1e-9
             break
     forces = np.split(force, parts) if attachments else []
-    return StaticState(x, forces, error, iterations, converged)
+    return StaticState(x, forces, error, iterations)
 
 
 class _Solver:

@@ -111,9 +111,7 @@ def _prepare(axes: Axes, panel: Panel) -> None:
 
 def _limits(axes: Axes, axis: Axis, side: str) -> None:
     if axis.low is not None or axis.high is not None:
-        ends = {"x": ("left", "right"), "y": ("bottom", "top")}[side]
-        limits = {n: v for n, v in zip(ends, (axis.low, axis.high), strict=True) if v is not None}
-        getattr(axes, f"set_{side}lim")(**limits)
+        getattr(axes, f"set_{side}lim")(axis.low, axis.high)
     if axis.ticks is not None:
         getattr(axes, f"set_{side}ticks")(
             [place for place, _ in axis.ticks], [text for _, text in axis.ticks]

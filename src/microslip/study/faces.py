@@ -240,7 +240,7 @@ class FacedSurface(Part):
     )
     area: Area = required("Apparent area.", '"2 cm^2"')
 
-    _faces: Any = PrivateAttr(default=None)
+    _faces: dict[str, RoughFace] | None = PrivateAttr(default=None)
 
     def face_tables(self) -> dict[str, AnyFace]:
         """Tables of the faces, by their keys."""
@@ -251,8 +251,7 @@ class FacedSurface(Part):
         """What is known of each face; it is found once."""
         if self._faces is None:
             self._faces = {key: part.face() for key, part in self.face_tables().items()}
-        faces: dict[str, RoughFace] = self._faces
-        return faces
+        return self._faces
 
     @property
     def statistics(self) -> SummitStatistics:

@@ -78,7 +78,7 @@ class MeshPart(Part):
         "given, and places in them then count from their middle.",
         "[1, 0, 0]",
     )
-    _joint: Any = PrivateAttr(default=None)
+    _joint: MeshedJoint = PrivateAttr()
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
@@ -123,8 +123,7 @@ class MeshPart(Part):
     @property
     def joint(self) -> MeshedJoint:
         """The mesh as it was read; its materials and tensions are still to come."""
-        joint: MeshedJoint = self._joint
-        return joint
+        return self._joint
 
     def check_materials(self, materials: Mapping[str, Any]) -> None:
         """See that the study describes what the bodies are made of."""

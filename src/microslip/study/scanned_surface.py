@@ -79,10 +79,10 @@ class ScanSurface(Part):
     channel: Channel | None = optional(options.CHANNEL.help, options.CHANNEL.example)
     valid: tuple[float, ...] | None = key_of(options.VALID, examples=['["-1 mm", "1 mm"]'])
 
-    _scan: Any = PrivateAttr(default=None)
-    _summits: Any = PrivateAttr(default=None)
-    _profile: Any = PrivateAttr(default=None)
-    _beside: dict[float, Any] = PrivateAttr(default_factory=dict)
+    _scan: Scan = PrivateAttr()
+    _summits: Summits | None = PrivateAttr(default=None)
+    _profile: Scan | None = PrivateAttr(default=None)
+    _beside: dict[float, Summits] = PrivateAttr(default_factory=dict)
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
@@ -167,8 +167,7 @@ class ScanSurface(Part):
     @property
     def read_scan(self) -> Scan:
         """The scan as it is in the file."""
-        scan: Scan = self._scan
-        return scan
+        return self._scan
 
     @property
     def conditioned(self) -> Scan:
@@ -190,16 +189,14 @@ class ScanSurface(Part):
         """Summits at the cut-off; they are found once."""
         if self._summits is None:
             self._summits = self.summits_of(self.conditioned, self.cutoff)
-        summits: Summits = self._summits
-        return summits
+        return self._summits
 
     @property
     def profile(self) -> Scan:
         """A profile at the cut-off; it is filtered once."""
         if self._profile is None:
             self._profile = self.conditioned.condition(cutoff=self.cutoff)
-        scan: Scan = self._profile
-        return scan
+        return self._profile
 
     def _law(self, pair: MaterialPair, summits: Summits) -> NormalLaw:
         """Normal law of summits, or of the spectrum of their scan."""

@@ -259,16 +259,22 @@ def followers_of(part: object) -> set[str]:
 def _all_spreads(part: object, path: str) -> Iterator[tuple[str, Spread]]:
     if isinstance(part, Spread):
         yield path, part
-    elif isinstance(part, BaseModel):
+    for _, key, value in _entries(part, path):
+        yield from _all_spreads(value, key)
+
+
+def _entries(part: Any, path: str) -> Iterator[tuple[Any, str, Any]]:
+    """Names, keys of the file and values in a table, or in a list with something uncertain."""
+    if isinstance(part, BaseModel):
         for name, field in type(part).model_fields.items():
             key = field.alias or name
-            yield from _all_spreads(getattr(part, name), f"{path}.{key}" if path else key)
+            yield name, f"{path}.{key}" if path else key, getattr(part, name)
     elif isinstance(part, dict):
         for key, value in part.items():
-            yield from _all_spreads(value, f"{path}.{key}")
+            yield key, f"{path}.{key}", value
     elif isinstance(part, tuple) and any(isinstance(value, Spread) for value in part):
         for index, value in enumerate(part, start=1):
-            yield from _all_spreads(value, path if len(part) == 1 else f"{path}, item {index}")
+            yield index, path if len(part) == 1 else f"{path}, item {index}", value
 
 
 def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
@@ -277,30 +283,17 @@ def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
         if part.of is not None:
             return part.factor * values.get(part.of, float(part) / part.factor)
         return float(values.get(path, float(part)))
-    if isinstance(part, BaseModel):
-        changes = {}
-        for name, field in type(part).model_fields.items():
-            key = field.alias or name
-            old = getattr(part, name)
-            new = with_values(old, values, f"{path}.{key}" if path else key)
-            if new is not old:
-                changes[name] = new
-        if not changes:
-            return part
-        copy = part.model_copy(update=changes)
-        if hasattr(copy, "settle"):  # what follows from other keys follows from what was drawn
-            copy.settle()
-        return copy
-    if isinstance(part, dict):
-        changed = {key: with_values(value, values, f"{path}.{key}") for key, value in part.items()}
-        return changed if any(changed[key] is not part[key] for key in part) else part
-    if isinstance(part, tuple) and any(isinstance(value, Spread) for value in part):
-        single = len(part) == 1
-        return tuple(
-            with_values(value, values, path if single else f"{path}, item {index}")
-            for index, value in enumerate(part, start=1)
-        )
-    return part
+    before = {name: (value, key) for name, key, value in _entries(part, path)}
+    after = {name: with_values(value, values, key) for name, (value, key) in before.items()}
+    changes = {name: new for name, new in after.items() if new is not before[name][0]}
+    if not changes:
+        return part
+    if not isinstance(part, BaseModel):
+        return after if isinstance(part, dict) else tuple(after.values())
+    copy = part.model_copy(update=changes)
+    if hasattr(copy, "settle"):  # what follows from other keys follows from what was drawn
+        copy.settle()
+    return copy
 
 
 def value_at(part: Any, key: str) -> float | None:

@@ -495,7 +495,7 @@ def test_an_older_result_is_brought_back_into_nothing_but_a_gap(
 def test_a_run_between_its_renames_is_not_disturbed(
     result: ms.Result, between: Path, leftover: Path
 ) -> None:
-    with filesystem.held(leftover) as mine:
+    with filesystem.locked(leftover) as mine:
         assert mine
         folder_module._tidy(
             folder_module._Place(between, "result", "microslip-result", "result", True),

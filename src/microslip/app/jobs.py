@@ -52,7 +52,7 @@ class Upload:
     name: str
     path: Path
 
-    def told(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, Any]:
         """What the page knows of it."""
         return {"id": self.id, "name": self.name, "size": self.path.stat().st_size}
 
@@ -101,7 +101,7 @@ class Run:
         text = re.sub(r"(?m)^tightening_load", "# tightening_load", text)
         return text if counted else None
 
-    def told(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, Any]:
         """What the page knows of it."""
         plain = {
             name: getattr(self, name) for name in ("id", "kind", "state", "progress", "message")

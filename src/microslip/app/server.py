@@ -59,7 +59,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
             workspace.uploads.pop(place.id)
             shutil.rmtree(place.path.parent, ignore_errors=True)
             raise
-        return JSONResponse(place.told())
+        return JSONResponse(place.summary())
 
     async def look(request: Request) -> Response:
         stored = workspace.uploads.get(request.path_params["id"])
@@ -78,15 +78,15 @@ def build(workspace: Workspace, token: str, port: int) -> App:
             stem = Path(stored.name).stem[:60]
             part_upload = workspace.place(f"{stem}-part{'.npy' if kind == 'scan' else '.csv'}")
             question |= {"part": table["part"], "save": str(part_upload.path)}
-            return JSONResponse({**await preview(question), "upload": part_upload.told()})
+            return JSONResponse({**await preview(question), "upload": part_upload.summary()})
         except InputError as error:
             return refusal(error)
 
     async def runs(request: Request) -> Response:
         if request.method == "GET":
-            return JSONResponse([run.told() for run in workspace.runs.values()])
+            return JSONResponse([run.summary() for run in workspace.runs.values()])
         try:
-            return JSONResponse(workspace.start(await _table(request)).told())
+            return JSONResponse(workspace.start(await _table(request)).summary())
         except InputError as error:
             return refusal(error)
 
@@ -102,7 +102,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
             return JSONResponse({})
         if request.method == "POST":
             await workspace.cancel(run)
-        return JSONResponse(run.told())
+        return JSONResponse(run.summary())
 
     async def run_study(request: Request) -> Response:
         run = run_of(request)
@@ -132,7 +132,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
     def put_study(text: str) -> Response:
         place = workspace.place("study.toml")
         place.path.write_text(text, encoding="utf-8")
-        return JSONResponse(place.told())
+        return JSONResponse(place.summary())
 
     async def example(request: Request) -> Response:
         from microslip.study.new import demo_text

@@ -50,7 +50,7 @@ def kind_of(head: bytes, suffix: str) -> str | None:
     return None if b"\0" in head or head.startswith(b"PK\x03\x04") else "text"
 
 
-def stranger(head: bytes) -> str:
+def foreign_kind(head: bytes) -> str:
     """What a file of no known kind probably is."""
     return next(
         (name for magic, name in _STRANGERS if head.startswith(magic)), "another binary file"

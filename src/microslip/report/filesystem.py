@@ -73,7 +73,7 @@ def move(folder: Path, target: Path) -> None:
 
 
 @contextmanager
-def held(folder: Path) -> Iterator[bool | None]:
+def locked(folder: Path) -> Iterator[bool | None]:
     """Hold a folder, so that others know that its owner lives; a killed process holds nothing."""
     handle, mine = _hold(folder)
     try:

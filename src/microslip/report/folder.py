@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 from microslip._core.files import reason
 from microslip._core.wording import shorten
 from microslip.errors import StudyError
-from microslip.report.filesystem import held, move, swap
+from microslip.report.filesystem import locked, move, swap
 
 # Left behind by file managers, and nobody's work.
 _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
@@ -73,7 +73,7 @@ def _stage(target: Path, ancestor: Path) -> Iterator[Path]:
     """A hidden folder, held as long as somebody works in it; what it then is goes away."""
     for _ in range(100):
         stage = Path(tempfile.mkdtemp(prefix=_prefix(target), suffix=".tmp", dir=ancestor))
-        with held(stage) as mine:
+        with locked(stage) as mine:
             if mine is False:  # another run takes it for a leftover, not being held yet
                 with suppress(OSError):
                     stage.rmdir()
@@ -160,7 +160,7 @@ def _put(stage: Path, place: _Place, ancestor: Path) -> None:
 def _replace(stage: Path, place: _Place) -> None:
     """Let the new result take the place of an older one, which then goes by the stage's name."""
     target = place.target
-    with held(target):  # so that no other run takes the older one for a leftover
+    with locked(target):  # so that no other run takes the older one for a leftover
         if swap(stage, target):
             try:
                 _check_contents(stage, place)
@@ -194,7 +194,7 @@ def _tidy(place: _Place, ancestor: Path) -> None:
                 _bring_back(old, place.target)
         for stage in leftovers:
             if stage.suffix == ".tmp":
-                with held(stage) as mine:
+                with locked(stage) as mine:
                     if mine:
                         _discard(stage, place.kind)
 
@@ -209,7 +209,7 @@ def _bring_back(old: Path, target: Path) -> None:
     # Without the stage the second rename was done, and what is old is old.
     if not between():
         return
-    with held(stage) as mine:
+    with locked(stage) as mine:
         if mine is None:
             time.sleep(_PATIENCE)
         if mine is not False and between():

@@ -15,7 +15,7 @@ from microslip.errors import StudyError
 from microslip.normal import NormalLaw
 from microslip.study.explain import explain
 from microslip.study.joints import Joint
-from microslip.study.overrides import MAX_DEPTH, Override, apply, dump, is_too_deep, moved
+from microslip.study.overrides import MAX_DEPTH, Override, apply, dump, is_too_deep, relocated_text
 from microslip.study.part import Reading
 from microslip.study.schema import StudyTables
 from microslip.study.sense import check, mean_load
@@ -88,7 +88,7 @@ class StudyDescription(StudyTables):
         str
             Its :attr:`text`, with the names of files that it uses seen from there.
         """
-        return moved(self.text, self._folder, Path(folder))
+        return relocated_text(self.text, self._folder, Path(folder))
 
     @property
     def notes(self) -> tuple[str, ...]:

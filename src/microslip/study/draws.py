@@ -60,7 +60,7 @@ class Design:
         self.correlation = correlation
 
     @property
-    def moved(self) -> set[str]:
+    def changed_keys(self) -> set[str]:
         """Keys whose values the draws change, those that follow others included."""
         return {*self.spreads, *followers_of(self.study)}
 

@@ -111,15 +111,13 @@ def number(description: str, **bounds: float) -> Check:
     return Check(check, lambda _: {"type": "number", **bounds})
 
 
-def whole(description: str, low: int, high: int) -> Check:
-    """A whole number in [low, high]."""
+def integer(low: int, high: int, example: int | None = None, *, text: str = "") -> Check:
+    """A whole number in [low, high]; ``text`` says what it is, where that is more."""
+    such_as = "" if example is None else f", such as {example}"
+    description = text or f"a whole number from {low} to {high}{such_as}"
 
     def check(raw_value: object) -> int:
-        if (
-            isinstance(raw_value, bool)
-            or not isinstance(raw_value, int)
-            or not low <= raw_value <= high
-        ):
+        if type(raw_value) is not int or not low <= raw_value <= high:
             raise ValueError(f"wanted {description}, got {show(raw_value)}")
         return raw_value
 

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, PrivateAttr, ValidationInfo, model_validato
 from microslip._core.checks import Floats
 from microslip._core.units import FREQUENCY, LENGTH
 from microslip.study.columns import Column, FileName
-from microslip.study.fields import Line, Share, array, different, one_of, quantity, whole
+from microslip.study.fields import Line, Share, array, different, integer, one_of, quantity
 from microslip.study.part import Check, Part, Reading, optional, required
 
 FITTED = ("friction_coefficient", "tension", "form", "base_damping_ratio")
@@ -45,7 +45,7 @@ class MeasuredPart(Part):
             '["150 Hz", "220 Hz"]',
         )
     )
-    mode: Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)] | None = optional(
+    mode: Annotated[int, integer(1, MOST_MODES, text="a mode counted from 1")] | None = optional(
         "The mode that was tested, counted from 1; of `structure.modes` the one whose "
         "frequency is nearest unless given.",
         "1",

@@ -66,7 +66,7 @@ FILE_KEYS = ("file", "scan", "identification")
 """Keys whose text names a file or a folder."""
 
 
-def moved(text: str, folder: Path, new_folder: Path) -> str:
+def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
     """Name the files that a study uses as they are seen from another folder."""
     data = tomllib.loads(text)
 

@@ -14,13 +14,13 @@ from microslip.errors import InputError
 from microslip.friction.pressure import BOLTS, RINGS, Pressure
 from microslip.study import fields
 from microslip.study.columns import FromFile
-from microslip.study.fields import angle, array, one_of, quantity, whole
+from microslip.study.fields import angle, array, integer, one_of, quantity
 from microslip.study.part import KeyedError, Part, keyed, optional, required
 from microslip.study.uncertain import Uncertain
 
 Length = Annotated[float, quantity(LENGTH, "12 mm"), Uncertain('"12 mm"')]
 _Angle = Annotated[float, angle("30 deg"), Uncertain('"30 deg"')]
-_Count = Annotated[int, whole("a whole number of one or more such as 4", 1, 10_000)]
+_Count = Annotated[int, integer(1, 10_000, text="a whole number of one or more such as 4")]
 _COUNT = Field(default=1, description="How many such, equal and apart.", examples=["4"])
 _DISTANCES = Annotated[
     tuple[Annotated[float, quantity(LENGTH, "0 mm", "any")], ...],

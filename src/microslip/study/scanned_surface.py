@@ -82,7 +82,7 @@ class ScanSurface(Part):
     _scan: Scan = PrivateAttr()
     _summits: Summits | None = PrivateAttr(default=None)
     _profile: Scan | None = PrivateAttr(default=None)
-    _beside: dict[float, Summits] = PrivateAttr(default_factory=dict)
+    _other_summits: dict[float, Summits] = PrivateAttr(default_factory=dict)
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
@@ -225,13 +225,13 @@ class ScanSurface(Part):
             return of_moments
         return self._law(pair, self.summits)
 
-    def beside(self, pair: MaterialPair, factor: float) -> NormalLaw | None:
+    def law_at(self, pair: MaterialPair, factor: float) -> NormalLaw | None:
         """The same at another short-wave cut-off, this times a factor; None where there is none."""
         if self.cutoff is None or self.read_scan.is_profile:
             return None
-        if factor not in self._beside:
-            self._beside[factor] = self.summits_of(self.conditioned, factor * self.cutoff)
-        return self._law(pair, self._beside[factor])
+        if factor not in self._other_summits:
+            self._other_summits[factor] = self.summits_of(self.conditioned, factor * self.cutoff)
+        return self._law(pair, self._other_summits[factor])
 
     def cutoff_text(self) -> str:
         """The cut-off as text; there is always something to say."""

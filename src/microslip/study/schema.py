@@ -22,7 +22,7 @@ from microslip._core.units import FORCE, LENGTH, TIME, Kind, engineering
 from microslip._core.wording import shorten
 from microslip.study import fields
 from microslip.study.columns import Column, ColumnName, UnitName, text
-from microslip.study.fields import array, different, one_of, whole
+from microslip.study.fields import array, different, integer, one_of
 from microslip.study.joints import AnyJoint
 from microslip.study.metals import with_metals
 from microslip.study.part import KeyedError, Part, optional, required
@@ -45,9 +45,9 @@ class Curve(Part):
 
     start: fields.Amplitude = required("Smallest amplitude.", '"1 nm"', alias="from")
     to: fields.Amplitude = required("Largest amplitude.", '"100 um"')
-    points: Annotated[
-        int, whole(f"a whole number from 2 to {MAX_POINTS}, such as 200", 2, MAX_POINTS)
-    ] = optional("How many amplitudes, evenly spaced on a log axis.", default=200)
+    points: Annotated[int, integer(2, MAX_POINTS, 200)] = optional(
+        "How many amplitudes, evenly spaced on a log axis.", default=200
+    )
 
     @model_validator(mode="after")
     def _check_range(self) -> Self:
@@ -75,9 +75,9 @@ class LoadVariation(Part):
         '"90 deg"',
         default=0.0,
     )
-    harmonic: Annotated[
-        int, whole(f"a whole number from 1 to {MAX_HARMONIC}, such as 2", 1, MAX_HARMONIC)
-    ] = optional("Periods of the load in a cycle of the displacement.", default=1)
+    harmonic: Annotated[int, integer(1, MAX_HARMONIC, 2)] = optional(
+        "Periods of the load in a cycle of the displacement.", default=1
+    )
 
     @model_validator(mode="after")
     def _check_size(self) -> Self:
@@ -250,7 +250,7 @@ class Output(Part):
 class StudyTables(Part):
     """A validated description of one prediction; quantities are SI floats."""
 
-    version: Annotated[int, whole("schema = 1", SCHEMA, SCHEMA)] = required(
+    version: Annotated[int, integer(SCHEMA, SCHEMA, text="schema = 1")] = required(
         "Version of this format: 1.", "1", alias="schema"
     )
     title: fields.Line = optional("One line for figures, tables and the report.", default="")

@@ -13,7 +13,7 @@ from microslip._core.units import FORCE, LENGTH, MASS_DENSITY, TORQUE
 from microslip.errors import InputError
 from microslip.study import fields
 from microslip.study.columns import Column, FileName
-from microslip.study.fields import array, different, number, one_of, quantity, whole
+from microslip.study.fields import array, different, integer, number, one_of, quantity
 from microslip.study.mesh import MeshPart
 from microslip.study.modal_tests import MOST_MODES, Tests
 from microslip.study.part import KeyedError, Part, optional, required
@@ -102,9 +102,7 @@ class AmplitudeRange(Part):
 
     start: PlainSize = required("Smallest amplitude.", '"0.1 um"', alias="from")
     to: PlainSize = required("Largest amplitude.", '"30 um"')
-    points: Annotated[
-        int, whole(f"a whole number from 2 to {MOST_POINTS}, such as 10", 2, MOST_POINTS)
-    ] = optional("How many.", default=10)
+    points: Annotated[int, integer(2, MOST_POINTS, 10)] = optional("How many.", default=10)
 
     @model_validator(mode="after")
     def _check_range(self) -> Self:
@@ -160,7 +158,7 @@ class StructurePart(Part):
     density: UncertainDensity | None = optional("Mass density of the parts.", '"7850 kg/m^3"')
     bolts: BoltsPart = required("The bolts.")
     patches: Annotated[
-        tuple[Annotated[int, whole("a whole number from 1 to 100", 1, 100)], ...],
+        tuple[Annotated[int, integer(1, 100)], ...],
         array("[15, 2]", 2, min_items=2),
     ] = optional("Contact patches along and across the lap.", default=(15, 2))
     element_size: PlainSize | None = optional(
@@ -170,7 +168,7 @@ class StructurePart(Part):
     )
     form: FormPart | None = optional("Form of the faces; flat unless given.")
     modes: Annotated[
-        tuple[Annotated[int, whole("a mode counted from 1", 1, MOST_MODES)], ...],
+        tuple[Annotated[int, integer(1, MOST_MODES, text="a mode counted from 1")], ...],
         array("[1, 3]", MOST_MODES),
         AfterValidator(different),
     ] = optional("Elastic modes, counted from 1.", default=(1,))
@@ -184,9 +182,9 @@ class StructurePart(Part):
     base_damping_ratio: fields.ViscousRatio = optional(
         "Damping of all but the joint, which is added: an input, no result.", "0.0005", default=0.0
     )
-    samples: Annotated[
-        int, whole(f"a whole number from 8 to {MOST_SAMPLES}, such as 64", 8, MOST_SAMPLES)
-    ] = optional("Samples for the bands, where something is given as a range.", default=64)
+    samples: Annotated[int, integer(8, MOST_SAMPLES, 64)] = optional(
+        "Samples for the bands, where something is given as a range.", default=64
+    )
     converge: fields.YesOrNo = optional(
         "Whether patches are refined where energy is lost, and what finer patches, "
         "elements, more kept modes and harmonics would change is told; some minutes.",

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, PrivateAttr, ValidationInfo, model_validato
 
 from microslip._core.checks import Floats
 from microslip.study.columns import FileName
-from microslip.study.fields import Line, YesOrNo, array, different, number, one_of, whole
+from microslip.study.fields import Line, YesOrNo, array, different, integer, number, one_of
 from microslip.study.part import KeyedError, Part, Reading, optional, required
 
 MOST_SAMPLES = 65_536
@@ -40,10 +40,10 @@ class CorrelationPart(Part):
 class UncertaintyPart(Part):
     """How the numbers that are given as tables are drawn, and what is told of the results."""
 
-    samples: Annotated[
-        int, whole(f"a whole number from 64 to {MOST_SAMPLES}, such as 512", 64, MOST_SAMPLES)
-    ] = optional("Points, rounded up to eight times a power of two.", default=512)
-    seed: Annotated[int, whole("a whole number of at least 0", 0, 2**32 - 1)] = optional(
+    samples: Annotated[int, integer(64, MOST_SAMPLES, 512)] = optional(
+        "Points, rounded up to eight times a power of two.", default=512
+    )
+    seed: Annotated[int, integer(0, 2**32 - 1, text="a whole number of at least 0")] = optional(
         "Of the scrambling: the same seed gives the same bytes.", default=0
     )
     quantiles: Annotated[
@@ -64,7 +64,7 @@ class UncertaintyPart(Part):
     ] = optional("Which of the uncertain numbers go together.", default=())
     scan_patches: (
         Annotated[
-            tuple[Annotated[int, whole("a whole number from 1 to 30", 1, 30)], ...],
+            tuple[Annotated[int, integer(1, 30)], ...],
             array("[3, 3]", 2),
         ]
         | None

@@ -18,7 +18,7 @@ from microslip._core.units import FORCE, QuantityError, engineering, to_si
 from microslip._core.wording import plural, quoted, shorten, show
 from microslip.errors import UNSAID, Argument, InputError
 from microslip.readers import arrays, hdf5, json_files, laboratory, matlab, numpy_files, text
-from microslip.readers.files import head_of, kind_of, stranger, usable
+from microslip.readers.files import foreign_kind, head_of, kind_of, usable
 from microslip.readers.tables import Named, Table, find, listed, scale, understood
 from microslip.tribometer.roles import KINDS, NEEDED, guess
 from microslip.tribometer.scaling import Scale, by_role, scale_of, sign_of, zero_of
@@ -117,7 +117,7 @@ def _open(path: Path, file_format: Any) -> Table:
             raise ValueError("wanted a record, got an empty file")
         kind = kind_of(head, path.suffix.lower())
         if kind is None:
-            raise ValueError(f"{_WANTED}, got {stranger(head)}; save the record as CSV")
+            raise ValueError(f"{_WANTED}, got {foreign_kind(head)}; save the record as CSV")
         return READERS[kind](path)
 
 

@@ -55,7 +55,7 @@ def _over_cutoff(surface: ScanSurface, joint: Interface, amplitude: float) -> di
     with suppress(InputError):  # a cut-off that leaves no summit, or none that carries the load
         ends = []
         for sign in (-1.0, 1.0):
-            law = surface.beside(joint.surface.pair, math.exp(sign * _STEP))
+            law = surface.law_at(joint.surface.pair, math.exp(sign * _STEP))
             if law is None or hasattr(joint.surface, "tightening_load"):
                 return {}
             ends.append(Interface(law, joint.friction_coefficient, normal_load=joint.normal_load))

@@ -207,7 +207,7 @@ def _samples(design: Design, joint: ReducedJoint, progress: Progress) -> list[Sa
         key.startswith((bodies, "structure."))
         and not key.endswith(".hardness")
         and key.removeprefix("structure.") not in _OF_LAWS
-        for key in design.moved
+        for key in design.changed_keys
     )
     scores = design.scores(design.points(part.samples, 1)[0])
     curves = np.full((len(part.modes), 2, len(scores), len(part.amplitudes)), math.nan)

@@ -245,7 +245,7 @@ def test_many_hills_at_once(rounds: int, levels: int, monkeypatch: pytest.Monkey
         if seed % 2:
             h[rng.random(h.shape) < 0.1] = np.nan
         with monkeypatch.context() as patched:
-            patched.setattr("microslip.scans.prominence._FEW", 0)
+            patched.setattr("microslip.scans.prominence._FEW_MEETINGS", 0)
             patched.setattr("microslip.scans.prominence._ROUNDS", rounds)
             peaks = find_peaks(h)
         found = dict(zip(peaks.places.tolist(), peaks.prominences.tolist(), strict=True))

@@ -222,7 +222,7 @@ def test_separations_of_very_many_loads(
     surface: ms.NormalLaw, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By a table and one step of Newton's method, or not: the same to rounding."""
-    monkeypatch.setattr(grids, "_MANY", 0)
+    monkeypatch.setattr(grids, "_MANY_LOADS", 0)
     _, loads, _ = joint_on(surface)
     many = np.concatenate((np.geomspace(loads.min(), loads.max(), 2001), loads))
     d = grids.separations(surface, many)

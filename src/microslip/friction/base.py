@@ -325,7 +325,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             is then 0.01 or 10 times the displacement at which the first tangent meets the force
             limit) small cycles are met as well as large ones: 50 cells over three decades err by
             up to 1.5 % of the energy, and by the inverse square of their number. The ``fit`` of
-            what comes back tells the errors over the range.
+            what comes back has the errors over the range.
 
         Returns
         -------

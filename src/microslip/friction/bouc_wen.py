@@ -18,8 +18,8 @@ from microslip.loops import Loop, checked_cycle
 from microslip.numerics.inversion import invert
 from microslip.numerics.quadrature import gauss_legendre
 
-_MOST = 100.0  # the largest exponent
-_FULL = 45.0  # exp(-45) is nothing beside 1
+_MAX_EXPONENT = 100.0  # the largest exponent
+_MAX_DECAY = 45.0  # exp(-45) is nothing beside 1
 _NODES, _WEIGHTS = gauss_legendre(16)
 _BLOCK = 1 << 14  # values a pass, so that temporaries stay small
 
@@ -77,7 +77,7 @@ class BoucWen(Parametric):
     gamma: float = field(default=0.5, metadata=parameter("gamma", meaning="shape of the loop"))
     n: float = field(
         default=1.0,
-        metadata=parameter("n", meaning="sharpness of the yielding", least=1.0, most=_MOST),
+        metadata=parameter("n", meaning="sharpness of the yielding", least=1.0, most=_MAX_EXPONENT),
     )
 
     def __post_init__(self) -> None:
@@ -134,7 +134,7 @@ class BoucWen(Parametric):
     @property
     def force_limit(self) -> float:
         """Limit of the hysteretic force [N]; for alpha > 0 the elastic one adds to it."""
-        return self._unit * self._most
+        return self._unit * self._memory_limit
 
     @property
     def tangential_stiffness(self) -> float:
@@ -147,7 +147,7 @@ class BoucWen(Parametric):
         return (1.0 - self.alpha) * self.yield_force
 
     @property
-    def _most(self) -> float:
+    def _memory_limit(self) -> float:
         """Limit of w."""
         return float((self.A / (self.beta + self.gamma)) ** (1.0 / self.n))
 
@@ -226,7 +226,7 @@ class BoucWen(Parametric):
 
         y is w seen along the motion: rising, first towards 0 if it begins below, then to its limit.
         """
-        limit, bend, times = self._most, self._bend, _times(self.n)
+        limit, bend, times = self._memory_limit, self._bend, _times(self.n)
         result, s = np.empty_like(y), self.A * s
         back = np.maximum(-y, 0.0)
         until = back if np.isinf(bend) else bend * times.fall(np.log1p(back / bend))
@@ -245,7 +245,7 @@ class BoucWen(Parametric):
 
     def _settled(self, s: float) -> float:
         """Peak of w in a settled cycle: what a way of length ``s`` takes from -peak to peak."""
-        limit, bend, times = self._most, self._bend, _times(self.n)
+        limit, bend, times = self._memory_limit, self._bend, _times(self.n)
 
         def way_and_slope(v: Floats) -> tuple[Floats, Floats]:
             share = -np.expm1(-v)
@@ -254,7 +254,7 @@ class BoucWen(Parametric):
             slope = limit * np.exp(-v) / (1.0 + (w / bend) ** self.n)
             return fall + limit * times.rise(v), slope + limit * times.rise_slope(v)
 
-        full = np.array([_FULL])
+        full = np.array([_MAX_DECAY])
         target = np.minimum(np.array([self.A * s]), way_and_slope(full)[0])
         v = invert(way_and_slope, target, np.zeros(1), full)
         return float(-limit * np.expm1(-v[0]))
@@ -290,7 +290,7 @@ class _Times:
 
     def risen(self, time: Floats) -> Floats:
         """The v that is reached in a time."""
-        return np.minimum(time, _FULL)
+        return np.minimum(time, _MAX_DECAY)
 
     def fall(self, v: Floats) -> Floats:
         """Time from v to q = 0."""
@@ -311,7 +311,7 @@ class _SquareTimes(_Times):
         return 1.0 / (2.0 - np.exp(-v))
 
     def risen(self, time: Floats) -> Floats:
-        return np.log1p(0.5 * np.expm1(2.0 * np.minimum(time, _FULL)))
+        return np.log1p(0.5 * np.expm1(2.0 * np.minimum(time, _MAX_DECAY)))
 
     def fall(self, v: Floats) -> Floats:
         return np.arctan(np.expm1(v))
@@ -327,7 +327,7 @@ class _AnyTimes(_Times):
         self._n = n
         # Panels are narrow beside the distance of the rates' poles from the axis, pi/2n.
         self._width = 1.0 / max(4.0, n)
-        self._edges = self._width * np.arange(np.ceil(2.0 * _FULL / self._width) + 1.0)
+        self._edges = self._width * np.arange(np.ceil(2.0 * _MAX_DECAY / self._width) + 1.0)
         self._rises, self._falls = (
             np.append(0.0, np.cumsum(_areas(rate, self._edges[:-1], self._edges[1:])))
             for rate in (self.rise_slope, self.fall_slope)
@@ -351,7 +351,7 @@ class _AnyTimes(_Times):
         return np.asarray(decay / -np.expm1(self._n * log))
 
     def risen(self, time: Floats) -> Floats:
-        full = np.full_like(time, _FULL)
+        full = np.full_like(time, _MAX_DECAY)
         time = np.minimum(time, self.rise(full[:1]))
         # The slope lies between 1/n and 1.
         high = np.minimum(self._n * time, full)

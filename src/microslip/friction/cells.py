@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.frozen import assign
 from microslip.friction.iwan import Iwan, IwanFit
 
 if TYPE_CHECKING:
     from microslip.friction.base import BackboneLaw
 
-_FINER = 16  # panels a cell on which the law is looked at
-_ASIDE = 1e-12  # on either side of a discrete slider, of its yield displacement
-_ABOVE = 0.6  # of the largest amplitude: where tangents end
+_PANELS_A_CELL = 16  # panels a cell on which the law is looked at
+_STEP_ASIDE = 1e-12  # on either side of a discrete slider, of its yield displacement
+_LAST_TANGENT = 0.6  # of the largest amplitude: where tangents end
 _SAMPLES = 24  # amplitudes a cell at which errors are looked for
-_LEAST = 8.0 * float(np.finfo(float).eps)  # shares of stiffness and force below it are rounding
+_ROUNDING = 8.0 * float(np.finfo(float).eps)  # shares of stiffness and force below it are rounding
 
 
 def discretise(law: BackboneLaw, count: int) -> Iwan:
@@ -33,48 +34,48 @@ def discretise(law: BackboneLaw, count: int) -> Iwan:
     if sliders._density is None and places.size <= count:
         return Iwan(sliders.stiffnesses, sliders.stiffnesses * places)
     if 2 * places.size < count:  # a cell for each discrete slider alone
-        alone = np.concatenate((places * (1.0 - _ASIDE), places * (1.0 + _ASIDE)))
+        alone = np.concatenate((places * (1.0 - _STEP_ASIDE), places * (1.0 + _STEP_ASIDE)))
         knots = np.union1d(_knots(law, count - alone.size), alone)
     else:
         knots = _knots(law, count)
     stiffnesses = -np.diff(np.append(law._slope(knots), 0.0))
     limits = np.diff(np.append(0.25 * law._energy_slope(knots), law.force_limit))
-    real = stiffnesses > _LEAST * law.tangential_stiffness
-    real &= limits > _LEAST * law.force_limit
+    real = stiffnesses > _ROUNDING * law.tangential_stiffness
+    real &= limits > _ROUNDING * law.force_limit
     return Iwan(stiffnesses[real], limits[real])
 
 
 def discretise_over(law: BackboneLaw, count: int, smallest: float, largest: float) -> Iwan:
-    """The same with tangents at geometric places, for amplitudes of a range; its errors are told.
+    """The same with tangents at geometric places, for amplitudes of a range, with its errors.
 
     Every cycle of the range then has as many cells that yield in it, in relation to its size. The
-    first tangents lie below the smallest amplitude, since what yields there has to be told, too.
+    first tangents lie below the smallest amplitude, since sliders that yield there count, too.
     """
     sliders = law.sliders()
     places = sliders.yield_displacements
     if sliders._density is None and places.size <= count:
-        law_ = Iwan(sliders.stiffnesses, sliders.stiffnesses * places)
+        cells = Iwan(sliders.stiffnesses, sliders.stiffnesses * places)
     else:
         alone = np.zeros(0)
         inside = places[(places > 0.0) & np.isfinite(places)]
         if 2 * inside.size < count:
-            alone = np.concatenate((inside * (1.0 - _ASIDE), inside * (1.0 + _ASIDE)))
+            alone = np.concatenate((inside * (1.0 - _STEP_ASIDE), inside * (1.0 + _STEP_ASIDE)))
         rungs = max(count - 1 - alone.size, 1)
         # What the first cell lumps together, up to c times the smallest amplitude, costs that c^3/2
         # of its energy; the ladder itself, of steps h in the logarithm, costs about h^2/6.
         height = math.log(largest / smallest) / rungs
         below = min(0.5, (height * height / 3.0) ** (1.0 / 3.0))
-        ladder = np.geomspace(below * smallest, _ABOVE * largest, rungs)
+        ladder = np.geomspace(below * smallest, _LAST_TANGENT * largest, rungs)
         knots = np.union1d(np.append(0.0, ladder), alone)
         slopes = np.append(law._slope(knots), 0.0)
         forces = np.append(0.25 * law._energy_slope(knots), law.force_limit)
         stiffnesses, limits = -np.diff(slopes), np.diff(forces)
         # Differences that are no more than the rounding of what they are differences of.
-        real = (stiffnesses > _LEAST * slopes[:-1]) & (limits > _LEAST * forces[1:])
-        law_ = Iwan(stiffnesses[real], limits[real])
+        real = (stiffnesses > _ROUNDING * slopes[:-1]) & (limits > _ROUNDING * forces[1:])
+        cells = Iwan(stiffnesses[real], limits[real])
     a = np.geomspace(smallest, largest, min(_SAMPLES * count, 20_000))
-    object.__setattr__(law_, "fit", _errors(law, law_, a))
-    return law_
+    assign(cells, fit=_errors(law, cells, a))
+    return cells
 
 
 def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
@@ -114,7 +115,7 @@ def _knots(law: BackboneLaw, count: int) -> Floats:
     while True:
         widths, drops = np.diff(places), np.maximum(-np.diff(slopes), 0.0)
         masses = np.sqrt(widths * drops)
-        coarse = np.flatnonzero(masses * _FINER * count > masses.sum())
+        coarse = np.flatnonzero(masses * _PANELS_A_CELL * count > masses.sum())
         middles = places[coarse] + 0.5 * widths[coarse]
         new = (middles > places[coarse]) & (middles < places[coarse + 1])
         if not new.any():

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Bools = NDArray[np.bool_]
 
 _REACHES = 1.1 ** np.arange(-60.0, 150.0)  # decay lengths
-_FAINT = 1e-30  # of the largest load: what is lighter counts as none
+_FAINT_LOAD = 1e-30  # of the largest load: what is lighter counts as none
 
 
 class Joint(Protocol):
@@ -128,7 +128,7 @@ class Coupling:
         length = self._joint.normal_load / self._joint.normal_stiffness
         margin = length + 0.5 * min(high - low, 20.0 * length)
         begin, end = max(low - margin, edge), high + margin
-        faintest = _FAINT * law._derivative_at(begin + origin, 0)
+        faintest = _FAINT_LOAD * law._derivative_at(begin + origin, 0)
         faint = law._derivative_at(end + origin, 0) < faintest
         if faint:
             grid = begin + length * _REACHES

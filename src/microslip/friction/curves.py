@@ -15,8 +15,8 @@ from microslip.normal.spline import Spline
 if TYPE_CHECKING:
     from microslip.kernels.twin_hold import Curve
 
-_ENOUGH = 1e-3  # of the load
-_KEPT = 64
+_SMALL_DROP = 1e-3  # of the load
+_CACHED_LOADS = 64
 _FEW_SUMMITS = 24  # for which plain Python is quicker than arrays
 
 
@@ -41,7 +41,7 @@ class LawCurve:
     def drop(self, base: float, width: float) -> float:
         """N(b) - N(b + w)."""
         here, fall = self.load(base)
-        if width * fall > _ENOUGH * here:  # the difference loses no digit that counts
+        if width * fall > _SMALL_DROP * here:  # the difference loses no digit that counts
             return here - self.load(base + width)[0]
         return float(self._law._drop(base + self._origin, np.array([width]))[0])
 
@@ -51,7 +51,7 @@ class LawCurve:
         if pair is None:
             there = separation + self._origin
             pair = self._law._derivative_at(there, 0), -self._law._derivative_at(there, 1)
-            if len(self._loads_at) >= _KEPT:
+            if len(self._loads_at) >= _CACHED_LOADS:
                 self._loads_at = {}  # a new one: other threads may read the old
             self._loads_at[separation] = pair
         return pair

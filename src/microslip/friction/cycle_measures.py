@@ -1,4 +1,4 @@
-"""What a closed cycle of a law tells: energies, damping, secant stiffness."""
+"""Measures of a closed cycle of a law: energies, damping, secant stiffness."""
 
 from __future__ import annotations
 

@@ -16,10 +16,10 @@ from microslip.memory import Slips
 from microslip.normal import NormalLaw
 from microslip.normal.grids import pairs_of
 
-_FAINT = 1e-30  # of the load at the origin: what is lighter counts as none
-_KEPT = 8  # curves, of the surfaces that were asked for last
+_FAINT_LOAD = 1e-30  # of the load at the origin: what is lighter counts as none
+_CACHED_CURVES = 8  # curves, of the surfaces that were asked for last
 _ORIGINS = 64  # of curves that fields share, over the span of a surface
-_DEEPER = 1.25  # ratio of the depths from which on profiles of kinked curves are made
+_DEPTH_RATIO = 1.25  # ratio of the depths from which on profiles of kinked curves are made
 
 
 def field_curve(surface: NormalLaw, nearest: float) -> FieldCurve:
@@ -48,7 +48,7 @@ class _Identity:
         return isinstance(other, _Identity) and other.surface is self.surface
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHED_CURVES)
 def _curve(identity: _Identity, nearest: float) -> FieldCurve:
     return FieldCurve(identity.surface, nearest)
 
@@ -91,9 +91,9 @@ class FieldCurve:
         if low < edge or not math.isfinite(top):
             return None
         # From one of a few depths on, each with a profile of its own: the same for all who ask.
-        depth = max(1, math.ceil(math.log((top - low) / top) / math.log(_DEEPER)))
+        depth = max(1, math.ceil(math.log((top - low) / top) / math.log(_DEPTH_RATIO)))
         if depth not in self._kinked:
-            begin = max(top - top * _DEEPER**depth, edge)
+            begin = max(top - top * _DEPTH_RATIO**depth, edge)
             self._kinked[depth] = Profile.sample_kinked(
                 lambda x, order: surface._derivative(x + origin, order), begin, top, edge
             )
@@ -114,7 +114,7 @@ class FieldCurve:
             panels = len(profile.coefficients) - profile.first
             return math.nextafter(profile.anchor + panels / profile.inverse_width, math.inf)
         step = self._far * 1e-3
-        faintest = _FAINT * self.surface._derivative_at(self.origin, 0)
+        faintest = _FAINT_LOAD * self.surface._derivative_at(self.origin, 0)
         while self.surface._derivative_at(self.origin + step, 0) > faintest:
             step *= 1.25
         return step

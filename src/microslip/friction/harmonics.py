@@ -23,12 +23,12 @@ _NODES, _WEIGHTS = gauss_legendre(16)
 # Towards both ends of a piece the places lie as of a cosine: roots there are smooth then.
 _SHARES = np.sin(0.5 * math.pi * _NODES) ** 2
 _SHARE_WEIGHTS = 0.5 * math.pi * np.sin(math.pi * _NODES) * _WEIGHTS
-_MOST = 1 << 15  # pieces at a time
+_MAX_PIECES = 1 << 15  # pieces at a time
 _LEVELS = 48
 
 
 class KinkedBackbone(Backbone, Protocol):
-    """A law whose backbone is smooth between kinks that it tells."""
+    """A law whose backbone is smooth between known kinks."""
 
     @property
     def tangential_stiffness(self) -> float:
@@ -334,9 +334,9 @@ class _Cycle:
             rough = np.repeat(~good, 2)
             begin, end, of = low[rough], high[rough], owners[rough]
             coarse = tuple(v[rough] for v in halves)
-            if begin.size > _MOST:
+            if begin.size > _MAX_PIECES:
                 raise InputError(
-                    f"rtol must be one that {_MOST} pieces of a cycle reach on this law, "
+                    f"rtol must be one that {_MAX_PIECES} pieces of a cycle reach on this law, "
                     f"got {tolerance:g}"
                 )
         else:

@@ -44,11 +44,11 @@ class IsotropicJoint(Locked):
 
     Notes
     -----
-    No closed law exists in two directions: even for one sphere the answer hangs on the path
+    No closed law exists in two directions: even for one sphere the answer depends on the path
     (Mindlin and Deresiewicz 1953, DOI 10.1115/1.4010702). Assumed here is that every slider of the
     law's density (Iwan 1966, DOI 10.1115/1.3625199) has the same limit in all directions, slips
     along the force that it holds, and knows of no other. Along a line that is the joint itself, to
-    the error that ``line.fit`` tells; the force limit is exact. A straight step, however long, ends
+    the error in ``line.fit``; the force limit is exact. A straight step, however long, ends
     exactly where many small ones do, and the stiffness is that of the step.
     """
 

@@ -18,7 +18,7 @@ from microslip.friction.vector_cycles import SETTLED, VectorCycle, settle, trans
 from microslip.memory.vector_state import VectorState
 
 _GRID = 4000  # places at which the load curve is looked at
-_LIGHTEST = 1e-3  # of the lightest node's load: knots are laid evenly down to it
+_LIGHTEST_SHARE = 1e-3  # of the lightest node's load: knots are laid evenly down to it
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,7 +247,7 @@ def knots_of(field: FieldNodes, sliders: int, nearest: float) -> Floats:
     load, fall = curve.load(grid - origin)
     loaded = field.normal_loads > 0.0
     last = field.separations[loaded].max() if loaded.any() else nearest
-    lightest = _LIGHTEST * float(curve.load(np.array([last - origin]))[0][0])
+    lightest = _LIGHTEST_SHARE * float(curve.load(np.array([last - origin]))[0][0])
     loaded_places = np.flatnonzero(load > lightest)
     end = grid[min(loaded_places[-1] + 1, _GRID)] if loaded_places.size else parting
     grid = np.linspace(nearest, end, _GRID + 1)

@@ -31,7 +31,7 @@ _ROOTS: Rule = (
     np.sin(_ANGLES) ** 2,
     0.5 * math.pi * _WEIGHTS * np.sin(2.0 * _ANGLES),
 )
-_NONE = 1e-32  # of the largest load: no loss is left
+_NO_LOSS = 1e-32  # of the largest load: no loss is left
 _MOST_RUNGS = 4096  # and kinks, each small
 _PARABOLAS: Rule = gauss_legendre(2)
 
@@ -105,7 +105,7 @@ class Losses:
         faintest, place = 0.0, smooth + self._origin
         while len(rungs) < _MOST_RUNGS:
             load, slope = law._derivative_at(place, 0), law._derivative_at(place, 1)
-            faintest = faintest or _NONE * load
+            faintest = faintest or _NO_LOSS * load
             if not (load > faintest and slope < 0.0):
                 break
             place += load / -slope

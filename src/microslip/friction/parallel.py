@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, members
-from microslip._core.frozen import Locked, lock, made_once
+from microslip._core.frozen import Locked, assign, lock, made_once
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.jenkins import Jenkins
@@ -44,10 +44,8 @@ class Parallel(Locked, BackboneLaw):
     laws: Sequence[BackboneLaw]
 
     def __post_init__(self) -> None:
-        laws_given = self.laws
         expected = "a sequence of backbone laws, such as Parallel([joint, other])"
-        laws = tuple(members("laws", laws_given, BackboneLaw, expected))
-        object.__setattr__(self, "laws", laws)
+        assign(self, laws=tuple(members("laws", self.laws, BackboneLaw, expected)))
 
     @cached_property
     def force_limit(self) -> float:

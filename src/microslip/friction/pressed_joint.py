@@ -24,7 +24,7 @@ from microslip.materials import MaterialPair
 from microslip.normal import NormalLaw
 
 
-def _given(pressure: Any) -> Pressure:
+def _checked_pressure(pressure: Any) -> Pressure:
     """A distribution of pressure, and nothing else."""
     if isinstance(pressure, Pressure):
         return pressure
@@ -72,7 +72,7 @@ class PressedJoint(Parallel):
     normal_load: float
 
     def __post_init__(self) -> None:
-        _given(self.pressure)
+        _checked_pressure(self.pressure)
         if not isinstance(self.surface, NormalLaw):
             raise InputError(
                 Argument("surface"),
@@ -224,16 +224,17 @@ class PressedJoint(Parallel):
         radius: float | None = None,
         area: float | None = None,
     ) -> PressedJoint:
-        """A joint to start a fit from: that of :meth:`Interface.guess`, pressed as it is told.
+        """A joint to start a fit from: that of :meth:`Interface.guess` under a given pressure.
 
-        The ``pressure`` must be given, and lies on an ``area`` [m^2] that is its own unless said.
+        The ``pressure`` is required; without an ``area`` [m^2] the surface has that of the
+        pressure.
 
         Raises
         ------
         InputError
             No pressure, or one beyond the area; whatever :meth:`Interface.guess` refuses.
         """
-        spread = _given(pressure)
+        spread = _checked_pressure(pressure)
         area = spread.area if area is None else area
         joint = Interface.guess(
             data, pair=pair, normal_load=normal_load, heights=heights, radius=radius, area=area

@@ -75,7 +75,7 @@ def interface_values(
                 ]
             except InputError:
                 continue
-            fit = _drawn(features, loads, curves)
+            fit = _fit_all(features, loads, curves)
             if fit.misfit < best[0]:
                 best = (fit.misfit, fit.limit, fit.length, z)
         step = 0.7 * float(grid[1] - grid[0])
@@ -89,7 +89,7 @@ def interface_values(
     return best[1], best[2], best[3]
 
 
-def _drawn(features: Sequence[Features], loads: Sequence[float], curves: list[Floats]) -> Scaled:
+def _fit_all(features: Sequence[Features], loads: Sequence[float], curves: list[Floats]) -> Scaled:
     """Like :func:`draw`: a common length, and limits that are mu times each load."""
     # Each loop counts alike, whatever its load.
     sizes = [1.0 / math.sqrt(float(f.backbone @ f.backbone)) for f in features]

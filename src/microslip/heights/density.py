@@ -20,12 +20,12 @@ from microslip.numerics.quadrature import gauss_legendre
 _DEGREE = 15
 _TOLERANCE = 3e-12  # of the largest value on a panel
 _RATIO = 1e-4  # a panel over which a function falls further is split: relative accuracy in the tail
-_DEEPEST = 48  # halvings of a first panel
+_MAX_HALVINGS = 48  # halvings of a first panel
 _NOISE = 1e-10  # of the largest value: what a density may scatter by
-_FINEST = 1e-7  # of the spread: closer breaks of a root of N'' matter to no integral
-_MOST = 600  # panels; a density as noisy as that is taken as it is
+_MIN_WIDTH = 1e-7  # of the spread: closer breaks of a root of N'' matter to no integral
+_PANELS = 600  # panels; a density as noisy as that is taken as it is
 
-_FEW = 200  # thresholds
+_FEW_THRESHOLDS = 200  # thresholds
 
 _ANGLES = math.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
 _POINTS = np.cos(_ANGLES)
@@ -75,12 +75,12 @@ def _lagrange(nodes: Floats, x: Floats) -> Floats:
     return np.stack(columns, axis=1)
 
 
-def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _MOST) -> Pieces:
+def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _PANELS) -> Pieces:
     """Panels between (and within) ``edges`` on which a polynomial is the function."""
     pending = np.column_stack((edges[:-1], edges[1:]))
     panels: list[tuple[float, float, Floats]] = []
     before = np.full(len(pending), np.inf)
-    for depth in range(_DEEPEST + 1):
+    for depth in range(_MAX_HALVINGS + 1):
         low, high = pending[:, :1], pending[:, 1:]
         values = function(0.5 * (low + high) + 0.5 * (high - low) * _POINTS)
         c = values @ _TRANSFORM.T
@@ -93,7 +93,7 @@ def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _
         rough &= (omitted > _NOISE) | (omitted < 0.3 * before)
         steep = np.abs(values).min(axis=1) < _RATIO * size
         split = (rough | steep) & ((high - low) > 1e-15 * np.abs(low))[:, 0]
-        if depth == _DEEPEST or len(panels) + 2 * len(pending) > limit:
+        if depth == _MAX_HALVINGS or len(panels) + 2 * len(pending) > limit:
             split[:] = False
         panels += [(*pair, row) for pair, row in zip(pending[~split], c[~split], strict=True)]
         before = np.concatenate((omitted[split], omitted[split]))
@@ -171,7 +171,7 @@ class DensityHeights(HeightDistribution):
         end = np.zeros(width.size, dtype=np.intp)
         for distance, nodes, weights in self._charges:
             start, end = end, np.searchsorted(flat, edges[:-1] - distance * width)
-            if flat.size < _FEW:  # all panels at once, in place of one after the other
+            if flat.size < _FEW_THRESHOLDS:  # all panels at once, in place of one after the other
                 panel, at = _pairs(start, end)
                 gap = (edges[panel] - flat[at])[:, None] + nodes[panel]
                 part = (weights[panel] / np.sqrt(gap)).sum(axis=1)
@@ -197,7 +197,7 @@ class DensityHeights(HeightDistribution):
         """Moments by twice their order; two chains of integrals, from -1/2 and from the density."""
         # Where the density jumps it has a root, which takes ever smaller panels.
         edges = self._density_pieces.edges
-        root = _resolve(self._root_moment, edges, _MOST + 2 * edges.size)
+        root = _resolve(self._root_moment, edges, _PANELS + 2 * edges.size)
         tables = {-1: root}
         for twice in (1, 3, 5):
             tables[twice] = tables[twice - 2].tail(0.5 * twice)
@@ -231,7 +231,7 @@ class DensityHeights(HeightDistribution):
         """Panels of the moment of order -1/2, and ever smaller ones towards the lower end."""
         edges = self._tables[-1].edges
         below = edges[0] - self.spread * 2.0 ** np.arange(12.0, -48.0, -1.0)
-        distinct = np.append(np.diff(edges) > _FINEST * self.spread, True)
+        distinct = np.append(np.diff(edges) > _MIN_WIDTH * self.spread, True)
         return np.concatenate((below, edges[distinct]))
 
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, record
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import parameter
 from microslip.errors import InputError
 from microslip.heights.base import HeightDistribution
@@ -35,7 +35,7 @@ class Discrete(Locked, HeightDistribution):
 
     def __post_init__(self) -> None:
         values = np.sort(record("heights", self.values).reshape(-1))
-        object.__setattr__(self, "values", lock(values))
+        assign(self, values=lock(values))
 
     def __repr__(self) -> str:
         low, high = self.span

@@ -18,7 +18,7 @@ Panels = tuple[Floats, Floats, Floats]
 _TERMS = 26  # of a series: what is left out falls like 3.7^-k
 _NODES = np.cos(math.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
 _TO_SERIES = np.linalg.inv(chebyshev.chebvander(_NODES, _TERMS - 1)).T
-_BELOW = 12  # octaves below the span that have panels
+_OCTAVES_BELOW = 12  # octaves below the span that have panels
 _BLOCK = 1 << 16  # pieces times thresholds a pass
 
 
@@ -85,7 +85,7 @@ def panels_of(knots: Floats, left: Floats, right: Floats, limit: int) -> Panels 
         left = np.insert(left, at + 1, half)
     # Up to some spans below; beyond, all is summed.
     unit = float(knots[1] - knots[0])
-    count = _BELOW + max(0, math.ceil(math.log2(float(knots[-1] - knots[0]) / unit)))
+    count = _OCTAVES_BELOW + max(0, math.ceil(math.log2(float(knots[-1] - knots[0]) / unit)))
     below = knots[0] - unit * (2.0 ** np.arange(count, 0.0, -1.0) - 1.0)
     if knots.size - 1 + count > limit:
         return None

@@ -17,8 +17,8 @@ from microslip.errors import Argument, InputError
 from microslip.heights.base import HeightDistribution
 from microslip.heights.density import NODES, DensityHeights
 
-_HIGH = (1e-50, 1e-75, 1e-100, 1e-150, 1e-200, 1e-300)  # tail probabilities of a range's end
-_LOW = (1e-20, 1e-14)  # and for the lower: what lies below carries no share of a load
+_HIGH_TAILS = (1e-50, 1e-75, 1e-100, 1e-150, 1e-200, 1e-300)  # tail probabilities of a range's end
+_LOW_TAILS = (1e-20, 1e-14)  # and for the lower: what lies below carries no share of a load
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ class Statistical(DensityHeights):
         d = self.distribution
         low, high = (float(v) for v in d.support())
         with np.errstate(all="ignore"):
-            low = max(low, next(v for p in _LOW if math.isfinite(v := float(d.ppf(p)))))
+            low = max(low, next(v for p in _LOW_TAILS if math.isfinite(v := float(d.ppf(p)))))
             if not math.isfinite(high):
                 high = self._upper_end()
         return low, high
@@ -146,13 +146,13 @@ class Statistical(DensityHeights):
     def _upper_end(self) -> float:
         """Height beyond which neither probability nor the share of the load matters."""
         d, largest, end = self.distribution, 0.0, -math.inf
-        for p in (0.5, 1e-3, 1e-6, 1e-10, 1e-14, 1e-20, 1e-30, *_HIGH):
+        for p in (0.5, 1e-3, 1e-6, 1e-10, 1e-14, 1e-20, 1e-30, *_HIGH_TAILS):
             y = float(d.isf(p))
             if not math.isfinite(y) or y < end:
                 break
             end, share = y, p * max(y - float(d.isf(0.5)), 0.0) ** 1.5
             largest = max(largest, share)
-            if p <= _HIGH[0] and share < 1e-14 * largest:
+            if p <= _HIGH_TAILS[0] and share < 1e-14 * largest:
                 break
         return end
 

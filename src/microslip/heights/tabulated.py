@@ -25,7 +25,7 @@ from microslip.heights.piecewise_density import (
 )
 from microslip.numerics.quadrature import gauss_legendre
 
-_FEW = 16  # knots up to which the places where moments are not smooth are told
+_FEW_KNOTS = 16  # knots up to which places where moments are not smooth are listed
 _BLOCK = 1 << 15  # values a pass
 
 MOST_PANELS = 5000
@@ -246,7 +246,7 @@ class TabulatedHeights(Locked, HeightDistribution):
     def _breaks(self) -> Floats:
         """Knots, and places ever nearer below them; those of a long table are small kinks."""
         knots = self._pieces[0]
-        if knots.size > _FEW:
+        if knots.size > _FEW_KNOTS:
             return np.zeros(0)
         width = np.append(knots[1] - knots[0], np.diff(knots))
         near = knots[:, None] - width[:, None] * 0.25 ** np.arange(1.0, 10.0)
@@ -257,7 +257,7 @@ class TabulatedHeights(Locked, HeightDistribution):
     def _small_kinks(self) -> Floats:
         """The knots of a long table, and places ever nearer below them, more so at jumps."""
         knots, left, right = self._pieces
-        if knots.size <= _FEW:
+        if knots.size <= _FEW_KNOTS:
             return np.zeros(0)
         jump = np.append(left, 0.0) != np.append(0.0, right)
         width = np.append(knots[1] - knots[0], np.diff(knots))

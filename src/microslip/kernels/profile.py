@@ -23,10 +23,10 @@ Derivative = Callable[[Floats, int], Floats]
 _ROUNDING = 2e-15  # of N'' on a panel, for the terms left out
 _TOLERANCE = 1e-13  # the same where they no longer fall: the rounding of the law itself
 _WIDTHS = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18)  # of panels, in decay lengths
-_MOST = 4096  # panels
-_KINKED = (512, 1024, 2048, 4096)  # panels of a law with many small kinks
+_MAX_PANELS = 4096  # panels
+_KINKED_PANELS = (512, 1024, 2048, 4096)  # panels of a law with many small kinks
 _KINKED_TOLERANCE = 3e-12  # of N, beside that at rest
-_ROUGHLY = 1e-9  # decay lengths, for the inverse before a step of Newton's method
+_INVERSE_TOLERANCE = 1e-9  # decay lengths, for the inverse before a step of Newton's method
 LOSS_RULES = lock(np.concatenate([np.concatenate(gauss_legendre(count)) for _, count in RULES]))
 """Nodes and weights for what slip loses, as the kernels take them."""
 
@@ -91,7 +91,7 @@ class Profile(Locked):
         for share in _WIDTHS:
             width = share * length
             count = (end - low) / width
-            if not count < _MOST:
+            if not count < _MAX_PANELS:
                 return None
             grid = _Grid.of(low, end, width, edge)
             with np.errstate(all="ignore"):
@@ -114,7 +114,7 @@ class Profile(Locked):
         if not (load > 0.0 and slope < 0.0 and bend > 0.0):
             return None
         length = load / -slope
-        for panels in _KINKED:
+        for panels in _KINKED_PANELS:
             width = (end - low) / (panels - 2)
             grid = _Grid.of(low, end, width, edge, panels)
             series, worst = grid.series(derivative, bend)
@@ -171,7 +171,7 @@ class Profile(Locked):
             series = d.reshape(x.shape) @ TO_SERIES
             length = (value / fall).reshape(x.shape).min(axis=1)
             left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
-            if np.all(left_out <= _ROUGHLY * length):
+            if np.all(left_out <= _INVERSE_TOLERANCE * length):
                 powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ TO_POWERS)
                 return lock(powers), panels / reach, float(start)
         return None

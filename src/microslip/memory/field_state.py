@@ -14,7 +14,7 @@ from microslip.kernels import Integers, twin_field
 from microslip.kernels.profile import LOSS_RULES, Profile
 from microslip.memory.diagram import Diagram, Slips
 
-_ROOM = 2  # rows of a node at the start; a move to and fro needs no more
+_ROWS = 2  # rows of a node at the start; a move to and fro needs no more
 
 
 class FieldResponse(NamedTuple):
@@ -100,9 +100,9 @@ class FieldState:
     def __init__(self, field: Nodes, energies: bool) -> None:
         nodes = field.size
         self._field = field
-        self._rows, self._marks = np.zeros((_ROOM * nodes, 3)), np.zeros((_ROOM * nodes, 2))
-        self._begin, self._room = _ROOM * np.arange(nodes), np.full(nodes, _ROOM)
-        self._used = _ROOM * nodes
+        self._rows, self._marks = np.zeros((_ROWS * nodes, 3)), np.zeros((_ROWS * nodes, 2))
+        self._begin, self._room = _ROWS * np.arange(nodes), np.full(nodes, _ROWS)
+        self._used = _ROWS * nodes
         self._depth = np.zeros(nodes, dtype=np.int64)
         self._place, self._step, self._value = np.zeros(nodes), np.zeros(nodes), np.zeros(nodes)
         self._loss = np.zeros(nodes) if energies else None
@@ -262,11 +262,11 @@ class FieldState:
 
     def _repack(self, rows: Integers) -> None:
         """A new pool, with an eighth to spare, for so many rows a node."""
-        self._room = np.where(rows > _ROOM, rows + rows // 2, _ROOM)
+        self._room = np.where(rows > _ROWS, rows + rows // 2, _ROWS)
         old, self._begin = self._begin, np.cumsum(self._room) - self._room
         self._used = int(self._room.sum())
         before = self._rows, self._marks
-        room = self._used + self._used // 8 + _ROOM
+        room = self._used + self._used // 8 + _ROWS
         self._rows, self._marks = np.zeros((room, 3)), np.zeros((room, 2))
         self._move(before, np.arange(rows.size), old)
 

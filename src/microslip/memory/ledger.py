@@ -9,7 +9,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.memory.diagram import Diagram
 
-_KEPT = 1024  # steps, before their losses are worked out together
+_MAX_PENDING = 1024  # steps, before their losses are worked out together
 
 
 class Losing(Protocol):
@@ -49,7 +49,7 @@ class Ledger:
         self._displacements.append(displacement)
         self._pending += separation.size
         # Rows that are gone are not to be kept for long.
-        if self._pending >= _KEPT or self._begin.depth > 64 + 8 * diagram.depth:
+        if self._pending >= _MAX_PENDING or self._begin.depth > 64 + 8 * diagram.depth:
             self.settle(diagram, surface)
 
     def settle(self, diagram: Diagram, surface: Losing) -> float:

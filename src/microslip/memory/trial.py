@@ -1,4 +1,4 @@
-"""What a trial of a state tells: all that Newton's method asks of a contact."""
+"""The result of a trial of a state: all that Newton's method asks of a contact."""
 
 from __future__ import annotations
 

@@ -76,16 +76,10 @@ class EllipticSummits(GreenwoodWilliamson):
 
     Parameters
     ----------
-    pair : MaterialPair
-        The two materials.
-    heights : HeightDistribution, frozen scipy.stats distribution or array_like
-        Summit heights y [m]; an array stands for equal atoms of probability.
+    pair, heights, density, area : as of :class:`GreenwoodWilliamson`
+        The materials, heights [m] of summits, how many [1/m^2] there are, and where [m^2].
     radius : float
         Equivalent radius of the summits, 1/sqrt(k1 k2) [m].
-    density : float
-        Summits per apparent area [1/m^2].
-    area : float
-        Apparent area [m^2].
     curvature_ratio : float
         Curvature along the lay over that across it, k2/k1 [-], at most 1.
     direction : float

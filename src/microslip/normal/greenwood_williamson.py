@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, plain
+from microslip._core.frozen import assign
 from microslip._core.parameters import parameter
 from microslip.heights import (
     Discrete,
@@ -66,7 +67,7 @@ class GreenwoodWilliamson(NormalLaw):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "heights", as_heights(self.heights))
+        assign(self, heights=as_heights(self.heights))
 
     @property
     def summit_count(self) -> float:

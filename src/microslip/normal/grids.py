@@ -28,7 +28,7 @@ Progress = Callable[[float], None]
 
 _POWERS = {"drop": 1, "excess": 3, "excess_slope": 2}
 _BLOCK = 1 << 14  # points a pass, as many as a cache holds
-_MANY = 10_000  # loads that a table is made for
+_MANY_LOADS = 10_000  # loads that a table is made for
 
 # What things cost [s], to choose the quickest way; a factor of two either way does not matter.
 _POINT = 2e-6
@@ -39,7 +39,7 @@ _PIECE = 6e-9
 
 _RULE = lock(np.concatenate(gauss_legendre(12)))
 """For v (u - v) N'' over two decay lengths of an exponential, or one of a power: 1e-16."""
-_FAINT = 1e-30  # of the largest load; fainter ones are rare, and cost wide panels their width
+_FAINT_LOAD = 1e-30  # of the largest load; fainter ones are rare, and cost wide panels their width
 _ALL_TOUCH = 0.345  # N N'' / N'^2, which is 1 for an exponential and 1/3 where all summits touch
 
 
@@ -81,7 +81,7 @@ def separations(law: NormalLaw, loads: Floats) -> Floats:
     Those of very many on a smooth law come from its profile.
     """
     curve = pointwise_of(law)
-    if loads.size < _MANY or not curve.is_profile:
+    if loads.size < _MANY_LOADS or not curve.is_profile:
         return np.asarray(law.separation(loads))
     result = np.empty(loads.size)
     for part in _parts(loads.size, 1):
@@ -107,7 +107,7 @@ def inverse_on_grid(
         miss = drop[rows] - reached
         with np.errstate(divide="ignore", invalid="ignore"):
             step = np.where(miss > 0.0, miss / slope, 0.0)
-        # Where the law ends the slope may be none: there the answer is as near as numbers are.
+        # Where the law ends the slope may be zero: rounding then lets no step come nearer.
         step = np.where(np.isfinite(step), step, 0.0)
         before = u[rows]
         u[rows] = before + step
@@ -237,7 +237,7 @@ class Pointwise:
         places = np.linspace(max(low, law._edge), high, 513)
         load, slope, bend = (law._derivative(places, k) for k in range(3))
         # Where nearly all summits touch, N tends to (-d)^(3/2) and no rule is short.
-        smooth = places[(load > _FAINT * load[0]) & (load * bend > _ALL_TOUCH * slope * slope)]
+        smooth = places[(load > _FAINT_LOAD * load[0]) & (load * bend > _ALL_TOUCH * slope * slope)]
         if smooth.size < 2:
             return None
         low, high = float(smooth[0]), float(smooth[-1])

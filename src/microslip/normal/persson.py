@@ -24,7 +24,7 @@ from microslip._core.checks import (
     record,
     whole,
 )
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import Parametric, parameter
 from microslip.errors import Argument, InputError
 from microslip.materials import MaterialPair
@@ -375,7 +375,7 @@ class PerssonSurface(TabulatedNormalLaw):
 
     def __init__(self, curve: PerssonCurve, separation: ArrayLike, load: ArrayLike) -> None:
         super().__init__(curve.pair, separation, load, tail="exponential")
-        object.__setattr__(self, "curve", curve)
+        assign(self, curve=curve)
 
     @property
     def area(self) -> float:

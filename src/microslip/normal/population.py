@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain, positive, record
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
 from microslip.heights import Discrete
@@ -78,13 +78,11 @@ class AsperityPopulation(Locked, NormalLaw):
             )
         if radii.min() <= 0.0:
             raise InputError(Argument("radii"), f" must be above zero [m], got {radii.min():g}")
-        radii = np.broadcast_to(radii.reshape(-1), heights.shape).copy()
-        heights = heights.copy()
-        object.__setattr__(self, "copies", positive("copies", self.copies, "", 1.0))
+        radii = np.broadcast_to(radii.reshape(-1), heights.shape)
+        assign(self, copies=positive("copies", self.copies, "", 1.0))
         if self.area is not None:
-            object.__setattr__(self, "area", positive("area", self.area, "m^2", 2e-4))
-        for name, values in (("heights", heights), ("radii", radii)):
-            object.__setattr__(self, name, lock(values))
+            assign(self, area=positive("area", self.area, "m^2", 2e-4))
+        assign(self, heights=lock(heights.copy()), radii=lock(radii.copy()))
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         spread = float(np.std(np.asarray(self.heights)))

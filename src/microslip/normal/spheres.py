@@ -14,8 +14,8 @@ from microslip.kernels.table import NODES, TO_SERIES, Table
 
 _BLOCK = 1 << 18  # products held at a time
 CACHED = 1 << 14  # the same where there are many passes over them: as many as a cache holds
-_FEW = 24  # summits that are summed one by one
-_NEAR = 3  # panels in which a summit is summed by itself: its own and those next to it
+_FEW_SUMMITS = 24  # summits that are summed one by one
+_NEAR_PANELS = 3  # panels in which a summit is summed by itself: its own and those next to it
 _OCCUPANTS = 8  # summits a panel, on average
 DERIVATIVES = {-1: 0.4, 0: 1.0, 1: -1.5, 2: 0.75}
 """Factors of s^(3/2 - order) in the derivatives of s^(3/2) by the separation."""
@@ -73,7 +73,7 @@ class Contacts:
         self._tables: dict[float, Table] = {}
         self._panels = 0
         self._outer: Contacts | None = None
-        if self._s.size <= _FEW:
+        if self._s.size <= _FEW_SUMMITS:
             return
         end = min(float(self._s[-1]), 8.0 * float(self._s[self._s.size // 2]))
         inside = int(np.searchsorted(self._s, end, side="right"))
@@ -81,7 +81,7 @@ class Contacts:
         self._panels, self._width = 1 << levels, end / (1 << levels)
         self._panel = (self._s / self._width).astype(np.int64)
         self._panel[:inside] = np.minimum(self._panel[:inside], self._panels - 1)
-        self._first = np.searchsorted(self._panel, np.arange(self._panels + _NEAR + 1))
+        self._first = np.searchsorted(self._panel, np.arange(self._panels + _NEAR_PANELS + 1))
         self._loads = np.append(0.0, np.cumsum(self._k * _power(self._s, 1.5)))
         self._moments = np.append(0.0, np.cumsum(self._k * _power(self._s, 2.5)))
         if inside < self._s.size:
@@ -111,10 +111,10 @@ class Contacts:
         if table is None:
             table = self._tables[kind.power + 10 * kind.order] = self._far(kind)
         result = np.empty(v.size)
-        for part in blocks(v.size, 4 * _NEAR * _OCCUPANTS):  # a panel may hold more than most
+        for part in blocks(v.size, 4 * _NEAR_PANELS * _OCCUPANTS):  # a panel may hold more
             step = v[part]
             panel = np.minimum(step / self._width, self._panels - 1).astype(np.int64)
-            first, end = self._first[panel], self._first[panel + _NEAR]
+            first, end = self._first[panel], self._first[panel + _NEAR_PANELS]
             total = table.value(step)
             total += kind.slipped(step, self._loads[first], self._moments[first])
             if step.size <= 4:  # a solver's trial: one short sum
@@ -146,13 +146,13 @@ class Contacts:
                 # but were near to its parent.
                 values = np.stack([values @ half for half in halves], axis=1)
                 values = values.reshape(-1, NODES.size)
-            for distance in range(_NEAR, 2 * _NEAR):
+            for distance in range(_NEAR_PANELS, 2 * _NEAR_PANELS):
                 target = panel - distance
                 new = (target >= 0) & (target < len(values))
                 if level:
-                    new &= (panel >> 1) - (target >> 1) < _NEAR
-                elif distance == _NEAR:  # the root takes all that is far from everything
-                    new, target = panel >= _NEAR, np.zeros_like(panel)
+                    new &= (panel >> 1) - (target >> 1) < _NEAR_PANELS
+                elif distance == _NEAR_PANELS:  # the root takes all that is far from everything
+                    new, target = panel >= _NEAR_PANELS, np.zeros_like(panel)
                 else:
                     continue
                 if not new.any():

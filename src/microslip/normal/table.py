@@ -161,7 +161,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
                 f" must be at most {exact(heaviest)} N, where the table begins, "
                 f"got {exact(loads.max())} N",
             )
-        knots, slopes, curvatures, ends_of, _, ends, _ = self._spline
+        knots, _, curvatures, ends_of, _, ends, _ = self._spline
         i = np.clip(np.searchsorted(-ends_of, -loads, side="left"), 1, ends.size) - 1
         # The steps from the right ends of pieces, where the load is less, without cancellation.
         surplus = np.maximum(loads - ends_of[i + 1], 0.0)
@@ -169,8 +169,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         d = np.maximum(knots[i + 1] - 2.0 * surplus / (root - ends[i]), knots[0])
         if self.tail is not None:
             past = loads < ends_of[-1]
-            length = ends_of[-1] / -slopes[-1]
-            d[past] = knots[-1] + length * np.log(ends_of[-1] / loads[past])
+            d[past] = knots[-1] + self._spline.decay_length * np.log(ends_of[-1] / loads[past])
         self._check_fine(d, loads)
         return np.asarray(d)
 
@@ -211,9 +210,9 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         """Load where the tail begins, seen from d, and its decay length; 0 and 1 without one."""
         if self.tail is None:
             return 0.0, 1.0
-        knots, slopes, _, loads, *_ = self._spline
-        length = float(loads[-1] / -slopes[-1])
-        return float(loads[-1]) * math.exp(-max(d - float(knots[-1]), 0.0) / length), length
+        knots, length = self._spline.knots, self._spline.decay_length
+        load = float(self._spline.loads[-1])
+        return load * math.exp(-max(d - float(knots[-1]), 0.0) / length), length
 
     def _drop(self, d: Floats | float, u: Floats) -> Floats:
         if isinstance(d, np.ndarray):

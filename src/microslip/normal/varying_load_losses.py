@@ -9,7 +9,7 @@ from microslip.normal.spheres import CACHED, Spheres
 from microslip.numerics.quadrature import gauss_legendre
 
 _NODES, _WEIGHTS = gauss_legendre(10)
-_CLOSE = 0.05  # of the indentation: nearer than that, differences of powers lose digits
+_CLOSE_SHARE = 0.05  # of the indentation: nearer than that, differences of powers lose digits
 
 
 def means(spheres: Spheres, gap: Floats, until: Floats, first: Floats, last: Floats) -> Floats:
@@ -88,7 +88,7 @@ def _partly_slipped(
     # Where the front is near in terms of the indentation, the powers are nearly equal: a rule is
     # good there, as long as the indentation does not change by much. So runs are halved.
     for _ in range(200):
-        close = np.maximum(g0, g1) < _CLOSE * np.maximum(a0, a1)
+        close = np.maximum(g0, g1) < _CLOSE_SHARE * np.maximum(a0, a1)
         far = np.flatnonzero(~close)
         result[at[far]] += weight[far] * _closed(a0[far], a1[far], b0[far], b1[far])
         near = np.flatnonzero(close)

@@ -142,7 +142,7 @@ class Convex(Protocol):
 
 
 class Pieces:
-    """A function with many small kinks, told of, for steps so short that they meet few of them."""
+    """A function with many small known kinks, for steps so short that they meet few of them."""
 
     _edge = -math.inf
 

@@ -13,7 +13,7 @@ R = TypeVar("R")
 # The limit is one of the process. Who sets it takes it back, and who comes meanwhile, from within
 # or in another thread, leaves it alone: else calls that overlap would take each other's limit for
 # what was before, and leave it behind.
-_HELD = Lock()
+_LIMITING = Lock()
 
 
 @cache
@@ -30,12 +30,12 @@ def single_threaded(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:
-        if not _HELD.acquire(blocking=False):
+        if not _LIMITING.acquire(blocking=False):
             return function(*args, **kwargs)
         try:
             with _controller().limit(limits=1, user_api="blas"):
                 return function(*args, **kwargs)
         finally:
-            _HELD.release()
+            _LIMITING.release()
 
     return limited

@@ -24,7 +24,7 @@ PRUNING = 0.05
 
 _DECAY = 0.2
 """Correlation at which the autocorrelation length is read."""
-_ROOM = 0.4
+_SECANT_SHARE = 0.4
 """Share of the points over which the secant of the core of the material ratio curve is drawn."""
 
 
@@ -152,7 +152,7 @@ def _core(heights: Floats) -> tuple[float, float, float, float, float]:
     """Sk, Spk, Svk, Smr1, Smr2 by the flattest secant over 40 % of the material ratio curve."""
     curve = np.sort(heights)[::-1]  # heights against the share of points that are higher
     count = curve.size
-    width = min(max(round(_ROOM * count), 1), count - 1)
+    width = min(max(round(_SECANT_SHARE * count), 1), count - 1)
     drop = curve[:-width] - curve[width:]
     # Of secants that are as flat the middle one, as of a straight curve.
     flat = np.flatnonzero(drop <= drop.min() * (1.0 + 1e-12))

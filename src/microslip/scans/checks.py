@@ -19,7 +19,7 @@ LIMIT = 100_000_000
 SPIKE = 1e6
 """Distance from the median, in median distances, beyond which a point is no height."""
 
-APART = 3.0
+REMOTENESS = 3.0
 """Distance from all other points, in ranges of those, beyond which one height of several points
 may stand for "nothing measured"."""
 
@@ -61,7 +61,7 @@ def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | 
             continue
         low, high = float(remainder.min()), float(remainder.max())
         size = high - low
-        if max(low - value, value - high) > APART * size > 0.0:
+        if max(low - value, value - high) > REMOTENESS * size > 0.0:
             # Limits of few digits, from one to two ranges away.
             digit = 10.0 ** math.floor(math.log10(size))
             low, high = math.floor(low / digit - 1.0), math.ceil(high / digit + 1.0)

@@ -24,8 +24,8 @@ _COUNT = 8
 """Cut-offs of the default table, besides none, at most."""
 _STEP = 1.25
 """The least ratio of one to the next, about: closer ones say the same."""
-_LEAST = 4.0
-"""The least of them, in pixels: a Gaussian filter needs some."""
+_MIN_PIXELS = 4.0
+"""The shortest cut-off, in pixels: a Gaussian filter needs some."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class CutoffTable(Locked):
 
 def default_cutoffs(scan: HeightMap) -> Floats:
     """Cut-offs from none over four pixels to an eighth of the shorter side, or more of it."""
-    low = max(_LEAST * max(scan.pixel), 1.25 * (scan.cutoff or 0.0))
+    low = max(_MIN_PIXELS * max(scan.pixel), 1.25 * (scan.cutoff or 0.0))
     side = min(scan.size)
     high = max(side / 8.0, min(side / 3.0, 4.0 * low))
     if scan.long_cutoff is not None:

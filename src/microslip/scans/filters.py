@@ -14,7 +14,7 @@ from microslip._core.frozen import lock
 REACH = 1.0
 """Half-width of the weights in cut-offs; beyond it they are below 1e-6 of the middle one."""
 
-_LONG = 33  # taps from which the Fourier transform is the quicker way
+_LONG_KERNEL = 33  # taps from which the Fourier transform is the quicker way
 _BLOCK = 1 << 20  # numbers transformed at a time, so that memory stays small
 
 
@@ -87,7 +87,7 @@ def _convolve(values: Floats, kernels: list[NDArray[np.float64]]) -> Floats:
 
 
 def _along(values: Floats, kernel: Floats, axis: int) -> Floats:
-    if kernel.size < _LONG:
+    if kernel.size < _LONG_KERNEL:
         from scipy.ndimage import correlate1d
 
         return np.asarray(correlate1d(values, kernel, axis=axis, mode="constant", cval=0.0))

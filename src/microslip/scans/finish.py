@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from microslip._core.checks import exact, positive, show
+from microslip._core.frozen import assign
 from microslip._core.wording import did_you_mean, quoted
 from microslip.errors import Argument, InputError
 from microslip.materials import MaterialPair
@@ -115,7 +116,7 @@ class SurfaceFinish:
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, positive(name, value, "m", 1e-6))
         if self.process is not None:
-            object.__setattr__(self, "process", process_named(self.process))
+            assign(self, process=process_named(self.process))
         heights = [name for name in ("ra", "rq", "rz") if getattr(self, name) is not None]
         if len(heights) > 1 or (not heights and self.process is None):
             came = quoted(heights, "and") if heights else "nothing of it"
@@ -130,7 +131,7 @@ class SurfaceFinish:
                     " must be at least 1.5, the least of an isotropic Gaussian surface, "
                     f"got {exact(breadth)}",
                 )
-            object.__setattr__(self, "breadth", breadth)
+            assign(self, breadth=breadth)
 
     # -- what goes in -----------------------------------------------------------------------------
 

@@ -17,10 +17,10 @@ from microslip.friction import Interface
 from microslip.scans.measured_surface import TAIL, Heights, MeasuredSurface
 from microslip.scans.scan_rules import judged
 
-ALIKE = 0.1
+TOLERANCE = 0.1
 """Difference of two stiffnesses (of their logarithms) that is as good as none."""
 
-FEW = 10
+FEW_SUMMITS = 10
 """Measured summits that carry a load, below which none of the laws has a foundation."""
 
 
@@ -114,7 +114,7 @@ def height_laws(
         miss = math.log(gauss.tangential_stiffness / laws["population"].tangential_stiffness)
     if gauss is None:
         reason = "all heights are one"
-    elif abs(miss) <= min(max(ALIKE, 2.0 * scatter), 3.0 * ALIKE) and gauss.above <= 0.05:
+    elif abs(miss) <= min(max(TOLERANCE, 2.0 * scatter), 3.0 * TOLERANCE) and gauss.above <= 0.05:
         choice = "gaussian"
         reason = (
             f"Gaussian heights give {_percent(miss)} of the stiffness of the summits themselves, "
@@ -127,7 +127,7 @@ def height_laws(
             f"and put {100.0 * gauss.above:.2g} % of the load above the highest that was measured, "
             f"{engineering(highest, 'm')} above the mean"
         )
-    if touching < FEW:
+    if touching < FEW_SUMMITS:
         carry = "summit carries" if touching == 1 else "summits carry"
         reason += (
             f"; but only {touching} measured {carry} the load: scan a larger area before you trust "

@@ -1,4 +1,4 @@
-"""Where the heights of a scan are in a file, with whatever the file says of them."""
+"""Finding the heights of a scan in a file, with what the file says of them."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class RawHeights:
     columns: tuple[str | None, str | None] = (None, None)
     """Units of the coordinates and of the heights, as the names of columns say."""
     notes: tuple[str, ...] = field(default=())
-    """What else is to be told."""
+    """What else a reader should know."""
 
 
 def read_heights(path: Path, wishes: Wishes) -> RawHeights:

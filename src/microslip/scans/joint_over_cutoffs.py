@@ -29,14 +29,14 @@ from microslip.scans.scan_rules import judged
 from microslip.scans.summit_set import Method, Summits
 from microslip.scans.summits import find_summits
 
-WANTED = {
+JOINT_UNITS = {
     "tangential_stiffness": "N/m",
     "real_area": "-",
     "plasticity_index": "-",
     "contact_radius_over_cutoff": "-",
     "loss_factor": "-",
 }
-"""What is told of a joint, with its unit; the real area is over the apparent one."""
+"""Quantities of a joint with their units; the real area is over the apparent one."""
 
 _STEP = 2.0
 Progress = Callable[[int, int], None]
@@ -98,8 +98,8 @@ class JointOverCutoffs(Locked):
     def bias(self, quantity: str) -> float:
         """Geometric mean over the patches over the value of the whole scan [-].
 
-        Far from one the quantity hangs on the size of the scan: waves longer than a patch are form
-        in it.
+        Far from one the quantity depends on the size of the scan: waves longer than a patch are
+        form in it.
         """
         ratios = self.patches[quantity]
         ratios = ratios[np.isfinite(ratios) & (ratios > 0.0)]
@@ -152,7 +152,7 @@ def joint_over_cutoffs(
     normal_load : float
         Load of the joint [N].
     cutoff, long_cutoff : float, str or None
-        The cut-offs [m] that are meant, at which slopes are told.
+        The cut-offs [m] that are meant, at which slopes are given.
     cutoffs, long_cutoffs : array_like, optional
         Others [m], one-dimensional; by default half to four times the cut-off, and an eighth
         to a half of the scan.
@@ -194,7 +194,7 @@ def joint_over_cutoffs(
     longs = _longs(scan, long, long_cutoffs, shorts)
     counting = {"method": method, "prominence": prominence}
     joint = _JointOf(pair, load, area, friction_coefficient, amplitude, heights)
-    values = {name: np.full((longs.size, shorts.size), math.nan) for name in WANTED}
+    values = {name: np.full((longs.size, shorts.size), math.nan) for name in JOINT_UNITS}
     notes: list[str] = []
     total, count = values["real_area"].size + 4, 0
     whole_area = 0.0
@@ -326,7 +326,7 @@ def _patches(
     counting: Mapping[str, Any],
 ) -> dict[str, Floats]:
     """The joint on two by two patches at the same pressure, each as if it were the scan."""
-    values = {name: np.full(4, math.nan) for name in WANTED}
+    values = {name: np.full(4, math.nan) for name in JOINT_UNITS}
     parts: list[HeightMap] = []
     with suppress(InputError):  # too small for patches
         parts = cut(scan, (2, 2))

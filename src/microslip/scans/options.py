@@ -1,4 +1,4 @@
-"""Options of scans, said once: the command, a study, its schema and Python take them from here."""
+"""Options of scans: the command, a study, its schema and Python take them from here."""
 
 from __future__ import annotations
 

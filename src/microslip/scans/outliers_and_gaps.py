@@ -8,7 +8,7 @@ from microslip._core.checks import Floats
 from microslip.scans.levelling import level
 
 _PASSES = 40  # of conjugate gradients on each grid: bounds the time; a guess is there already
-_ENOUGH = 1e-5  # residual, beside that of the first guess
+_TOLERANCE = 1e-5  # residual, beside that of the first guess
 
 
 def outliers(heights: Floats, threshold: float) -> np.ndarray:
@@ -141,7 +141,7 @@ def _relax(values: Floats, gaps: np.ndarray) -> None:
     step = residual / degree
     size = first = float(residual @ step)
     for _ in range(_PASSES):
-        if size <= _ENOUGH**2 * first:
+        if size <= _TOLERANCE**2 * first:
             break
         image = degree * step - links @ step
         share = size / float(step @ image)

@@ -25,10 +25,10 @@ Indices = NDArray[np.int32 | np.int64]  # of a whole map: the shorter ones where
 
 _BLOCK = 1 << 18  # points a pass, as many as a cache holds
 _ROUNDS = 6
-_FEW = 2000  # meetings that are as quick one by one
+_FEW_MEETINGS = 2000  # meetings that are as quick one by one
 
 # The neighbours in the order of their places.
-_AROUND = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
+_NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
 
 
 def _parts_of_rings() -> tuple[NDArray[np.uint8], NDArray[np.int8]]:
@@ -42,11 +42,11 @@ def _parts_of_rings() -> tuple[NDArray[np.uint8], NDArray[np.int8]]:
             members[code, counts[code]] = todo[0]
             counts[code] += 1
             while todo:
-                row, column = _AROUND[todo.pop()]
+                row, column = _NEIGHBOURS[todo.pop()]
                 near = {
                     k
                     for k in higher
-                    if abs(_AROUND[k][0] - row) <= 1 and abs(_AROUND[k][1] - column) <= 1
+                    if abs(_NEIGHBOURS[k][0] - row) <= 1 and abs(_NEIGHBOURS[k][1] - column) <= 1
                 }
                 higher -= near
                 todo += near
@@ -98,7 +98,7 @@ def _higher(heights: Floats) -> Codes:
         here[np.isnan(here)] = -np.inf
         code = np.zeros((count, columns), dtype=np.uint8)
         for k in range(4, 8):
-            down, right = _AROUND[k]
+            down, right = _NEIGHBOURS[k]
             start = max(0, -right)
             near = here[: count + 2 - down, start : columns + 2 - max(0, right)]
             far = here[down:, max(0, right) : columns + 2 - start]
@@ -118,7 +118,7 @@ def _meetings(
     flat: Floats, codes: Codes, peaks: Places, saddles: Places, columns: int
 ) -> tuple[Places, Places, Floats]:
     """Pairs of hills and the highest saddle between them, from the highest down."""
-    offsets = np.array([down * columns + right for down, right in _AROUND])
+    offsets = np.array([down * columns + right for down, right in _NEIGHBOURS])
     members = _MEMBERS[codes[saddles]]
     rows, parts = np.nonzero(members >= 0)
     feet = saddles[rows] + offsets[members[rows, parts]]
@@ -189,7 +189,7 @@ def _merge(count: int, high: Places, two: Places, saddle: Floats) -> Floats:
     # Most hills end at their own first meeting, with a higher hill, whatever happens elsewhere:
     # those all at once, then the same with the larger hills that are left.
     for _ in range(_ROUNDS):
-        if high.size < _FEW:
+        if high.size < _FEW_MEETINGS:
             break
         ending = _at_first_meeting(count, high, two)
         ends[two[ending]] = saddle[ending]

@@ -13,7 +13,7 @@ from microslip.scans.moments import SUMMIT_SHARE, lost_to_pixel
 LOST_TO_PIXEL = "share of m4 lost to the pixel"
 RADIUS_IN_PIXELS = "summit radius in pixels"
 
-_OWN = "a convention of this project: a resolved Gaussian isotropic surface is far within it"
+_CONVENTION = "a convention of this project: a resolved Gaussian isotropic surface is far within it"
 _GAUSSIAN = "the heights are as good as Gaussian"
 
 
@@ -24,7 +24,7 @@ def _share_rule(moment: str, values: str) -> Rule:
         0.2,
         f"{values} are of the whole surface, not of a few points ({GAUSSIAN_SHARE:.3f} if "
         "Gaussian)",
-        _OWN,
+        _CONVENTION,
         "leave the extreme points out, or scan a place without scratches",
     )
 
@@ -39,7 +39,7 @@ RULES: Mapping[str, Rule] = {
             6.0,
             "heights are near a Gaussian, before any filter, too; far above 3, scratches, pits or "
             "spikes make the rms",
-            _OWN,
+            _CONVENTION,
             "leave the extreme points out, and build on counted summits",
         ),
         _share_rule("m0", "heights"),
@@ -51,7 +51,7 @@ RULES: Mapping[str, Rule] = {
             1.0,
             "slopes are small, as in all contact theory; far above, units are wrong or steps made "
             "them",
-            _OWN,
+            _CONVENTION,
             "check the units of heights and pixel",
         ),
         Rule(
@@ -85,14 +85,14 @@ RULES: Mapping[str, Rule] = {
             1.5,
             3.0,
             "slopes are alike in all directions, as McCool's formulas have it",
-            _OWN,
+            _CONVENTION,
             "build on counted summits",
             missing="a profile has one direction only",
         ),
         # Of their distribution.
-        Rule("points missed by a Gaussian", 0.02, 0.05, _GAUSSIAN, _OWN),
-        Rule("quantiles missed by a Gaussian, over rms", 0.1, 0.5, _GAUSSIAN, _OWN),
-        Rule("the same of the highest tenth", 0.1, 0.5, _GAUSSIAN, _OWN),
+        Rule("points missed by a Gaussian", 0.02, 0.05, _GAUSSIAN, _CONVENTION),
+        Rule("quantiles missed by a Gaussian, over rms", 0.1, 0.5, _GAUSSIAN, _CONVENTION),
+        Rule("the same of the highest tenth", 0.1, 0.5, _GAUSSIAN, _CONVENTION),
         # Of the summits under a load.
         TAIL_RULE,
         Rule(
@@ -119,7 +119,7 @@ RULES: Mapping[str, Rule] = {
                 0.5,
                 f"the {which}-wave cut-off decides little: twice of it moves the stiffness by "
                 f"{times} at most",
-                _OWN,
+                _CONVENTION,
                 remedy,
             )
             for which, times, remedy in (
@@ -137,7 +137,7 @@ RULES: Mapping[str, Rule] = {
             1.2,
             1.5,
             "the size of the scan decides little",
-            _OWN,
+            _CONVENTION,
             "scan a larger area, and treat waves longer than it as form",
         ),
         Rule(
@@ -155,7 +155,7 @@ RULES: Mapping[str, Rule] = {
             5.0,
             2.0,
             "the radius is more than a few pixels, so that slopes are small and caps are resolved",
-            _OWN,
+            _CONVENTION,
             "choose a longer short-wave cut-off, or scan with a finer pixel",
         ),
         Rule(
@@ -188,7 +188,7 @@ RULES: Mapping[str, Rule] = {
             6.0,
             20.0,
             "no scratch or spike dominates the moments; Gaussian heights have 3",
-            _OWN,
+            _CONVENTION,
             "leave the extreme points out",
         ),
         Rule(
@@ -215,7 +215,7 @@ RULES: Mapping[str, Rule] = {
             1.0,
             "hardly a peak is below the prominence; those that are may be noise, or waves of a few "
             "pixels that a smaller prominence counts: nothing in a scan tells them apart",
-            _OWN,
+            _CONVENTION,
             "choose the prominence from what the instrument repeats",
         ),
         Rule(
@@ -231,7 +231,7 @@ RULES: Mapping[str, Rule] = {
             0.1,
             0.3,
             "peaks are round enough to be summits",
-            _OWN,
+            _CONVENTION,
             "choose a longer short-wave cut-off",
         ),
     )
@@ -278,7 +278,7 @@ def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
 
 
 def radius_in_pixels(radius: float, pixel: tuple[float, ...]) -> dict[str, float | None]:
-    """The value of that rule: it tells a radius of the surface from one of the pixel."""
+    """The value of that rule: how far a radius is one of the surface, not of the pixel."""
     side = 1.0
     for step in pixel:
         side *= step ** (1.0 / len(pixel))

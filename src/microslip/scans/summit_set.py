@@ -270,9 +270,9 @@ class Summits(Locked, Plottable):
         normal_load : float
             Load of the joint [N].
         friction_coefficient : float
-            Friction coefficient [-]; the loss factor hangs on it.
+            Friction coefficient [-]; the loss factor depends on it.
         amplitude : float, optional
-            Amplitude of motion [m] at which the loss factor is told.
+            Amplitude of motion [m] at which the loss factor is given.
 
         Returns
         -------

@@ -46,7 +46,7 @@ _OF_JOINTS = (
     "contact_area",
 )
 _LOOPS = ("loop_displacement", "loop_force")
-_DEAR = ("tangent_stiffness", "dissipation_exponent", "contact_count", "contact_area")
+_COSTLY = ("tangent_stiffness", "dissipation_exponent", "contact_count", "contact_area")
 """Only where they are asked for: they cost as much as all others."""
 
 
@@ -155,7 +155,7 @@ def _quantity_names(args: Given) -> tuple[str, ...]:
             raise InputError(Argument("samples"), " must stand beside amplitude, got none")
         loops = _LOOPS
     if quantities is None:
-        return (*(name for name in names if name not in _DEAR), *loops)
+        return (*(name for name in names if name not in _COSTLY), *loops)
     check_names(quantities, names, "loss_factor", _OF_POINTS)
     return (*dict.fromkeys(quantities), *loops)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-_LAST = "sample"  # the axis of loops
+_SAMPLE_AXIS = "sample"  # the axis of loops
 
 
 def evaluate_labelled(
@@ -29,8 +29,8 @@ def evaluate_labelled(
         answers = evaluate(**dict(zip(names, values, strict=True)), **keys)
         return tuple(np.asarray(answers[name]) for name in outputs)
 
-    sizes = {_LAST: settings["samples"]} if "samples" in settings else {}
-    last = [(_LAST,) if name.startswith("loop_") else () for name in outputs]
+    sizes = {_SAMPLE_AXIS: settings["samples"]} if "samples" in settings else {}
+    last = [(_SAMPLE_AXIS,) if name.startswith("loop_") else () for name in outputs]
     if any(type(value).__module__.startswith("xarray") for value in arrays.values()):
         import xarray
 

@@ -45,7 +45,7 @@ DIMENSIONS: dict[str, tuple[str, ...]] = {
 """Of every quantity that can be asked for: what it depends on."""
 
 _MEANINGS = {**QUANTITIES, "friction_coefficient": Quantity("-", "coefficient of friction")}
-_DEFAULT = ("dissipated_energy", "loss_factor", "damping_ratio", "secant_stiffness")
+_DEFAULT_QUANTITIES = ("dissipated_energy", "loss_factor", "damping_ratio", "secant_stiffness")
 
 
 def sweep(
@@ -162,7 +162,7 @@ def _positive_axis(name: str, value: Any, unit: str) -> Floats:
 def _quantity_names(quantities: Any, name: str) -> tuple[str, ...]:
     converse = "force_amplitude" if name == "amplitude" else "amplitude"
     if quantities is None:
-        return (converse, *_DEFAULT)
+        return (converse, *_DEFAULT_QUANTITIES)
     available = [quantity for quantity in DIMENSIONS if quantity != name]
     if isinstance(quantities, (list, tuple)) and name in quantities:
         raise InputError(

@@ -31,7 +31,7 @@ from microslip.report.scales import length_prefix
 from microslip.results.scanned.findings import Findings
 from microslip.scans.ellipses import elliptic_surface
 from microslip.scans.height_laws import HeightLaws
-from microslip.scans.joint_over_cutoffs import WANTED, JointOverCutoffs
+from microslip.scans.joint_over_cutoffs import JOINT_UNITS, JointOverCutoffs
 
 _LABELS = {
     "tangential_stiffness": "tangential stiffness",
@@ -77,7 +77,7 @@ def summary(findings: Findings) -> dict[str, Any] | None:
         "elliptic": _elliptic(findings),
         "heights": table.heights,
         "over_both_cutoffs": rows(table),
-        "slopes": {name: {key: table.slope(name, key) for key in slopes} for name in WANTED},
+        "slopes": {name: {key: table.slope(name, key) for key in slopes} for name in JOINT_UNITS},
         "patches": {
             name: {"bias": table.bias(name), "values": values}
             for name, values in table.patches.items()
@@ -132,7 +132,7 @@ def rows(table: JointOverCutoffs) -> list[dict[str, float]]:
 
 def as_csv(table: JointOverCutoffs) -> str:
     """The table as CSV; empty where there is no cut-off or no value."""
-    units = {"cutoff": "m", "long_cutoff": "m", **WANTED}
+    units = {"cutoff": "m", "long_cutoff": "m", **JOINT_UNITS}
     heads = (f"{name} [{unit}]" for name, unit in units.items())
     return csv_text(heads, (row.values() for row in rows(table)))
 
@@ -195,7 +195,7 @@ def _against_cutoffs(table: JointOverCutoffs) -> tuple[Block, ...]:
         Column("cutoff", "short-wave"),
         *(
             Column(name, _LABELS[name], "" if unit == "-" else unit, 3)
-            for name, unit in WANTED.items()
+            for name, unit in JOINT_UNITS.items()
         ),
     )
     heads = (
@@ -245,7 +245,7 @@ def _plot(findings: Findings, table: JointOverCutoffs) -> Plot:
     for number, name in enumerate(names):
         row, column = divmod(number, 3)
         values = table.values[name]
-        scale, label = _scale(values, WANTED[name])
+        scale, label = _scale(values, JOINT_UNITS[name])
         good = _above_zero(values)
         below = number + 3 < len(names)
         panel = Panel(

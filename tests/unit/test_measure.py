@@ -24,11 +24,11 @@ from microslip.tribometer import (
     rig_stiffness_of,
 )
 from microslip.tribometer.cycle_columns import UNITS
-from microslip.tribometer.cycle_selection import excess_loss_notes
 from microslip.tribometer.cycles import split
 from microslip.tribometer.estimates import quantile
 from microslip.tribometer.reading import _range
 from microslip.tribometer.regimes import thresholds
+from microslip.tribometer.settling import excess_loss_notes
 from microslip.tribometer.spikes import spikes_of
 
 JOINT = ms.Interface.examples()[0]

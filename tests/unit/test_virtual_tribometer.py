@@ -10,7 +10,7 @@ import pytest
 from own_laws import LAWS
 
 import microslip as ms
-from microslip.tribometer import motion, virtual
+from microslip.tribometer import virtual
 from microslip.tribometer.virtual import InSeries
 
 JOINT = ms.Interface.examples()[0]  # milled Al 2017 at 2 kN
@@ -100,22 +100,24 @@ def test_ripple_out_of_step_converges(
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.1111, 0.1112, 0.3, 0.9])
 def test_turning_points_are_all_there(share: float) -> None:
     """Roots of the velocity, and between two of them it has one sign."""
-    found = motion.turns(0.3, 40.0, share)
+    found = virtual.turning_angles(0.3, 40.0, share)
     velocity = np.cos(found) + 3.0 * share * np.cos(3.0 * found)
     np.testing.assert_allclose(velocity, 0.0, atol=1e-12)
     place = np.linspace(0.3, 40.0, 1_000_001)
     rate = np.cos(place) + 3.0 * share * np.cos(3.0 * place)
     seen = place[1:][np.diff(np.sign(rate)) != 0.0]
     np.testing.assert_allclose(found, seen, atol=1e-4)
-    np.testing.assert_array_equal(motion.turns(-30.0, 5.0, share), motion.turns(0.0, 5.0, share))
-    assert motion.turns(-30.0, -5.0, share).size == 0
+    np.testing.assert_array_equal(
+        virtual.turning_angles(-30.0, 5.0, share), virtual.turning_angles(0.0, 5.0, share)
+    )
+    assert virtual.turning_angles(-30.0, -5.0, share).size == 0
 
 
 def test_samples_do_not_depend_on_what_lies_between() -> None:
-    plain, own = motion.path(10, 0.1, 1, np.zeros(0))
+    plain, own = virtual.path_of_angles(10, 0.1, 1, np.zeros(0))
     assert own.all()
     others = np.array([-1.0, 0.0, 0.25, 0.25, 0.3, 0.3 + 1e-12, 0.899, 0.9, 2.0])
-    angle, sampled = motion.path(10, 0.1, 3, others)
+    angle, sampled = virtual.path_of_angles(10, 0.1, 3, others)
     np.testing.assert_array_equal(angle[sampled], plain)
     assert np.all(np.diff(angle) > 0.0)
     # 0.3 and 0.9 are samples, and the first and the last two lie outside.

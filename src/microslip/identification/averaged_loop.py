@@ -41,27 +41,7 @@ def noise_of(stated: Any) -> tuple[float, float]:
 
 
 def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) -> Folded:
-    """A record of a single cycle, averaged already, as the folded ones are.
-
-    Parameters
-    ----------
-    record : Record
-        One cycle, from any place of it on; the last sample may be the first one again.
-    noise : (float, float)
-        Standard deviations of each force [N] and each displacement [m].
-    bins : int, optional
-        Bins of the phase for the force.
-
-    Returns
-    -------
-    Folded
-        Displacement as Fourier series, force in bins, noise as stated.
-
-    Raises
-    ------
-    InputError
-        More or less than one cycle, or too few samples.
-    """
+    """A single cycle, averaged already; its last sample may be the first one again."""
     x, force, load = record.displacement, record.force, record.normal_load
     size = x.size
     spans = [float(np.ptp(values)) or 1.0 for values in (x, force)]

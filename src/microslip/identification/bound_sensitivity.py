@@ -120,10 +120,7 @@ def with_doubts(
     parameters: Mapping[str, Fitted],
     derived: Mapping[str, Fitted],
 ) -> tuple[dict[str, Fitted], dict[str, Fitted]]:
-    """The numbers; those "in doubt" which the end of a search moves out of their interval.
-
-    Only ends at which the best values rest: from others the data hold back what leans on them.
-    """
+    """The numbers; "in doubt" those which an end of a search, where the fit rests, would move."""
     judged_parameters, judged_quantities = dict(parameters), dict(derived)
     rank = {problem.coordinates[int(j)].name: i for i, j in enumerate(problem.free)}
     for end in (end for end in ends if end.rests):

@@ -16,10 +16,7 @@ _SAME = 1e-7  # rad
 
 
 class Cycle(NamedTuple):
-    """The branch tree of a folded record, from its largest displacement on.
-
-    Half distances depend on the displacement only, so it is made once.
-    """
+    """The branch tree of a folded record, from its largest displacement on: made once."""
 
     half: Floats
     sign: Floats

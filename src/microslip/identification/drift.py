@@ -29,11 +29,7 @@ class Drift(NamedTuple):
 
 
 def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Drift:
-    """The drift of a channel beside its mean cycle, by least squares.
-
-    ``cycle`` is the number of the cycle of each sample, from 0 on. Noise that is slow counts by the
-    scatter of the cycles about the line.
-    """
+    """Drift of a channel beside its mean cycle; slow noise counts by the scatter of the cycles."""
     progress = curve.of(cycle).residual
     square = float(progress @ progress)
     if square == 0.0:
@@ -48,11 +44,7 @@ def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Drif
 
 
 def slowness(residual: Floats, number: NDArray[np.int64], noise: float, fitted_count: int) -> float:
-    """Variance of the means of the cycles over that of white noise; 1 if not significantly more.
-
-    ``number`` says to which cycle each sample belongs, ``fitted_count`` how many numbers were
-    fitted to their means.
-    """
+    """Variance of the means of cycles over that of white noise; 1 if not significantly more."""
     from scipy.special import chdtrc
 
     count = np.bincount(number).astype(float)
@@ -65,11 +57,7 @@ def slowness(residual: Floats, number: NDArray[np.int64], noise: float, fitted_c
 
 
 def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -> float:
-    """Standard error of the mean of a channel over all cycles.
-
-    Of white noise, what all cycles have in common taken off; or by the scatter of the cycles about
-    a straight line where that is larger. What changes slowly changes the force along with it.
-    """
+    """Standard error of a mean, by white noise or, where larger, by the scatter of the cycles."""
     residual = curve.of(values).residual
     noise = curve.noise(residual)
     count = np.bincount(number).astype(float)

@@ -81,20 +81,11 @@ class Cycle(NamedTuple):
 
 def cycles_by_load(result: Any) -> list[tuple[str, list[Cycle]]]:
     """Cycles by their load, lightest first: what a panel is called, and its cycles."""
-    cycles = [
-        Cycle(
-            record.normal_load,
-            record.displacement,
-            record.measured,
-            record.model,
-            record.residual,
-            float(np.median(record.error)),
-        )
-        for record in result.records
-    ]
     by_load: dict[str, list[Cycle]] = {}
-    for cycle in sorted(cycles, key=lambda c: math.inf if c.load is None else c.load):
-        name = "Load unknown" if cycle.load is None else f"N = {engineering(cycle.load, 'N')}"
+    for r in sorted(result.records, key=lambda r: r.normal_load or math.inf):
+        name = "Load unknown" if r.normal_load is None else f"N = {engineering(r.normal_load, 'N')}"
+        error = float(np.median(r.error))
+        cycle = Cycle(r.normal_load, r.displacement, r.measured, r.model, r.residual, error)
         by_load.setdefault(name, []).append(cycle)
     return list(by_load.items())
 
@@ -239,7 +230,7 @@ def _strip(name: str, fitted: Fitted, row: int) -> Panel:
     scale_value = (
         fitted.high if open_low and not open_high else fitted.low if open_high else fitted.value
     )
-    unit, letter = (1.0, "") if fitted.unit in ("", "-") else prefix(scale_value)
+    unit, in_unit = _scale(fitted, scale_value)
     value, low, high = (v / unit for v in (fitted.value, fitted.low, fitted.high))
     start, right = _line_ends(value, low, high, open_low, open_high)
     if 0.0 < start < 0.1 * right:
@@ -248,7 +239,6 @@ def _strip(name: str, fitted: Fitted, row: int) -> Panel:
     else:
         width = (right - start) or max(abs(value), 1.0)
         axis = Axis("", start - 0.25 * width, right + 0.25 * width)
-    in_unit = f" [{letter}{fitted.unit}]" if fitted.unit not in ("", "-") else ""
     verdict = "" if fitted.verdict == "identified" else f": {fitted.verdict}"
     panel = Panel(
         axis,
@@ -269,6 +259,14 @@ def _strip(name: str, fitted: Fitted, row: int) -> Panel:
     return panel
 
 
+def _scale(fitted: Fitted, value: float) -> tuple[float, str]:
+    """A unit that suits a value, and what an axis calls it."""
+    if fitted.unit in ("", "-"):
+        return 1.0, ""
+    unit, letter = prefix(value)
+    return unit, f" [{letter}{fitted.unit}]"
+
+
 def _line_ends(
     value: float, low: float, high: float, open_low: bool, open_high: bool
 ) -> tuple[float, float]:
@@ -287,27 +285,20 @@ def _heat_map(symbols: Sequence[str], matrix: Floats, rows: int) -> Panel:
     count = len(symbols) - 1
     panel = Panel(
         Axis("", 0.0, count, ticks=[(i + 0.5, text) for i, text in enumerate(symbols[:-1])]),
-        Axis(
-            "",
-            0.0,
-            count,
-            ticks=[(count - i - 0.5, text) for i, text in enumerate(symbols[1:])],
-        ),
+        Axis("", 0.0, count, ticks=[(count - i - 0.5, text) for i, text in enumerate(symbols[1:])]),
         grid=False,
         cell=(0, rows - 1, 1, 1),
     )
-    shades = np.full((count, count, 3), 255, dtype=np.uint8)
-    for i in range(count):
-        for j in range(i + 1):
-            shades[i, j] = _shade(float(matrix[i + 1, j]))
+    shades, texts = np.full((count, count, 3), 255, dtype=np.uint8), []
+    for i, j in np.argwhere(np.tri(count)).tolist():
+        value = float(matrix[i + 1, j])
+        shades[i, j] = _shade(value)
+        if math.isfinite(value):
+            place, number = (j + 0.5, count - i - 0.5), f"{value:+.2f}".replace("-", "−")
+            texts.append(Words(*place, number, "center", "middle", INK, 8.0, data=True))
     panel.add(Pixels(shades, 0.0, float(count), 0.0, float(count)))
-    for i in range(count):
-        for j in range(i + 1):
-            value = float(matrix[i + 1, j])
-            if math.isfinite(value):
-                text = f"{value:+.2f}".replace("-", "−")
-                place = j + 0.5, count - i - 0.5
-                panel.add(Words(*place, text, "center", "middle", INK, 8.0, data=True))
+    for text in texts:
+        panel.add(text)
     return panel
 
 
@@ -354,7 +345,7 @@ def profiles(result: Any) -> Plot:
 def _curve(name: str, fitted: Fitted, level: float, row: int, column: int) -> Panel:
     """One profile, as far as a little above its level."""
     x, rise = np.array(fitted.profile).T
-    unit, letter = (1.0, "") if fitted.unit in ("", "-") else prefix(fitted.value)
+    unit, in_unit = _scale(fitted, fitted.value)
     # The root of the rise is nearly straight on either side: between points it is taken so.
     root = np.copysign(np.sqrt(rise), x - fitted.value)
     near = rise <= 2.0 * level
@@ -371,7 +362,6 @@ def _curve(name: str, fitted: Fitted, level: float, row: int, column: int) -> Pa
     else:
         within = np.linspace(first, last, 200)
         between = np.interp(within, x, root)
-    in_unit = f" [{letter}{fitted.unit}]" if fitted.unit not in ("", "-") else ""
     panel = Panel(
         Axis(f"{short_symbol(name, fitted.load)}{in_unit}", log=logarithmic),
         Axis("Rise of χ²" if column == 0 else "", 0.0, 1.8 * level, bare=column > 0),

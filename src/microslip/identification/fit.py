@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,10 +68,7 @@ def minimise(
     moving: NDArray[np.intp] | None = None,
     tolerance: float = _TOLERANCE,
 ) -> Fit:
-    """Least squares from a start within the bounds, all other coordinates where they are.
-
-    Coordinates that no record has in common are fitted one part after the other.
-    """
+    """Least squares from a start; parts that no record has in common one after the other."""
     if moving is not None or len(problem.parts) < 2:
         moving = np.arange(start.size) if moving is None else moving
         return _minimise(problem, start, moving, tolerance)
@@ -133,11 +130,7 @@ def _minimise(
 
 
 def settle(
-    problem: Problem,
-    start: Floats,
-    moving: NDArray[np.intp],
-    *,
-    good_enough: float = 1e-3,
+    problem: Problem, start: Floats, moving: NDArray[np.intp], *, good_enough: float = 1e-3
 ) -> Fit:
     """The minimum near a good start, by damped steps after Gauss and Newton within the bounds.
 
@@ -209,13 +202,7 @@ def _step(residual: Floats, by: Floats, damping: float) -> tuple[Floats, float]:
 def solve(
     problem: Problem, starts: Iterable[Floats], *, freedom: int, loss: str = "linear"
 ) -> Fit | None:
-    """The best fit from several starts, each tried only if those before ended badly.
-
-    None without any start.
-
-    The weights of the nuisances belong to an answer of the model, so each fit is repeated with
-    those of where it ended until it stays there.
-    """
+    """The best of several starts, each by its own weights, tried if those before ended badly."""
     best: Fit | None = None
     problem.most = problem.evaluations + _MOST_IN_ALL
     for start in starts:
@@ -260,7 +247,7 @@ def _robust(problem: Problem, fit: Fit, loss: str) -> Fit:
     """
     for passed in range(30):
         if problem.evaluations > problem.most:
-            return Fit(fit.q, fit.cost, False, _USED_UP, fit.weight)
+            return replace(fit, converged=False, message=_USED_UP)
         residual = problem.standardised(fit.q)
         scale = _TOLERATED * max(1.0, float(np.median(np.abs(residual))) / 0.6745)
         problem.weigh(np.sqrt(_LOSSES[loss]((residual / scale) ** 2)))
@@ -278,9 +265,8 @@ def _refitted(problem: Problem, fit: Fit) -> Fit:
     refit = minimise(problem, fit.q)
     if not refit.finite:
         return fit
-    message = refit.message if fit.converged else fit.message
-    converged = refit.converged and fit.converged
-    return Fit(refit.q, refit.cost, converged, message, problem.log_determinant)
+    ended = refit if fit.converged else fit
+    return Fit(refit.q, refit.cost, ended.converged, ended.message, problem.log_determinant)
 
 
 def _reweighted(problem: Problem, start: Floats) -> Fit:
@@ -310,7 +296,7 @@ def _under_own_weights(problem: Problem, fit: Fit) -> Fit:
     lowest = math.inf
     for passed in range(_PASSES + _DAMPED):
         if problem.evaluations > problem.most:
-            return Fit(best.q, best.cost, False, _USED_UP, best.weight)
+            return replace(best, converged=False, message=_USED_UP)
         used = problem.nuisance_effects
         problem.update(fit.q)
         fit = _reweighed(problem, fit)
@@ -331,22 +317,23 @@ def _under_own_weights(problem: Problem, fit: Fit) -> Fit:
     if abs(fit.cost - under) <= _SETTLED * max(fit.cost, 1.0):
         return fit
     best = fit if fit.deviance < lowest else best
-    return Fit(best.q, best.cost, False, _UNSETTLED, best.weight)
+    return replace(best, converged=False, message=_UNSETTLED)
 
 
 def _reweighed(problem: Problem, fit: Fit) -> Fit:
     """The fit with its sum of squares under the weights as they now are."""
     residual, _ = problem.residuals(fit.q)
-    cost = float(residual @ residual)
-    return Fit(fit.q, cost, fit.converged, fit.message, problem.log_determinant)
+    return replace(fit, cost=float(residual @ residual), weight=problem.log_determinant)
 
 
 def _is_better(fit: Fit, best: Fit) -> bool:
     if not fit.finite or not best.finite:
         return fit.finite
-    if fit.converged != best.converged:
-        good, bad = (fit, best) if fit.converged else (best, fit)
-        return (good is fit) == (good.deviance < 1.1 * bad.deviance)
+    # One that converged may be a little worse.
+    if fit.converged and not best.converged:
+        return fit.deviance < 1.1 * best.deviance
+    if best.converged and not fit.converged:
+        return not best.deviance < 1.1 * fit.deviance
     return fit.deviance < best.deviance
 
 

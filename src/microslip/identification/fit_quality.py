@@ -79,8 +79,7 @@ def record_fits(problem: Problem, q: Floats) -> tuple[RecordFit, ...]:
     fits = []
     for i, (folded, force) in enumerate(zip(problem.folded, forces, strict=True)):
         error = folded.force_noise / np.sqrt(folded.count)
-        width = 0.5 * (np.roll(folded.phase, -1) - np.roll(folded.phase, 1)) % math.pi
-        way = folded.displacement(folded.phase, 1) * width
+        way = folded.way
         # White noise has no bias on the area of a loop.
         measured, answered = float(folded.force @ way), float(force @ way)
         noise = float(np.linalg.norm(error * way))

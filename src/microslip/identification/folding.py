@@ -23,15 +23,13 @@ from microslip.tribometer.cycle_columns import rigid_columns_of
 from microslip.tribometer.estimates import Estimate, trend
 from microslip.tribometer.measurement import clipped
 from microslip.tribometer.record import Record
-from microslip.tribometer.settling import CERTAIN, Settled, settled
+from microslip.tribometer.settling import CERTAIN, OPEN, Settled, settled
 from microslip.tribometer.spikes import Spike, spikes_of, without_spikes
 
 FEWEST_CYCLES = 3
 MOST_BINS = 512
 GROWN = 0.02
 """Growth of the force over the cycles of a record from which on a mean over them is of no state."""
-OPEN = 0.25
-"""Gap between the ends of a cycle, of the range of force, from which on it is not settled."""
 _ALIKE = 0.003
 """Relative change of force and energy over the cycles that are folded, if any are as settled,"""
 _JUDGED, _LIKELY = 8, 2.0
@@ -116,6 +114,12 @@ class Folded(Locked):
     def amplitude(self) -> float:
         """Half the range of the displacement [m]."""
         return 0.5 * float(np.ptp(self.displacement(np.linspace(0.0, 2.0 * math.pi, 2048))))
+
+    @property
+    def way(self) -> Floats:
+        """Way of the displacement that each bin stands for [m]: with forces, energies."""
+        width = 0.5 * (np.roll(self.phase, -1) - np.roll(self.phase, 1)) % math.pi
+        return self.displacement(self.phase, 1) * width
 
     @property
     def loop(self) -> Loop:
@@ -310,10 +314,7 @@ def _fold(
 
 
 def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
-    """Relative growth of the loops' force over the cycles that count.
-
-    By the factor between each cycle and the mean one, on a straight line over the cycles.
-    """
+    """Relative growth of the loops' force, by the factor of each cycle on the mean one."""
     number = sums.shape[0]
     if number < _JUDGED:
         return Estimate(0.0, math.nan, math.nan, math.inf, number)

@@ -66,10 +66,7 @@ class Profiled:
 def profiled(
     problem: Problem, best: Fit, level: float, freedom: int, report: Progress, kind: str
 ) -> Profiled:
-    """Intervals of all free coordinates; from a better minimum, should a profile find one.
-
-    ``kind`` is "profile", "minos" or "curvature".
-    """
+    """Intervals of all free coordinates by "profile", "minos" or "curvature"."""
     from scipy.special import chdtrc, chdtri
 
     threshold = float(chdtri(1, 1.0 - level))

@@ -35,11 +35,7 @@ def levels_of(loads: Sequence[float | None]) -> list[int]:
 
 
 def labels_of(folded: Sequence[Folded], levels: Sequence[int]) -> dict[int, str]:
-    """The load of each level in newtons, as a name has it.
-
-    A load that was given as one number has four digits; one that a channel measured as few as its
-    uncertainty allows.
-    """
+    """The load of each level [N], with as few digits as its uncertainty allows."""
     labels = {}
     for level in sorted(set(levels)):
         of_level = [folded[i] for i, number in enumerate(levels) if number == level]

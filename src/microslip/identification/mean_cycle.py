@@ -22,11 +22,7 @@ _TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution
 
 
 def turns_of(time: Floats, x: Floats, cycles: Cycles) -> tuple[Floats, float]:
-    """Cycles since the first cut at each sample, by the phase of the fundamental; and their rate.
-
-    The rate is that of the whole record, so the samples of a cycle need not be a whole number, nor
-    be even in time.
-    """
+    """Cycles since the first cut at each sample, by the fundamental of all of it; their rate."""
     cuts = cycles.cuts
     first, last = time[cuts[0]], time[min(int(cuts[-1]), time.size - 1)]
     rate = (cuts.size - 1) / float(last - first)
@@ -144,17 +140,9 @@ def _at_rate(time: Floats, x: Floats, cycles: Cycles, rate: float) -> Floats:
 
 
 def _by_least_squares(
-    time: Floats,
-    x: Floats,
-    origin: tuple[float, float],
-    rate: float,
-    offset: float,
-    cycles: int,
+    time: Floats, x: Floats, origin: tuple[float, float], rate: float, offset: float, cycles: int
 ) -> tuple[float, float]:
-    """Rate and phase of the fundamental, some harmonics beside it.
-
-    Sums over single cycles are as good only where these hold samples even in time.
-    """
+    """Rate and phase of the fundamental, some harmonics beside it, for samples uneven in time."""
     harmonic_count = max(1, min(_HARMONICS, int(0.25 * x.size / cycles)))
     size, (first, mean) = float(np.ptp(x)), origin
     whole_mean = float(time.mean()) - first
@@ -206,11 +194,7 @@ class Places(NamedTuple):
 
 
 def places_of(phase: Floats, a_cycle: float) -> Places:
-    """Different phases that the samples have, a few samples to each.
-
-    ``a_cycle`` is the number of samples of a cycle. Where that of one cycle, or of some, is whole,
-    it is the number of their samples.
-    """
+    """Different phases that the samples have, a few to each; ``a_cycle`` are those of a cycle."""
     first_phases = phase[: min(phase.size, _LOOKED_AT)]
     for cycles in range(1, _MOST_CYCLES + 1):
         sample_count = round(cycles * a_cycle)

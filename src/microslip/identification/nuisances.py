@@ -87,11 +87,7 @@ def columns_of(folded: Folded, names: Sequence[str]) -> Floats:
 
 
 def explained_shares(problem: Problem, best: Fit) -> dict[str, tuple[float, float]]:
-    """Share of what is left that each effect would explain, and the chance that noise does.
-
-    A score test, one size for each record: by how much the sum of squares would fall in the linear
-    approximation. Of what was fitted with the others, the same without it.
-    """
+    """Share of what is left that each effect would explain (score test), and its chance."""
     from scipy.special import chdtrc
 
     residual, by = problem.residuals(best.q)
@@ -116,11 +112,7 @@ def explained_shares(problem: Problem, best: Fit) -> dict[str, tuple[float, floa
 
 
 def after_play(problem: Problem, play: float) -> Problem:
-    """The same records, half the play between joint and transducer being so much [m].
-
-    After each reversal the joint stands still till the play is gone, so half distances are shorter
-    by half of it.
-    """
+    """The same records with half the play [m], in which the joint stands after each reversal."""
     moved = problem.copy()
     been = np.repeat([problem.folded[i].play for i in problem.order], np.diff(problem.starts))
     moved.half = np.maximum(problem.half + been - play, 0.0)
@@ -140,10 +132,7 @@ class Play(NamedTuple):
 
 
 def play_of(problem: Problem, best: Fit) -> Play:
-    """The play of the records, the same in all of them.
-
-    Play is no small effect, so all is fitted again at each; a golden section finds the least.
-    """
+    """The play of all records, by a golden section in which all is fitted again."""
     if not isinstance(problem.model, BackboneModel):
         return Play(0.0, 0.0, 0.0)
 
@@ -209,11 +198,7 @@ def effect_notes(problem: Problem, best: Fit, freedom: int) -> list[str]:
 
 
 def delays_of(problem: Problem, answer: Profiled) -> dict[str, Fitted]:
-    """Delay of the force of each record [s], of one without a time base [rad], where it is free.
-
-    A delay is what least squares say at the best values of all others, so its error is that of the
-    noise of its own record and of all that moves these values.
-    """
+    """Delay of the force of each record [s], of one without a time base [rad], where it is free."""
     if not problem.free_delay or not answer.best.finite:
         return {}
     errors = _errors(problem, answer.best.q) * math.sqrt(float(answer.widen.max(initial=1.0)))
@@ -266,11 +251,7 @@ def _errors(problem: Problem, q: Floats) -> Floats:
 
 
 def late_note(problem: Problem, best: Fit, freedom: int) -> str | None:
-    """What says that a delay would explain most of what the law leaves, or may be given wrong.
-
-    A score test of one delay of all forces: by how much the sum of squares would fall, in the
-    linear approximation.
-    """
+    """What says that a delay would explain what the law leaves (score test), or is wrong."""
     if problem.free_delay or not best.finite or best.cost < CAUSES_FROM * freedom:
         return None
     text = _explains(problem, best)
@@ -354,10 +335,7 @@ def widened_by_loads(problem: Problem, q: Floats) -> Mapping[str, float]:
 
 
 def is_less_than_noise(problem: Problem, cost: float, freedom: int) -> bool:
-    """Whether the misfit is significantly less than the noise seen between the cycles.
-
-    That noise is known from as many degrees of freedom as the cycles have (Fisher's F).
-    """
+    """Whether the misfit is significantly less than the scatter of cycles (Fisher's F)."""
     from scipy.special import fdtr
 
     noise_freedom = sum(record.freedom for record in problem.folded)

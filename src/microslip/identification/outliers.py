@@ -52,17 +52,9 @@ def cycles_without_spikes(
 
 
 def jumps(
-    residual: Floats,
-    column: NDArray[np.int64],
-    inside: NDArray[np.bool_],
-    force: Floats,
+    residual: Floats, column: NDArray[np.int64], inside: NDArray[np.bool_], force: Floats
 ) -> list[Spike]:
-    """Single forces far from those of the other cycles at their phase.
-
-    ``residual`` are the forces less the mean cycle, ``column`` their bins; ``inside`` says which
-    samples of the record they are, with these ``force``. Smaller than what
-    :func:`microslip.tribometer.spikes.spikes_of` finds, which knows no cycles.
-    """
+    """Single forces far from those of the other cycles at their phase, no spikes by themselves."""
     noise = 1.4826 * float(np.median(np.abs(residual), overwrite_input=True))
     low, high = np.percentile(force, (5.0, 95.0))
     threshold = max(_FAR * noise, _PART * float(high - low))

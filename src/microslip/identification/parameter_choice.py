@@ -219,31 +219,20 @@ def starts_for(
     loops: Sequence[Loop],
     start_values: Mapping[str, float],
 ) -> Iterator[list[float]]:
-    """Physical values of all coordinates to start from, one after the other as they are wanted.
-
-    The law guesses from loops of which a share of the compliance after a reversal is taken off as
-    the rig's.
-    """
-    free_rig = any(
-        coordinate.parameter == RIG and not coordinate.fixed for coordinate in coordinates
-    )
-    for share in _SHARES if free_rig else (0.0,):
+    """Physical values to start from, guessed with a share of the compliance as the rig's."""
+    free = {i: c for i, c in enumerate(coordinates) if not c.fixed}
+    free_rigs = {i: c for i, c in free.items() if c.parameter == RIG}
+    for share in _SHARES if free_rigs else (0.0,):
         values = [coordinate.start for coordinate in coordinates]
-        for i, moved_coordinate in enumerate(coordinates):
-            if (
-                moved_coordinate.parameter == RIG
-                and not moved_coordinate.fixed
-                and moved_coordinate.prior is None
-            ):
-                values[i] = start_values.get(RIG, moved_coordinate.scale / share)
-        instance_values = model.start
-        if instance_values is not None:
+        for i, rig in free_rigs.items():
+            if rig.prior is None:
+                values[i] = start_values.get(RIG, rig.scale / share)
+        if model.start is not None:
             instance_start = list(values)
-            for i, moved_coordinate in enumerate(coordinates):
-                if not moved_coordinate.fixed and moved_coordinate.parameter in instance_values:
-                    instance_start[i] = start_values.get(
-                        moved_coordinate.name, instance_values[moved_coordinate.parameter]
-                    )
+            for i, coordinate in free.items():
+                if coordinate.parameter in model.start:
+                    value = model.start[coordinate.parameter]
+                    instance_start[i] = start_values.get(coordinate.name, value)
             yield _bounded(coordinates, instance_start)
         try:
             guessed = _guessed(model, columns, rigs, folded, loops, values)
@@ -253,14 +242,10 @@ def starts_for(
                 for i, coordinate in enumerate(coordinates)
                 if coordinate.name in start_values
             }
-            if any(
-                i not in guessed and not coordinates[i].fixed for column in columns for i in column
-            ):
+            if any(i in free and i not in guessed for column in columns for i in column):
                 continue
-        for i, guess in guessed.items():
-            moved_coordinate = coordinates[i]
-            if not moved_coordinate.fixed:
-                values[i] = start_values.get(moved_coordinate.name, guess)
+        for i in guessed.keys() & free.keys():
+            values[i] = start_values.get(coordinates[i].name, guessed[i])
         yield _bounded(coordinates, values)
 
 

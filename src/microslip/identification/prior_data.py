@@ -115,11 +115,7 @@ class Contradicted(NamedTuple):
 
 
 def compare_data(
-    problem: Problem,
-    best: Fit,
-    freedom: int,
-    names: Sequence[str],
-    quantities: Iterable[Quantity],
+    problem: Problem, best: Fit, freedom: int, names: Sequence[str], quantities: Iterable[Quantity]
 ) -> tuple[tuple[GivenDatum, ...], Contradicted | None]:
     """Each datum beside what the loops say, and those that they contradict.
 

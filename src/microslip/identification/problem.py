@@ -343,10 +343,7 @@ class Problem:
         return self.model.scales_with_load and self.folded[record].load_error > 0.0
 
     def nuisances_of(self, at: int, *, loads: bool = True) -> Floats:
-        """What nuisances of variance 1 do to the weighted residuals of a record: columns.
-
-        The errors of its displacement, of the drift that was taken off its force, and of its load.
-        """
+        """What nuisances of variance 1 do to a record: its displacement, drift, play and load."""
         folded, effects = self.folded[self.order[at]], self.nuisance_effects[at]
         size = folded.coefficients.size
         root = np.linalg.cholesky(folded.covariance)
@@ -418,11 +415,7 @@ class Problem:
 
     @property
     def log_determinant(self) -> float:
-        """Of the covariance that the weights stand for, over that of the forces' noise.
-
-        With the sum of squares it is what sums under different weights are compared by: minus
-        twice the logarithm of the likelihood, but for a constant.
-        """
+        """Of the covariance behind the weights, over that of the forces' noise: a likelihood's."""
         shares = float(np.log(self.weight / self._own_weight).sum())
         shared = 0.0 if self.shared is None else self.shared.log_determinant
         return sum(metric.log_determinant for metric in self.metrics) + shared - 2.0 * shares

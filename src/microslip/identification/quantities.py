@@ -138,45 +138,37 @@ def _differences(function: Callable[[Floats], float], q: Floats) -> Floats:
 # -- what tells radius and density apart ----------------------------------------------------------
 
 
-def area_coordinate(measured: Any) -> tuple[Coordinate, float]:
-    """The coordinate of a measured contact area, and the load it was measured at."""
-    try:
-        value, error, load = measured
-    except (TypeError, ValueError):
-        raise InputError(
-            Argument("contact_area"),
-            f" must be (value [m^2], uncertainty [m^2], normal load [N]), got {show(measured)}",
-        ) from None
-    value = positive(AREA, value, "m^2", 2e-5)
-    error = positive(f"uncertainty of {AREA}", error, "m^2", 1e-6)
-    load = positive(f"normal load of {AREA}", load, "N", 2000.0)
-    coordinate = Coordinate(
-        AREA, AREA, "m^2", 1e-3 * value, 1e3 * value, "log", value, prior=(value, error), load=load
-    )
-    return coordinate, load
+def _measured(name: str, unit: str, value: float, error: float, load: float | None) -> Coordinate:
+    """The coordinate of something that was measured, with its error as prior."""
+    bounds = 1e-3 * value, 1e3 * value
+    return Coordinate(name, name, unit, *bounds, "log", value, prior=(value, error), load=load)
 
 
 def summit_prior(
     contact_area: Any, data: Any, model: Model, pair: MaterialPair | None
-) -> tuple[Coordinate | None, float | None, Any]:
-    """The coordinate that tells radius and density apart, its load, and what else is known.
-
-    A measured contact area, else a known radius, else a known density; each has a prior, with
-    which loops tell the other two.
-    """
+) -> tuple[Coordinate | None, Any]:
+    """The coordinate that tells radius and density apart: an area or one of both; other data."""
     if contact_area is not None:
-        return *area_coordinate(contact_area), data
-    if not isinstance(data, Mapping) or pair is None or not _has_summits(model):
-        return None, None, data
-    for name, unit, example in ((RADIUS, "m", 1e-3), (DENSITY, "m^-2", 1e8)):
-        if name in data:
-            value, error = _datum(name, data[name])
-            value = positive(f"known {name}", value, unit, example)
-            coordinate = Coordinate(
-                name, name, unit, 1e-3 * value, 1e3 * value, "log", value, prior=(value, error)
-            )
-            return coordinate, None, {key: datum for key, datum in data.items() if key != name}
-    return None, None, data
+        try:
+            value, error, load = contact_area
+        except (TypeError, ValueError):
+            raise InputError(
+                Argument("contact_area"),
+                " must be (value [m^2], uncertainty [m^2], normal load [N]), got "
+                f"{show(contact_area)}",
+            ) from None
+        value = positive(AREA, value, "m^2", 2e-5)
+        error = positive(f"uncertainty of {AREA}", error, "m^2", 1e-6)
+        load = positive(f"normal load of {AREA}", load, "N", 2000.0)
+        return _measured(AREA, "m^2", value, error, load), data
+    if isinstance(data, Mapping) and pair is not None and _has_summits(model):
+        for name, unit, example in ((RADIUS, "m", 1e-3), (DENSITY, "m^-2", 1e8)):
+            if name in data:
+                value, error = _datum(name, data[name])
+                value = positive(f"known {name}", value, unit, example)
+                further = {key: datum for key, datum in data.items() if key != name}
+                return _measured(name, unit, value, error, None), further
+    return None, data
 
 
 def _has_summits(model: Model) -> bool:
@@ -187,10 +179,7 @@ def _has_summits(model: Model) -> bool:
 def summits_of(
     problem: Problem, pair: MaterialPair | None, area: float | None, load: float | None
 ) -> list[Quantity]:
-    """Radius, density and contact area: the loops know density * sqrt(radius), and one is given.
-
-    ``load`` [N] is that of the contact area, without one the reference load.
-    """
+    """Radius, density and contact area: the loops know density * sqrt(radius), one is given."""
     if not _has_summits(problem.model):
         raise InputError(
             *(Argument("contact_area"), " needs ", Argument("law", "interface")),

@@ -120,10 +120,7 @@ Refit = Callable[..., Identification]
 
 
 def spread_over_laws(result: Identification, refit: Refit) -> Identification:
-    """The result with the limit of sliding as wide as the laws are apart that answer the loops.
-
-    Exponential heights and one sphere beside the law itself: a tail that ends late, and none.
-    """
+    """The limit of sliding as wide as exponential heights and a sphere have it, if they answer."""
     friction = result.parameters.get(FRICTION)
     if friction is None or friction.verdict != BEYOND:
         return result

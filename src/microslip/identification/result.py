@@ -31,6 +31,7 @@ from microslip.identification.verdicts import (
     number_text,
 )
 from microslip.materials import MaterialPair
+from microslip.report.files import plain
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 
@@ -38,6 +39,19 @@ CONVERGED = "converged"
 NOT_CONVERGED = "not converged"
 AT_BOUND = "at a bound"
 DIFFER = "records differ: rigs"
+
+_SUMMARY = (
+    *("law", "status", "converged", "message", "evaluations", "confidence", "parameters"),
+    *("derived", "correlation", "given", "directions", "chi_squared", "degrees_of_freedom"),
+    *("reduced_chi_squared", "stake", "widened", "aic", "bic", "held_back", "records", "notes"),
+)
+_OF_FOLDED = (
+    *("cycles", "left_out", "normal_load", "amplitude", "force_noise", "displacement_noise"),
+)
+_OF_NUMBER = (
+    *("value", "unit", "low", "high", "low_open", "high_open", "standard_error", "verdict"),
+    *("reason", "remedy", "at_bound"),
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -244,57 +258,23 @@ class Identification(Locked, Plottable):
 
     def summary(self) -> dict[str, Any]:
         """All but the arrays as plain values, what is not finite as None."""
-        return {
-            "law": self.law,
-            "status": self.status,
-            "converged": self.converged,
-            "message": self.message,
-            "evaluations": self.evaluations,
-            "confidence": self.confidence,
-            "parameters": {name: _plain(fitted) for name, fitted in self.parameters.items()},
-            "derived": {name: _plain(derived_fit) for name, derived_fit in self.derived.items()},
-            "correlation": {"names": list(self.names), "matrix": self.correlation.tolist()},
-            "given": [
-                {key: _finite(x) for key, x in asdict(datum).items()} for datum in self.given
-            ],
-            "directions": [
-                {
-                    "text": direction.text,
-                    "change": {k: _finite(v) for k, v in direction.change.items()},
-                    "remedy": direction.remedy,
-                }
-                for direction in self.directions
-            ],
-            "chi_squared": _finite(self.chi_squared),
-            "degrees_of_freedom": self.degrees_of_freedom,
-            "reduced_chi_squared": _finite(self.reduced_chi_squared),
-            "stake": _finite(self.stake),
-            "widened": dict(self.widened),
-            "aic": _finite(self.aic),
-            "bic": _finite(self.bic),
-            "held_back": self.held_back,
-            "records": [
-                {
-                    "name": record.name,
-                    "cycles": record.folded.cycles,
-                    "left_out": record.folded.left_out,
-                    "normal_load": record.normal_load,
-                    "amplitude": record.folded.amplitude,
-                    "force_noise": record.folded.force_noise,
-                    "displacement_noise": record.folded.displacement_noise,
-                    "rig_stiffness": record.rig_stiffness,
-                    "slip_share": record.slip_share,
-                    "energy": record.measured_energy,
-                    "energy_residual": record.energy_residual,
-                    "energy_error": record.energy_error,
-                    "delay": _plain(self.delays[record.name])
-                    if record.name in self.delays
-                    else None,
-                }
-                for record in self.records
-            ],
-            "notes": list(self.notes),
-        }
+        records = [
+            {
+                "name": record.name,
+                **{key: getattr(record.folded, key) for key in _OF_FOLDED},
+                "rig_stiffness": record.rig_stiffness,
+                "slip_share": record.slip_share,
+                "energy": record.measured_energy,
+                "energy_residual": record.energy_residual,
+                "energy_error": record.energy_error,
+                "delay": self.delays.get(record.name),
+            }
+            for record in self.records
+        ]
+        values = {key: getattr(self, key) for key in _SUMMARY} | {"records": records}
+        values["correlation"] = {"names": self.names, "matrix": self.correlation}
+        summary: dict[str, Any] = plain(_as_mappings(values))
+        return summary
 
     def table(self) -> str:
         """The parameters as text: name, value, interval and verdict; then what is left open."""
@@ -334,22 +314,12 @@ def _name_with_load(fitted: Fitted) -> str:
     return f"{fitted.name} at {fitted.load:.4g} N"
 
 
-def _finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _plain(fitted: Fitted) -> dict[str, Any]:
-    return {
-        "value": _finite(fitted.value),
-        "unit": fitted.unit,
-        "low": _finite(fitted.low),
-        "high": _finite(fitted.high),
-        "low_open": fitted.low_open,
-        "high_open": fitted.high_open,
-        "standard_error": _finite(fitted.standard_error),
-        "verdict": fitted.verdict,
-        "reason": fitted.reason,
-        "remedy": fitted.remedy,
-        "at_bound": fitted.at_bound,
-        "normal_load": fitted.load,
-    }
+def _as_mappings(value: Any) -> Any:
+    """Numbers, data and directions of a fit as mappings, wherever they stand."""
+    if isinstance(value, Fitted):
+        return {key: getattr(value, key) for key in _OF_NUMBER} | {"normal_load": value.load}
+    if isinstance(value, (GivenDatum, Direction)):
+        return asdict(value)
+    if isinstance(value, Mapping):
+        return {name: _as_mappings(part) for name, part in value.items()}
+    return [_as_mappings(part) for part in value] if isinstance(value, (list, tuple)) else value

@@ -35,10 +35,7 @@ def behind_spring(
     compliance: float,
     guess: Floats,
 ) -> tuple[Answer, Floats]:
-    """Branch function of the law behind a spring: v + c T0(v) = y.
-
-    ``guess`` is what v was last, of another size at first. Also v as it is now.
-    """
+    """Branch function behind a spring, v + c T0(v) = y, and v, of which ``guess`` was the last."""
     if compliance == 0.0:
         force, stiffness, by = model.branch(y, values, load)
         return (force, stiffness, by, -stiffness * force), guess
@@ -182,10 +179,7 @@ def rig_contradiction(
     loops: Sequence[Loop],
     times: float = 1.0,
 ) -> str | None:
-    """What says that loops are so many ``times`` stiffer than the rig that was given for them.
-
-    Of more than once only for a rig without an uncertainty, which the loops may else overrule.
-    """
+    """What says that loops are so many ``times`` stiffer than the rig given for them."""
     for j, coordinate in enumerate(coordinates):
         if coordinate.parameter != RIG or not (
             coordinate.fixed or (coordinate.prior is not None and times == 1.0)

@@ -33,10 +33,7 @@ RULES: tuple[Rule, ...] = (MISFIT, KNOWN)
 
 
 def verdicts(stake: float | None, is_known: Iterable[bool], converged: bool) -> tuple[Verdict, ...]:
-    """Verdicts on a fit; ``is_known`` says of each free parameter whether the records tell it.
-
-    Of one that did not converge nothing is known.
-    """
+    """Verdicts on a fit, by which free parameters are known: none of one that did not converge."""
     identified = list(is_known)
     share = sum(identified) / len(identified) if identified else 1.0
     return MISFIT.judge(stake), KNOWN.judge(share if converged else 0.0)

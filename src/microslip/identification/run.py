@@ -31,20 +31,10 @@ from microslip.identification.nuisances import (
     play_of,
 )
 from microslip.identification.problem import Problem
-from microslip.identification.quantities import (
-    known_data,
-    quantities_of,
-    summit_prior,
-    summits_of,
-)
+from microslip.identification.quantities import known_data, quantities_of, summit_prior, summits_of
 from microslip.identification.reservations import spread_over_laws
 from microslip.identification.result import Identification
-from microslip.identification.rigs import (
-    FAR_SOFTER,
-    is_rigid,
-    rig_contradiction,
-    rig_coordinates,
-)
+from microslip.identification.rigs import FAR_SOFTER, is_rigid, rig_contradiction, rig_coordinates
 from microslip.identification.rules import WRONG_FROM
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
@@ -220,7 +210,7 @@ def identify(
     coordinates = [*coordinates, *stiffnesses]
     if soft := rig_contradiction(coordinates, places, loops, FAR_SOFTER):
         raise InputError(soft)
-    summit_coordinate, area_load, known = summit_prior(contact_area, known, model, pair)
+    summit_coordinate, known = summit_prior(contact_area, known, model, pair)
     parameter_choice.checked_area(summit_coordinate, area)
     if summit_coordinate is not None:
         coordinates.append(summit_coordinate)
@@ -246,7 +236,7 @@ def identify(
     )
     quantities = quantities_of(problem, pair, area)
     if summit_coordinate is not None:
-        quantities += summits_of(problem, pair, area, area_load)
+        quantities += summits_of(problem, pair, area, summit_coordinate.load)
     problem.data = known_data(problem, quantities, known)
     count = sum(record.phase.size for record in folded) + problem.extra_count
     freedom = count - problem.flat - problem.free.size
@@ -341,10 +331,7 @@ def _checked_share(name: str, raw_value: Any) -> float:
 
 
 def fold_all(
-    records: Any,
-    cycles: slice | None,
-    report: Progress,
-    noise: tuple[float, float] | None = None,
+    records: Any, cycles: slice | None, report: Progress, noise: tuple[float, float] | None = None
 ) -> list[Folded]:
     """The records, each on one cycle; those that are there already, as they are."""
     if isinstance(records, list) and records and isinstance(records[0], Folded):
@@ -368,9 +355,7 @@ def fold_all(
 
 def _checked_direction(folded: Folded) -> Folded:
     """A record whose force has the sign of friction; a loop that gives energy has not."""
-    x, force = folded.displacement(folded.phase), folded.force
-    width = 0.5 * (np.roll(folded.phase, -1) - np.roll(folded.phase, 1)) % math.pi
-    way = folded.displacement(folded.phase, 1) * width
+    x, force, way = folded.displacement(folded.phase), folded.force, folded.way
     energy = float(force @ way)
     noise = folded.force_noise * float(np.linalg.norm(way / np.sqrt(folded.count)))
     away, against = x - x.mean(), force - force.mean()
@@ -387,7 +372,7 @@ def _checked_direction(folded: Folded) -> Folded:
 
 def _pair_of(pair: Any, model: Model, surface: Any) -> MaterialPair | None:
     if pair is None:
-        pair = getattr(model, "pair", None) or getattr(surface, "pair", None)
+        pair = model.pair or getattr(surface, "pair", None)
     if pair is not None and not isinstance(pair, MaterialPair):
         raise InputError(
             Argument("pair"), f" must be a MaterialPair of two materials, got {show(pair)}"
@@ -398,7 +383,7 @@ def _pair_of(pair: Any, model: Model, surface: Any) -> MaterialPair | None:
 def _area_of(area: Any, model: Model, surface: Any) -> float | None:
     if area is not None:
         return positive("area", area, "m^2", 2e-4)
-    return getattr(model, "area", None) or getattr(surface, "area", None)
+    return model.area or getattr(surface, "area", None)
 
 
 def _checked_summits(count: Any, model: Model, notes: list[str]) -> float | None:

@@ -252,10 +252,7 @@ _SYMBOLS = {
 
 
 def label(name: str, load: float | None = None) -> str:
-    """A name as people read it: "slip_scale at 500 N" is "slip scale κσ at 500 N".
-
-    ``load`` [N] is that of the number: named with one that belongs to a load without saying so.
-    """
+    """A name as people read it, such as "slip scale κσ at 500 N", with the load [N] it is of."""
     return _at_load(name, load, _LABELS)
 
 

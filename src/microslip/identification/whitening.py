@@ -30,10 +30,7 @@ class Metric:
 
 
 def metric_of(flat: Floats, uncertain: Floats) -> Metric:
-    """The metric of nuisances without limits, and of others with the variance 1.
-
-    Both are columns (bins, nuisances): what a nuisance of 1 does to the weighted residuals.
-    """
+    """The metric of nuisances without limits and of variance 1 (bins, nuisances)."""
     basis, _ = np.linalg.qr(flat)
     uncertain = uncertain - basis @ (basis.T @ uncertain)
     square, turned = np.linalg.eigh(uncertain.T @ uncertain)

@@ -12,8 +12,8 @@ from microslip.report import cells
 from microslip.report.document import Column, Items, Note, Picture, Section, Table
 from microslip.report.files import csv_text, plain, text_cell
 from microslip.tribometer.campaign import Campaign, Wear
-from microslip.tribometer.campaign_figures import evolution, fretting_map, worn
 from microslip.tribometer.cycle_columns import LABELS, UNITS
+from microslip.tribometer.figures import evolution, fretting_map, worn
 
 _SHOWN = (
     "amplitude",

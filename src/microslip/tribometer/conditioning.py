@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -64,9 +65,12 @@ def condition(
     displacement and force share (19.29), so a filter without phase keeps it.
     """
     _check(record)
-    x, force, load = record.displacement, record.force, record.normal_load
+    channels = {
+        key: values
+        for key in ("displacement", "force", "normal_load", "commanded")
+        if isinstance(values := getattr(record, key), np.ndarray)
+    }
     notes, rate = list(record.notes), record.sample_rate
-    commanded = record.commanded
     delay = number("delay", delay, "s", 1e-4)
     if record.time is not None:
         steps = np.diff(record.time)
@@ -75,37 +79,33 @@ def condition(
         rate = 1.0 / float(steps.mean())
         if jitter > EVEN:
             even_time = np.linspace(record.time[0], record.time[-1], len(record))
-            x, force = (np.interp(even_time, record.time, values) for values in (x, force))
-            if isinstance(load, np.ndarray):
-                load = np.interp(even_time, record.time, load)
-            if commanded is not None:
-                commanded = np.interp(even_time, record.time, commanded)
+            for key, values in channels.items():
+                channels[key] = np.interp(even_time, record.time, values)
             notes.append(f"uneven steps of time, {jitter:.2g} of their mean, were evened")
     if delay != 0.0:
-        shift = delay * _rate(rate, "delay")
-        if abs(shift) > 0.25 * (force.size - 1):
+        shift, size = delay * _rate(rate, "delay"), len(record)
+        if abs(shift) > 0.25 * (size - 1):
             raise InputError(
                 Argument("delay"), f" must be less than a quarter of the record, got {delay:g} s"
             )
-        place = np.arange(force.size)
-        force = np.interp(place + shift, place, force)
+        place = np.arange(size)
+        channels["force"] = np.interp(place + shift, place, channels["force"])
         # What has no force of its own any more goes.
         lost = math.ceil(abs(shift))
-        inner = slice(0, force.size - lost) if shift > 0.0 else slice(lost, None)
-        x, force = x[inner], force[inner]
-        load = load[inner] if isinstance(load, np.ndarray) else load
-        commanded = None if commanded is None else commanded[inner]
+        inner = slice(0, size - lost) if shift > 0.0 else slice(lost, None)
+        channels = {key: values[inner] for key, values in channels.items()}
         notes.append(f"the force was moved forward by {delay:.6g} s")
     if drift:
-        cycles = split(x, force)
-        middles = [_without_trend(values, cycles) for values in (x, force)]
-        x, force = (values for values, _ in middles)
-        slopes = [slope for _, slope in middles]
+        cycles, slopes = split(channels["displacement"], channels["force"]), []
+        for key in ("displacement", "force"):
+            channels[key], slope = _without_trend(channels[key], cycles)
+            slopes.append(slope)
         notes.append(f"drift of {slopes[0]:.3g} m and {slopes[1]:.3g} N a cycle was taken off")
     if cutoff is not None:
         cutoff = positive("cutoff", cutoff, "Hz", 100.0)
         sampled = _rate(rate, "cutoff")
-        low = LEAST_CUTOFF * sampled / split(x, force).period
+        period = split(channels["displacement"], channels["force"]).period
+        low = LEAST_CUTOFF * sampled / period
         if not low <= cutoff < 0.5 * sampled:
             raise InputError(
                 Argument("cutoff"),
@@ -113,29 +113,30 @@ def condition(
                 f"{low:.6g} Hz, to below half the sample rate, {0.5 * sampled:.6g} Hz, "
                 f"got {exact(cutoff)} Hz",
             )
-        x, force = (_low_pass(values, cutoff / sampled) for values in (x, force))
-        if isinstance(load, np.ndarray):
-            load = _low_pass(load, cutoff / sampled)
+        for key in channels.keys() - {"commanded"}:
+            channels[key] = _low_pass(channels[key], cutoff / sampled)
         notes.append(f"low-pass at {cutoff:g} Hz, forth and back")
     if rig_stiffness is not None:
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
-        x = x - force / rig_stiffness
+        channels["displacement"] = channels["displacement"] - channels["force"] / rig_stiffness
         notes.append(f"deflection of a rig of {rig_stiffness:g} N/m was taken off")
-    return Record(
-        x,
-        force,
-        load,
-        sample_rate=rate,
-        frequency=record.frequency,
-        commanded=commanded,
-        name=record.name,
-        notes=tuple(notes),
-    )
+    changes: dict[str, Any] = {**channels, "time": None, "sample_rate": rate, "notes": tuple(notes)}
+    return replace(record, **changes)
 
 
 def _check(record: Any) -> None:
     if not isinstance(record, Record):
         raise InputError(Argument("record"), f" must be a Record, got {show(record)}")
+
+
+def _checked(measurements: Iterable[Any]) -> list[Measurement]:
+    rows = list(measurements)
+    for measured in rows:
+        if not isinstance(measured, Measurement):
+            raise InputError(
+                Argument("measurements"), f" must hold Measurements, got {show(measured)}"
+            )
+    return rows
 
 
 def _rate(rate: float | None, name: str) -> float:
@@ -291,12 +292,8 @@ def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float =
     exponential heights, nearly so for others. The straight line over 1/N ends at 1/k_rig; a single
     load cannot tell rig and contact apart.
     """
-    rows = list(measurements)
+    rows = _checked(measurements)
     for measured in rows:
-        if not isinstance(measured, Measurement):
-            raise InputError(
-                Argument("measurements"), f" must hold Measurements, got {show(measured)}"
-            )
         if "normal_load" not in measured.mean:
             raise InputError(f"{measured.name}: has no normal load")
         if measured.rig_stiffness is not None:
@@ -355,13 +352,9 @@ def rate_dependence(
     InputError
         Fewer than three records, one without a frequency or without the column, equal frequencies.
     """
-    rows = list(measurements)
+    rows = _checked(measurements)
     values, rates = [], []
     for measured in rows:
-        if not isinstance(measured, Measurement):
-            raise InputError(
-                Argument("measurements"), f" must hold Measurements, got {show(measured)}"
-            )
         if measured.frequency is None:
             raise InputError(f"{measured.name}: has no frequency; give time or sample_rate")
         if column not in measured.mean:

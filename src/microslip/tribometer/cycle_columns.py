@@ -72,10 +72,7 @@ def _block_columns(
     cycles: Cycles,
     compliance: float = 0.0,
 ) -> dict[str, Floats]:
-    """Columns with a value for each cycle, by the names of :data:`UNITS`.
-
-    ``moved`` is the displacement at the transducer, of which the rig takes ``compliance`` [m/N].
-    """
+    """Columns of :data:`UNITS`; of the displacement the rig takes ``compliance`` [m/N]."""
     x = moved - compliance * force if compliance else moved
     cuts, first, last = cycles.cuts, cycles.cuts[:-1], cycles.cuts[1:]
     begin, end = int(cuts[0]), int(cuts[-1])
@@ -177,10 +174,7 @@ def _heights(x: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
 
 
 def _forces(force: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
-    """Forces at turning points: parabolas through the samples before, where nothing has kinks.
-
-    The turn is seldom at a sample: the one next to it may be on the way back already.
-    """
+    """Forces at turns by parabolas before them: the sample beside may be on the way back."""
     half = cycles.window
     if half >= 2:
         t = np.arange(-half - 1, 0) / half
@@ -194,10 +188,7 @@ def _forces(force: Floats, places: NDArray[np.int64], cycles: Cycles) -> Floats:
 
 
 def _sliding_distance(x: Floats, force: Floats, cycles: Cycles) -> Floats:
-    """Half the width of each loop in the middle of its forces; both given from the first cut on.
-
-    Noise crosses the middle several times on a way: their mean place counts.
-    """
+    """Half the width of each loop in the middle of its forces; both from the first cut on."""
     first = cycles.cuts[:-1] - cycles.cuts[0]
     turn = np.sort(np.concatenate((cycles.peaks, cycles.troughs))) - cycles.cuts[0]
     changes = np.flatnonzero((force[1:] >= 0.0) != (force[:-1] >= 0.0))

@@ -72,10 +72,7 @@ class Motion(NamedTuple):
 
 
 def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> Motion:
-    """Middle, amplitude, noise and period of a record that moves to and fro.
-
-    Its period is that between ``gaps``, samples behind which the record is interrupted.
-    """
+    """Middle, amplitude, noise and period of a record, between ``gaps`` of its time."""
     sampled = displacement[:: max(1, displacement.size >> 17)]
     low, high = (float(value) for value in np.percentile(sampled, (1.0, 99.0)))
     middle, amplitude = 0.5 * (low + high), 0.5 * (high - low)
@@ -192,10 +189,7 @@ def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
 
 
 def _window(noise: float, period: float) -> int:
-    """Half width that makes the bias of a parabola as small as the noise of its height.
-
-    The bias grows with the fourth power of the angle, the noise falls with the root of the samples.
-    """
+    """Half width at which a parabola's bias (angle^4) is as small as its noise."""
     angle: float = (420.0 * noise / math.sqrt(period / math.pi)) ** (2.0 / 9.0)
     return math.floor(min(angle, WIDEST) * period / (2.0 * math.pi))
 
@@ -241,12 +235,7 @@ def _extended(
 
 
 def _extended_turns(
-    turns: Places,
-    is_kind: NDArray[np.bool_],
-    period: float,
-    x: Floats,
-    near: float,
-    slack: float,
+    turns: Places, is_kind: NDArray[np.bool_], period: float, x: Floats, near: float, slack: float
 ) -> Floats:
     """Turning points of one kind with those at the ends; with none seen, half a cycle away."""
     places = turns[is_kind].astype(float)

@@ -72,10 +72,7 @@ def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate
 
 
 def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) -> Estimate:
-    """The inverse of the mean of the inverses: of stiffnesses, whose noise is in the compliance.
-
-    Not a number where the compliance is not certain to be above zero.
-    """
+    """Inverse of the mean inverse; not a number where that may not be above zero."""
     of = mean_of(1.0 / values[values != 0.0], confidence, moving)
     if not of.value > 0.0 or of.low <= 0.0:
         return Estimate(math.nan, math.nan, math.nan, math.nan, of.number)

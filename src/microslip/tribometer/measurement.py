@@ -17,18 +17,18 @@ from microslip._core.units import engineering
 from microslip._core.wording import plural
 from microslip.errors import Argument, InputError, Phrase
 from microslip.friction import BackboneLaw
+from microslip.report.files import plain
 from microslip.report.plot import Plot
 from microslip.report.plottable import Plottable
 from microslip.tribometer.blocks import Block, Blocks, blocks_of
 from microslip.tribometer.cycle_columns import UNITS, columns_of, rigid_columns_of
-from microslip.tribometer.cycle_selection import counted_cycles, excess_loss_notes
 from microslip.tribometer.cycles import Cycles
 from microslip.tribometer.estimates import Estimate, mean_of, mean_of_inverses, trend
 from microslip.tribometer.options import CONFIDENCE
 from microslip.tribometer.record import Record
 from microslip.tribometer.regimes import REGIMES, Thresholds, regimes_of, thresholds
 from microslip.tribometer.reversal import STIFFNESSES
-from microslip.tribometer.settling import Settled, settled
+from microslip.tribometer.settling import Settled, counted_cycles, excess_loss_notes, settled
 from microslip.tribometer.spikes import spikes_of, without_spikes
 
 _FOLDS = 64
@@ -164,32 +164,34 @@ class Measurement(Plottable):
 
     def summary(self) -> dict[str, Any]:
         """All but the columns as plain values, NaN as None, as summary.json has it."""
-        return {
-            "name": self.name,
-            "cycles": len(self),
-            "regime": self.regime,
-            "regimes": {name: self.regimes.count(name) for name in REGIMES},
-            "probability": dict(self.probability),
-            "thresholds": self.thresholds._asdict(),
-            "confidence": self.confidence,
-            "settled": self.is_settled,
-            "frequency": self.frequency,
-            "third_harmonic": self.third_harmonic,
-            "load_ripple": self.load_ripple,
-            "rig_stiffness": self.rig_stiffness,
-            "drift": {name: _plain(self.drift(name).value) for name in self.mean},
-            "mean": _means_written(self.mean),
-            "levels": [
-                {
-                    "first_cycle": int(level.cycles[0]) + 1,
-                    "last_cycle": int(level.cycles[-1]) + 1,
-                    "settled": level.is_settled,
-                    "mean": _means_written(level.mean),
-                }
-                for level in self.levels
-            ],
-            "notes": list(self.notes),
-        }
+        levels = [
+            {
+                "first_cycle": int(level.cycles[0]) + 1,
+                "last_cycle": int(level.cycles[-1]) + 1,
+                "settled": level.is_settled,
+                "mean": _with_units(level.mean),
+            }
+            for level in self.levels
+        ]
+        summary: dict[str, Any] = plain(
+            {
+                "name": self.name,
+                "cycles": len(self),
+                "regime": self.regime,
+                "regimes": {name: self.regimes.count(name) for name in REGIMES},
+                "probability": self.probability,
+                "thresholds": self.thresholds._asdict(),
+                "confidence": self.confidence,
+                "settled": self.is_settled,
+                **{key: getattr(self, key) for key in ("frequency", "third_harmonic")},
+                **{key: getattr(self, key) for key in ("load_ripple", "rig_stiffness")},
+                "drift": {name: self.drift(name).value for name in self.mean},
+                "mean": _with_units(self.mean),
+                "levels": levels,
+                "notes": self.notes,
+            }
+        )
+        return summary
 
     def __repr__(self) -> str:
         return f"Measurement({self.name!r}, {plural(len(self), 'cycle')}, {self.regime})"
@@ -356,11 +358,8 @@ def _means(
     )
 
 
-def _means_written(means: Mapping[str, Estimate]) -> dict[str, Any]:
-    return {
-        name: {"unit": UNITS[name], **{k: _plain(v) for k, v in mean._asdict().items()}}
-        for name, mean in means.items()
-    }
+def _with_units(means: Mapping[str, Estimate]) -> dict[str, Any]:
+    return {name: {"unit": UNITS[name], **mean._asdict()} for name, mean in means.items()}
 
 
 def _requested_cycles(cycles: slice, closed: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -468,10 +467,7 @@ def _mean_loop(
 
 
 def clipped(record: Record) -> list[str]:
-    """What looks like sensors at the end of their range: many samples exactly at an extreme.
-
-    A plateau of a rig that is quiet looks alike, so it is said and no error.
-    """
+    """Notes on many samples exactly at an extreme: a clipped sensor, or a quiet plateau."""
     notes = []
     for name in ("displacement", "force"):
         values: Floats = getattr(record, name)
@@ -485,7 +481,3 @@ def clipped(record: Record) -> list[str]:
                     "or a plateau without noise"
                 )
     return notes
-
-
-def _plain(value: float) -> float | None:
-    return value if math.isfinite(value) else None

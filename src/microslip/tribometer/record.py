@@ -119,17 +119,11 @@ class Record(Locked, Plottable):
             raise InputError(Argument("name"), f" must be text, got {show(name)}")
         if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
             raise InputError(Argument("notes"), f" must be a tuple of texts, got {show(notes)}")
-        for key, value in (
-            ("displacement", arrays["displacement"]),
-            ("force", arrays["force"]),
-            ("normal_load", load),
-            ("time", arrays.get("time")),
-            ("sample_rate", _frequency("sample_rate", sample_rate)),
-            ("frequency", _frequency("frequency", frequency)),
-            ("commanded", arrays.get("commanded")),
-            ("name", name),
-            ("notes", tuple(notes)),
-        ):
+        fields: dict[str, Any] = dict.fromkeys(_UNITS) | arrays
+        fields |= {"normal_load": load, "name": name, "notes": tuple(notes)}
+        for key, rate in (("sample_rate", sample_rate), ("frequency", frequency)):
+            fields[key] = _frequency(key, rate)
+        for key, value in fields.items():
             object.__setattr__(self, key, value)
 
     def _figure(self) -> Plot:

@@ -109,10 +109,7 @@ def _window(share: Floats) -> int:
 def stiffness_columns(
     x: Floats, force: Floats, cycles: Cycles, span: Floats, compliance: float
 ) -> dict[str, Floats]:
-    """Stiffness after both reversals of each cycle, and after each of them; linear range.
-
-    "right" is after the highest displacement, "left" after the lowest.
-    """
+    """Stiffness after the highest ("right"), the lowest displacement, both; linear range."""
     right, after_lowest = (
         way_of(sign * x, sign * force, begin, end, span, compliance)
         for sign, begin, end in (

@@ -69,10 +69,7 @@ _WITH_UNIT = {
 
 
 def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> tuple[Named, str]:
-    """The column of a role by its name, else the only one of a fitting unit, and by what.
-
-    None is a LookupError, more than one a ValueError.
-    """
+    """The column of a role by its name, else its unit, and by what; LookupError without any."""
     free = [c for c in columns if c not in by_part.values()]
     by_name = [c for c in free if role_of(c) == role]
     how = "by its name"

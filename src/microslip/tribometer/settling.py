@@ -1,4 +1,4 @@
-"""Floor 6: whether the cycles of a record are alike, and which of them are if not all.
+"""Floor 6: which cycles of a record the means are of: those that close and are alike.
 
 A mean over amplitudes that step, or over friction that runs in, belongs to no cycle, and the more
 cycles the narrower the interval around it. So means are of a stretch in which nothing moves.
@@ -6,6 +6,7 @@ cycles the narrower the interval around it. So means are of a stretch in which n
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -15,7 +16,10 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
+from microslip._core.wording import plural
+from microslip.errors import InputError
 from microslip.tribometer.estimates import trend
+from microslip.tribometer.spikes import Spike
 
 ALIKE = 0.02
 """Relative change of amplitude, force or energy over a stretch that counts as none,"""
@@ -23,6 +27,9 @@ CERTAIN = 5.0
 """or this many standard errors of its trend; the limits are this project's."""
 NOISE = 10.0
 """Range of the amplitudes of like cycles at most, over their noise."""
+OPEN = 0.25
+"""Closure error beyond which a cycle is not one of those that the means are of."""
+_MOST_LOSS = 1.05 * 4.0 / math.pi  # of a rectangle; noise may make its corners a little less
 FEWEST = 5
 """Cycles of a settled stretch, at least."""
 JUDGED = 20
@@ -57,13 +64,63 @@ class Settled(NamedTuple):
     """Stretches of one amplitude, in their order; none where the amplitude is the same in all."""
 
 
+def counted_cycles(
+    columns: Mapping[str, NDArray[np.float64]], spikes: tuple[Spike, ...]
+) -> tuple[NDArray[np.bool_], list[str]]:
+    """The cycles that the means are of, and what to say of the others."""
+    notes = []
+    closure, first = columns["closure_error"], columns["start"]
+    last = first + columns["period"]
+    sound = np.ones(closure.size, dtype=bool)
+    for spike in spikes:
+        sound &= (last < spike.first) | (first > spike.last)
+    texts = "; ".join(map(str, spikes[:3])) + ("; ..." if len(spikes) > 3 else "")
+    if not sound.any():
+        raise InputError(
+            f"no cycle is without a spike: {plural(len(spikes), 'spike')}, {texts}; look at the "
+            "sensor and its cable, or leave these samples out"
+        )
+    if not sound.all():
+        notes.append(
+            f"left out of the means: {_cycles(~sound)} with a spike, here straight lines: {texts}"
+        )
+    elif spikes:
+        notes.append(f"spikes beyond the whole cycles: {texts}")
+    closed = closure <= OPEN
+    if not (sound & closed).any():
+        notes.append("no cycle closes, the ends of each differ by over a quarter of the force")
+        return sound, notes
+    if not closed.all():
+        notes.append(
+            f"left out of the means: {_cycles(~closed)} whose ends differ by over a quarter of "
+            "the force, as in running in"
+        )
+    return sound & closed, notes
+
+
+def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
+    """What to say of loops that are larger than the rectangle around them."""
+    large = loss_factor > _MOST_LOSS
+    if not large.any():
+        return []
+    return [
+        f"a loss factor above 4/π = 1.27, up to {float(np.nanmax(loss_factor)):.3g}, in "
+        f"{_cycles(large)}: no closed loop has more than the rectangle around it, so these "
+        "channels are no loop, have spikes, or a rig softer than it is was taken off"
+    ]
+
+
+def _cycles(is_named: NDArray[np.bool_]) -> str:
+    """Such as "2 cycles (3, 8)"."""
+    places = np.flatnonzero(is_named) + 1
+    numbers = ", ".join(map(str, places[:5])) + (", ..." if places.size > 5 else "")
+    return f"{plural(places.size, 'cycle')} ({numbers})"
+
+
 def settled(
     columns: Mapping[str, Floats], sound: NDArray[np.bool_], alike: float = ALIKE
 ) -> Settled:
-    """The settled ones of the sound cycles: of one amplitude, then without a trend.
-
-    Force and energy may still move by ``alike`` over them.
-    """
+    """The settled ones of the sound cycles: force and energy move by ``alike`` at most."""
     places = np.flatnonzero(sound)
     if places.size < JUDGED:
         return Settled(sound, False, ())

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats, exact, number, positive, show, whole
 from microslip.errors import Argument, InputError
 from microslip.friction import BackboneLaw
-from microslip.tribometer.motion import path, shape, turns
 
 if TYPE_CHECKING:
     from microslip.tribometer.record import Record
 
-CHANNELS = ("displacement", "force", "normal_load")
 _UNITS = {"displacement": "m", "force": "N", "normal_load": "N"}
+CHANNELS = tuple(_UNITS)
 SAMPLES_A_CYCLE = 512
 FEWEST_SAMPLES = 16
 MOST_SAMPLES = 100_000_000
@@ -174,14 +173,10 @@ class VirtualTribometer:
         keep(self, "noise", _checked_noise(self.noise))
         keep(self, "limits", _checked_limits(self.limits))
         if self._load is not None:
-            highest = self._load * (1.0 + self.load_ripple)
-            lowest = self._load * (1.0 - self.load_ripple)
-            self._check_limit(
-                "normal_load", lowest, "N", "normal load of the joint, ripple included,"
-            )
-            self._check_limit(
-                "normal_load", highest, "N", "normal load of the joint, ripple included,"
-            )
+            for way in (-1.0, 1.0):
+                load = self._load * (1.0 + way * self.load_ripple)
+                name = "normal load of the joint, ripple included,"
+                self._check_limit("normal_load", load, "N", name)
 
     @property
     def _load(self) -> float | None:
@@ -258,7 +253,7 @@ class VirtualTribometer:
             )
         size, step = math.floor(length + 1e-9) + 1, 2.0 * math.pi * frequency / rate
         angle, sampled = self._history(size, step)
-        x = amplitude * shape(angle, self.third_harmonic)
+        x = amplitude * motion_over_amplitude(angle, self.third_harmonic)
         force, load = self._respond(x, amplitude, angle)
         for extreme in (float(force.min()), float(force.max())):  # between samples, too
             self._check_limit("force", extreme, "N", "force")
@@ -278,21 +273,23 @@ class VirtualTribometer:
     def _history(self, size: int, step: float) -> tuple[Floats, NDArray[np.bool_]]:
         """Angles that the joint goes through, the turns between samples too; which are sampled."""
         last, share = (size - 1.0) * step, self.third_harmonic
-        between, parts = turns(0.0, last, share), 1
+        between, parts = turning_angles(0.0, last, share), 1
         if self.load_ripple > 0.0:
             ahead = self.ripple_phase
             begin = np.array([-ahead] if 0.0 < -ahead < last else [])  # of the ripple, from rest
-            between = np.concatenate((between, begin, turns(ahead, last + ahead, share) - ahead))
+            between = np.concatenate(
+                (between, begin, turning_angles(ahead, last + ahead, share) - ahead)
+            )
             between.sort()
             parts = math.ceil(STEPS_A_CYCLE * step / (2.0 * math.pi) - 1e-9)
-        return path(size, step, max(1, parts), between)
+        return path_of_angles(size, step, max(1, parts), between)
 
     def _respond(self, x: Floats, amplitude: float, angle: Floats) -> tuple[Floats, Floats | None]:
         """Force [N], and normal load [N] if there is one, along a history from rest."""
         if self._load is None or self.load_ripple == 0.0:
             load = None if self._load is None else np.full(x.size, self._load)
             return np.asarray(self.series.force(x)), load
-        ahead = amplitude * shape(angle + self.ripple_phase, self.third_harmonic)
+        ahead = amplitude * motion_over_amplitude(angle + self.ripple_phase, self.third_harmonic)
         at_mean = np.asarray(self.series.force(ahead))
         ripple = self.load_ripple / float(self.series.backbone(amplitude))
         load = self._load * (1.0 + ripple * at_mean)
@@ -339,12 +336,10 @@ class VirtualTribometer:
             values = clean[name]
             if isinstance(self.noise, Mapping):
                 size = self.noise.get(name, 0.0)
-            elif name == "normal_load":
-                size = self.noise * float(values.mean())
-            elif name == "displacement":
-                size = self.noise * amplitude
             else:
-                size = self.noise * 0.5 * float(np.ptp(values))
+                half_range = amplitude if name == "displacement" else 0.5 * float(np.ptp(values))
+                scale = float(values.mean()) if name == "normal_load" else half_range
+                size = self.noise * scale
             noisy[name] = values + stream.normal(0.0, size, values.size) if size else values
         return noisy
 
@@ -352,17 +347,15 @@ class VirtualTribometer:
 def _checked_noise(noise: float | Mapping[str, float]) -> float | Mapping[str, float]:
     if not isinstance(noise, Mapping):
         return _not_negative("noise", noise, "")
-    unknown = [name for name in noise if name not in CHANNELS]
-    if unknown:
-        raise InputError(
-            f"noise has the channels {', '.join(CHANNELS)}, got {show(unknown[0])}; "
-            'write noise={"force": 2.0}'
-        )
-    checked = {
-        name: _not_negative(f'noise["{name}"]', value, _UNITS[name])
-        for name, value in noise.items()
-    }
-    return MappingProxyType(checked)
+    for name in noise:
+        if name not in CHANNELS:
+            raise InputError(
+                f"noise has the channels {', '.join(CHANNELS)}, got {show(name)}; "
+                'write noise={"force": 2.0}'
+            )
+    return MappingProxyType(
+        {name: _not_negative(f'noise["{name}"]', v, _UNITS[name]) for name, v in noise.items()}
+    )
 
 
 def _not_negative(name: str, value: float, unit: str) -> float:
@@ -372,9 +365,7 @@ def _not_negative(name: str, value: float, unit: str) -> float:
     return result
 
 
-def _checked_limits(
-    limits: Mapping[str, tuple[float, float]],
-) -> Mapping[str, tuple[float, float]]:
+def _checked_limits(limits: Mapping[str, tuple[float, float]]) -> Mapping[str, tuple[float, float]]:
     example = 'limits={"amplitude": (1e-7, 1e-3)}'
     if not isinstance(limits, Mapping):
         raise InputError(
@@ -397,3 +388,53 @@ def _checked_limits(
             )
         checked[name] = low, high
     return MappingProxyType(checked)
+
+
+# -- the motion that is commanded -----------------------------------------------------------------
+
+_NEAR = 1e-9
+"""Angle [rad] from a turning point over which the motion stands still, to rounding."""
+
+
+def motion_over_amplitude(angle: Floats, share: float) -> Floats:
+    """Displacement over its amplitude: a sine and its third harmonic; at rest up to angle 0."""
+    top = 1.0 - share
+    if share > 1.0 / 9.0:  # the peak is then beside the middle of the half cycle
+        sine = math.sqrt((1.0 + 3.0 * share) / (12.0 * share))
+        top = (1.0 + 3.0 * share) * sine - 4.0 * share * sine**3
+    moved = (np.sin(angle) + share * np.sin(3.0 * angle)) / top
+    return np.where(angle > 0.0, moved, 0.0)
+
+
+def turning_angles(first: float, last: float, share: float) -> Floats:
+    """Angles at which the motion turns: its velocity is cos t (1 - 9 s + 12 s cos^2 t)."""
+    first, quarter = max(first, 0.0), 0.5 * math.pi
+    if last <= first:
+        return np.zeros(0)
+    within = [quarter]  # of half a cycle
+    if share > 1.0 / 9.0:
+        beside = math.acos(math.sqrt((9.0 * share - 1.0) / (12.0 * share)))
+        within = [beside, quarter, math.pi - beside]
+    halves = np.arange(first // math.pi, last // math.pi + 1.0)
+    every: Floats = (math.pi * halves[:, None] + np.array(within)).reshape(-1)
+    return every[(every > first) & (every < last)]
+
+
+def path_of_angles(
+    size: int, step: float, parts: int, between: Floats
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Angles of a history, more than are sampled, and which of them are."""
+    angle: Floats = np.arange(float(size))
+    angle *= step
+    sampled = np.ones(size, dtype=bool)
+    if parts > 1:
+        fine: Floats = np.arange(float((size - 1) * parts + 1))
+        fine *= step / parts
+        fine[::parts] = angle
+        angle, sampled = fine, np.zeros(fine.size, dtype=bool)
+        sampled[::parts] = True
+    between = between[(np.diff(between, prepend=0.0) > _NEAR) & (between < angle[-1])]
+    at = np.searchsorted(angle, between)
+    far = (between - angle[at - 1] > _NEAR) & (angle[at] - between > _NEAR)
+    at, between = at[far], between[far]
+    return np.insert(angle, at, between), np.insert(sampled, at, False)

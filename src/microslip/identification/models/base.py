@@ -63,6 +63,20 @@ class Model(ABC):
         """Values of the instance that the model was made of; None for one made of a name."""
         return None
 
+    @property
+    def pair(self) -> MaterialPair | None:
+        """Materials of the instance it was made of, where it has a surface."""
+        return getattr(self._surface, "pair", None)
+
+    @property
+    def area(self) -> float | None:
+        """Apparent area [m^2] of the instance it was made of, where it has one."""
+        return getattr(self._surface, "area", None)
+
+    @property
+    def _surface(self) -> Any:
+        return getattr(getattr(self, "law", None), "surface", None)
+
     def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> Model:
         """The model with what it has to know of the data; most are ready as they are."""
         return self

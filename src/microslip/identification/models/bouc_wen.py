@@ -184,10 +184,7 @@ class BoucWenModel(CycleModel):
 
 
 def _runs(path: Floats, shortest: float) -> tuple[list[int], list[float]]:
-    """Where the runs of a path begin, which starts at its top, and their ways.
-
-    A way back that is shorter than ``shortest`` is rounding and none, nor is a place that repeats.
-    """
+    """Where the runs of a path from its top begin, and their ways; ``shortest`` is rounding."""
     steps = np.sign(np.diff(path))
     moves = np.flatnonzero(steps)
     bends = moves[1:][steps[moves[1:]] != steps[moves[:-1]]]

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, positive
-from microslip._core.parameters import Parameter, parameters_of
+from microslip._core.parameters import Parameter
 from microslip.errors import Argument, InputError
 from microslip.friction.guesses import loads_of
 from microslip.friction.interface import Interface
 from microslip.friction.surface_guesses import CONVENTIONAL_AREA, Shape, interface_values
 from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
+from microslip.identification.models.sphere import FRICTION, mean_load
 from microslip.identification.models.surface_shape import Template, template_of
 from microslip.materials import MaterialPair
 from microslip.normal import GreenwoodWilliamson
@@ -53,9 +54,8 @@ class InterfaceModel(BackboneModel):
         For Gaussian heights the separation lies between -4 and 8: below, all summits but three in
         100 000 touch and none is left to be met; above, less than one in 10^15 touches.
         """
-        (friction,) = (p for p in parameters_of(Interface) if p.name == "friction_coefficient")
         return (
-            friction,
+            FRICTION,
             Parameter("slip_scale", "kappa s", "m", "slip of a summit as high as s", above=0.0),
             Parameter(
                 "standardised_separation",
@@ -82,25 +82,12 @@ class InterfaceModel(BackboneModel):
             "standardised_separation": separation,
         }
 
-    @property
-    def pair(self) -> MaterialPair | None:
-        """Materials of the instance it was made of."""
-        return None if self.law is None else self.law.surface.pair
-
-    @property
-    def area(self) -> float | None:
-        """Apparent area [m^2] of the instance it was made of, where it has one."""
-        return None if self.law is None else getattr(self.law.surface, "area", None)
-
     def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> InterfaceModel:
-        """With a reference load: the geometric mean of the loads, of one load that itself.
-
-        One that was given stays; the load of an instance is none, for the records may have others.
-        """
+        """With the geometric mean of the loads, unless a reference was given by itself."""
         checked_loads = loads_of(loads, len(loops))
         if self.reference_load is not None and self.law is None:
             return self
-        return replace(self, reference_load=math.exp(float(np.mean(np.log(checked_loads)))))
+        return replace(self, reference_load=mean_load(checked_loads))
 
     def split(self, names: Collection[str], loads: Sequence[float]) -> InterfaceModel:
         """With a separation of its own at each of the loads, if it is among the names."""
@@ -200,11 +187,7 @@ class InterfaceModel(BackboneModel):
         area: float | None = None,
         radius: float | None = None,
     ) -> Interface:
-        """The joint that has these values on a pair of materials.
-
-        Loops know the product of density and root of the radius alone. Without a ``radius`` [m] it
-        is :func:`conventional_radius`; without an apparent ``area`` [m^2], CONVENTIONAL_AREA.
-        """
+        """The joint on a pair; radius and area, which loops do not know, by convention."""
         pair = pair or self.pair
         if pair is None:
             raise InputError(
@@ -212,8 +195,8 @@ class InterfaceModel(BackboneModel):
                 " must be given, the two materials: loops know the length kappa s alone, and "
                 "kappa = mu E*/4G* is theirs",
             )
-        if radius is None and self.law is not None:
-            radius = getattr(self.law.surface, "radius", None)
+        if radius is None:
+            radius = getattr(self._surface, "radius", None)
         radius = None if radius is None else positive("radius", radius, "m")
         area = area or self.area
         area = CONVENTIONAL_AREA if area is None else positive("area", area, "m^2")

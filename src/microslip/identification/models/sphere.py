@@ -19,10 +19,12 @@ from microslip.materials import MaterialPair
 from microslip.normal import SphereOnFlat
 from microslip.normal.base import aluminium
 
+(FRICTION,) = (p for p in parameters_of(Interface) if p.name == "friction_coefficient")
 
-def _friction() -> Parameter:
-    (friction,) = (p for p in parameters_of(Interface) if p.name == "friction_coefficient")
-    return friction
+
+def mean_load(loads: Sequence[float]) -> float:
+    """The geometric mean of loads [N]."""
+    return math.exp(float(np.mean(np.log(loads))))
 
 
 def _limit_of(loops: Sequence[Any], loads: Sequence[float]) -> float:
@@ -53,7 +55,7 @@ class SphereModel(BackboneModel):
         limit = Parameter(
             "slip_limit", "u_L", "m", "displacement of gross slip at the reference load", above=0.0
         )
-        return (_friction(), limit)
+        return (FRICTION, limit)
 
     @property
     def start(self) -> Mapping[str, float] | None:
@@ -67,19 +69,9 @@ class SphereModel(BackboneModel):
             "slip_limit": limit * ratio ** (2.0 / 3.0),
         }
 
-    @property
-    def pair(self) -> MaterialPair | None:
-        """Materials of the instance it was made of."""
-        return None if self.law is None else self.law.surface.pair
-
     def prepared(self, loops: Sequence[Any], loads: Sequence[float | None]) -> SphereModel:
         """With the geometric mean of the loads as reference."""
-        checked_loads = loads_of(loads, len(loops))
-        return replace(self, reference_load=math.exp(float(np.mean(np.log(checked_loads)))))
-
-    def split(self, names: Any, loads: Sequence[float]) -> SphereModel:
-        """A slip limit of its own at each load is that at this load, whatever the reference."""
-        return self
+        return replace(self, reference_load=mean_load(loads_of(loads, len(loops))))
 
     def _reference(self, load: float) -> float:
         return load if self.reference_load is None else self.reference_load
@@ -187,13 +179,11 @@ class GivenSurfaceModel(BackboneModel):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Coefficient of friction."""
-        return (_friction(),)
+        return (FRICTION,)
 
     @property
-    def pair(self) -> MaterialPair:
-        """Materials of the surface."""
-        pair: MaterialPair = self.surface.pair
-        return pair
+    def _surface(self) -> Any:
+        return self.surface
 
     def guess(self, loops: Sequence[Any], loads: Sequence[float | None]) -> dict[str, float]:
         """From the largest force."""

@@ -204,12 +204,7 @@ class Template:
         return low, float(grid[loads > _LEAST * loads[0]][-1])
 
     def surface(
-        self,
-        pair: MaterialPair,
-        length: float,
-        constant: float,
-        area: float,
-        radius: float | None,
+        self, pair: MaterialPair, length: float, constant: float, area: float, radius: float | None
     ) -> NormalLaw:
         """The law N(d) = constant * n(d/length) on a pair of materials, of the template's kind."""
         factor = length / self.unit

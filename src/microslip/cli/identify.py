@@ -18,6 +18,7 @@ from microslip.cli.records import (
     CYCLES,
     WORN_VOLUMES,
     Reading,
+    each_of,
     reads,
     records_in,
     volumes_of,
@@ -184,7 +185,9 @@ def identify(
         def spell(text: str) -> str:
             return said(text, say)
 
-        options = {**options_of(values, laws), "rigs": _rigs(rigs, len(records))}
+        remedy = "; records of one rig need none"
+        rig_labels = each_of("--rig", rigs, len(records), "a label", remedy)
+        options = {**options_of(values, laws), "rigs": list(rig_labels) or None}
         description = None if study is None else _study(study)
         with output.staged(KIND, "identification") as stage:
             with progress("Reading") as report:
@@ -225,14 +228,15 @@ def _read(
     """The records, and the files that are none, if there are others."""
     from microslip.errors import InputError
 
-    loads = _each("--normal-load", reading.normal_load, len(paths)) or ()
-    how = reading._replace(normal_load=tuple(loads))
+    loads = reading.normal_load
+    if len(loads) != 1:  # which stands for all
+        each_of("--normal-load", loads, len(paths), "one for all records or one")
     loaded: list[Record] = []
     skipped: list[tuple[str, str]] = []
     rigs = options["rigs"]
     for index, path in enumerate(paths):
         try:
-            loaded.append(how.read(path, index))
+            loaded.append(reading.read(path, index))
         except InputError as error:
             if len(paths) == 1 or (index == len(paths) - 1 and not loaded):
                 raise
@@ -244,26 +248,3 @@ def _read(
     if rigs is not None:
         options["rigs"] = [label for label in rigs if label is not None]
     return loaded, skipped
-
-
-def _each(option: str, texts: tuple[str, ...], count: int) -> list[str] | None:
-    """One text for each record, where there is one for all or one for each."""
-    if not texts:
-        return None
-    if len(texts) not in (1, count):
-        records = "1 record" if count == 1 else f"{count} records"
-        raise click.UsageError(
-            f"{option} wants one for all records or one for each of the {records}, got {len(texts)}"
-        )
-    return list(texts) * count if len(texts) == 1 else list(texts)
-
-
-def _rigs(labels: tuple[str, ...], count: int) -> list[str] | None:
-    """A label for each record; one for all of them would tell nothing apart."""
-    if labels and len(labels) != count:
-        records = "1 record" if count == 1 else f"{count} records"
-        raise click.UsageError(
-            f"--rig wants a label for each of the {records}, got {len(labels)}; records of one rig "
-            "need none"
-        )
-    return list(labels) or None

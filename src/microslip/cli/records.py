@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from microslip._core.units import VOLUME
+from microslip._core.wording import plural
 from microslip.cli.options import Command, Decorator, offers, option, quantity
 from microslip.tribometer import options
 
@@ -119,12 +120,16 @@ def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
     return paths, tuple(labels) if several else ()
 
 
-def each_of(option: str, values: tuple[str, ...], count: int) -> tuple[str, ...]:
+def each_of(
+    option: str, texts: tuple[str, ...], count: int, noun: str = "one", remedy: str = ""
+) -> tuple[str, ...]:
     """What an option was given for each record, or for none."""
-    if values and len(values) != count:
-        records = "1 record" if count == 1 else f"{count} records"
-        raise click.UsageError(f"{option} wants one for each of the {records}, got {len(values)}")
-    return values
+    if texts and len(texts) != count:
+        records = plural(count, "record")
+        raise click.UsageError(
+            f"{option} wants {noun} for each of the {records}, got {len(texts)}{remedy}"
+        )
+    return texts
 
 
 def slice_of(option: str, text: str | None) -> slice | None:

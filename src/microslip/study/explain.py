@@ -2,54 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, get_args
 
 from pydantic import ValidationError
 
-from microslip._core.wording import did_you_mean, nearest, quoted, shorten, show
+from microslip._core.wording import did_you_mean, nearest, plural, quoted, shorten, show
 from microslip.materials import metals
-from microslip.study import schema as s
 from microslip.study.columns import Column
 from microslip.study.faces import FACES
 from microslip.study.heights import HEIGHTS_TABLES, GivenHeights, distribution_names
 from microslip.study.joints import INTERFACE, LAW_TABLES, Joint
-from microslip.study.mesh import MeshPart
-from microslip.study.modal_tests import MeasuredPart
 from microslip.study.overrides import Override
 from microslip.study.part import KeyedError, Part
 from microslip.study.pressure import PRESSURES
-from microslip.study.structure import (
-    AmplitudeRange,
-    BoltsPart,
-    FormPart,
-    SensorPart,
-    StructurePart,
-)
+from microslip.study.schema import StudyTables
 from microslip.study.surfaces import SURFACE_TABLES, Elastic, Rigid
-from microslip.study.uncertainty import UncertaintyPart
 
 Loc = tuple[int | str, ...]
 
+
+def _tables_in(model: type[Part]) -> Iterator[tuple[str, type[Part]]]:
+    """Keys below a table that hold tables of one kind, and these; not those of a law or a kind."""
+    for name, field in model.model_fields.items():
+        kinds = [field.annotation, *get_args(field.annotation)]
+        parts = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Part)]
+        if len(parts) == 1:
+            yield field.alias or name, parts[0]
+            yield from _tables_in(parts[0])
+
+
 # The models by the last part of pydantic's location, which is the tag in a union.
 _MODELS: dict[str, type[Part]] = {
+    **dict(_tables_in(StudyTables)),
     "elastic": Elastic,
     "rigid": Rigid,
-    "excitation": s.Excitation,
-    "curve": s.Curve,
-    "history": s.History,
-    "load_variation": s.LoadVariation,
-    "normal_load": s.LoadColumn,
-    "oscillator": s.OscillatorPart,
-    "output": s.Output,
-    "uncertainty": UncertaintyPart,
-    "structure": StructurePart,
-    "bolts": BoltsPart,
-    "mesh": MeshPart,
-    "sensor": SensorPart,
-    "amplitude": AmplitudeRange,
-    "form": FormPart,
-    "measured": MeasuredPart,
     INTERFACE: Joint,
 }
 _FACES = ("first", "second")
@@ -78,6 +65,10 @@ _TABLES = {
     "parameters": "{ c = 2.0 }",
     "material": '[material.steel] with young_modulus = "210 GPa" and poisson_ratio = 0.3',
 }
+_PLAIN_HOMES = (
+    *("excitation", "oscillator", "uncertainty"),
+    *("structure", "structure.bolts", "structure.mesh", "output"),
+)
 _NOT_A_TABLE = ("model_type", "model_attributes_type", "dict_type")
 
 
@@ -88,7 +79,7 @@ def explain(error: ValidationError, data: dict[str, Any], changes: Sequence[Over
     errors.sort(key=lambda item: _place(item["loc"]))
     key, message = _line(errors[0], data)
     extra = len(errors) - 1
-    suffix = f" (and {extra} more error{'s' if extra > 1 else ''})" if extra else ""
+    suffix = f" (and {plural(extra, 'more error')})" if extra else ""
     return f"{key}{_blamed(key, changes)}: {message}{suffix}"
 
 
@@ -127,15 +118,16 @@ def _is_tag(loc: Loc, index: int) -> bool:
 
 def _place(loc: Loc) -> int:
     """Rank of the top-level table, so that the first error is the first in reading order."""
-    order = [field.alias or name for name, field in s.StudyTables.model_fields.items()]
+    order = [field.alias or name for name, field in StudyTables.model_fields.items()]
     return order.index(str(loc[0])) if loc and loc[0] in order else -1
 
 
 def _model_at(loc: Loc) -> type[Part]:
     """Table whose key is the last part of a location."""
     if len(loc) == 1:
-        return s.StudyTables
-    table, place = str(loc[-2]), str(loc[-3]) if len(loc) > 2 else ""
+        return StudyTables
+    names = ["", *(part for part in loc if isinstance(part, str))]
+    place, table = names[-3:-1]
     # What is no table of its own is a list that a column of a file stands for.
     return _HELD.get(place, {}).get(table) or _MODELS.get(table, Column)
 
@@ -228,16 +220,10 @@ def _unknown(loc: Loc) -> str:
 def _homes() -> list[tuple[str, type[Part]]]:
     """Where the keys belong, in words."""
     return [
-        ("the top level", s.StudyTables),
+        ("the top level", StudyTables),
         ("[material.NAME]", Elastic),
         ("[joint]", Joint),
-        ("[excitation]", s.Excitation),
-        ("[oscillator]", s.OscillatorPart),
-        ("[uncertainty]", UncertaintyPart),
-        ("[structure]", StructurePart),
-        ("[structure.bolts]", BoltsPart),
-        ("[structure.mesh]", MeshPart),
-        ("[output]", s.Output),
+        *((f"[{path}]", _MODELS[path.rpartition(".")[2]]) for path in _PLAIN_HOMES),
         *((f'[surface] with law = "{name}"', model) for name, model in SURFACE_TABLES.items()),
         *((f'heights with kind = "{name}"', model) for name, model in HEIGHTS_TABLES.items()),
         *((f'[joint] with law = "{name}"', model) for name, model in LAW_TABLES.items()),

@@ -29,7 +29,7 @@ import time
 import timeit
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -223,26 +223,21 @@ def measure_kernel(name: str) -> list[Row]:
         for load in loads:
             joint.at(normal_load=load).dissipated_energy(amplitudes)
 
-    def other_loads() -> None:
-        for load in loads:
-            joint.at(normal_load=load).loop(3e-7, 1024)
-
-    def other_coefficients() -> None:
-        for value in coefficients:
-            ms.Interface(surface, value, normal_load=2000.0).loop(3e-7, 1024)
-
-    def other_roughnesses() -> None:
-        for std in roughnesses:
-            ms.Interface(make_surface(std), 0.55, normal_load=2000.0).loop(3e-7, 1024)
+    variants: dict[str, tuple[Floats, Callable[[float], ms.Interface]]] = {
+        "load": (loads, lambda load: joint.at(normal_load=load)),
+        "friction coefficient": (coefficients, lambda value: ms.Interface(surface, value, 2000.0)),
+        "roughness": (roughnesses, lambda std: ms.Interface(make_surface(std), 0.55, 2000.0)),
+    }
 
     task = "dissipated_energy() of a new joint, 1e5 amplitudes"
     add(task, best(energies, 5) / 25, 20e-3)
-    for variant, make in (
-        ("load", other_loads),
-        ("friction coefficient", other_coefficients),
-        ("roughness", other_roughnesses),
-    ):
-        add(f"new Interface of another {variant}, first loop()", best(make, 5) / 25, 1e-3)
+    for variant, (values, make) in variants.items():
+
+        def first_loops(values: Floats = values, make: Any = make) -> None:
+            for value in values:
+                make(value).loop(3e-7, 1024)
+
+        add(f"new Interface of another {variant}, first loop()", best(first_loops, 5) / 25, 1e-3)
 
     state, path = joint.start(), sine(20_000, 100).tolist()
 
@@ -723,18 +718,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         f"{here['cpu']} (one of {here['cpu_count']} cores), {here['system']}, {here['python']}, "
         f"NumPy {here['numpy']}, microslip {here['microslip']}."
     )
-    print(about)
-    print()
+    print(about, end="\n\n")
     lines = [
         [row.task, KERNELS.get(row.how, ""), row.wanted_text, row.measured_text, row.verdict]
         for row in rows
     ]
-    print(plain_table(("task", "kernel", "wanted", "measured", "verdict"), lines))
-    print()
-    print(plain_table(OTHERS_HEAD, comparisons))
-    print()
-    print(plain_table(SWEEPS_HEAD, sweeps))
-    print()
+    head = ("task", "kernel", "wanted", "measured", "verdict")
+    for table in ((head, lines), (OTHERS_HEAD, comparisons), (SWEEPS_HEAD, sweeps)):
+        print(plain_table(*table), end="\n\n")
     differ = kernels_differ() if kernels.NAME == "compiled" else 0.0
     error = max(n["explicit_difference"] for n in other_numbers.values())
     print(f"The kernels differ by {differ:.1g} of the force limit, the asperities by {error:.1g}.")
@@ -746,14 +737,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         content = {
             "machine": here,
             "rows": [
-                {
-                    "task": row.task,
-                    "how": row.how,
-                    "value": row.value,
-                    "unit": "samples/s" if row.rate else "s",
-                    "wanted": row.wanted,
-                    "verdict": row.verdict,
-                }
+                asdict(row) | {"unit": "samples/s" if row.rate else "s", "verdict": row.verdict}
                 for row in rows
             ],
             "others": other_numbers,

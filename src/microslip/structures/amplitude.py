@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import SMALLEST, Floats, show, sized
+from microslip._core.checks import SMALLEST, Floats, record, show, sized
 from microslip.errors import Argument, InputError
 from microslip.structures.matrices import direction_matrix
 
@@ -86,9 +86,7 @@ def moving_modes(sensor: Floats, shapes: Floats) -> list[int]:
 
 def checked_amplitudes(value: ArrayLike) -> Floats:
     """Amplitudes above zero, one-dimensional, or an error."""
-    a = sized("amplitudes", value)
-    if a.ndim > 1:
-        raise InputError(f"amplitudes must be one-dimensional, got shape {a.shape}")
+    a = record("amplitudes", sized("amplitudes", value))
     if a.min() < SMALLEST:
         bound = "above zero" if a.min() <= 0.0 else f"at least {SMALLEST:g}"
         raise InputError(f"amplitudes must be {bound}, got {a.min():g}")

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import exact, positive, record, show
+from microslip._core.frozen import assign
 from microslip.errors import InputError
 from microslip.materials import Material
 from microslip.normal import NormalLaw
@@ -77,13 +78,9 @@ class LapJoint:
     style: Style = "half-lap"
 
     def __post_init__(self) -> None:
-        for name, example in (
-            ("length", 0.7),
-            ("width", 0.025),
-            ("thickness", 0.025),
-            ("lap", 0.1),
-        ):
-            object.__setattr__(self, name, positive(name, getattr(self, name), "m", example))
+        examples = {"length": 0.7, "width": 0.025, "thickness": 0.025, "lap": 0.1}
+        for name, example in examples.items():
+            assign(self, **{name: positive(name, getattr(self, name), "m", example)})
         if not self.lap < self.length:
             raise InputError(
                 f"lap must be shorter than the length {exact(self.length)} m, got "
@@ -161,22 +158,16 @@ class LapJoint:
         for k in range(len(bolts)):
             ends = [*lap.washer[k], *lap.clearance[k], *lap.shank[k]]
             for level, side in ((-arm - head, "left"), (arm, "right")):
-                fixings += solids.extrude(
-                    lap.points, ends, level + np.array([0.0, head]), [side, side]
-                )
+                heights = np.array([level, level + head])
+                fixings += solids.extrude(lap.points, ends, heights, [side, side])
             sides = ["left"] + ["shank"] * (2 * layers - 1) + ["right"]
             shank = solids.extrude(lap.points, lap.shank[k], grip, sides)
             fixings += shank
             shanks.append(Shank(f"bolt {k + 1}", np.array(shank), np.array([0.0, 0.0, 1.0])))
         cells = np.array(solids.cells)
-        across = len(arm_cells)
-        tops = cells[np.array(left_cells[: across * layers])]
-        bottoms = cells[np.array(right_cells[: across * layers])]
-        contact = ContactFaces(
-            "lap",
-            tops[layers - 1 :: layers, 4:],
-            bottoms[::layers, :4],
-        )
+        arms = len(arm_cells) * layers
+        tops, bottoms = cells[left_cells[:arms]], cells[right_cells[:arms]]
+        contact = ContactFaces("lap", tops[layers - 1 :: layers, 4:], bottoms[::layers, :4])
         bodies = (
             Body("left", np.array(left_cells), material, density),
             Body("right", np.array(right_cells), material, density),
@@ -309,11 +300,8 @@ class LapJoint:
         """
         from microslip.structures.reduction_convergence import converge
 
-        def mesh(size: float) -> JointMesh:
-            return self.mesh(material, density, size)
-
         return converge(
-            mesh,
+            lambda size: self.mesh(material, density, size),
             self._size(element_size),
             np.array([1.0, 0.0, 0.0]),
             surface,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -90,10 +90,16 @@ class ModalJoints:
 
     def first_loading(self, displacement: Floats) -> tuple[Floats, list[Floats]]:
         """Forces (coordinates,) on a straight path, and each group's tangents (joints, c, c)."""
+        return self.answers(displacement, [group.forces for group in self.groups])
+
+    def answers(
+        self, displacement: Floats, laws: Sequence[Callable[[Floats], tuple[Floats, Floats]]]
+    ) -> tuple[Floats, list[Floats]]:
+        """Forces and tangents by what each group answers to its own displacements."""
         force = np.zeros(self.stuck.size)
         slopes = []
-        for part, group, u in zip(self.parts, self.groups, self.split(displacement), strict=True):
-            value, slope = group.forces(u)
+        for part, law, u in zip(self.parts, laws, self.split(displacement), strict=True):
+            value, slope = law(u)
             force[part] = value.reshape(-1)
             slopes.append(slope)
         return force, slopes
@@ -110,17 +116,12 @@ class ModalJoints:
         """The same as a matrix (coordinates, coordinates)."""
         result = np.zeros((self.stuck.size, self.stuck.size))
         for part, slope in zip(self.parts, slopes, strict=True):
-            put_blocks(result, part.start, slope)
+            joints, width = slope.shape[:2]
+            rows = part.start + width * np.arange(joints)[:, None, None]
+            rows = rows + np.arange(width)[None, :, None]
+            result[rows, rows.transpose(0, 2, 1)] = slope
         result[np.diag_indices_from(result)] -= self.stuck
         return result
-
-
-def put_blocks(matrix: Floats, start: int, blocks: Floats) -> None:
-    """Put blocks (joints, c, c) on the diagonal of a matrix, from an index on."""
-    joints, width = blocks.shape[:2]
-    rows = start + width * np.arange(joints)[:, None, None] + np.arange(width)[None, :, None]
-    columns = rows.transpose(0, 2, 1)
-    matrix[rows, columns] = blocks
 
 
 def modal_model(

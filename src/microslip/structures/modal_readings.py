@@ -129,8 +129,7 @@ def _means_in_time(
     rows = []
     for k in np.unique(place):
         stretch = place == k
-        f = float(frequency[stretch].mean())
-        zeta = float(damping[stretch].mean())
+        f, zeta = float(frequency[stretch].mean()), float(damping[stretch].mean())
         if stretch.sum() > 2:
             rate = -float(np.polyfit(time[stretch], level[stretch], 1)[0]) / (2.0 * math.pi * f)
             zeta = rate / math.sqrt(1.0 + rate * rate)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import positive, record, show, whole
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip.errors import Argument, InputError
 
 
@@ -64,14 +64,14 @@ class ModalTest(Locked):
             values = np.atleast_1d(record(name, getattr(self, name))).copy()
             for value in values:
                 positive(name, float(value), unit)
-            object.__setattr__(self, name, lock(values))
+            assign(self, **{name: lock(values)})
         if not self.amplitude.shape == self.frequency.shape == self.damping_ratio.shape:
             raise InputError(
                 "amplitude, frequency and damping_ratio must be of one length, got "
                 f"{len(self.amplitude)}, {len(self.frequency)} and {len(self.damping_ratio)}"
             )
         for name in ("frequency_error", "damping_error"):
-            object.__setattr__(self, name, positive(name, getattr(self, name), "", 0.05))
+            assign(self, **{name: positive(name, getattr(self, name), "", 0.05)})
         whole("mode", self.mode, 0, 1000)
         if not isinstance(self.name, str):
             raise InputError(Argument("name"), f" must be text, got {show(self.name)}")

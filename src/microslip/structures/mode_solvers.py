@@ -205,8 +205,7 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Continuation:
 
 def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution | None, int, int]:
     """The first amplitude: from the mode of sticking joints, further below where it must be."""
-    iterations = steps = 0
-    start = target
+    iterations, steps, start = 0, 0, target
     while start > 0.9 * _SMALLEST * target:
         guess = _sticking_mode(equations, start)
         candidate = equations.solve(guess, start)

@@ -15,7 +15,7 @@ from microslip.report.plot import Plot
 from microslip.report.plottable import PlottableAtSensor
 from microslip.structures.joint_groups import JointState
 from microslip.structures.matrices import vector
-from microslip.structures.modal_model import ModalJoints, ModalModel, put_blocks
+from microslip.structures.modal_model import ModalJoints, ModalModel
 
 _ITERATIONS = 30
 _STEP = 1e-12  # of the largest joint motion so far, for the last step of Newton's method
@@ -132,7 +132,7 @@ class TimeSteps:
         self._pull = (1.0 - c.force) * self._solve(self._directions)
         self._flexibility = self._directions.T @ self._pull
         self._states: list[JointState] = [group.start() for group in joints.groups]
-        self._sticking, self._identity = np.diag(joints.stuck), np.eye(joints.stuck.size)
+        self._identity = np.eye(joints.stuck.size)
         self.short = np.zeros(joints.stuck.size)
         """Joint forces beyond those of sticking joints [N]."""
         self.motion = np.zeros(joints.stuck.size)
@@ -155,14 +155,8 @@ class TimeSteps:
 
     def try_joints(self, motion: Floats) -> tuple[Floats, Floats]:
         """Forces beyond sticking and their tangents, (coordinates, coordinates)."""
-        force = -self._joints.stuck * motion
-        tangent = np.zeros((motion.size, motion.size))
-        parts = zip(self._joints.parts, self._states, self._joints.split(motion), strict=True)
-        for part, state, u in parts:
-            value, slope = state.try_(u)
-            force[part] += value.reshape(-1)
-            put_blocks(tangent, part.start, slope)
-        return force, tangent - self._sticking
+        force, slopes = self._joints.answers(motion, [state.try_ for state in self._states])
+        return force - self._joints.stuck * motion, self._joints.tangent_matrix(slopes)
 
     def commit(self, motion: Floats, short: Floats) -> None:
         """Make the last trial of the joints their state."""

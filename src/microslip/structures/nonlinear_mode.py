@@ -54,10 +54,8 @@ class ModeEquations:
 
     def solve(self, guess: ModePoint, amplitude: float) -> Solution:
         """Newton's method with a line search on the scaled residual."""
-        point = guess
+        point, converged, iterations = guess, False, 0
         current = self._residual(point, amplitude)
-        converged = False
-        iterations = 0
         while iterations < _ITERATIONS:
             iterations += 1
             step = self._newton_step(point, amplitude, current)
@@ -105,9 +103,8 @@ class ModeEquations:
         by_omega = self.balance.by_omega(q, omega) - 4.0 * zeta * velocity
         columns = np.stack([by_omega, -2.0 * omega * velocity], axis=-1)
         system = _Bordered(self.balance, self.index, point, current, columns)
-        unknowns = modes
-        if self.balance.model.damping is None:
-            unknowns = min(modes, self.balance.joints.flat.shape[1])
+        damped = self.balance.model.damping is not None
+        unknowns = modes if damped else min(modes, self.balance.joints.flat.shape[1])
         direct = unknowns * size <= LARGEST_DIRECT
         change = system.eliminate() if direct else system.iterate()
         if change is None and not direct:
@@ -119,11 +116,8 @@ class ModeEquations:
     def _moved(self, point: ModePoint, step: ModePoint, share: float) -> ModePoint:
         # A frequency does not change sign, however bad a guess was.
         omega = max(point.omega - share * step.omega, 0.2 * point.omega)
-        return ModePoint(
-            point.coefficients - share * step.coefficients,
-            omega,
-            point.damping - share * step.damping,
-        )
+        q = point.coefficients - share * step.coefficients
+        return ModePoint(q, omega, point.damping - share * step.damping)
 
 
 class _Residual(NamedTuple):

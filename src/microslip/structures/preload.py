@@ -25,7 +25,6 @@ from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
 from microslip.structures.mode_solvers import ModeSolver
 from microslip.structures.motion import Motion, integrate
-from microslip.structures.static import StaticState
 
 Method = Literal["harmonic-balance", "quasi-static"]
 
@@ -52,24 +51,14 @@ class Preload:
     attachments: tuple[Attachment, ...]
     static_force: Floats
     """Forces [N] that were given."""
-    state: StaticState
+    displacement: Floats
+    """Static displacements (n,) [m]."""
+    equilibrium_error: float
+    """Largest unbalanced force over the largest force [-]."""
+    iterations: int
+    """Steps of Newton's method."""
 
     # -- the static state -------------------------------------------------------------------------
-
-    @property
-    def displacement(self) -> Floats:
-        """Static displacements (n,) [m]."""
-        return self.state.displacement
-
-    @property
-    def equilibrium_error(self) -> float:
-        """Largest unbalanced force over the largest force [-]."""
-        return self.state.equilibrium_error
-
-    @property
-    def iterations(self) -> int:
-        """Steps of Newton's method."""
-        return self.state.iterations
 
     @property
     def message(self) -> str:

@@ -73,21 +73,20 @@ class Convergence(Locked):
     def message(self) -> str:
         """What came of it, in a sentence."""
         worst = self.largest
-        return (
-            f"{self.joint.patches} patches; {worst.what} ({worst.coarse} to {worst.fine}) moves "
-            f"the damping by {worst.damping_ratio:+.2%} and the frequency by "
-            f"{worst.frequency:+.3%}, the most of {len(self.changes)} changes tried; "
-            + (
-                f"that is within {self.tolerance:.2g}"
-                if abs(worst.damping_ratio) <= self.tolerance
-                else f"{self.tolerance:.2g} was wanted"
-            )
-            + (
-                f"; not tried: {', '.join(self.untried)}, for which the elements are too large"
-                if self.untried
-                else ""
-            )
-        )
+        within = abs(worst.damping_ratio) <= self.tolerance
+        sentences = [
+            f"{self.joint.patches} patches",
+            f"{worst.what} ({worst.coarse} to {worst.fine}) moves the damping by "
+            f"{worst.damping_ratio:+.2%} and the frequency by {worst.frequency:+.3%}, the most of "
+            f"{len(self.changes)} changes tried",
+            f"that is within {self.tolerance:.2g}"
+            if within
+            else f"{self.tolerance:.2g} was wanted",
+        ]
+        if self.untried:
+            words = ", ".join(self.untried)
+            sentences.append(f"not tried: {words}, for which the elements are too large")
+        return "; ".join(sentences)
 
 
 class _Trial(NamedTuple):

@@ -66,20 +66,18 @@ SEPARATED = Rule(
 )  # fmt: skip
 SHARP = Rule(
     "width of an interval",
-    1.0,
-    3.0,
+    1.0, 3.0,
     "The test tells each parameter.",
     "Half width of the widest 90 % interval beside its value.",
     "Give that parameter: this test does not know it.",
-)
+)  # fmt: skip
 INSIDE = Rule(
     "parameters at a bound",
-    0.5,
-    0.5,
+    0.5, 0.5,
     "No parameter is held by its bound alone.",
     "Number of parameters at the end of their range.",
     "The model cannot reach the test with what is given.",
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

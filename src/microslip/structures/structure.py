@@ -218,9 +218,8 @@ class Structure:
         fall with the separation: Newton's method with a line search cannot but find it. Friction
         of a field counts from there. A law counts from where the structure is undeformed.
         """
-        if static_force is None:
-            force = np.zeros(self.size)
-        else:
+        force = np.zeros(self.size)
+        if static_force is not None:
             force = floats("static_force", static_force)
             if force.shape != (self.size,):
                 raise InputError(
@@ -241,7 +240,10 @@ class Structure:
                     f"static_force must leave some contact: all {len(loads) // 3} nodes of a field "
                     "are open; press the faces together, or check the sign of their opening"
                 )
-        return Preload(self.mass, self.stiffness, self.damping, self.attachments, force, state)
+        return Preload(
+            self.mass, self.stiffness, self.damping, self.attachments, force,
+            state.displacement, state.equilibrium_error, state.iterations,
+        )  # fmt: skip
 
     @cached_property
     def _undeformed(self) -> Preload:

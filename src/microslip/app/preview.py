@@ -54,17 +54,15 @@ def _scan(path: Path, options: dict[str, Any], part: Any, save: str | None) -> d
         "rms": level.statistics().rms if not scan.missing else None,
         "missing": scan.missing,
     }
+    waves: Any = spectrum(level)
     if not scan.is_profile:
         low, high = np.nanquantile(level.heights, (SHARE, 1.0 - SHARE)).tolist()
         picture = png_bytes(coloured(coarse(level.heights)[::-1], low, high))
         view["picture"] = "data:image/png;base64," + base64.b64encode(picture).decode("ascii")
         view["heights"] = [low, high]
-        waves = spectrum(level)
-        view["spectrum"] = _pairs(waves.wavelength, waves.density)
     else:
-        waves = spectrum(level)
-        view["spectrum"] = _pairs(waves.axes[0].wavelength, waves.axes[0].density)
-    return view
+        waves = waves.axes[0]
+    return {**view, "spectrum": _pairs(waves.wavelength, waves.density)}
 
 
 def _save_scan(scan: Any, part: Any, save: Path) -> dict[str, Any]:

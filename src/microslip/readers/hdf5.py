@@ -36,7 +36,7 @@ def _node(path: Path, item: Any, visited: set[int]) -> Any:
     where, fields = item.name, item.dtype.names
     if fields:
         plain = [name for name in fields if item.dtype[name].kind in "iuf"]
-        return {name: Leaf(item.shape, partial(_values, path, where, name)) for name in plain}
+        return {name: Leaf(item.shape, partial(values_at, path, where, name)) for name in plain}
     if item.dtype.kind not in "iuf" or not item.shape:
         return _attribute(item[()]) if item.shape == () else None
     about = {name.casefold(): _attribute(value) for name, value in item.attrs.items()}
@@ -44,13 +44,14 @@ def _node(path: Path, item: Any, visited: set[int]) -> Any:
     rate = next(filter(None, (rate_by(name, value) for name, value in about.items())), None)
     return Leaf(
         item.shape,
-        partial(_values, path, where),
+        partial(values_at, path, where),
         unit if isinstance(unit, str) else None,
         rate.value if rate else None,
     )
 
 
-def _values(path: Path, where: str, field: str | None = None) -> Any:
+def values_at(path: Path, where: str, field: str | None = None) -> Any:
+    """Values of a data set, or of one field of a table."""
     import h5py
 
     with h5py.File(path, "r") as file:

@@ -13,6 +13,7 @@ import numpy as np
 from microslip._core.files import sparse_of_either_kind
 from microslip.readers.arrays import Arrays, Leaf, is_number
 from microslip.readers.files import decoded
+from microslip.readers.hdf5 import values_at
 
 # MATLAB keeps tables, time tables and timeseries in a form of its own, which nobody else reads.
 _ADVICE = 'save vectors, or of a table T the struct S = table2struct(T, "ToScalar", true)'
@@ -105,7 +106,4 @@ def _hdf_node(path: Path, file: Any, item: Any) -> Any:
 
 
 def _hdf_values(path: Path, where: str) -> Any:
-    import h5py
-
-    with h5py.File(path, "r") as file:
-        return file[where][()].T
+    return values_at(path, where).T

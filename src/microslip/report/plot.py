@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -178,30 +178,13 @@ class Panel:
     """First and last row, first and last column in the grid of the page."""
     items: list[Item] = field(default_factory=list)
 
-    def line(
-        self,
-        x: ArrayLike,
-        y: ArrayLike,
-        color: str = COLORS[0],
-        *,
-        width: float = WIDTH,
-        dash: tuple[float, ...] = (),
-    ) -> None:
-        """Add a line."""
-        self.items.append(Line(_floats(x), _floats(y), color, width, dash))
+    def line(self, x: ArrayLike, y: ArrayLike, color: str = COLORS[0], **look: Any) -> None:
+        """Add a :class:`Line`; ``look`` is its width and dash."""
+        self.items.append(Line(_floats(x), _floats(y), color, **look))
 
-    def marks(
-        self,
-        x: ArrayLike,
-        y: ArrayLike,
-        color: str = COLORS[0],
-        *,
-        marker: Marker = "o",
-        filled: bool = False,
-        size: float = 4.5,
-    ) -> None:
-        """Add markers."""
-        self.items.append(Marks(_floats(x), _floats(y), color, marker, filled, size))
+    def marks(self, x: ArrayLike, y: ArrayLike, color: str = COLORS[0], **look: Any) -> None:
+        """Add :class:`Marks`; ``look`` is their marker, size and whether they are filled."""
+        self.items.append(Marks(_floats(x), _floats(y), color, **look))
 
     def add(self, *items: Item) -> None:
         """Add anything."""

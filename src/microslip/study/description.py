@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from collections.abc import Sequence
@@ -10,7 +11,8 @@ from typing import Any, Self
 
 from pydantic import PrivateAttr, ValidationError, model_validator
 
-from microslip._core.wording import shorten
+from microslip._core.files import reason
+from microslip._core.wording import did_you_mean, shorten
 from microslip.errors import StudyError
 from microslip.normal import NormalLaw
 from microslip.study.explain import explain
@@ -19,7 +21,6 @@ from microslip.study.overrides import MAX_DEPTH, Override, apply, dump, is_too_d
 from microslip.study.part import Reading
 from microslip.study.schema import StudyTables
 from microslip.study.sense import check, mean_load
-from microslip.study.textfile import read_text
 
 MAX_BYTES = 64_000_000
 
@@ -121,7 +122,7 @@ class StudyDescription(StudyTables):
         path = Path(path)
         name = shorten(str(path), 200)
         try:
-            text = read_text(path, "a study", MAX_BYTES)
+            text = _text_of(path)
         except ValueError as error:
             raise StudyError(f"{name}: {error}") from None
         return cls.from_toml(text, name, overrides, path.parent)
@@ -183,6 +184,43 @@ class StudyDescription(StudyTables):
         return study
 
 
+def _text_of(path: Path) -> str:
+    """The UTF-8 text of a study, or one line that says why there is none."""
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise ValueError(f"no such file{_near(path)}") from None
+    except (OSError, ValueError) as error:
+        if os.path.isdir(path):  # noqa: PTH112 - Windows says "permission denied"; never raises
+            raise ValueError("wanted a study file, got a folder") from None
+        raise ValueError(f"cannot be read: {reason(error)}") from None
+    if len(content) > MAX_BYTES:
+        raise ValueError(f"wanted a study of at most {MAX_BYTES // 1_000_000} MB")
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise ValueError("not UTF-8 text (it is UTF-16); save the file as UTF-8")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ValueError(
+            f"line {line}: not UTF-8 text (byte 0x{content[error.start]:02x}); "
+            "save the file as UTF-8"
+        ) from None
+
+
+def _near(path: Path) -> str:
+    try:
+        entries = list(path.parent.iterdir())
+    except (OSError, ValueError):
+        return ""
+    ended = [entry.name for entry in entries if entry.stem == path.name]
+    if len(ended) == 1:  # only the end of the name was left out
+        return f'; did you mean "{shorten(ended[0], 200)}"?'
+    names = [entry.name for entry in entries if entry.suffix == path.suffix]
+    return did_you_mean(shorten(path.name, 200), names, cutoff=0.75)
+
+
 # What tomllib says where an engineer would not see what to do.
 _CLEARER = {
     "Invalid value": "invalid value (text and quantities stand in quotes)",
@@ -207,9 +245,9 @@ def _toml_message(message: str, text: str) -> str:
     if where and where[1]:
         line, column = int(where[1]), int(where[2])
         before, after = lines[line - 1][: column - 1], lines[line - 1][column - 1 :].lstrip()
-        for end, begin, reason in _REASONS:
+        for end, begin, explanation in _REASONS:
             if re.search(end, before[-80:]) and re.match(begin, after):
-                fault = reason
+                fault = explanation
     else:
         lines = text.rstrip("\n").split("\n")
         line, column = len(lines), len(lines[-1]) + 1

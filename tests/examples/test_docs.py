@@ -43,7 +43,7 @@ from click.testing import CliRunner
 import microslip as ms
 from microslip import export, identification, scans
 from microslip.cli import main
-from microslip.report.pictures import Drawn
+from microslip.report.pictures import PictureCache
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -176,7 +176,7 @@ def quick_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     from matplotlib.figure import Figure
 
     empty = b'<svg xmlns="http://www.w3.org/2000/svg"></svg>'
-    monkeypatch.setattr(Drawn, "png", lambda drawn, picture: empty)
+    monkeypatch.setattr(PictureCache, "png", lambda drawn, picture: empty)
     monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: Path(path).write_bytes(empty))
 
 

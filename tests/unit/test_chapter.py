@@ -18,7 +18,7 @@ from click.testing import CliRunner, Result
 from matplotlib.text import Text
 
 import microslip as ms
-from microslip.chapter import KIND, LEFT_OUT, PLATES, Drawn, Plate, select, write
+from microslip.chapter import KIND, LEFT_OUT, PLATES, Drawing, Plate, select, write
 from microslip.chapter.contact import summit
 from microslip.chapter.rig import RIG, SAMPLES, identified, virtual_rig
 from microslip.chapter.surface import CORRELATION, ROUGHNESS, profile, summits, worked_example
@@ -31,7 +31,7 @@ SKETCHES = {"19.1", "19.4", "19.8", "19.9"}
 
 
 @lru_cache
-def drawn(number: str) -> Drawn:
+def drawn(number: str) -> Drawing:
     return NUMBERS[number].draw()
 
 

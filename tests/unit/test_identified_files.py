@@ -109,7 +109,7 @@ def number(verdict: str, low: float | None = 1.0, high: float | None = 2.0) -> d
 def test_no_value_where_none_is_known(verdict: str, value: str, interval: str) -> None:
     fitted = number(verdict)
     assert (numbers.value_text(fitted), numbers.interval_text(fitted)) == (value, interval)
-    left_open = numbers.open_of({"parameters": {"slip_scale": fitted}})
+    left_open = numbers.open_parameters({"parameters": {"slip_scale": fitted}})
     assert bool(left_open) == (verdict not in ("identified", "fixed"))
 
 

@@ -763,12 +763,12 @@ def test_a_delay_stands_beside_its_record(number: Any, text: str) -> None:
 
 def test_a_cell_that_is_none_is_not_listed_as_open() -> None:
     """There is nothing to settle about it; about what is only bounded there is."""
-    from microslip.results.identified.numbers import open_of
+    from microslip.results.identified.numbers import open_parameters
 
     empty = _number(verdict="bounded above", at_bound=True, low=0.0, value=0.0)
     wanted = _number(verdict="bounded above", remedy="measure", reason="up to force_limit")
     found = {"parameters": {"stiffness_1": empty, "force_limit": wanted}}
-    (left,) = open_of(found)
+    (left,) = open_parameters(found)
     assert left.name == "force limit μN"
     assert left.reason == "up to force limit μN"
 

@@ -11,10 +11,10 @@ from typing import Any
 
 from microslip._version import __version__
 from microslip.chapter import asperity_loops, contact, joint, rig, sketches, surface, varying_load
-from microslip.chapter.plate import Drawn, Plate
+from microslip.chapter.plate import Drawing, Plate
 from microslip.errors import InputError
 
-__all__ = ["KIND", "LEFT_OUT", "PLATES", "Drawn", "Plate", "select", "write"]
+__all__ = ["KIND", "LEFT_OUT", "PLATES", "Drawing", "Plate", "select", "write"]
 
 KIND = "microslip-figures"
 """What summary.json says of a folder of figures."""

@@ -25,7 +25,7 @@ from microslip.chapter.plate import (
     INK,
     LIGHT,
     RED,
-    Drawn,
+    Drawing,
     Plate,
     arrow,
     as_plate,
@@ -95,7 +95,7 @@ def _branches(axes: Axes, record: Floats, force: Floats, samples: int, *labels: 
     "that stays. At C all is the mirror of A.",
     assumed("Force between ±0.95 μN."),
 )
-def _johnson(plate: Plate) -> Drawn:
+def _johnson(plate: Plate) -> Drawing:
     joint = summit()
     peak = 0.95 * joint.force_limit
     top = joint.backbone_displacement(peak)
@@ -143,7 +143,7 @@ def _johnson(plate: Plate) -> Drawn:
         else:
             panel.set_xlabel("Place along the force x [µm]")
     body.legend(handles=zone_handles(), loc="outside lower center", ncols=4)
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 def _draw_path(
@@ -171,14 +171,13 @@ def _draw_path(
     "The displacement that Fig. 19.13 answers to: from rest at O, then to and fro between A and C.",
     assumed("Amplitude 0.8 δL."),
 )
-def _constant_path(plate: Plate) -> Drawn:
+def _constant_path(plate: Plate) -> Drawing:
     joint = summit()
-    figure, body = plate.page(3.3)
     letters = {"O": (0.0, 1), "A": (1.0, -1), "B": (1.5, 1), "C": (2.0, 1), "D": (2.5, 1)}
-    axes = body.subplots()
+    figure, _, axes = plate.sheet(3.3)
     time, record = _draw_path(axes, joint, [0.0, 0.8, -0.8, 0.8, -0.8, 0.8], letters)
     mark(axes, "A", 3.0, record.max() / MICRO, 0, -11)
-    return Drawn(figure, {"time [half cycles]": time, "displacement [m]": record})
+    return Drawing(figure, {"time [half cycles]": time, "displacement [m]": record})
 
 
 @as_plate(
@@ -189,13 +188,12 @@ def _constant_path(plate: Plate) -> Drawn:
     "its size. It never reaches μN, and still encloses an area.",
     assumed("Amplitude 0.8 δL."),
 )
-def _partial_loop(plate: Plate) -> Drawn:
+def _partial_loop(plate: Plate) -> Drawing:
     joint = summit()
     top = 0.8 * joint.slip_limit
     record = path(0.0, top, -top, top)
     force = joint.force(record)
-    figure, body = plate.page(4.3)
-    axes = body.subplots()
+    figure, body, axes = plate.sheet(4.3)
     labels = ("O–A, first loading", "A–B–C, unloading", "C–D–A, reloading")
     _branches(axes, record, force, 80, *labels)
     _loop_axes(axes, joint, 1.2)
@@ -209,7 +207,7 @@ def _partial_loop(plate: Plate) -> Drawn:
     ):
         mark(axes, name, x / MICRO, y, dx, dy)
     body.legend(loc="outside lower center", ncols=3)
-    return Drawn(figure, {"displacement [m]": record, "force [N]": force})
+    return Drawing(figure, {"displacement [m]": record, "force [N]": force})
 
 
 @as_plate(
@@ -220,14 +218,13 @@ def _partial_loop(plate: Plate) -> Drawn:
     "has to cover 2 δL before it slides back.",
     assumed("Amplitude 1.7 δL, of which δ₀ = 0.7 δL is sliding."),
 )
-def _total_loop(plate: Plate) -> Drawn:
+def _total_loop(plate: Plate) -> Drawing:
     joint = summit()
     limit = joint.slip_limit
     top = 1.7 * limit
     record = path(0.0, top, -top, top, samples=160)
     force = joint.force(record)
-    figure, body = plate.page(4.3)
-    axes = body.subplots()
+    figure, body, axes = plate.sheet(4.3)
     _branches(axes, record, force, 160, "first loading", "unloading", "reloading")
     _loop_axes(axes, joint, 2.1)
     high = 1.13 * joint.force_limit
@@ -236,7 +233,7 @@ def _total_loop(plate: Plate) -> Drawn:
     words(axes, "sliding", 0.5 * (limit + top) / MICRO, 0.87 * joint.force_limit, color=GREY)
     words(axes, "sliding", -0.5 * (limit + top) / MICRO, -0.87 * joint.force_limit, color=GREY)
     body.legend(loc="outside lower center", ncols=3)
-    return Drawn(figure, {"displacement [m]": record, "force [N]": force})
+    return Drawing(figure, {"displacement [m]": record, "force [N]": force})
 
 
 @as_plate(
@@ -246,7 +243,7 @@ def _total_loop(plate: Plate) -> Drawn:
     "The tips of all loops lie on the first loading curve; from the third on they are flat.",
     assumed("Amplitudes 0.35, 0.7, 1.05 and 1.6 δL."),
 )
-def _growing(plate: Plate) -> Drawn:
+def _growing(plate: Plate) -> Drawing:
     joint = summit()
     levels = (0.35, 0.7, 1.05, 1.6)
     corners = [0.0, *(v for level in levels for v in (level, -level)), levels[-1]]
@@ -259,7 +256,7 @@ def _growing(plate: Plate) -> Drawn:
     path_axes.set_title("(a)")
     right.set_title("(b)")
     columns = {"time [half cycles]": time, "displacement [m]": record, "force [N]": force}
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 VARIABLE = (0.0, 0.95, -0.6, 0.6, -0.85, 1.5, -1.5)
@@ -272,13 +269,12 @@ VARIABLE = (0.0, 0.95, -0.6, 0.6, -0.85, 1.5, -1.5)
     "The displacement that Fig. 19.17 answers to: two small swings, then wide ones.",
     assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
 )
-def _variable_path(plate: Plate) -> Drawn:
+def _variable_path(plate: Plate) -> Drawing:
     joint = summit()
-    figure, body = plate.page(3.3)
     letters = {"O": (0.0, -1), "A": (1.0, -1), "B": (2.0, 1), "C": (3.0, -1), "D": (4.0, 1)}
-    axes = body.subplots()
+    figure, _, axes = plate.sheet(3.3)
     time, record = _draw_path(axes, joint, list(VARIABLE), letters)
-    return Drawn(figure, {"time [half cycles]": time, "displacement [m]": record})
+    return Drawing(figure, {"time [half cycles]": time, "displacement [m]": record})
 
 
 @as_plate(
@@ -289,13 +285,12 @@ def _variable_path(plate: Plate) -> Drawn:
     "From D on the curve runs through A into that of first loading, and slides at μN.",
     assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
 )
-def _variable_loop(plate: Plate) -> Drawn:
+def _variable_loop(plate: Plate) -> Drawing:
     joint = summit()
     corners = [v * joint.slip_limit for v in VARIABLE]
     record = path(*corners, samples=160)
     force = joint.force(record)
-    figure, body = plate.page(4.6)
-    axes = body.subplots()
+    figure, body, axes = plate.sheet(4.6)
     pieces = (
         (0, 1, INK, DASHES, "O–A"),
         (1, 2, BLUE, "-", "A–B"),
@@ -314,4 +309,4 @@ def _variable_loop(plate: Plate) -> Drawn:
     for index, (name, (dx, dy)) in enumerate(offsets.items()):
         mark(axes, name, corners[index] / MICRO, force[159 * index], dx, dy)
     body.legend(loc="outside lower center", ncols=5)
-    return Drawn(figure, {"displacement [m]": record, "force [N]": force})
+    return Drawing(figure, {"displacement [m]": record, "force [N]": force})

@@ -23,7 +23,7 @@ from microslip.chapter.plate import (
     SLIP,
     STICK,
     STUCK,
-    Drawn,
+    Drawing,
     Plate,
     arrow,
     as_plate,
@@ -116,15 +116,14 @@ def zone_handles(stuck: bool = True) -> list[Patch]:
     "it is less by μ times the pressure that the circle alone would have.",
     assumed("Displacement 0.6 δL from rest."),
 )
-def _cattaneo(plate: Plate) -> Drawn:
+def _cattaneo(plate: Plate) -> Drawing:
     joint = summit()
     fields = joint.fields(0.6 * joint.slip_limit)
     x = section(joint, fields)
     r = np.abs(x)
     bound, q = joint.friction_coefficient * joint.pressure(r), fields.traction(r)
     a, c = joint.contact_radius / MICRO, fields.stick_radius / MICRO
-    figure, body = plate.page(4.1)
-    axes = body.subplots()
+    figure, body, axes = plate.sheet(4.1)
     shade(axes, fields)
     axes.plot(x / MICRO, bound / MEGA, color=INK, linestyle=DASHES, label="μp")
     axes.plot(x / MICRO, q / MEGA, color=BLUE, linewidth=2.0, label="q in partial slip")
@@ -133,13 +132,12 @@ def _cattaneo(plate: Plate) -> Drawn:
     for side in (-1.0, 1.0):
         words(axes, "slip:\nq = μp", side * 0.5 * (a + c), 0.92 * top)
     axes.set(xlabel="Place along the force x [µm]", ylabel="Tangential traction [MPa]")
-    axes.set_xlim(x[0] / MICRO, x[-1] / MICRO)
-    axes.set_ylim(0.0, top)
+    axes.set(xlim=(x[0] / MICRO, x[-1] / MICRO), ylim=(0.0, top))
     above = axes.secondary_xaxis("top")
     above.set_xticks([-a, -c, 0.0, c, a], ["−a", "−c", "0", "c", "a"])
     body.legend(loc="outside lower center", ncols=2)
     columns = {"x [m]": x, "friction times pressure [Pa]": bound, "tangential traction [Pa]": q}
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 @as_plate(
@@ -150,7 +148,7 @@ def _cattaneo(plate: Plate) -> Drawn:
     "would be infinite at the edge under any force at all.",
     assumed("First loading."),
 )
-def _mindlin(plate: Plate) -> Drawn:
+def _mindlin(plate: Plate) -> Drawing:
     joint = summit()
     shares = (0.25, 0.5, 0.75)
     states = [joint.fields(force=share * joint.force_limit) for share in shares]
@@ -161,8 +159,7 @@ def _mindlin(plate: Plate) -> Drawn:
     welded[inside] = states[1].force / (2.0 * np.pi * a * np.sqrt(a * a - r[inside] ** 2))
     columns = {"x [m]": x, "pressure [Pa]": joint.pressure(r)}
     columns["friction times pressure [Pa]"] = joint.friction_coefficient * columns["pressure [Pa]"]
-    figure, body = plate.page(4.6)
-    axes = body.subplots()
+    figure, body, axes = plate.sheet(4.6)
     axes.plot(x / MICRO, columns["pressure [Pa]"] / MEGA, color=INK, linewidth=2.0, label="p")
     bound = columns["friction times pressure [Pa]"]
     axes.plot(x / MICRO, bound / MEGA, color=INK, linestyle=DASHES, label="μp: q at T = μN")
@@ -175,12 +172,11 @@ def _mindlin(plate: Plate) -> Drawn:
     label = "q at T = 0.5 μN, were there no slip"
     axes.plot(x / MICRO, welded / MEGA, color=BLUE, linestyle=DOTS, label=label)
     axes.set(xlabel="Place along the force x [µm]", ylabel="Traction [MPa]")
-    axes.set_xlim(x[0] / MICRO, x[-1] / MICRO)
-    axes.set_ylim(0.0, 1.12 * joint.peak_pressure / MEGA)
+    axes.set(xlim=(x[0] / MICRO, x[-1] / MICRO), ylim=(0.0, 1.12 * joint.peak_pressure / MEGA))
     above = axes.secondary_xaxis("top")
     above.set_xticks([-a / MICRO, 0.0, a / MICRO], ["−a", "0", "a"])
     body.legend(loc="outside lower center", ncols=3)
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 @as_plate(
@@ -191,7 +187,7 @@ def _mindlin(plate: Plate) -> Drawn:
     "the ring that slipped before moves with the stick circle.",
     assumed(),
 )
-def _contact_area(plate: Plate) -> Drawn:
+def _contact_area(plate: Plate) -> Drawing:
     joint = summit()
     a = joint.contact_radius
     top, down = 0.75, 0.0
@@ -239,4 +235,4 @@ def _contact_area(plate: Plate) -> Drawn:
     body.legend(handles=zone_handles(), loc="outside lower center", ncols=4)
     names = ("state", "inner radius [m]", "outer radius [m]", "direction", "slips now")
     columns = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)

@@ -21,7 +21,7 @@ from microslip.chapter.plate import (
     LIGHT,
     PINK,
     RED,
-    Drawn,
+    Drawing,
     Plate,
     as_plate,
     cross,
@@ -57,11 +57,10 @@ def assumed(addition: str = "") -> str:
     "over smoothly into sliding.",
     assumed(),
 )
-def _loops(plate: Plate) -> Drawn:
+def _loops(plate: Plate) -> Drawing:
     joint = worked_example()
     amplitudes = (0.15e-6, 0.4e-6, 1e-6, 2e-6)
-    figure, body = plate.page(4.3)
-    axes = body.subplots()
+    figure, body, axes = plate.sheet(4.3)
     columns: dict[str, Floats] = {}
     for top, color, line in zip(amplitudes, COLORS, LINES, strict=False):
         name = f"±{engineering(top, 'm', trim=True)}"
@@ -77,7 +76,7 @@ def _loops(plate: Plate) -> Drawn:
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [kN]")
     axes.set_xlim(-2.55, 2.55)
     body.legend(loc="outside lower center", ncols=4)
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 def _more_summits(joint: Interface, factor: float) -> Interface:
@@ -100,11 +99,10 @@ def _more_summits(joint: Interface, factor: float) -> Interface:
     "reach it.",
     assumed("Amplitude 1 µm. So many summits would overlap: the formula alone goes on."),
 )
-def _many_summits(plate: Plate) -> Drawn:
+def _many_summits(plate: Plate) -> Drawing:
     joint = worked_example()
     top = 1e-6
-    figure, body = plate.page(4.6)
-    axes = body.subplots()
+    figure, body, axes = plate.sheet(4.6)
     record = path(top, -top, top, samples=200)
     columns = {"displacement [m]": record}
     for factor, color, line in zip((1.0, 1e2, 1e4, 1e6), COLORS, LINES, strict=False):
@@ -128,7 +126,7 @@ def _many_summits(plate: Plate) -> Drawn:
     cross(axes)
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [kN]")
     body.legend(loc="outside lower center", ncols=3, title="Summits")
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 def _even_cells(joint: Interface, count: int) -> Iwan:
@@ -148,11 +146,10 @@ def _even_cells(joint: Interface, count: int) -> Iwan:
     "model of its own, and one asperity is not special.",
     one_summit("Amplitude 1.6 δL; 1, 3 and 12 cells as Asperity.to_iwan gives them."),
 )
-def _likeness(plate: Plate) -> Drawn:
+def _likeness(plate: Plate) -> Drawing:
     joint = summit()
     top = 1.6 * joint.slip_limit
-    figure, body = plate.page(4.6)
-    axes = body.subplots()
+    figure, body, axes = plate.sheet(4.6)
     record = path(top, -top, top, samples=300)
     columns = {"displacement [m]": record}
     box = np.array([-1.0, 1.0, 1.0, -1.0, -1.0]), np.array([1.0, 1.0, -1.0, -1.0, 1.0])
@@ -180,7 +177,7 @@ def _likeness(plate: Plate) -> Drawn:
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [N]")
     axes.set_ylim(-1.15 * joint.force_limit, 1.15 * joint.force_limit)
     body.legend(loc="outside lower center", ncols=3)
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 @as_plate(
@@ -191,7 +188,7 @@ def _likeness(plate: Plate) -> Drawn:
     "it, only in passing: the local exponent runs from 3 to 1.",
     assumed(),
 )
-def _energy(plate: Plate) -> Drawn:
+def _energy(plate: Plate) -> Drawing:
     joint = worked_example()
     a: Floats = np.geomspace(1e-9, 1e-4, 400)
     lost, exponent = joint.dissipated_energy(a), joint.dissipation_exponent(a)
@@ -221,7 +218,7 @@ def _energy(plate: Plate) -> Drawn:
     body.align_ylabels([above, below])
     body.legend(loc="outside lower center", ncols=3)
     columns = {"amplitude [m]": a, "dissipated energy [J]": lost, "local exponent": exponent}
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 def _half(y: Any) -> Any:
@@ -240,10 +237,9 @@ def _twice(y: Any) -> Any:
     "the loss factor; the ratio to critical damping is half of it (scale on the right).",
     assumed("Other loads: the same surface."),
 )
-def _damping(plate: Plate) -> Drawn:
+def _damping(plate: Plate) -> Drawing:
     a = np.geomspace(1e-9, 1e-4, 400)
-    figure, body = plate.page(4.2)
-    axes = body.subplots()
+    figure, body, axes = plate.sheet(4.2)
     columns = {"amplitude [m]": a}
     for load, color, line in zip((500.0, 2000.0, 5000.0), COLORS, LINES, strict=False):
         columns[f"loss factor at {load:g} N"] = worked_example(load).loss_factor(a)
@@ -260,7 +256,7 @@ def _damping(plate: Plate) -> Drawn:
     right = axes.secondary_yaxis("right", functions=(_half, _twice))
     right.set_ylabel("Damping ratio ζ = η/2 [–]")
     body.legend(loc="outside lower center", ncols=3, title="Normal load")
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 @as_plate(
@@ -271,7 +267,7 @@ def _damping(plate: Plate) -> Drawn:
     "2/3 there, since the loop's width vanishes, too.",
     one_summit(),
 )
-def _measures(plate: Plate) -> Drawn:
+def _measures(plate: Plate) -> Drawing:
     joint = summit()
     x = np.union1d(np.geomspace(0.03, 30.0, 300), [1.0])
     a = x * joint.slip_limit
@@ -293,8 +289,7 @@ def _measures(plate: Plate) -> Drawn:
         "loss factor η = (4/π) A, the chapter's ξ",
         "damping ratio ζ = η/2",
     )
-    figure, body = plate.page(4.6)
-    axes = body.subplots()
+    figure, body, axes = plate.sheet(4.6)
     at = int(np.searchsorted(x, 1.0))
     for (values, label), color, line in zip(
         zip(list(columns.values())[1:], labels, strict=True), COLORS, LINES, strict=True
@@ -309,4 +304,4 @@ def _measures(plate: Plate) -> Drawn:
     axes.set(xlabel=r"Amplitude over slip limit $δ_m/δ_L$ [–]", ylabel="Measure of damping [–]")
     axes.set_ylim(0.0, 1.4)
     body.legend(loc="outside lower center", ncols=2)
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)

@@ -41,7 +41,7 @@ LOOK: list[Any] = ["default", STYLE, {"hatch.linewidth": 0.5, "svg.fonttype": "p
 """From matplotlib's own defaults, whatever the user's matplotlibrc says."""
 
 
-class Drawn(NamedTuple):
+class Drawing(NamedTuple):
     """A picture and the numbers in it."""
 
     figure: Figure
@@ -75,7 +75,7 @@ class Plate:
     title: str
     caption: str
     parameters: str
-    drawing: Callable[[Plate], Drawn]
+    drawing: Callable[[Plate], Drawing]
 
     @property
     def stem(self) -> str:
@@ -103,7 +103,12 @@ class Plate:
         below.text(0.5, 0.5, subscripts(text), fontsize=7.5, color=GREY, ha="center", va="center")
         return figure, body
 
-    def draw(self) -> Drawn:
+    def sheet(self, height: float) -> tuple[Figure, SubFigure, Axes]:
+        """A page with one pair of axes."""
+        figure, body = self.page(height)
+        return figure, body, body.subplots()
+
+    def draw(self) -> Drawing:
         """Draw it."""
         with style.context(LOOK):
             return self.drawing(self)
@@ -127,7 +132,7 @@ class Plate:
 
 def as_plate(
     number: str, name: str, title: str, caption: str, parameters: str
-) -> Callable[[Callable[[Plate], Drawn]], Plate]:
+) -> Callable[[Callable[[Plate], Drawing]], Plate]:
     """What a drawing needs to be a figure of the chapter."""
     return lambda drawing: Plate(number, name, title, caption, parameters, drawing)
 

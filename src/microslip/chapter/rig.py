@@ -18,7 +18,7 @@ from microslip.chapter.plate import (
     INK,
     LIGHT,
     RED,
-    Drawn,
+    Drawing,
     Plate,
     as_plate,
     cross,
@@ -76,10 +76,9 @@ def _assumed(addition: str) -> str:
     "stiffness. The contact alone would turn over within a micrometre.",
     _assumed("Amplitude 40 µm, 10 Hz; other loads: the same surface."),
 )
-def _normalised(plate: Plate) -> Drawn:
+def _normalised(plate: Plate) -> Drawing:
     top = 4e-5
-    figure, body = plate.page(4.6)
-    axes = body.subplots()
+    figure, body, axes = plate.sheet(4.6)
     columns: dict[str, Floats] = {}
     for seed, (load, color, line) in enumerate(
         zip((500.0, 1000.0, 2000.0, 5000.0), COLORS, LINES, strict=False)
@@ -103,11 +102,10 @@ def _normalised(plate: Plate) -> Drawn:
     axes.set(
         xlabel="Displacement at the transducer [µm]", ylabel="Tangential over normal load T/N [–]"
     )
-    axes.set_xlim(-46.0, 46.0)
-    axes.set_ylim(-0.68, 0.68)
+    axes.set(xlim=(-46.0, 46.0), ylim=(-0.68, 0.68))
     words(axes, "synthetic", -45.0, 0.62, ha="left", color=GREY, fontstyle="italic")
     body.legend(loc="outside lower center", ncols=4, title="Static normal load N")
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 @lru_cache(maxsize=1)
@@ -131,7 +129,7 @@ def identified() -> Identification:
         f"Amplitude {OVERLAY / MICRO:g} µm, {FREQUENCY:g} Hz, {CYCLES} cycles, the first left out."
     ),
 )
-def _overlay(plate: Plate) -> Drawn:
+def _overlay(plate: Plate) -> Drawing:
     result = identified()
     record = result.records[0]
     x, force, model, residual = record.displacement, record.measured, record.model, record.residual
@@ -165,7 +163,7 @@ def _overlay(plate: Plate) -> Drawn:
     for axes in (above, below):
         axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
     above.axvline(0.0, color=GREY, linewidth=0.6, zorder=1)
-    words(above, _found(result), -20.8, 0.96, ha="left", va="top")
+    words(above, _identified_text(result), -20.8, 0.96, ha="left", va="top")
     lost = (record.measured_energy, record.model_energy)
     measured, closed_by = (f"{v / MILLI:.2f} mJ" for v in lost)
     text = f"lost in a cycle:\nrecord {measured}\nmodel {closed_by}"
@@ -180,10 +178,10 @@ def _overlay(plate: Plate) -> Drawn:
         "force of model and rig [N]": model,
         "residual [N]": residual,
     }
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
-def _found(result: Identification) -> str:
+def _identified_text(result: Identification) -> str:
     """What is identified and what is not, for the picture."""
     lines = []
     for name, symbol in (

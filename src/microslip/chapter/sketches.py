@@ -15,7 +15,7 @@ from microslip.chapter.plate import (
     INK,
     LIGHT,
     RED,
-    Drawn,
+    Drawing,
     Plate,
     arrow,
     as_plate,
@@ -63,7 +63,7 @@ def _interface(axes: Axes, start: tuple[float, float], end: tuple[float, float])
     "they slide.",
     "A sketch.",
 )
-def _joints(plate: Plate) -> Drawn:
+def _joints(plate: Plate) -> Drawing:
     figure, body = plate.page(2.45)
     first, second, third = body.subplots(1, 3)
 
@@ -75,10 +75,6 @@ def _joints(plate: Plate) -> Drawn:
         _box(first, x - 0.1, 1.72, 0.2, 1.56, DARK)
         _box(first, x - 0.22, 3.1, 0.44, 0.22, DARK)
         _box(first, x - 0.22, 1.68, 0.44, 0.22, DARK)
-    arrow(first, (0.9, 2.8), (0.1, 2.8))
-    arrow(first, (5.1, 2.2), (5.9, 2.2))
-    words(first, "F", 0.5, 3.1)
-    words(first, "F", 5.5, 2.5)
 
     _blank(second, 6.0, 4.95, "(b) press fit", 1.05)
     _box(second, 2.55, 1.3, 0.9, 2.7)
@@ -103,11 +99,12 @@ def _joints(plate: Plate) -> Drawn:
         arrow(third, (x, 1.15), (x, 1.9))
     words(third, "p", 4.2, 3.55)
     words(third, "p", 1.8, 1.45)
-    arrow(third, (0.9, 2.8), (0.1, 2.8))
-    arrow(third, (5.1, 2.2), (5.9, 2.2))
-    words(third, "F", 0.5, 3.1)
-    words(third, "F", 5.5, 2.5)
-    return Drawn(figure, {})
+    for axes in (first, third):
+        arrow(axes, (0.9, 2.8), (0.1, 2.8))
+        arrow(axes, (5.1, 2.2), (5.9, 2.2))
+        words(axes, "F", 0.5, 3.1)
+        words(axes, "F", 5.5, 2.5)
+    return Drawing(figure, {})
 
 
 @as_plate(
@@ -119,9 +116,8 @@ def _joints(plate: Plate) -> Drawn:
     "A sketch of the principle after the chapter's section 2.1, not of the machine; the place "
     "of the force cell is assumed.",
 )
-def _tribometer(plate: Plate) -> Drawn:
-    figure, body = plate.page(3.7)
-    axes = body.subplots()
+def _tribometer(plate: Plate) -> Drawing:
+    figure, _, axes = plate.sheet(3.7)
     _blank(axes, 12.0, 5.6)
     _ground(axes, 0.3, 0.55, 11.4)
     # The jack with its own transducer, the force cell and the moving sample, in one line.
@@ -158,7 +154,7 @@ def _tribometer(plate: Plate) -> Drawn:
         arrowprops={"arrowstyle": "-", "color": RED, "linewidth": 0.9},
         bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"},
     )  # fmt: skip
-    return Drawn(figure, {})
+    return Drawing(figure, {})
 
 
 def _cap(center: float, top: float, radius: float, floor: float) -> tuple[Floats, Floats]:
@@ -175,9 +171,8 @@ def _cap(center: float, top: float, radius: float, floor: float) -> tuple[Floats
     "Only summits higher than the separation touch; each is pressed in by what it stands too high.",
     "A sketch: heights are exaggerated against widths.",
 )
-def _rough_surface(plate: Plate) -> Drawn:
-    figure, body = plate.page(3.1)
-    axes = body.subplots()
+def _rough_surface(plate: Plate) -> Drawing:
+    figure, _, axes = plate.sheet(3.1)
     _blank(axes, 12.0, 4.3)
     plane, mean, floor, radius = 2.9, 1.75, 0.7, 0.55
     tops = (1.35, 2.2, 3.2, 1.9, 2.55, 3.35, 1.6, 2.45, 3.1, 1.95)
@@ -227,7 +222,7 @@ def _rough_surface(plate: Plate) -> Drawn:
     low = float(centers[7])
     arrow(axes, (low, tops[7] - radius), (low + 0.3, tops[7] - 0.075), linewidth=0.9)
     words(axes, "ρ", low - 0.08, tops[7] - 0.35)
-    return Drawn(figure, {})
+    return Drawing(figure, {})
 
 
 @as_plate(
@@ -238,9 +233,8 @@ def _rough_surface(plate: Plate) -> Drawn:
     "where the plane would cut it.",
     "A sketch.",
 )
-def _single_asperity(plate: Plate) -> Drawn:
-    figure, body = plate.page(3.9)
-    axes = body.subplots()
+def _single_asperity(plate: Plate) -> Drawing:
+    figure, _, axes = plate.sheet(3.9)
     _blank(axes, 10.0, 5.6)
     radius, plane, depth, center = 2.6, 3.3, 0.42, 4.6
     angle = np.linspace(math.radians(205.0), math.radians(-25.0), 400)
@@ -280,4 +274,4 @@ def _single_asperity(plate: Plate) -> Drawn:
     arrow(axes, (0.9, 0.7), (0.9, 1.7), linewidth=0.9)
     words(axes, "x", 2.1, 0.7)
     words(axes, "y", 0.9, 1.95)
-    return Drawn(figure, {})
+    return Drawing(figure, {})

@@ -15,7 +15,7 @@ from microslip.chapter.plate import (
     INK,
     SLIP,
     STICK,
-    Drawn,
+    Drawing,
     Plate,
     as_plate,
     words,
@@ -60,7 +60,7 @@ def assumed() -> str:
     "missing to one in (b).",
     assumed(),
 )
-def _heights(plate: Plate) -> Drawn:
+def _heights(plate: Plate) -> Drawing:
     joint, law = worked_example(), Gaussian(SPREAD)
     d = joint.separation
     share = float(law.probability_above(d))
@@ -96,7 +96,7 @@ def _heights(plate: Plate) -> Drawn:
             textcoords="offset points", ha="left", va="top", color=GREY,
         )  # fmt: skip
     columns = {"height [m]": y, "density [1/m]": density, "distribution function": below}
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 def profile(seed: int = 19) -> tuple[Floats, Floats]:
@@ -152,7 +152,7 @@ def _assumed_profile() -> str:
     "spread in height.",
     _assumed_profile(),
 )
-def _roughness(plate: Plate) -> Drawn:
+def _roughness(plate: Plate) -> Drawing:
     x, z = profile()
     edges = np.linspace(-16.5, 16.5, 34) * 1e-7
     shares, _ = np.histogram(z, edges)
@@ -166,8 +166,7 @@ def _roughness(plate: Plate) -> Drawn:
     average = float(np.mean(np.abs(z)))
     words(profile_axes, f"this trace: Ra = {average / MICRO:.2f} µm", 4.0, 1.5)
     profile_axes.set(xlabel="Position along the surface [mm]", ylabel="Height [µm]", title="(a)")
-    profile_axes.set_xlim(0.0, LENGTH / MILLI)
-    profile_axes.set_ylim(-1.7, 1.7)
+    profile_axes.set(xlim=(0.0, LENGTH / MILLI), ylim=(-1.7, 1.7))
     right.stairs(
         density * percent, edges / MICRO, orientation="horizontal", fill=True, facecolor=STICK,
         edgecolor=BLUE, linewidth=0.8, label="this trace",
@@ -183,4 +182,4 @@ def _roughness(plate: Plate) -> Drawn:
         "density of its class [1/m]": density[np.digitize(z, edges) - 1],
         "Gaussian density [1/m]": law.pdf(z),
     }
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)

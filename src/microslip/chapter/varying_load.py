@@ -11,7 +11,7 @@ from microslip.chapter.contact import assumed as one_summit
 from microslip.chapter.contact import summit
 from microslip.chapter.joint import COLORS, LINES
 from microslip.chapter.joint import assumed as worked_out
-from microslip.chapter.plate import LIGHT, Drawn, Plate, as_plate, cross
+from microslip.chapter.plate import LIGHT, Drawing, Plate, as_plate, cross
 from microslip.chapter.surface import worked_example
 from microslip.friction import CoupledResponse, Interface
 from microslip.report.drawing import DASHES
@@ -47,7 +47,7 @@ def cycles(joint: Interface, amplitude: float, ripple: float, phase: float) -> C
     "or opposed. The smaller the displacement the more so; in gross slip it hardly matters.",
     worked_out("Displacement amplitude · sin θ, load N (1 + ripple · sin(θ + ψ)); settled cycle."),
 )
-def _by_phase(plate: Plate) -> Drawn:
+def _by_phase(plate: Plate) -> Drawing:
     joint = worked_example()
     phases: Floats = np.arange(0.0, 181.0, 4.5)
     figure, body = plate.page(4.2)
@@ -74,7 +74,7 @@ def _by_phase(plate: Plate) -> Drawn:
         axes.legend(loc="upper right", title="Amplitude" if axes is first else "Ripple")
     first.set(ylabel="Energy per cycle over that at constant load [–]")
     first.set_ylim(0.0, 4.0)
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)
 
 
 @as_plate(
@@ -86,7 +86,7 @@ def _by_phase(plate: Plate) -> Drawn:
     "the force is 0, wherever the displacement is (b).",
     one_summit("Amplitude 0.8 δL, load N (1 + ripple · sin(θ + ψ)); settled cycle."),
 )
-def _by_ripple(plate: Plate) -> Drawn:
+def _by_ripple(plate: Plate) -> Drawing:
     joint = summit()
     top = 0.8 * joint.slip_limit
     constant = float(joint.dissipated_energy(top))
@@ -104,8 +104,7 @@ def _by_ripple(plate: Plate) -> Drawn:
     first.axhline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
     first.set(xlabel="Load ripple ΔN/N [–]", title="(a) what a cycle costs")
     first.set(ylabel="Energy per cycle over that at constant load [–]")
-    first.set_xlim(0.0, 1.0)
-    first.set_ylim(0.0, 3.5)
+    first.set(xlim=(0.0, 1.0), ylim=(0.0, 3.5))
     first.legend(loc="upper left", title="ψ, load before δ")
     for ripple, phase, (color, line) in (
         (0.0, 0.0, looks[0]),
@@ -123,4 +122,4 @@ def _by_ripple(plate: Plate) -> Drawn:
     right.set(xlabel="Tangential displacement δ [nm]", ylabel="Tangential force T [mN]")
     right.set_title("(b) loops, up to full ripple")
     right.legend(loc="upper left")
-    return Drawn(figure, columns)
+    return Drawing(figure, columns)

@@ -5,10 +5,8 @@ A new kind of result is one module here (or a package, where it is long). It off
 ``KIND``
     What its summary.json says it is.
 ``document(result) -> Document``
-    Its answer, sections and plain numbers. The terminal, the page and summary.json follow.
-``files(result) -> tuple of File``
-    What is written: :func:`~microslip.report.files.standard_files` with the document, and the
-    tables and arrays of its own.
+    Its answer, sections, plain numbers, and the tables and texts that go with it into a folder.
+    The terminal, the page, summary.json and the files follow.
 
 and nothing else: how these look and how they are written whole or not at all is the business of
 :mod:`microslip.report`.

@@ -112,37 +112,36 @@ def document(
     )
 
 
+def _joules(*ends: float) -> str:
+    return " to ".join(engineering(end, "J", 4) for end in ends)
+
+
 def _answer(measurements: Sequence[Measurement]) -> str:
     """The regime and the energy per cycle in a sentence."""
     regimes = list(dict.fromkeys(measured.regime for measured in measurements))
     energies = [measured.mean["dissipated_energy"] for measured in measurements]
-    if len(measurements) == 1:
-        measured, energy = measurements[0], energies[0]
-        if len(measured.levels) > 1:
-            return (
-                f"{len(measured)} cycles at {len(measured.levels)} amplitudes: {_ends(measured)}."
-            )
-        cycles = f"{len(measured)} cycle{'s' * (len(measured) > 1)}"
-        spread = ""
-        if energy.number > 1:
-            ends = " … ".join(engineering(end, "J") for end in (energy.low, energy.high))
-            spread = f" ({ends} with {100.0 * measured.confidence:g} % confidence)"
-            if not measured.is_settled:
-                spread = f" in the mean, and is not settled ({ends})"
-        return (
-            f"{cycles}, mostly {regimes[0]}: each dissipates {engineering(energy.value, 'J', 4)}"
-            f"{spread}."
-        )
-    values = [energy.value for energy in energies]
-    ends = " to ".join(engineering(end, "J", 4) for end in (min(values), max(values)))
-    return f"Mostly {' and '.join(regimes)}: a cycle dissipates {ends}."
+    if len(measurements) > 1:
+        values = [energy.value for energy in energies]
+        ends = _joules(min(values), max(values))
+        return f"Mostly {' and '.join(regimes)}: a cycle dissipates {ends}."
+    measured, energy = measurements[0], energies[0]
+    if len(measured.levels) > 1:
+        return f"{len(measured)} cycles at {len(measured.levels)} amplitudes: {_ends(measured)}."
+    cycles = f"{len(measured)} cycle{'s' * (len(measured) > 1)}"
+    spread = ""
+    if energy.number > 1:
+        ends = " … ".join(engineering(end, "J") for end in (energy.low, energy.high))
+        spread = f" ({ends} with {100.0 * measured.confidence:g} % confidence)"
+        if not measured.is_settled:
+            spread = f" in the mean, and is not settled ({ends})"
+    return f"{cycles}, mostly {regimes[0]}: each dissipates {_joules(energy.value)}{spread}."
 
 
 def _ends(measured: Measurement) -> str:
     """What cycles dissipate at the least and the largest amplitude of a record with several."""
     levels = sorted(measured.levels, key=lambda level: level.mean["amplitude"].value)
     low, high = (
-        f"{engineering(level.mean['dissipated_energy'].value, 'J', 4)} at "
+        f"{_joules(level.mean['dissipated_energy'].value)} at "
         f"{engineering(level.mean['amplitude'].value, 'm')}"
         for level in (levels[0], levels[-1])
     )
@@ -152,21 +151,19 @@ def _ends(measured: Measurement) -> str:
 def _number(measurements: Sequence[Measurement]) -> Number:
     """What a cycle dissipates, with its interval; over several records the range of them."""
     energies = [measured.mean["dissipated_energy"] for measured in measurements]
-    first = energies[0]
+    first, measured = energies[0], measurements[0]
     if len(energies) > 1:
-        values = sorted(energy.value for energy in energies)
-        ends = " to ".join(engineering(end, "J", 4) for end in (values[0], values[-1]))
-        return Number(
-            "dissipated a cycle, the mean of the records",
-            engineering(float(np.mean(values)), "J", 4),
-            f"{ends} over {len(energies)} records",
-        )
+        values = [energy.value for energy in energies]
+        mean = _joules(float(np.mean(sorted(values))))
+        band = f"{_joules(min(values), max(values))} over {len(energies)} records"
+        return Number("dissipated a cycle, the mean of the records", mean, band)
     band = ""
     if first.number > 1:
-        ends = " to ".join(engineering(end, "J", 4) for end in (first.low, first.high))
-        level = f"{100.0 * measurements[0].confidence:g} % interval of the mean"
-        band = f"{ends} ({level if measurements[0].is_settled else 'range of the cycles'})"
-    return Number("dissipated a cycle", engineering(first.value, "J", 4), band)
+        level = f"{100.0 * measured.confidence:g} % interval of the mean"
+        if not measured.is_settled:
+            level = "range of the cycles"
+        band = f"{_joules(first.low, first.high)} ({level})"
+    return Number("dissipated a cycle", _joules(first.value), band)
 
 
 def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section, Section]:
@@ -195,7 +192,7 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
         Note(f"{shorten(measured.name, 200)}: {', '.join(facts)}."),
         _means(measured),
         *((_levels(measured),) if measured.levels else ()),
-        *((Note(_read(channels.texts)),) if channels.texts else ()),
+        *((Note(_channels_text(channels.texts)),) if channels.texts else ()),
         Items(tuple(say(note) for note in measured.notes if note not in channels.texts)),
     )
     title = shorten(measured.name, 100)
@@ -205,7 +202,7 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
     )
 
 
-def _read(notes: Sequence[str]) -> str:
+def _channels_text(notes: Sequence[str]) -> str:
     """Which columns were read, in a line."""
     matches = [match for note in notes if (match := _CHANNEL.match(note))]
     words = [

@@ -6,7 +6,7 @@ import csv
 import hashlib
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
 from contextlib import suppress
@@ -19,9 +19,9 @@ from microslip._core.files import reason, whole_file
 from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.errors import Argument, InputError
+from microslip.report.document import Progress
 from microslip.report.files import plain
 
-Progress = Callable[[float], None]
 Outcome = dict[str, Any]
 
 ITEMS = "items"
@@ -275,10 +275,10 @@ def _here(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outcome]]
                     if tries[item] < _TRIES:
                         waiting.append(item)
                     else:
-                        yield item, _lost(item)
+                        yield item, _lost_worker(item)
 
 
-def _lost(item: Item) -> Outcome:
+def _lost_worker(item: Item) -> Outcome:
     cause = f"its worker died {_TRIES} times (out of memory, or killed)"
     return {**_heading(item), "status": "failed", "reason": cause, "seconds": 0.0}
 
@@ -315,7 +315,7 @@ def _on_dask(
             try:
                 outcome = future.result()
             except distributed.KilledWorker:
-                outcome = _lost(item)
+                outcome = _lost_worker(item)
             future.release()
             if waiting:
                 following = waiting.pop()

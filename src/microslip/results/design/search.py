@@ -15,7 +15,7 @@ from microslip._core.checks import Floats
 from microslip._core.units import AREA, DENSITY, FORCE, LENGTH, Kind, to_si
 from microslip.errors import Argument, InputError, StudyError
 from microslip.kernels import Integers
-from microslip.results.predicted.columns import Progress
+from microslip.report.document import Progress
 from microslip.study.build import build_joints, build_summits
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, at_middle, is_uncertain
@@ -105,7 +105,7 @@ class Range(NamedTuple):
         except ValueError as error:
             raise InputError(Argument("vary"), f": {key}: {error}") from None
         if not 0.0 < values[0] < values[1]:
-            raise not_a_range(key, text)
+            raise range_error(key, text)
         return cls(key, *values)
 
 
@@ -120,7 +120,7 @@ def parts_of(text: str) -> tuple[str, str, str]:
     return key.strip(), low.strip(), high.strip()
 
 
-def not_a_range(key: str, text: str) -> InputError:
+def range_error(key: str, text: str) -> InputError:
     """What is wrong with ends that are no range."""
     ends = text.partition("=")[2]
     return InputError(Argument("vary"), f": {key}: wanted low..high above zero, got {ends!r}")
@@ -191,7 +191,7 @@ class Search:
             for name in numbers
         }
 
-    def _given(self, logs: Floats) -> dict[str, Any]:
+    def _keywords(self, logs: Floats) -> dict[str, Any]:
         arguments = dict(self.middle)
         arguments |= dict(zip(self.names, np.exp(logs).tolist(), strict=True))
         for name, factor in self.factors.items():
@@ -200,7 +200,7 @@ class Search:
 
     def values(self, logs: Floats) -> Floats:
         """Ln of the quantity over the samples."""
-        quantities = evaluate(**self._given(logs), quantities=[self.target.quantity])
+        quantities = evaluate(**self._keywords(logs), quantities=[self.target.quantity])
         return np.atleast_1d(np.log(quantities[self.target.quantity]))
 
     def quantile(self, logs: Floats) -> tuple[float, Floats]:
@@ -226,7 +226,7 @@ class Search:
         """Mean slopes of some samples along the ranges."""
         arguments = {
             name: (v[near] if isinstance(v, np.ndarray) else v)
-            for name, v in self._given(logs).items()
+            for name, v in self._keywords(logs).items()
         }
         slopes = log_derivatives(self.target.quantity, arguments, self.names)
         return np.array([float(np.mean(slopes[name])) for name in self.names])
@@ -381,8 +381,8 @@ class AnySearch(Search):
                 "and identifications go with a Greenwood–Williamson surface and one load"
             )
         self._varied = study
-        self._known: dict[bytes, Floats] = {}
-        self._found: dict[bytes, tuple[float, Floats]] = {}
+        self._values_by_place: dict[bytes, Floats] = {}
+        self._quantiles_by_place: dict[bytes, tuple[float, Floats]] = {}
         ranges = [self._read(text) for text in texts]
         rows: list[dict[str, float]] = [{}]
         if is_uncertain(study):
@@ -403,7 +403,7 @@ class AnySearch(Search):
         self._varied = StudyDescription.from_toml(study.text, study.name, [change], study._folder)
         spread = dict(spreads_of(self._varied)).get(key)
         if spread is None or spread.low is None or spread.high is None or not spread.low > 0.0:
-            raise not_a_range(key, text)
+            raise range_error(key, text)
         return Range(key, spread.low, spread.high)
 
     def _start(self) -> tuple[list[str], dict[str, Any]]:
@@ -437,16 +437,16 @@ class AnySearch(Search):
     def values(self, logs: Floats) -> Floats:
         """Ln of the quantity over the samples; the search asks for a place more than once."""
         place = np.asarray(logs).tobytes()
-        if place not in self._known:
-            self._known[place] = self._of_samples(logs, np.arange(len(self._rows)))
-        return self._known[place]
+        if place not in self._values_by_place:
+            self._values_by_place[place] = self._of_samples(logs, np.arange(len(self._rows)))
+        return self._values_by_place[place]
 
     def quantile(self, logs: Floats) -> tuple[float, Floats]:
         """As of any search, once a place."""
         place = np.asarray(logs).tobytes()
-        if place not in self._found:
-            self._found[place] = super().quantile(logs)
-        return self._found[place]
+        if place not in self._quantiles_by_place:
+            self._quantiles_by_place[place] = super().quantile(logs)
+        return self._quantiles_by_place[place]
 
     def _slopes(self, logs: Floats, near: Integers) -> Floats:
         ends = [

@@ -177,7 +177,7 @@ def measured_together(
 
 def summarise(outcome: Identified, say: Say = str) -> dict[str, Any]:
     """What summary.json holds: plain values in SI units, messages as ``say`` puts them."""
-    first, *comparisons = (_said(result.summary(), say) for result in outcome.results)
+    first, *comparisons = (_spelt(result.summary(), say) for result in outcome.results)
     for record, values in zip(outcome.first.records, first["records"], strict=True):
         values["rms_residual"] = math.sqrt(float((record.residual**2).mean()))
     return {
@@ -197,7 +197,7 @@ def _title(outcome: Identified) -> str:
     return f"{title}: identified" if title else "Identified joint"
 
 
-def _said(summary: dict[str, Any], say: Say) -> dict[str, Any]:
+def _spelt(summary: dict[str, Any], say: Say) -> dict[str, Any]:
     """A summary with its messages as who asked puts them."""
     summary["message"] = say(summary["message"])
     summary["notes"] = [say(note) for note in summary["notes"]]
@@ -236,13 +236,12 @@ def document(outcome: Identified, say: Say = str, files: bool = False) -> Docume
     level = f"{100.0 * fit['confidence']:g} %"
     sections = [
         Section("Parameters", tuple(_parameters(fit, summary["study"], level))),
-        *_open(fit),
+        *_open_section(fit),
         Section("How far to trust it", (Verdicts(numbers.verdicts_of(fit)),)),
         Section("Figures", pictures, brief=False),
         Section("Residuals", (_records(fit["records"]), Items(tuple(numbers.quality_of(fit))))),
     ]
-    correlations = _correlations(fit)
-    if correlations is not None:
+    if (correlations := _correlations(fit)) is not None:
         sections.append(Section("Correlations", (correlations,)))
     if comparison is not None:
         sections.append(Section("Laws compared", tuple(_laws(comparison))))
@@ -302,7 +301,7 @@ def _parameters(fit: Summary, study: str | None, level: str) -> list[Block]:
     blocks.append(Items(tuple(numbers.law_bound_texts(fit))))
     blocks += [Note(hint, small=True) for hint in numbers.hints_of(fit, study)]
     if fit["given"]:
-        blocks.append(_given(fit))
+        blocks.append(_prior_table(fit))
     return blocks
 
 
@@ -314,19 +313,17 @@ def _value_and_interval(number: Summary) -> str:
     return value if interval in ("", "–") else f"{value} ({interval})"
 
 
-def _open(fit: Summary) -> list[Section]:
+def _open_section(fit: Summary) -> list[Section]:
     """What the records leave open; no section where they leave nothing."""
     texts, ways = numbers.open_texts(fit), numbers.directions_of(fit)
     blocks: list[Block] = [Items(tuple(texts))]
     if ways:
-        blocks.append(
-            Note("Ways through the parameters that change the loops by less than their noise:")
-        )
-        blocks.append(Items(tuple(ways)))
+        note = "Ways through the parameters that change the loops by less than their noise:"
+        blocks += [Note(note), Items(tuple(ways))]
     return [Section("What the records do not tell", tuple(blocks))] if texts or ways else []
 
 
-def _given(fit: Summary) -> Table:
+def _prior_table(fit: Summary) -> Table:
     """What was given with an uncertainty beside what was found."""
     heads = ("What was given", "Value", "Found", "Deviations off", "From the rest", "Verdict")
     rows = tuple(
@@ -353,30 +350,22 @@ def _texts(title: str, heads: Sequence[str], rows: tuple[Any, ...], caption: str
 def _records(records: Sequence[Summary]) -> Table:
     """What is left of each record, and how late its force is where that was free."""
     columns = (
-        Column("record", "Record"),
+        Column("name", "Record"),
         Column("normal_load", "N", "N"),
         Column("amplitude", "Amplitude", "m"),
         Column("cycles", "Cycles"),
         Column("rms_residual", "Residual", "N", 3),
         Column("force_noise", "Noise of a sample", "N", 3),
-        Column("energy_residual", "Energy residual"),
-        Column("delay", "Delay"),
+        Column("energy_text", "Energy residual"),
+        Column("delay_text", "Delay"),
     )
     late = any(record.get("delay") for record in records)
-    rows = tuple(
-        (
-            record["name"],
-            record["normal_load"],
-            record["amplitude"],
-            record["cycles"],
-            record["rms_residual"],
-            record["force_noise"],
-            numbers.energy_text(record),
-            numbers.delay_text(record["delay"]) if late else None,
-        )
-        for record in records
-    )
-    return Table("Residuals", columns, rows, caption=_RESIDUALS, noun="records")
+    rows = []
+    for record in records:
+        delay = numbers.delay_text(record["delay"]) if late else None
+        cells = {**record, "energy_text": numbers.energy_text(record), "delay_text": delay}
+        rows.append(tuple(cells[column.key] for column in columns))
+    return Table("Residuals", columns, tuple(rows), caption=_RESIDUALS, noun="records")
 
 
 def _correlations(fit: Summary) -> Table | None:
@@ -385,23 +374,16 @@ def _correlations(fit: Summary) -> Table | None:
     if len(names) < 2:
         return None
     labels = [label(name, fit["parameters"][name].get("normal_load")) for name in names]
+    places = range(len(names) - 1)
     rows = tuple(
-        (
-            labels[i],
-            *(
-                numbers.correlation_text(matrix[i][j]) if j < i else ""
-                for j in range(len(names) - 1)
-            ),
-        )
+        (labels[i], *(numbers.correlation_text(matrix[i][j]) if j < i else "" for j in places))
         for i in range(1, len(names))
     )
-    return _texts(
-        "Correlations",
-        ["", *labels[:-1]],
-        rows,
+    caption = (
         "Of the errors of the fitted parameters: near 1 or −1 two of them can only be told "
-        "together.",
+        "together."
     )
+    return _texts("Correlations", ["", *labels[:-1]], rows, caption)
 
 
 def _laws(comparison: Summary) -> list[Block]:

@@ -12,14 +12,19 @@ from microslip._version import __version__
 from microslip.errors import InputError, Phrase
 from microslip.identification import Identification
 from microslip.identification.verdicts import HAS_VALUE, label
-from microslip.results.identified.numbers import is_none, knows_radius, open_of, quantity
+from microslip.results.identified.numbers import (
+    is_at_bound,
+    knows_radius,
+    open_parameters,
+    quantity,
+)
 from microslip.study.overrides import dump
 
 if TYPE_CHECKING:
     from microslip.study.description import StudyDescription
 
 
-class _Found(Protocol):
+class _Outcome(Protocol):
     """What is said of a fit here: its result, and the study that materials are from."""
 
     @property
@@ -28,7 +33,7 @@ class _Found(Protocol):
     def study(self) -> StudyDescription | None: ...
 
 
-def joint_text(outcome: _Found, say: Callable[[str], str] = str) -> tuple[str | None, str]:
+def joint_text(outcome: _Outcome, say: Callable[[str], str] = str) -> tuple[str | None, str]:
     """The identified joint as TOML that `microslip predict` takes, or None and why there is none.
 
     Remarks say what in it is no result, as ``say`` puts it.
@@ -73,7 +78,7 @@ def _unknown(summary: dict[str, Any]) -> list[str]:
         for name, number in summary["parameters"].items()
         if name in _KEYS
         and number["verdict"] not in ("identified", "fixed", *HAS_VALUE)
-        and not is_none(number)
+        and not is_at_bound(number)
     ]
     return keys if knows_radius(summary) else list(dict.fromkeys([*keys, "surface.radius"]))
 
@@ -82,7 +87,7 @@ def _surface(result: Identification) -> Any:
     return result.joint().surface
 
 
-def _remarks(outcome: _Found, say: Callable[[str], str]) -> str:
+def _remarks(outcome: _Outcome, say: Callable[[str], str]) -> str:
     """What is measured in the file and what is not, as comments."""
     assert outcome.study is not None
     summary = outcome.first.summary()
@@ -92,13 +97,13 @@ def _remarks(outcome: _Found, say: Callable[[str], str]) -> str:
         f"amplitude {quantity(record['amplitude'], 'm')}, {record['cycles']} cycles"
         for record in summary["records"]
     ]
-    doubts = [item for item in open_of(summary) if item.verdict in HAS_VALUE]
+    doubts = [item for item in open_parameters(summary) if item.verdict in HAS_VALUE]
     doubtful = [f"{item.name} ({item.verdict})" for item in doubts]
     if summary["status"] != "converged" or doubtful:
         lines += wrap(f"{summary['status'].upper()}: {say(summary['message'])}.", 96)
     if doubtful:
         lines += wrap(f"IN DOUBT: {', '.join(doubtful)}.", 96)
-    if open_ones := [item.name for item in open_of(summary) if item not in doubts]:
+    if open_ones := [item.name for item in open_parameters(summary) if item not in doubts]:
         lines.append(
             f"NOT identified, one of many values that answer the loops: {', '.join(open_ones)}."
         )

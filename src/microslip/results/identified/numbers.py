@@ -27,7 +27,7 @@ _WORDS: Mapping[str, Word] = {
 }
 
 
-class Open(NamedTuple):
+class OpenParameter(NamedTuple):
     """Something that the records do not tell."""
 
     name: str
@@ -57,7 +57,10 @@ def interval_text(number: Summary) -> str:
     """The interval of a number, without an end that is open."""
     if number["verdict"] == "fixed":
         return "–"
-    digits = _digits(number)
+    return _between(number, _digits(number))
+
+
+def _between(number: Summary, digits: int) -> str:
     low, high = (quantity(number[end], number["unit"], digits) for end in ("low", "high"))
     return ends_text((low, high), number["low_open"], number["high_open"])
 
@@ -70,16 +73,19 @@ def _digits(number: Summary) -> int:
     return min(max(1 + math.ceil(math.log10(abs(value) / (high - low))), 3), 8)
 
 
+def _free(fit: Summary) -> list[Summary]:
+    return [number for number in fit["parameters"].values() if number["verdict"] != "fixed"]
+
+
 def verdicts_of(fit: Summary) -> tuple[Verdict, ...]:
     """How far a fit can be trusted."""
-    free = [number for number in fit["parameters"].values() if number["verdict"] != "fixed"]
-    identified = (number["verdict"] == "identified" or is_none(number) for number in free)
+    identified = (n["verdict"] == "identified" or is_at_bound(n) for n in _free(fit))
     return rules.verdicts(fit["stake"], identified, fit["converged"])
 
 
 def headline(fit: Summary) -> str:
     """What came out, in a line."""
-    free = [number for number in fit["parameters"].values() if number["verdict"] != "fixed"]
+    free = _free(fit)
     identified = sum(number["verdict"] == "identified" for number in free)
     return f"{fit['law']}: {identified} of {len(free)} parameters identified ({fit['status']})"
 
@@ -152,17 +158,17 @@ def quality_of(fit: Summary) -> list[str]:
     return texts
 
 
-def open_of(fit: Summary) -> list[Open]:
+def open_parameters(fit: Summary) -> list[OpenParameter]:
     """What the records do not tell, with reason and remedy; not a cell of a law that is none."""
     return [
-        Open(
+        OpenParameter(
             label(name, number.get("normal_load")),
             number["verdict"],
             labelled(number["reason"], fit),
             number["remedy"],
         )
         for name, number in fit["parameters"].items()
-        if number["verdict"] not in ("identified", "fixed") and not is_none(number)
+        if number["verdict"] not in ("identified", "fixed") and not is_at_bound(number)
     ]
 
 
@@ -171,11 +177,11 @@ def open_texts(fit: Summary) -> list[str]:
     return [
         f"{item.name}, {item.verdict}: {item.reason}."
         + (f" To settle it: {item.remedy}." if item.remedy else "")
-        for item in open_of(fit)
+        for item in open_parameters(fit)
     ]
 
 
-def is_none(number: Summary) -> bool:
+def is_at_bound(number: Summary) -> bool:
     """Whether a number lies at a bound that joints have, so that there is nothing to settle."""
     at_bound = number.get("at_bound", False)
     return bool(at_bound and number["verdict"] == "bounded above" and not number["remedy"])
@@ -236,17 +242,12 @@ def rig_texts(comparison: Summary) -> list[str]:
     """The stiffness of each rig as several laws find it; none where it is known."""
     texts = []
     for name, laws in comparison["rigs"].items():
-        by_law = ", ".join(f"{_between(number)} by {law}" for law, number in laws.items())
+        by_law = ", ".join(f"{_between(number, 3)} by {law}" for law, number in laws.items())
         texts.append(
             f"The {label(name)} over the laws: {by_law}. Where all of them leave more than noise, "
             "it takes up what each law lacks, and this spread says more of it than one interval."
         )
     return texts
-
-
-def _between(number: Summary) -> str:
-    low, high = (quantity(number[end], number["unit"], 3) for end in ("low", "high"))
-    return ends_text((low, high), number["low_open"], number["high_open"])
 
 
 def energy_text(record: Summary) -> str:

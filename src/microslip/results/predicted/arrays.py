@@ -111,18 +111,19 @@ def _index(dim: str, size: int, meaning: str) -> Variable:
 
 def _scalars(result: Prediction) -> dict[str, Variable]:
     """Numbers of each joint, without those that none has."""
-    numbers_of_joints = [
+    rows = [
         {**scalars(result.study, joint), **asdict(limits)}
         for joint, limits in zip(result.joints, result.limits, strict=True)
     ]
-    variables = {}
-    for name in numbers_of_joints[0]:
-        values = [numbers[name] for numbers in numbers_of_joints]
-        if any(value is not None for value in values):
-            array = np.array([np.nan if value is None else value for value in values])
-            variables[name] = _variable(("load",), array, name)
+    variables = {
+        name: _variable(("load",), np.array([row[name] for row in rows], dtype=float), name)
+        for name in rows[0]
+        if any(row[name] is not None for row in rows)
+    }
+    scale = variables["slip_scale"]
     comment = {"comment": slip_scale_of(result.joints[0])[1]}
-    return {**variables, "slip_scale": _with(variables["slip_scale"], comment)}
+    variables["slip_scale"] = scale._replace(attributes={**scale.attributes, **comment})
+    return variables
 
 
 def _validity(result: Prediction) -> dict[str, Variable]:
@@ -163,19 +164,13 @@ def _validity(result: Prediction) -> dict[str, Variable]:
     return variables
 
 
-def _with(variable: Variable, about: Mapping[str, Any]) -> Variable:
-    return variable._replace(attributes={**variable.attributes, **about})
-
-
 def _loops(result: Prediction, driven: str) -> dict[str, Variable]:
-    shape = len(result.loops), len(result.loops[0]), result.loops[0][0].force.size
+    names = {"displacement": "displacement", "force": "force"}
+    if result.varying:
+        names["varying_normal_load"] = "normal_load"
     variables = {}
-    varies = {"varying_normal_load": "normal_load"} if result.varying else {}
-    for name, attribute in {"displacement": "displacement", "force": "force", **varies}.items():
-        values = np.empty(shape)
-        for i, loops in enumerate(result.loops):
-            for j, loop in enumerate(loops):
-                values[i, j] = getattr(loop, attribute)
+    for name, attribute in names.items():
+        values = np.array([[getattr(loop, attribute) for loop in loops] for loops in result.loops])
         variables[name] = _variable(("load", driven, "sample"), values, name)
     return variables
 

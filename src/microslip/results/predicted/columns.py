@@ -15,10 +15,10 @@ from microslip._core.units import engineering
 from microslip.friction import Interface
 from microslip.friction.energies import dissipated_along
 from microslip.loops import Loop
+from microslip.report.document import Progress
 from microslip.structures import Oscillator
 from microslip.study.schema import Excitation, LoadVariation
 
-Progress = Callable[[float], None]
 Floats = NDArray[np.float64]
 _Columns = TypeVar("_Columns", bound="Columns")
 
@@ -54,7 +54,7 @@ class Columns(Locked):
         return f"{type(self).__name__}({size} of {', '.join(columns)})"
 
     @classmethod
-    def _made(
+    def _by_pieces(
         cls: type[_Columns], make: Callable[[slice], _Columns], size: int, progress: Progress | None
     ) -> _Columns:
         """Make a long one piece by piece."""
@@ -63,6 +63,12 @@ class Columns(Locked):
             for name, array in make(piece).columns().items():
                 arrays.setdefault(name, np.empty(size))[piece] = array
         return cls(**{field.name: arrays.get(field.name) for field in fields(cls)})
+
+
+_BY_METHOD = (
+    "dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio", "secant_stiffness",
+    "dissipation_exponent",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -95,7 +101,9 @@ class AmplitudeCurve(Columns):
         cls, joint: Interface, amplitude: Floats, progress: Progress | None = None
     ) -> AmplitudeCurve:
         """Evaluate a joint."""
-        return cls._made(lambda piece: cls._at(joint, amplitude[piece]), amplitude.size, progress)
+        return cls._by_pieces(
+            lambda piece: cls._at(joint, amplitude[piece]), amplitude.size, progress
+        )
 
     @classmethod
     def of_forces(cls, joint: Interface, force_amplitude: Floats) -> AmplitudeCurve:
@@ -115,13 +123,8 @@ class AmplitudeCurve(Columns):
             amplitude=amplitude.copy(),
             force_amplitude=force.copy(),
             force_ratio=force / joint.force_limit,
-            dissipated_energy=np.asarray(joint.dissipated_energy(amplitude)),
-            energy_ratio=np.asarray(joint.energy_ratio(amplitude)),
-            loss_factor=np.asarray(joint.loss_factor(amplitude)),
-            damping_ratio=np.asarray(joint.damping_ratio(amplitude)),
-            secant_stiffness=np.asarray(joint.secant_stiffness(amplitude)),
             tangent_stiffness=np.asarray(joint.backbone_stiffness(amplitude)),
-            dissipation_exponent=np.asarray(joint.dissipation_exponent(amplitude)),
+            **{name: np.asarray(getattr(joint, name)(amplitude)) for name in _BY_METHOD},
             slider_density=np.asarray(joint.sliders().density(amplitude)),
             stick_area=stick,
             stick_share=None if stick is None else stick / contact,
@@ -206,7 +209,7 @@ class OscillatorCurve(Columns):
                 interface_damping_ratio=np.asarray(oscillator.interface_damping_ratio(a)),
             )
 
-        return cls._made(make, amplitude.size, progress)
+        return cls._by_pieces(make, amplitude.size, progress)
 
 
 @dataclass(frozen=True)

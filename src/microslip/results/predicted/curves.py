@@ -129,7 +129,7 @@ def force_axis(result: Prediction) -> AmplitudeAxis:
     )
 
 
-def finite(values: Floats) -> Floats:
+def drawable_values(values: Floats) -> Floats:
     """The values that can be drawn; one NaN if there is none."""
     values_drawn = values[np.isfinite(values)]
     return values_drawn if values_drawn.size else np.array([np.nan])
@@ -163,7 +163,7 @@ def draw_curves(
             places = evenly(x.size, 7)
             x, y = x[places], y[places]
         panel.marks(x, y, look.color, marker=look.marker)
-    return finite(np.concatenate([*(line[1] for line in lines), *bands]))
+    return drawable_values(np.concatenate([*(line[1] for line in lines), *bands]))
 
 
 def _band(
@@ -258,7 +258,7 @@ def _draw_varying(
         inside = np.isfinite(y) & (y > 0.0) & (x >= axis.low) & (x <= axis.high)
         panel.marks(x[inside], y[inside], look.color, marker=look.marker, filled=True)
         ordinates.append(y[inside])
-    return finite(np.concatenate(ordinates))
+    return drawable_values(np.concatenate(ordinates))
 
 
 # -- energy --------------------------------------------------------------------------------------

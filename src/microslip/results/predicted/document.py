@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from microslip._core.checks import Floats
 from microslip._core.units import engineering, significant
 from microslip.report.document import (
     Block,
@@ -19,17 +20,15 @@ from microslip.report.document import (
     Section,
 )
 from microslip.results.predicted.figures import pictures
-from microslip.results.predicted.leading_inputs import hanging_table
-from microslip.results.predicted.numbers import KIND, REMINDER, verdicts
+from microslip.results.predicted.numbers import KIND, REMINDER
 from microslip.results.predicted.prediction import Prediction
 from microslip.results.predicted.scatter_document import sections as scatter_sections
 from microslip.results.predicted.study_facts import LAWS, study_facts
 from microslip.results.predicted.tables import (
     cycle_table,
-    hertz_table,
     history_table,
-    joint_table,
     oscillator_table,
+    rest_section,
     validity,
     varying_table,
 )
@@ -50,54 +49,32 @@ def document(result: Prediction) -> Document:
     """A prediction as a document; its data is the summary."""
     study, summary = result.study, result.summary
     joints = summary["joints"]
-    varies = study.excitation.load_varies
     by_force = study.excitation.force_amplitudes is not None
-    judged = [
-        (getattr(joint, "normal_load", 0.0), verdicts(study, joint)) for joint in result.joints
-    ]
     cycles: list[Block] = [cycle_table(joints, by_force=by_force, varies=bool(result.varying))]
     if result.varying:
         cycles.append(varying_table(joints))
     sections = [] if result.structure is None else [*structure_sections(result.structure)]
     sections += scatter_sections(result)
-    sections += [
-        Section(
-            "Joint at rest",
-            (
-                joint_table(joints, _law(study)),
-                *hertz_table(joints),
-                *hanging_table(joints),
-            ),
-        ),
-        Section("Cycles", tuple(cycles)),
-    ]
+    sections += [rest_section(joints, _law(study)), Section("Cycles", tuple(cycles))]
     if result.oscillators:
         sections.append(Section("Oscillator", (oscillator_table(joints, by_force=by_force),)))
     if result.histories:
         sections.append(Section("History", (history_table(joints),)))
     notes = tuple(note for note in summary["notes"] if note != REMINDER)  # it is a remark
+    description: list[Block] = [Note(subject(result)), *study_facts(study), Listing(study.text)]
     sections += [
         Section("Figures", pictures(result), brief=False),
-        Section("Validity", (validity(judged, varies=varies),)),
+        Section("Validity", (validity(study, result.joints),)),
         Section("Notes", (*([Items(notes)] if notes else []), Note(REMARK))),
-        Section(
-            "Study", (Note(subject(result)), *study_facts(study), Listing(study.text)), brief=False
-        ),
+        Section("Study", tuple(description), brief=False),
         Section("Equations", (Markup(equations(result)),), brief=False),
     ]
-    title = summary["title"] or ("Joint" if result.structure is None else "Structure")
-    if result.structure is not None:
-        sentence, number, figure = (
-            structure_answer(result.structure),
-            structure_number(result.structure),
-            "modal_curves",
-        )
-    else:
-        sentence, number, figure = answer(result), _number(result), "loops"
-    remarks = tuple(questions(study))
-    return Document(
-        KIND, title, sentence, tuple(sections), summary, remarks, number=number, figure=figure
-    )
+    title, sentence, number, figure = "Joint", answer(result), _number(result), "loops"
+    if (structure := result.structure) is not None:
+        title, figure = "Structure", "modal_curves"
+        sentence, number = structure_answer(structure), structure_number(structure)
+    title, remarks = summary["title"] or title, tuple(questions(study))
+    return Document(KIND, title, sentence, tuple(sections), summary, remarks, number, figure)
 
 
 def _middle(result: Prediction) -> tuple[int, int]:
@@ -105,16 +82,24 @@ def _middle(result: Prediction) -> tuple[int, int]:
     return len(result.joints) // 2, (len(result.rows[0].amplitude) - 1) // 2
 
 
+def _written(value: float, unit: str) -> str:
+    return engineering(value, unit, 4, trim=True)
+
+
+def _excitation(result: Prediction) -> tuple[str, str, list[Floats]]:
+    """What the study gives: its name and unit, and its amplitudes under each load."""
+    if result.study.excitation.force_amplitudes is not None:
+        return "force amplitude", "N", [row.force_amplitude for row in result.rows]
+    return "displacement amplitude", "m", [row.amplitude for row in result.rows]
+
+
 def _case(result: Prediction) -> str:
     """The load and the amplitude that the answer is about, such as "±300 nm and 2 kN"."""
     load, place = _middle(result)
-    row = result.rows[load]
-    if result.study.excitation.force_amplitudes is not None:
-        case = f"±{engineering(float(row.force_amplitude[place]), 'N', 4, trim=True)}"
-    else:
-        case = f"±{engineering(float(row.amplitude[place]), 'm', 4, trim=True)}"
+    _, unit, amplitudes = _excitation(result)
+    case = f"±{_written(float(amplitudes[load][place]), unit)}"
     normal = getattr(result.joints[load], "normal_load", None)
-    return case if normal is None else f"{case} and {engineering(normal, 'N', 4, trim=True)}"
+    return case if normal is None else f"{case} and {_written(normal, 'N')}"
 
 
 def answer(result: Prediction) -> str:
@@ -138,29 +123,23 @@ def _number(result: Prediction) -> Number:
     every = np.concatenate([row.loss_factor for row in result.rows])
     every = every[np.isfinite(every)]
     band = f"ζ = η/2 = {significant(0.5 * eta)}"
-    scatter = result.scatter
-    if scatter is not None:
-        low, high = scatter.bands["loss_factor"].values[[0, -1], load, place].tolist()
-        shares = [f"{100.0 * share:g}" for share in (scatter.quantiles[0], scatter.quantiles[-1])]
-        band = f"{' to '.join(shares)} %: {significant(low)} to {significant(high)}; {band}"
+    if (scatter := result.scatter) is not None:
+        ends = scatter.bands["loss_factor"].values[[0, -1], load, place].tolist()
+        shares = " to ".join(f"{100.0 * share:g}" for share in scatter.quantiles[[0, -1]])
+        band = f"{shares} %: {' to '.join(map(significant, ends))}; {band}"
     elif every.size > 1:
-        band += (
-            f"; from {significant(float(every.min()))} to {significant(float(every.max()))} over "
-            "the loads and amplitudes of the study"
-        )
+        ends = [float(every.min()), float(every.max())]
+        band += f"; from {' to '.join(map(significant, ends))} "
+        band += "over the loads and amplitudes of the study"
     return Number(f"loss factor η at {_case(result)}", significant(eta), band)
 
 
 def subject(result: Prediction) -> str:
     """Say in a sentence what was computed."""
-    study = result.study
-    if study.excitation.force_amplitudes is not None:
-        noun, unit, values = "force amplitude", "N", result.rows[0].force_amplitude
-    else:
-        noun, unit, values = "displacement amplitude", "m", result.rows[0].amplitude
+    noun, unit, amplitudes = _excitation(result)
     sentence = (
-        f"Hysteresis, stiffness and damping {_of(study)}, "
-        f"cycled at {_several(noun, values.tolist(), unit)}"
+        f"Hysteresis, stiffness and damping {_of(result.study)}, "
+        f"cycled at {_range_text(noun, amplitudes[0].tolist(), unit)}"
     )
     if result.histories:
         sentence += f", along a history of {result.histories[0].force.size} samples"
@@ -175,20 +154,19 @@ def _of(study: StudyDescription) -> str:
         return f"by the friction law {study.joint.law}"
     law = study.surface.law
     _, surface = LAWS.get(law, ("", f"of the surface {law}"))
-    loads = _several("normal load", [*study.joint.loads], "N")
+    loads = _range_text("normal load", [*study.joint.loads], "N")
     if study.joint.tightening_load is not None:
-        surface += f" tightened to {engineering(study.joint.tightening_load, 'N', 4, trim=True)}"
+        surface += f" tightened to {_written(study.joint.tightening_load, 'N')}"
     if study.joint.pressure is not None:
         surface += f" under a pressure spread as {study.joint.pressure.kind}"
     return f"{surface}, friction coefficient {study.joint.friction_coefficient:g}, at {loads}"
 
 
-def _several(noun: str, values: list[float], unit: str) -> str:
-    texts = [engineering(value, unit, 4, trim=True) for value in values]
+def _range_text(noun: str, values: list[float], unit: str) -> str:
     if len(values) == 1:
-        return f"one {noun}, {texts[0]}"
-    ends = [texts[values.index(end)] for end in (min(values), max(values))]
-    return f"{len(values)} {noun}s, {ends[0]} to {ends[1]}"
+        return f"one {noun}, {_written(values[0], unit)}"
+    ends = " to ".join(_written(end, unit) for end in (min(values), max(values)))
+    return f"{len(values)} {noun}s, {ends}"
 
 
 # -- equations -----------------------------------------------------------------------------------

@@ -25,9 +25,7 @@ _MANY = 3000
 def history(result: Prediction) -> Plot:
     """Displacement, force and dissipated energy over time, and force over displacement.
 
-    Without times they are drawn over the samples.
-
-    A normal load that varies is drawn as well.
+    Without times they are drawn over the samples; a normal load that varies is drawn as well.
     """
     names = [name for name in _LABELS if name in result.histories[0].columns()]
     loads = drawn_loads(result)

@@ -3,31 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-from microslip._core.units import engineering, significant
 from microslip.errors import InputError
 from microslip.friction import Interface
 from microslip.friction.input_slopes import input_slopes
-from microslip.report import cells
-from microslip.report.document import Column, Table
 from microslip.study.description import StudyDescription
 from microslip.study.scanned_surface import ScanSurface
 
-_MOST = 3
 _STEP = 0.2
 """Half of the logarithm over which cut-offs are varied: summits come and go one by one."""
-
-_NAMES = {
-    "friction_coefficient": "μ",
-    "normal_load": "N",
-    "young_modulus": "E",
-    "heights": "spread of heights",
-    "copies": "number of summits",
-    "cutoff": "short-wave cut-off",
-}
 
 
 def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None:
@@ -65,42 +51,3 @@ def _over_cutoff(surface: ScanSurface, joint: Interface, amplitude: float) -> di
         }
         return {name: math.log(high / low) / (2.0 * _STEP) for name, (low, high) in pairs.items()}
     return {}
-
-
-def hanging_table(joints: Sequence[dict[str, Any]]) -> tuple[Table, ...]:
-    """The steepest slopes of each joint; nothing for laws without a surface."""
-    rows = []
-    for joint in joints:
-        answers = joint.get("hangs_on")
-        if not answers:
-            continue
-        for name, label in (
-            ("tangential_stiffness", "kₜ"),
-            ("loss_factor", f"η at {engineering(answers['amplitude'], 'm', 3, trim=True)}"),
-        ):
-            steepest = [
-                f"{_NAMES.get(key, key)}: {significant(slope, 2)}"
-                for key, slope in list(answers[name].items())[:_MOST]
-                if abs(slope) >= 0.01
-            ]
-            rows.append((joint["normal_load"], label, ", ".join(steepest) or "none"))
-    if not rows:
-        return ()
-    columns = (
-        Column("normal_load", "Load", "N", write=cells.given("N"), short="load"),
-        Column("quantity", "Answer"),
-        Column("inputs", "Hangs on"),
-    )
-    return (
-        Table(
-            "What the answer hangs on",
-            columns,
-            tuple(rows),
-            keys=2,
-            most=20,
-            caption="Slopes d ln answer/d ln input, the steepest first: at 0.5 an input that is "
-            "10 % off makes the answer 5 % wrong. Materials, density and area count alike for both "
-            "bodies and the whole joint.",
-            noun="answers",
-        ),
-    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from microslip._core.units import engineering, prefix
@@ -16,13 +18,18 @@ MOST_AMPLITUDES = 6
 
 def pressure(result: Prediction) -> Plot:
     """Pressure over the place, and how near each place is to sliding at the amplitudes."""
-    joints = [(joint, look) for i, look in drawn_loads(result) if (joint := _pressed(result, i))]
+    every: Sequence[object] = result.joints
+    joints = [
+        (joint, look)
+        for i, look in drawn_loads(result)
+        if isinstance(joint := every[i], PressedJoint)
+    ]
     first = joints[0][0]
     places, axis = _places(first)
     unit, letter = common_prefix([float(joint.pressures.max()) for joint, _ in joints])
-    over = Panel(Axis(axis), Axis(f"Pressure [{letter}Pa]", 0.0), cell=(0, 0, 0, 0))
+    over = Panel(Axis(axis), Axis(f"Pressure [{letter}Pa]", 0.0))
     for joint, look in joints:
-        over.line(*_stepped(joint, places, joint.pressures / unit), look.color, dash=look.dash)
+        over.line(*_stepped(places, joint.pressures / unit), look.color, dash=look.dash)
         if joint.pressure.areas.size <= 1:
             over.marks(places, joint.pressures / unit, look.color, marker=look.marker)
     slip = Panel(
@@ -30,7 +37,6 @@ def pressure(result: Prediction) -> Plot:
         Axis("Share of the slip limit, T/μN", 0.0, 1.05),
         f"at displacements from rest, under {engineering(first.normal_load, 'N', 4, trim=True)}: "
         "1 slides",
-        cell=(1, 1, 0, 0),
     )
     amplitudes = result.rows[0].amplitude
     indices = evenly(amplitudes.size, MOST_AMPLITUDES)
@@ -38,7 +44,7 @@ def pressure(result: Prediction) -> Plot:
     for number, index in enumerate(indices):
         color, dash = COLORS[number % len(COLORS)], DASHES[number % len(DASHES)]
         shares = first.slip_shares(float(amplitudes[index]))
-        slip.line(*_stepped(first, places, shares), color, dash=dash)
+        slip.line(*_stepped(places, shares), color, dash=dash)
         if shares.size <= 1:
             slip.marks(places, shares, color)
         label = engineering(float(amplitudes[index]), "m", 3, trim=True)
@@ -46,15 +52,11 @@ def pressure(result: Prediction) -> Plot:
     if len(joints) > 1:
         loads = ", ".join(engineering(joint.normal_load, "N", 4, trim=True) for joint, _ in joints)
         over.note = f"from below: {loads}"
+    over.cell, slip.cell = (0, 0, 0, 0), (1, 1, 0, 0)
     plot = Plot([over, slip], 6.4, heights=(1.0, 1.2))
     plot.legend_title, plot.legend = "Displacement below", tuple(entries)
     plot.title = result.study.title
     return plot
-
-
-def _pressed(result: Prediction, index: int) -> PressedJoint | None:
-    joint: object = result.joints[index]
-    return joint if isinstance(joint, PressedJoint) else None
 
 
 def _places(joint: PressedJoint) -> tuple[Floats, str]:
@@ -69,7 +71,7 @@ def _places(joint: PressedJoint) -> tuple[Floats, str]:
     return 100.0 * reach / spread.area, "Pressed area, the most pressed first [%]"
 
 
-def _stepped(joint: PressedJoint, places: Floats, values: Floats) -> tuple[Floats, Floats]:
+def _stepped(places: Floats, values: Floats) -> tuple[Floats, Floats]:
     """A line through the values in the order of their places."""
     order = np.argsort(places, kind="stable")
     return places[order], values[order]

@@ -13,11 +13,10 @@ from microslip._core.quantities import UNITS
 from microslip._version import __version__
 from microslip.report.cells import si
 from microslip.report.document import Column, Document, Items, Section, Table
-from microslip.results.predicted.leading_inputs import hanging_table
-from microslip.results.predicted.numbers import files, joint_entry, load_notes, verdicts
+from microslip.results.predicted.numbers import files, joint_entry, load_notes
 from microslip.results.predicted.run import DEFAULT_POINTS, defaults_of
 from microslip.results.predicted.study_facts import KEYS
-from microslip.results.predicted.tables import hertz_table, joint_table, validity
+from microslip.results.predicted.tables import rest_section, validity
 from microslip.study.build import build_joints, check_loads
 from microslip.study.description import StudyDescription
 from microslip.study.parametric import Described
@@ -67,20 +66,11 @@ def preview(study: StudyDescription) -> Document:
         "units": dict(UNITS),
         "files": list(files(study)),
     }
-    judged = [(getattr(joint, "normal_load", 0.0), verdicts(study, joint)) for joint in joints]
+    law = (study.joint if study.surface is None else study.surface).law
     sections = [
         Section("Quantities", (_quantity_table(data["quantities"]),)),
-        Section(
-            "Joint at rest",
-            (
-                joint_table(
-                    data["joints"], (study.joint if study.surface is None else study.surface).law
-                ),
-                *hertz_table(data["joints"]),
-                *hanging_table(data["joints"]),
-            ),
-        ),
-        Section("Validity", (validity(judged, varies=excitation.load_varies),)),
+        rest_section(data["joints"], law),
+        Section("Validity", (validity(study, joints),)),
     ]
     if data["notes"]:
         sections.append(Section("Notes", (Items(tuple(data["notes"])),)))
@@ -137,7 +127,7 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
         name: {**dict.fromkeys(keys), **materials.get(name, {})}
         for name, keys in values["material"].items()
     }
-    described = dict(_described(study))
+    described = dict(_parameter_units(study))
     for key, written, value in _walk({"material": material, **source}, values):
         unit = described.get(key) or _UNITS.get(key.rpartition(".")[2], "-")
         if key == "structure.density":
@@ -147,7 +137,7 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
         if key == "excitation.history" and history is not None:
             value, unit = history.values.tolist(), "N" if history.quantity == "force" else "m"
         if isinstance(written, dict) and "file" not in written:
-            written = ", ".join(f"{name} = {_short(x)}" for name, x in written.items())
+            written = ", ".join(f"{name} = {_written_text(x)}" for name, x in written.items())
             spread = value[0] if isinstance(value, tuple) else value
             ends = (float(spread),)
             if isinstance(spread, Spread) and (spread.values or spread.low is not None):
@@ -157,7 +147,7 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
             written = f'{written.get("file")}, column "{written.get("column")}"'
             quantity = {"count": len(value), "smallest": min(value), "largest": max(value)}
         else:
-            quantity = {"value": list(value) if isinstance(written, list) else _one(value)}
+            quantity = {"value": list(value) if isinstance(written, list) else _first_item(value)}
         yield {"key": key, "written": written, **quantity, "unit": unit}
         loads = None if history is None else history.loads
         if key == "excitation.history" and isinstance(written, str) and loads is not None:
@@ -172,12 +162,12 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
             }
 
 
-def _short(written: Any) -> str:
+def _written_text(written: Any) -> str:
     """A value as it was written; of a list how many there are."""
     return f"{len(written)} values" if isinstance(written, list) else str(written)
 
 
-def _described(study: StudyDescription) -> Iterator[tuple[str, str]]:
+def _parameter_units(study: StudyDescription) -> Iterator[tuple[str, str]]:
     """Units of the keys that stand for parameters of a law, a surface or heights."""
     heights = getattr(study.surface, "heights", None)
     parts = {"joint": study.joint, "surface": study.surface, "surface.heights": heights}
@@ -197,11 +187,11 @@ def _walk(source: Any, values: Any, path: str = "") -> Iterator[tuple[str, Any, 
             yield here, written, value
         elif isinstance(written, dict) and isinstance(value, dict):
             yield from _walk(written, value, f"{here}.")
-        elif key != "schema" and _is_number(_one(value)):
+        elif key != "schema" and _is_number(_first_item(value)):
             yield here, written, value
 
 
-def _one(value: Any) -> Any:
+def _first_item(value: Any) -> Any:
     """A value, or the first one of a list: one written without brackets is a list, too."""
     return value[0] if isinstance(value, (list, tuple)) else value
 

@@ -8,10 +8,10 @@ from typing import Any
 
 from microslip._core.checks import show
 from microslip.errors import Argument, InputError
+from microslip.report.document import Progress
 from microslip.report.files import save
 from microslip.report.netcdf import dataset
 from microslip.results.predicted.arrays import contents
-from microslip.results.predicted.columns import Progress
 from microslip.results.predicted.document import document
 from microslip.results.predicted.files import files
 from microslip.results.predicted.numbers import KIND

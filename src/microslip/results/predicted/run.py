@@ -12,6 +12,7 @@ from microslip._core.checks import whole
 from microslip._core.netcdf import Variable
 from microslip.friction import Interface
 from microslip.loops import Loop
+from microslip.report.document import Progress
 from microslip.results.predicted.arrays import variables
 from microslip.results.predicted.columns import (
     AmplitudeCurve,
@@ -19,14 +20,13 @@ from microslip.results.predicted.columns import (
     HistoryResponse,
     Limits,
     OscillatorCurve,
-    Progress,
     VaryingCycles,
     VaryingLoop,
     blocks,
 )
 from microslip.results.predicted.numbers import Defaults, oscillator_of, slip_scale_of, summarise
 from microslip.results.predicted.result import Result
-from microslip.results.predicted.scatter import fixed, scatter
+from microslip.results.predicted.scatter import scatter, with_amplitudes
 from microslip.results.structure.run import run as run_structure
 from microslip.study.build import blame, build_joints, check_loads
 from microslip.study.description import StudyDescription
@@ -60,7 +60,7 @@ def _scattered(
     """The study at its middle, and the bands about it."""
     result, defaults = _computed(at_middle(study))
     first = result.rows[0]
-    fixed_study = fixed(study, first.amplitude, result.curves[0].amplitude)
+    fixed_study = with_amplitudes(study, first.amplitude, result.curves[0].amplitude)
     bands = scatter(fixed_study, variables(result), _variables, workers, progress)
     return replace(result, study=study, scatter=bands), defaults
 

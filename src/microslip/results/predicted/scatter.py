@@ -12,7 +12,8 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.netcdf import Variable
 from microslip.errors import InputError, StudyError
-from microslip.results.predicted.columns import AmplitudeCurve, Progress
+from microslip.report.document import Progress
+from microslip.results.predicted.columns import AmplitudeCurve
 from microslip.study.description import StudyDescription
 from microslip.study.draws import Design, Input
 from microslip.study.schema import Curve
@@ -22,7 +23,7 @@ from microslip.sweeps.ranking import ranking
 Variables = Mapping[str, Variable]
 Compute = Callable[[StudyDescription], Variables]
 RANKED = ("loss_factor", "dissipated_energy", "secant_stiffness")
-"""Results at the amplitudes of the loops of which it is told what decides."""
+"""Results at the amplitudes of the loops that are ranked by what decides them."""
 
 _FAR = 1.6448536269514722  # score of the 95 % quantile
 _NEAR = 0.25  # scores to either side, for slopes
@@ -73,7 +74,7 @@ class Scatter:
         )
 
 
-def fixed(study: StudyDescription, amplitudes: Floats, grid: Floats) -> StudyDescription:
+def with_amplitudes(study: StudyDescription, amplitudes: Floats, grid: Floats) -> StudyDescription:
     """The same study with the amplitudes that its middle has, for all samples."""
     excitation = study.excitation
     changes: dict[str, Any] = {}
@@ -112,7 +113,7 @@ def _results(
 ) -> Iterator[dict[str, Floats]]:
     """The samples in their order, whoever has computed them."""
 
-    def told(samples: Iterator[dict[str, Floats] | str]) -> Iterator[dict[str, Floats]]:
+    def answered(samples: Iterator[dict[str, Floats] | str]) -> Iterator[dict[str, Floats]]:
         for index, sample in enumerate(samples):
             if isinstance(sample, str):
                 raise StudyError(
@@ -124,12 +125,12 @@ def _results(
 
     if workers == 1:
         _start(design, compute)
-        yield from told(map(_run, scores))
+        yield from answered(map(_run, scores))
         return
     from concurrent.futures import ProcessPoolExecutor
 
     with ProcessPoolExecutor(workers, initializer=_start, initargs=(design, compute)) as pool:
-        yield from told(iter(pool.map(_run, scores, chunksize=8)))
+        yield from answered(iter(pool.map(_run, scores, chunksize=8)))
 
 
 def scatter(
@@ -153,7 +154,7 @@ def scatter(
     alone = np.concatenate([reach * np.eye(inputs) for reach in (-_FAR, _FAR, -_NEAR, _NEAR)])
     all_scores = np.concatenate([scores, alone])
     count = groups * size
-    names, left_out = _kept(nominal, count)
+    names, left_out = _with_bands(nominal, count)
     stacks = {name: np.empty((len(all_scores), *nominal[name].values.shape)) for name in names}
     for index, sample in enumerate(_results(design, compute, all_scores, workers, report)):
         for name, stack in stacks.items():
@@ -164,7 +165,7 @@ def scatter(
         variable = nominal[name]
         values = np.quantile(stack[:count], quantiles, axis=0)
         bands[name] = Variable(("quantile", *variable.dims), values, variable.attributes)
-        if _is_told(name, variable):
+        if _has_errors(name, variable):
             by_group = stack[:count].reshape(groups, size, *variable.values.shape)
             group_quantiles = np.quantile(by_group, quantiles, axis=1)
             errors[name] = group_quantiles.std(axis=1, ddof=1) / math.sqrt(groups)
@@ -176,7 +177,7 @@ def scatter(
     )
 
 
-def _kept(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
+def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
     """Variables that get bands, and those that are too large."""
     numbers = [
         name
@@ -187,7 +188,7 @@ def _kept(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
     return [name for name in numbers if name not in large], large
 
 
-def _is_told(name: str, variable: Variable) -> bool:
+def _has_errors(name: str, variable: Variable) -> bool:
     return "point" not in variable.dims and not variable.dims[-1].endswith("sample")
 
 
@@ -250,7 +251,7 @@ def _notes(design: Design, left_out: Sequence[str]) -> tuple[str, ...]:
     ]
     if design.part.correlations:
         notes.append(
-            "Inputs correlate: their shares in the scatter are not told apart by any method."
+            "Inputs correlate: their shares in the scatter are not answered apart by any method."
         )
     if left_out:
         notes.append(f"Too many numbers for bands: {', '.join(left_out)}.")

@@ -131,20 +131,18 @@ _ELSEWHERE = (
 
 def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
     """Materials, surface, joint, excitation and oscillator, with what is given of each."""
-    groups = []
-    for name, material in study.material.items():
-        groups.append(Facts(f"Material {name}", _rows(material) or (("Body", "rigid"),)))
-    surface = study.surface
-    law_rows: tuple[tuple[str, str], ...] = ()
-    if surface is None:
-        law_rows = (("Friction law", study.joint.law),)
+    groups = [
+        Facts(f"Material {name}", _rows(material) or (("Body", "rigid"),))
+        for name, material in study.material.items()
+    ]
+    joint = _rows(study.joint)
+    if (surface := study.surface) is None:
+        joint = (("Friction law", study.joint.law), *joint)
     else:
-        first, second = surface.materials
         law, _ = LAWS.get(surface.law, (surface.law, ""))
-        bodies = (("Bodies", f"{first} on {second}"), ("Normal law", law))
+        bodies = (("Bodies", " on ".join(surface.materials)), ("Normal law", law))
         groups.append(Facts("Surface", bodies + _rows(surface)))
-    groups.append(Facts("Joint", law_rows + _rows(study.joint)))
-    groups.append(Facts("Excitation", _rows(study.excitation)))
+    groups += [Facts("Joint", joint), Facts("Excitation", _rows(study.excitation))]
     if study.oscillator is not None:
         groups.append(Facts("Oscillator", _rows(study.oscillator)))
     if study.structure is not None:
@@ -173,10 +171,9 @@ def _rows(part: BaseModel) -> tuple[tuple[str, str], ...]:
         elif name == "load_variation":
             rows.append(("Normal load varies by", in_words(value)))
         elif name == "mesh":
-            rows.append(("Mesh", value.file))
-            rows.append(("Its bodies", ", ".join(value.bodies)))
-            rows.append(("Its contacts", ", ".join(f"{a} on {b}" for a, b in value.contacts)))
-            rows.append(("Its bolts", ", ".join(value.bolts)))
+            contacts = ", ".join(f"{a} on {b}" for a, b in value.contacts)
+            rows += [("Mesh", value.file), ("Its bodies", ", ".join(value.bodies))]
+            rows += [("Its contacts", contacts), ("Its bolts", ", ".join(value.bolts))]
         elif name in ("first", "second"):
             rows += [(f"{name.capitalize()} face: {key}", content) for key, content in _rows(value)]
         elif name == "pressure" and isinstance(value, BaseModel):

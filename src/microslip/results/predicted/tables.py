@@ -8,9 +8,11 @@ from functools import partial
 from typing import Any
 
 from microslip._core.units import engineering, significant
-from microslip._core.verdicts import Verdict
+from microslip.friction import Interface
 from microslip.report import cells
-from microslip.report.document import Column, Table, Verdicts
+from microslip.report.document import Column, Section, Table, Verdicts
+from microslip.results.predicted.numbers import verdicts
+from microslip.study.description import StudyDescription
 
 COUNTED = ("population", "sphere")
 """Normal laws whose contacts are counted, one by one."""
@@ -32,6 +34,15 @@ _AMPLITUDE = Column("amplitude", "Amplitude", "m", write=_M, short="amplitude")
 _FORCE = Column("force_amplitude", "Force amplitude", "N", write=_N, short="force", brief=False)
 _ENERGY = Column("dissipated_energy", "Energy per cycle", "J", 3, short="energy/cycle")
 _LOSS = Column("loss_factor", "Loss factor η", "", write=cells.ratio, short="η")
+_INPUTS = {
+    "friction_coefficient": "μ",
+    "normal_load": "N",
+    "young_modulus": "E",
+    "heights": "spread of heights",
+    "copies": "number of summits",
+    "cutoff": "short-wave cut-off",
+}
+_MOST_INPUTS = 3
 _DAMPING = Column("damping_ratio", "Damping ratio ζ", "", write=cells.ratio, short="ζ")
 
 Rows = Sequence[dict[str, Any]]
@@ -71,6 +82,38 @@ def joint_table(joints: Rows, law: str) -> Table:
         + ("; h is the separation of the surfaces over the spread of the heights." if h else ".")
     )
     return _table("Joint", "loads", columns, joints, caption)
+
+
+def rest_section(joints: Rows, law: str) -> Section:
+    """The joint at rest, its Hertz numbers, and what its answers hang on."""
+    tables = (joint_table(joints, law), *hertz_table(joints), *hanging_table(joints))
+    return Section("Joint at rest", tables)
+
+
+def hanging_table(joints: Rows) -> tuple[Table, ...]:
+    """The steepest slopes of each joint; nothing for laws without a surface."""
+    rows = []
+    for joint in joints:
+        if not (slopes := joint.get("hangs_on")):
+            continue
+        amplitude = engineering(slopes["amplitude"], "m", 3, trim=True)
+        labels = {"tangential_stiffness": "kₜ", "loss_factor": f"η at {amplitude}"}
+        for name, label in labels.items():
+            steepest = [
+                f"{_INPUTS.get(key, key)}: {significant(slope, 2)}"
+                for key, slope in list(slopes[name].items())[:_MOST_INPUTS]
+                if abs(slope) >= 0.01
+            ]
+            rows.append((joint["normal_load"], label, ", ".join(steepest) or "none"))
+    columns = (_LOAD, Column("quantity", "Answer"), Column("inputs", "Hangs on"))
+    caption = (
+        "Slopes d ln answer/d ln input, the steepest first: at 0.5 an input that is 10 % off makes "
+        "the answer 5 % wrong. Materials, density and area count alike for both bodies and the "
+        "whole joint."
+    )
+    title = "What the answer hangs on"
+    table = Table(title, columns, tuple(rows), 2, MOST_JOINTS, caption, noun="answers")
+    return (table,) if rows else ()
 
 
 def hertz_table(joints: Rows) -> tuple[Table, ...]:
@@ -183,15 +226,14 @@ def history_table(joints: Rows) -> Table:
     return _table("History", "loads", columns, [{**j, **j["history"]} for j in joints])
 
 
-def validity(
-    judged: Sequence[tuple[float, Sequence[tuple[Verdict, float | None]]]], *, varies: bool
-) -> Verdicts:
+def validity(study: StudyDescription, joints: Sequence[Interface]) -> Verdicts:
     """Verdicts of all loads [N], each with the load at which it is worst where that varies."""
-    verdicts, places = [], []
+    judgements, places = [], []
     newtons = partial(engineering, unit="N", digits=4, trim=True)
-    for load, verdicts_of_load in judged:
-        for verdict, worst in verdicts_of_load:
-            verdicts.append(verdict)
+    for joint in joints:
+        load = getattr(joint, "normal_load", 0.0)
+        for verdict, worst in verdicts(study, joint):
+            judgements.append(verdict)
             place = newtons(load)
             if worst is not None and worst != load:
                 place += f", as it {'grows' if worst > load else 'falls'} to {newtons(worst)}"
@@ -200,11 +242,11 @@ def validity(
         "The limits are conventions of contact mechanics (Greenwood and Williamson 1966). Watch: "
         "the result leans on the assumption. Outside: do not build on it."
     )
-    if varies:
+    if study.excitation.load_varies:
         caption += (
             " The normal load varies: each verdict is the worse of those at its smallest and at "
             "its largest value."
         )
     return Verdicts(
-        tuple(verdicts), tuple(places), frozenset({"real over apparent area"}), caption=caption
+        tuple(judgements), tuple(places), frozenset({"real over apparent area"}), caption=caption
     )

@@ -26,7 +26,7 @@ def disagreements(findings: Findings) -> list[str]:
     if not factors_apart:
         return []
     texts = [
-        f"{significant(factor, 2)} times the {_SAID[name]}"
+        f"{significant(factor, 2)} times the {_NOUNS[name]}"
         for name, factor in factors_apart.items()
     ]
     if findings.summits.method == "watershed" and "radius" in factors_apart:
@@ -80,13 +80,13 @@ def _listed(parts: list[str]) -> str:
     return " and ".join([", ".join(parts[:-1])] * (len(parts) > 1) + parts[-1:])
 
 
-_SAID = {"density": "density", "radius": "radius", "std": "spread in height"}
+_NOUNS = {"density": "density", "radius": "radius", "std": "spread in height"}
 
 
 _MOST_CAUSES = 3
 
 
-def _carried(moment: str) -> Callable[[float, Findings], str]:
+def _tail_share(moment: str) -> Callable[[float, Findings], str]:
     return lambda value, findings: (
         f"one point in a thousand carries {100.0 * value:.2g} % of the {moment}"
     )
@@ -109,8 +109,8 @@ _CAUSES: dict[str, Callable[[float, Findings], str]] = {
         f"slopes across the lay are {value:.2g} times those along it, but moments are averaged "
         "over directions"
     ),
-    "share of m0 in 0.1 % of points": _carried("variance of the heights"),
-    "share of m2 in 0.1 % of points": _carried("mean square slope"),
-    "share of m4 in 0.1 % of points": _carried("mean square curvature"),
+    "share of m0 in 0.1 % of points": _tail_share("variance of the heights"),
+    "share of m2 in 0.1 % of points": _tail_share("mean square slope"),
+    "share of m4 in 0.1 % of points": _tail_share("mean square curvature"),
 }
 """Verdicts that tell why counting and moments differ, in words; the most telling first."""

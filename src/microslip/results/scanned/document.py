@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +71,7 @@ def document(findings: Findings, folder: Path | None = None, say: Say = str) -> 
         Section("Summits", _summits(data)),
         Section(
             "Every parameter against the cut-off",
-            (_over_cutoffs(findings, data), Note(_explained(findings, data), brief=False)),
+            (_over_cutoffs(findings, data), Note(_column_notes(findings, data), brief=False)),
         ),
         texture.section(findings, data["texture"]),
         Section("Height distribution", (Note(findings.fit.verdict),), brief=False),
@@ -100,20 +101,18 @@ def document(findings: Findings, folder: Path | None = None, say: Say = str) -> 
 
 def _answer(findings: Findings, data: dict[str, Any]) -> str:
     """Its summits in a sentence, at which cut-off, and what was measured."""
-    by = next((name for name in ("counted", "mccool") if data["summits"].get(name)), None)
     rms = _number(data)
     height = f"Sq {rms.value} {rms.band.partition(' (')[0]}".rstrip()
-    measured = f"{_described(findings)}. {_capital(findings.cutoff_text())}: {height}."
-    if by is None:
-        return f"No summits. {measured}"
-    part = data["summits"][by]
-    density, radius, std = (
-        _written(part[key]["value"], part[key]["unit"]) for key in ("density", "radius", "std")
-    )
-    return (
-        f"Its summits, by {ESTIMATES[by]}: {density} per mm², of radius {radius}, their heights "
-        f"with a standard deviation of {std}. {measured}"
-    )
+    measured = f"{_size_text(findings)}. {_capital(findings.cutoff_text())}: {height}."
+    for estimate in ("counted", "mccool"):
+        if part := data["summits"].get(estimate):
+            keys = ("density", "radius", "std")
+            density, radius, std = (_written(part[k]["value"], part[k]["unit"]) for k in keys)
+            return (
+                f"Its summits, by {ESTIMATES[estimate]}: {density} per mm², of radius {radius}, "
+                f"their heights with a standard deviation of {std}. {measured}"
+            )
+    return f"No summits. {measured}"
 
 
 def _number(data: dict[str, Any]) -> Number:
@@ -132,7 +131,7 @@ def _remarks(findings: Findings) -> list[str]:
     remarks = (
         [] if findings.request.cutoff_given else [NOT_GIVEN if findings.has_cutoffs else TOO_SMALL]
     )
-    remarks += [_without(note, SUSPECT) for note in suspects]
+    remarks += [_without_prefix(note, SUSPECT) for note in suspects]
     remarks += [
         _capital(note.removeprefix(begin))
         for note in findings.raw.notes
@@ -147,7 +146,7 @@ def _remarks(findings: Findings) -> list[str]:
     return [*remarks, *findings.missing, *disagreements(findings)]
 
 
-def _without(note: str, begin: str) -> str:
+def _without_prefix(note: str, begin: str) -> str:
     """A note without its first word, its arguments still to be spelt."""
     if not isinstance(note, Phrase):
         return note.removeprefix(begin)
@@ -159,7 +158,7 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _described(findings: Findings) -> str:
+def _size_text(findings: Findings) -> str:
     """Size of the scan: "768 x 576 points, pixel 1.66 µm, 1.27 x 0.956 mm"."""
     scan = findings.scan
     points = " x ".join(str(n) for n in scan.heights.shape[::-1])
@@ -274,7 +273,7 @@ def _over_cutoffs(findings: Findings, data: dict[str, Any]) -> Table:
     return Table("", tuple(columns), tuple(rows), noun="cut-offs", few=tuple(sorted(brief_rows)))
 
 
-def _explained(findings: Findings, data: dict[str, Any]) -> str:
+def _column_notes(findings: Findings, data: dict[str, Any]) -> str:
     """What the columns of the table over cut-offs are."""
     counted = any(row["counted_radius"] is not None for row in data["over_cutoffs"])
     beside = ""
@@ -310,55 +309,59 @@ def _pictures(findings: Findings) -> tuple[Picture, ...]:
     """The figures; a scan with no cut-off to choose has none of parameters over them."""
     cutoff = f"{_capital(findings.cutoff_text())}."
     profile = findings.scan.is_profile
-    heights = Picture(
-        "heights",
-        f"Heights above the mean. {cutoff}"
-        if profile
-        else f"Heights above the mean, and the summits. {cutoff} The framed part is shown larger, "
-        "with every summit; colours end where half a percent of the points is beyond them.",
-        lambda: height_plot(findings),
-        "The profile" if profile else "Map of the heights with the summits, and a part of it",
+    gaps = _GAPS if findings.scan.missing > 0.0 else ""
+    slopes = (
+        "the rms slope between points against their distance; where it does not level off towards "
+        "short ones it is one of the cut-off"
     )
-    density = Picture(
-        "density",
-        "Roughness in the manner of Fig. 19.6 of the chapter: a trace, the density of all heights "
-        f"with the distributions that fit best, and its logarithm, which shows the tails. {cutoff} "
-        "The percentages are the largest share of the points that a distribution misses. Where "
-        "nearly all heights would be a spike, (b) shows those between the dotted lines.",
-        lambda: density_plot(findings),
-        "A trace of the heights, and their density with fits",
-    )
-    spectrum = Picture(
-        "spectrum",
-        "Power spectrum: the variance of the heights by wavelength; grey ground is what the "
-        f"cut-offs remove. {cutoff}{_GAPS if findings.scan.missing > 0.0 else ''}",
-        lambda: spectrum_plot(findings),
-        "Power spectrum against wavelength, radial and along both axes",
-    )
-    slopes = "the rms slope between points against their distance; where it does not level off "
-    slopes += "towards short ones it is one of the cut-off"
-    texture = Picture(
-        "texture",
-        f"{_capital(slopes)}. {cutoff}"
-        if profile
-        else "How far the heights hang together: their autocorrelation along both axes, and "
-        f"{slopes}. {cutoff}",
-        lambda: texture_plot(findings),
-        "Autocorrelation of the heights, and rms slope against distance",
-    )
-    cutoffs = Picture(
-        "cutoffs",
-        f"Every parameter against the short-wave cut-off. {cutoff} A parameter that does not level "
-        "off is one of the cut-off as much as of the surface.",
-        lambda: cutoff_plot(findings),
-        "Summit density, radius, spread, rms height and slope, Nayak's alpha against the cut-off",
-    )
+    figures = {
+        "heights": (
+            height_plot,
+            f"Heights above the mean. {cutoff}"
+            if profile
+            else f"Heights above the mean, and the summits. {cutoff} The framed part is shown "
+            "larger, with every summit; colours end where half a percent of the points is beyond "
+            "them.",
+            "The profile" if profile else "Map of the heights with the summits, and a part of it",
+        ),
+        "density": (
+            density_plot,
+            "Roughness in the manner of Fig. 19.6 of the chapter: a trace, the density of all "
+            "heights with the distributions that fit best, and its logarithm, which shows the "
+            f"tails. {cutoff} The percentages are the largest share of the points that a "
+            "distribution misses. Where nearly all heights would be a spike, (b) shows those "
+            "between the dotted lines.",
+            "A trace of the heights, and their density with fits",
+        ),
+        "spectrum": (
+            spectrum_plot,
+            "Power spectrum: the variance of the heights by wavelength; grey ground is what the "
+            f"cut-offs remove. {cutoff}{gaps}",
+            "Power spectrum against wavelength, radial and along both axes",
+        ),
+        "texture": (
+            texture_plot,
+            f"{_capital(slopes)}. {cutoff}"
+            if profile
+            else "How far the heights hang together: their autocorrelation along both axes, and "
+            f"{slopes}. {cutoff}",
+            "Autocorrelation of the heights, and rms slope against distance",
+        ),
+        "cutoffs": (
+            cutoff_plot,
+            f"Every parameter against the short-wave cut-off. {cutoff} A parameter that does not "
+            "level off is one of the cut-off as much as of the surface.",
+            "Summit density, radius, spread, rms height and slope, Nayak's alpha against the "
+            "cut-off",
+        ),
+    }
+    if not findings.has_cutoffs:
+        del figures["cutoffs"]
     return (
-        heights,
-        density,
-        spectrum,
-        texture,
-        *((cutoffs,) if findings.has_cutoffs else ()),
+        *(
+            Picture(name, caption, partial(plot, findings), alternative)
+            for name, (plot, caption, alternative) in figures.items()
+        ),
         *joint_section.tail_picture(findings),
         *joint_section.pictures(findings),
     )

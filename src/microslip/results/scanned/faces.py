@@ -39,8 +39,11 @@ from microslip.study.description import StudyDescription
 from microslip.study.faces import RoughFace
 
 _NAMES = {"": "face", ".first": "first", ".second": "second"}
-_QUANTITIES = {"density": "1/m^2", "radius": "m", "std": "m"}
-_HEADS = {"density": "Density", "radius": "Radius", "std": "Std of heights"}
+_QUANTITIES = {
+    "density": ("1/m^2", "Density", Column("density", "density [1/mm²]")),
+    "radius": ("m", "Radius", Column("radius", "radius")),
+    "std": ("m", "Std of heights", Column("std", "std of heights")),
+}
 _NOTHING = "Nothing is judged without a scan, or materials and a load."
 _FLAGS = {"normal_load": "load", "friction_coefficient": "friction"}
 _STUDY = """\
@@ -143,29 +146,15 @@ def _faces(analysis: Faces) -> tuple[Block, ...]:
     rows = [(_NAMES[key], *_summits(face.statistics, face)) for key, face in analysis.faces.items()]
     if len(rows) > 1:
         rows.append(("together", *_summits(analysis.combined)))
-    columns = (
-        Column("face", "face"),
-        Column("density", "density [1/mm²]"),
-        Column("radius", "radius"),
-        Column("std", "std of heights"),
-    )
-    sentences = [
-        f"{_NAMES[key].capitalize()}: {face.origin}." for key, face in analysis.faces.items()
-    ]
-    return (
-        Table("", columns, tuple(rows)),
-        Note(
-            " ".join(sentences)
-            + " ± is the standard deviation from scan to scan; ranges are what a "
-            "drawing leaves open.",
-            brief=False,
-        ),
-    )
+    columns = (Column("face", "face"), *(column for _, _, column in _QUANTITIES.values()))
+    sentences = [f"{_NAMES[key].capitalize()}: {f.origin}." for key, f in analysis.faces.items()]
+    note = "± is the standard deviation from scan to scan; ranges are what a drawing leaves open."
+    return Table("", columns, tuple(rows)), Note(" ".join([*sentences, note]), brief=False)
 
 
 def _summits(statistics: SummitStatistics, face: RoughFace | None = None) -> list[str]:
     cells = []
-    for name, unit in _QUANTITIES.items():
+    for name, (unit, _, _) in _QUANTITIES.items():
         text = _written(getattr(statistics, name), unit)
         if face is not None and face.ranges:
             low, high = face.ranges[name]
@@ -195,7 +184,7 @@ def _joint(analysis: Faces) -> list[Section]:
     for key, (name, ranges) in analysis.ranges.items():
         for quantity, ends in ranges.items():
             for side, end in zip(("lowest", "highest"), ends, strict=True):
-                varied_joint = _with(analysis, key, quantity, end)
+                varied_joint = _varied_joint(analysis, key, quantity, end)
                 case = f"{side} {quantity}" if len(analysis.faces) == 1 else (
                     f"{side} {quantity} of the {name} face"
                 )  # fmt: skip
@@ -223,7 +212,7 @@ def _answers(analysis: Faces, joint: Interface) -> tuple[float | None, ...]:
     )
 
 
-def _with(analysis: Faces, key: str, quantity: str, value: float) -> Interface:
+def _varied_joint(analysis: Faces, key: str, quantity: str, value: float) -> Interface:
     """The joint where one number of one face is another."""
     faces = {name: face.statistics for name, face in analysis.faces.items()}
     faces[key] = dataclasses.replace(faces[key], **{quantity: value})  # type: ignore[arg-type]
@@ -271,15 +260,16 @@ def _data(analysis: Faces) -> dict[str, Any]:
 def _plot(analysis: Faces) -> Plot:
     summits = {_NAMES[key]: (face.statistics, face) for key, face in analysis.faces.items()}
     panels = []
-    for name, unit in _QUANTITIES.items():
+    for name, (unit, head, _) in _QUANTITIES.items():
         values = [getattr(statistics, name) for statistics, _ in summits.values()]
         every = [*values, getattr(analysis.combined, name)] if len(summits) > 1 else values
-        scale, letter = (1e6, "1/mm²") if unit == "1/m^2" else _length(max(every))
+        scale, letter = length_prefix(max(every))
+        scale, label = (1e6, "1/mm²") if unit == "1/m^2" else (scale, f"{letter}m")
         ticks = [(float(i), text) for i, text in enumerate([*summits, "together"][: len(every)])]
         panel = Panel(
             Axis("", -0.6, len(every) - 0.4, ticks=ticks),
             Axis(log=True),
-            note=f"{_HEADS[name]} [{letter}]",
+            note=f"{head} [{label}]",
         )
         for at, (value, (_, face)) in enumerate(zip(values, summits.values(), strict=True)):
             ends = face.ranges[name] if face.ranges else None
@@ -293,8 +283,3 @@ def _plot(analysis: Faces) -> Plot:
             panel.marks([len(values)], [every[-1] / scale], COLORS[2], marker="s", filled=True)
         panels.append(panel)
     return beside(panels, 3.2, "Summits of rough faces")
-
-
-def _length(value: float) -> tuple[float, str]:
-    unit, letter = length_prefix(value)
-    return unit, f"{letter}m"

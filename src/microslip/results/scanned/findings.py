@@ -15,6 +15,7 @@ from microslip._core.verdicts import Verdict
 from microslip._core.wording import shorten
 from microslip.errors import Argument, InputError, Phrase
 from microslip.materials import Material, MaterialPair
+from microslip.report.document import Progress
 from microslip.results.scanned.patch_scatter import standard_errors
 from microslip.scans import Scan
 from microslip.scans.conditioning import Steps, condition
@@ -32,8 +33,6 @@ from microslip.scans.statistics import Statistics
 from microslip.scans.summit_statistics import SummitStatistics
 from microslip.scans.summits import Summits, find_summits
 
-Progress = Callable[[float], None]
-
 ESTIMATES = {
     "mccool": "McCool's moments",
     "nayak": "Nayak's moments",
@@ -43,7 +42,7 @@ ESTIMATES = {
 """Estimates of summits in words."""
 
 
-def alone(values: Any) -> Any:
+def single_value(values: Any) -> Any:
     """What was said once, by itself."""
     return values[0] if isinstance(values, tuple) and len(values) == 1 else values
 
@@ -89,7 +88,7 @@ class Request:
         if isinstance(channel, str) and channel.isdecimal() and channel.isascii():
             reading["channel"] = int(channel)
         for name in ("unit", "pixel"):
-            reading[name] = alone(reading[name])
+            reading[name] = single_value(reading[name])
         path = scans[0] if scans else Path()
         return cls(path, cutoff_given=cutoff_given, reading=reading, **options)
 
@@ -100,19 +99,15 @@ class Request:
 
     def pair(self) -> MaterialPair | None:
         """The two bodies of the joint that is asked for; None where none is."""
+        metals, load = Argument("materials", ("steel", "steel")), Argument("normal_load", "500 N")
         if self.materials is None and self.normal_load is None:
             if self.amplitude is None:
                 return None
-            raise InputError(
-                *(Argument("amplitude"), " goes with ", Argument("materials", ("steel", "steel"))),
-                *(" and ", Argument("normal_load", "500 N")),
-            )
+            raise InputError(Argument("amplitude"), " goes with ", metals, " and ", load)
         if self.materials is None:
-            raise InputError(
-                Argument("normal_load"), " goes with ", Argument("materials", ("steel", "steel"))
-            )
+            raise InputError(Argument("normal_load"), " goes with ", metals)
         if self.normal_load is None:
-            raise InputError(Argument("materials"), " goes with ", Argument("normal_load", "500 N"))
+            raise InputError(Argument("materials"), " goes with ", load)
         first, second = map(Material.named, self.materials)
         return MaterialPair(first, second)
 

@@ -65,7 +65,7 @@ def height_plot(findings: Findings) -> Plot:
     frame = _frame(right)
     map_panel.add(frame)
     right.add(frame)
-    map_panel.note = _marked(map_panel, summits, unit)
+    map_panel.note = _mark_highest(map_panel, summits, unit)
     right.note = "The framed part"
     if summits is not None:
         right.note += ", every summit"
@@ -106,7 +106,7 @@ def _bar(low: float, high: float) -> Panel:
     )
 
 
-def _marked(panel: Panel, summits: Summits | None, unit: float) -> str:
+def _mark_highest(panel: Panel, summits: Summits | None, unit: float) -> str:
     if summits is None:
         return "No summits"
     if summits.count <= MOST_MARKED:

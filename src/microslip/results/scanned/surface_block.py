@@ -180,13 +180,7 @@ def _length(value: float | None) -> str:
 
 def _value(value: Any) -> str:
     if isinstance(value, tuple):
-        if len(value) == 1:
-            return _value(value[0])
-        return f"[{', '.join(map(_value, value))}]"
-    return (
-        _length(value)
-        if isinstance(value, float)
-        else _text(value)
-        if isinstance(value, str)
-        else str(value)
-    )
+        return _value(value[0]) if len(value) == 1 else f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, float):
+        return _length(value)
+    return _text(value) if isinstance(value, str) else str(value)

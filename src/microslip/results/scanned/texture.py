@@ -108,6 +108,4 @@ def _written(value: float | None, unit: str) -> str:
         return "–"
     if unit == "1/m^2":
         return f"{significant(1e-6 * value)} 1/mm²"
-    if unit in ("m",):
-        return engineering(value, unit)
-    return f"{significant(value)} {unit}".rstrip()
+    return engineering(value, unit) if unit == "m" else f"{significant(value)} {unit}".rstrip()

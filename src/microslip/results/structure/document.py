@@ -78,7 +78,7 @@ def sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     ranking = [_ranking(mode) for mode in prediction.modes if mode.bands is not None]
     parts.append(Section("Frequency and damping", (*blocks, Note(_remark(prediction), small=True))))
     if prediction.convergence is not None:
-        parts.append(_how_good(prediction.convergence, prediction.part.modes[0]))
+        parts.append(_convergence_section(prediction.convergence, prediction.part.modes[0]))
     if ranking:
         parts.append(Section("What decides", tuple(ranking)))
     if prediction.identified is not None:
@@ -270,11 +270,11 @@ def _fitted(identified: ModalIdentification) -> Section:
     table = Table("Fitted to the test", listed, rows, noun="parameters")
     return Section(
         "Fitted to the test",
-        (table, Verdicts(identified.verdicts, caption=_correlated(identified))),
+        (table, Verdicts(identified.verdicts, caption=_strongest_correlation(identified))),
     )
 
 
-def _correlated(identified: ModalIdentification) -> str:
+def _strongest_correlation(identified: ModalIdentification) -> str:
     """The two parameters that the test tells apart least, in words."""
     names, matrix = tuple(identified.values), abs(identified.correlation)
     if len(names) < 2:
@@ -284,7 +284,7 @@ def _correlated(identified: ModalIdentification) -> str:
     return f"{_FITTED[names[first]]} and {_FITTED[names[second]].lower()} correlate by {value:.2f}."
 
 
-def _how_good(convergence: Convergence, number: int) -> Section:
+def _convergence_section(convergence: Convergence, number: int) -> Section:
     """What a finer model would change."""
     listed = (
         Column("what", "Changed"),

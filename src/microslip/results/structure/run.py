@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.errors import InputError
+from microslip.report.document import Progress
 from microslip.results.structure.prediction import SHARES, Bands, Mode, StructurePrediction
 from microslip.structures import (
     Convergence,
@@ -27,8 +27,6 @@ from microslip.study.draws import Design, at_middle, is_uncertain
 from microslip.study.modal_tests import MeasuredPart
 from microslip.study.structure import StructurePart
 from microslip.sweeps.ranking import ranking
-
-Progress = Callable[[float], None]
 
 _NAMES = {
     "joint.friction_coefficient": "friction coefficient",

@@ -28,11 +28,7 @@ _MOST = 12.0
 def open_ends(
     problem: Problem, best: Fit, covariance: Floats, intervals: Sequence[Interval], rises: Floats
 ) -> list[OpenEnd]:
-    """OpenEnd ends of the coordinates whose bounds only say how far is searched.
-
-    With that end as far out again, the fit goes on from best values that rest there; from others
-    the profile does, to the new end or to where the sum of squares has risen by ``rises``.
-    """
+    """Ends that only the search sets, and all coordinates with that end as far out again."""
     searched = {parameter.name for parameter in problem.model.parameters if parameter.beyond}
     low, high = bounds_of(problem)
     open_ends_found = []
@@ -138,9 +134,7 @@ def with_doubts(
             coordinate = problem.coordinates[int(problem.free[i])]
             moved = coordinate.outer(float((best.q + end.ahead(best.q))[i])) - number.value
             if abs(moved) > 0.5 * (number.high - number.low):
-                why = _doubt_reason(
-                    end, moved if coordinate.shape else moved / abs(number.value), coordinate.shape
-                )
+                why = _doubt_reason(end, moved, number, coordinate.shape)
                 judged_parameters[name] = replace(
                     number, verdict=IN_DOUBT, reason=why, remedy=remedy
                 )
@@ -151,15 +145,15 @@ def with_doubts(
             moved = end.shift(quantity.function, best.q)
             if abs(moved) > 0.5 * (number.high - number.low):
                 shape = number.unit == "" and "separation" in number.name
-                why = _doubt_reason(end, moved if shape else moved / abs(number.value), shape)
+                why = _doubt_reason(end, moved, number, shape)
                 judged_quantities[number.name] = replace(number, verdict=IN_DOUBT, reason=why)
     return judged_parameters, judged_quantities
 
 
-def _doubt_reason(end: OpenEnd, moved: float, shape: bool) -> str:
-    by = significant(abs(moved), 2) if shape else f"{significant(100.0 * abs(moved), 2)} %"
-    way = "higher" if moved > 0.0 else "lower"
+def _doubt_reason(end: OpenEnd, moved: float, number: Fitted, shape: bool) -> str:
+    percent = 100.0 * abs(moved / abs(number.value)) if not shape else 0.0
+    by = significant(abs(moved), 2) if shape else f"{significant(percent, 2)} %"
     return (
         f"it leans on the end of the search of {end.name}: with that end as far out again it would "
-        f"be {by} {way}"
+        f"be {by} {'higher' if moved > 0.0 else 'lower'}"
     )

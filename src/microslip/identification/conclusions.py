@@ -83,13 +83,8 @@ def result_of(
         )
     records = fit_quality.record_fits(problem, best.q)
     loads = [record.normal_load for record in problem.folded]
-    design = design_of(
-        problem.folded,
-        [record.slip_share for record in records],
-        coordinates,
-        len(set(levels_of(loads))),
-        problem.model.scales_with_load,
-    )
+    slips, levels = [record.slip_share for record in records], len(set(levels_of(loads)))
+    design = design_of(slips, coordinates, levels, problem.model.scales_with_load)
     parameters, directions = _parameters(problem, answer, design, level)
     derived = _derived(problem, answer, quantities, parameters, level)
     parameters, derived = with_doubts(
@@ -104,9 +99,8 @@ def result_of(
         parameters, derived = (
             mark_apparent(numbers, problem.folded, stake) for numbers in (parameters, derived)
         )
-    reached = max(record.slip_share for record in records)
-    if reached < REACHED:
-        parameters, derived = (mark_extrapolated(n, reached) for n in (parameters, derived))
+    if max(slips) < REACHED:
+        parameters, derived = (mark_extrapolated(n, max(slips)) for n in (parameters, derived))
     for reason in dict.fromkeys(record.doubt for record in problem.folded if record.doubt):
         parameters, derived = (mark(n, IN_DOUBT, reason) for n in (parameters, derived))
         parameters = with_remedy(parameters, "take settled cycles within the range of the sensors")
@@ -114,38 +108,30 @@ def result_of(
     if contradicted is not None:
         reason = f"what was given for {' and '.join(contradicted.names)} and the loops disagree"
         functions = {coordinates[int(j)].name: of_coordinate(problem, int(j)) for j in problem.free}
-        hit = {n: parameters[n] for n, f in functions.items() if contradicted.reaches(f)}
-        hit = with_remedy(mark(hit, IN_DOUBT, reason), "check what was given, or leave it out")
-        parameters = {**parameters, **hit}
-        functions = {quantity.name: quantity.function for quantity in quantities}
-        hit = {
-            n: derived[n] for n, f in functions.items() if n in derived and contradicted.reaches(f)
-        }
-        derived = {**derived, **mark(hit, IN_DOUBT, reason)}
+        names = {name for name, f in functions.items() if contradicted.reaches(f)}
+        parameters = mark(parameters, IN_DOUBT, reason, names=names)
+        remedy = "check what was given, or leave it out"
+        parameters = with_remedy(parameters, remedy, names=names)
+        names = {q.name for q in quantities if contradicted.reaches(q.function)}
+        derived = mark(derived, IN_DOUBT, reason, names=names)
     far = far_area(coordinates, loads)
     if far is not None:
         notes = [*notes, far]
-        parameters, derived = (
-            {**numbers, **mark({n: numbers[n] for n in BY_AREA if n in numbers}, IN_DOUBT, far)}
-            for numbers in (parameters, derived)
-        )
+        parameters, derived = (mark(n, IN_DOUBT, far, names=BY_AREA) for n in (parameters, derived))
     status, message = _status(problem, best, freedom, parameters)
     if status == DIFFER:
         reason = "found as if all records had one rig, which the loops speak against"
         parameters, derived = (mark(n, IN_DOUBT, reason) for n in (parameters, derived))
         parameters = with_remedy(parameters, Phrase("name the rig of each record: ", _NAME_RIGS))
-    if unfit:
-        message = Phrase(message, "; ", unfit)
-    if contradicted is not None:
-        message = Phrase(message, "; ", contradicted.text)
+    objections = [unfit] if unfit else []
+    objections += [] if contradicted is None else [contradicted.text]
+    for objection in objections:
+        message = Phrase(message, "; ", objection)
     # Each law makes its own covariance of the noise of the displacement: its determinant counts.
     deviance, fitted_count = best.cost + problem.log_determinant, problem.free.size + problem.flat
     lost = any(fitted.verdict == NOT for fitted in parameters.values())
     notes = [*notes, *_notes(best.cost / freedom, answer.widen, design, loads, lost)]
-    if unfit:
-        notes.append(unfit)
-    if contradicted is not None:
-        notes.append(contradicted.text)
+    notes += objections
     # What a record says of its own folding; that all cycles are there needs no word.
     notes += [
         f"{record.name}: {note}" for record in problem.folded for note in record.folding_notes

@@ -287,11 +287,7 @@ def resettled(problem: Problem, start: Floats) -> Fit:
 
 
 def _under_own_weights(problem: Problem, fit: Fit) -> Fit:
-    """The fit repeated under the weights of where it ended until it stays there.
-
-    Weights that swing are damped. Of a fit that never comes to rest, which only a law that does not
-    suit the records does, the best place that was visited; it does not count as converged.
-    """
+    """The fit under the weights of where it ended, damped, until it stays; else the best place."""
     best = fit
     lowest = math.inf
     for passed in range(_PASSES + _DAMPED):

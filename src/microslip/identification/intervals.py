@@ -141,12 +141,7 @@ def is_at_stake(stake: float | None) -> bool:
 def leant_on_bounds(
     problem: Problem, best: Fit, intervals: Sequence[Interval], ends: Sequence[OpenEnd]
 ) -> list[Interval]:
-    """The intervals, those ends open at which another coordinate stands at an end of its search.
-
-    There that bound ends the interval and not the data, where the other one is open. A number that
-    the other hardly moves, on the way between the ends and when its search is taken as far again,
-    stays as it is.
-    """
+    """The intervals, those ends open at which the end of another search ends them, not the data."""
     free = [problem.coordinates[int(j)] for j in problem.free]
     low_bound, high_bound = bounds_of(problem)
     widened = list(intervals)

@@ -12,6 +12,7 @@ from microslip._core.checks import Floats
 from microslip.errors import Argument, InputError
 from microslip.identification.drift import error_of_mean
 from microslip.identification.mean_cycle import MeanCycle
+from microslip.numerics.runs import runs_of
 from microslip.tribometer.record import Record
 from microslip.tribometer.spikes import LONGEST, Spike
 
@@ -63,17 +64,13 @@ def jumps(
     for bin_ in np.unique(column[np.abs(residual) > 0.5 * threshold]):
         of_bin = np.flatnonzero(column == bin_)
         is_far[of_bin] = np.abs(residual[of_bin] - np.median(residual[of_bin])) > threshold
-    far = np.flatnonzero(is_far)
     spikes: list[Spike] = []
-    if far.size == 0:
-        return spikes
-    rows = np.flatnonzero(inside)
-    for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1):
-        if run.size <= LONGEST:
-            at = int(run[np.argmax(np.abs(residual[run]))])
-            first, last = int(rows[run[0]]), int(rows[run[-1]])
-            usual = 0.5 * float(high - low)
-            spikes.append(Spike("force", first, last, float(force[at]), usual))
+    rows, usual = np.flatnonzero(inside), 0.5 * float(high - low)
+    for first, stop in runs_of(is_far).tolist():
+        if stop - first <= LONGEST:
+            at = first + int(np.argmax(np.abs(residual[first:stop])))
+            ends = int(rows[first]), int(rows[stop - 1])
+            spikes.append(Spike("force", *ends, float(force[at]), usual))
     return spikes
 
 

@@ -391,11 +391,7 @@ class Problem:
         return np.asarray(rows)
 
     def _by_change(self, q: Floats, rise: Rise) -> Floats:
-        """Change of the force in all bins where the backbone changes (rows) [N].
-
-        The displacement is as measured, so that a rig gives way in turn: with v + c T0(v) = y the
-        change of T is that of T0 at v over 1 + c T0'(v).
-        """
+        """Change of forces where the backbone does (rows) [N]; behind a rig over 1 + c T0'(v)."""
         self.respond(q)
         outer = self.physical(q)
         parts = []

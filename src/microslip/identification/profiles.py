@@ -106,11 +106,7 @@ def curvature(
 
 
 class Walk:
-    """The way along the profile of coordinate ``i``, the ``conditional`` ones fitted again.
-
-    Up to a rise ``threshold`` of the sum of squares; from a better minimum all begins again, unless
-    this ``is_last``.
-    """
+    """The way along the profile of a coordinate, the ``conditional`` ones fitted again."""
 
     def __init__(
         self,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -36,27 +36,29 @@ def mark(
     numbers: Mapping[str, Fitted],
     verdict: str,
     reason: str,
-    remedy: str | None = None,
     of: Sequence[str] = (IDENTIFIED, APPARENT),
+    names: Container[str] | None = None,
 ) -> dict[str, Fitted]:
-    """The numbers, those ``of`` some verdicts with another one: what they rest on does not hold."""
+    """The numbers, some ``of`` those verdicts with another: what they rest on does not hold."""
     return {
-        name: replace(
-            fitted,
-            verdict=verdict,
-            reason=reason,
-            remedy=fitted.remedy if remedy is None else remedy,
-        )
-        if fitted.verdict in of
+        name: replace(fitted, verdict=verdict, reason=reason)
+        if fitted.verdict in of and (names is None or name in names)
         else fitted
         for name, fitted in numbers.items()
     }
 
 
-def with_remedy(numbers: Mapping[str, Fitted], remedy: str) -> dict[str, Fitted]:
-    """The same numbers, with what would settle those in doubt."""
+def with_remedy(
+    numbers: Mapping[str, Fitted],
+    remedy: str,
+    of: Sequence[str] = (IN_DOUBT, APPARENT),
+    names: Container[str] | None = None,
+) -> dict[str, Fitted]:
+    """The same numbers, with what would settle some ``of`` those verdicts."""
     return {
-        name: replace(fitted, remedy=remedy) if fitted.verdict in (IN_DOUBT, APPARENT) else fitted
+        name: replace(fitted, remedy=remedy)
+        if fitted.verdict in of and (names is None or name in names)
+        else fitted
         for name, fitted in numbers.items()
     }
 
@@ -85,8 +87,9 @@ def mark_extrapolated(numbers: Mapping[str, Fitted], reached: float) -> dict[str
         f"no record slides as a whole: the loops reach {significant(100.0 * reached, 2)} % of this "
         "limit, and the rest is what the law makes of it"
     )
-    limits = {n: fitted for n, fitted in numbers.items() if n.partition(" ")[0] in LIMITS}
-    return {**numbers, **mark(limits, BEYOND, reason, "a record that reaches gross slip")}
+    limits = [name for name in numbers if name.partition(" ")[0] in LIMITS]
+    marked = mark(numbers, BEYOND, reason, names=limits)
+    return with_remedy(marked, "a record that reaches gross slip", (BEYOND,))
 
 
 def range_text(values: Sequence[float], unit: str) -> str:

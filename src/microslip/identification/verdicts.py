@@ -12,7 +12,6 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.units import engineering, significant
 from microslip.identification.coordinates import RIG, Coordinate
-from microslip.identification.folding import Folded
 from microslip.identification.profiles import Interval
 from microslip.identification.quantities import Quantity
 
@@ -108,24 +107,13 @@ class Design:
 
 
 def design_of(
-    folded: Sequence[Folded],
-    slips: Sequence[float],
-    coordinates: Sequence[Coordinate],
-    loads: int,
-    scales_with_load: bool,
+    slips: Sequence[float], coordinates: Sequence[Coordinate], loads: int, scales_with_load: bool
 ) -> Design:
     """The design of the measurement; ``slips`` are shares of the force limit that are reached."""
-    free = any(coordinate.parameter == RIG and not coordinate.fixed for coordinate in coordinates)
-    return Design(
-        loads,
-        scales_with_load,
-        free
-        and all(
-            coordinate.prior is None for coordinate in coordinates if coordinate.parameter == RIG
-        ),
-        any(share < 0.95 for share in slips),
-        any(share > 0.99 for share in slips),
-    )
+    rigs = [coordinate for coordinate in coordinates if coordinate.parameter == RIG]
+    is_free = any(not rig.fixed for rig in rigs) and all(rig.prior is None for rig in rigs)
+    sticks, slides = any(share < 0.95 for share in slips), any(share > 0.99 for share in slips)
+    return Design(loads, scales_with_load, is_free, sticks, slides)
 
 
 def fixed_number(source: Coordinate | Quantity, value: float) -> Fitted:
@@ -308,23 +296,18 @@ def remedy_for(coordinate: Coordinate, verdict: str, design: Design) -> str:
     """What would settle a number that is not identified."""
     if verdict in (IDENTIFIED, FIXED):
         return ""
-    wishes = []
     if coordinate.parameter == RIG:
-        wishes.append(_RIG_APART)
-        if not design.gross_slip:
-            wishes.append("or record a cycle of gross slip")
-        return "; ".join(wishes)
-    if design.rig_is_free:
-        wishes.append(_RIG_APART)
-    if design.scales_with_load and design.loads < 2:
-        wishes.append("records at another normal load, best a tenth or ten times of this one")
-    if not design.microslip:
-        wishes.append("records with microslip amplitudes, below the force limit")
-    if not design.gross_slip:
-        wishes.append("a record that reaches gross slip")
-    if not wishes:
-        wishes.append("more cycles, or a displacement measured closer to the contact")
-    return "; ".join(wishes)
+        return _RIG_APART + ("" if design.gross_slip else "; or record a cycle of gross slip")
+    remedies = {
+        _RIG_APART: design.rig_is_free,
+        "records at another normal load, best a tenth or ten times of this one": (
+            design.scales_with_load and design.loads < 2
+        ),
+        "records with microslip amplitudes, below the force limit": not design.microslip,
+        "a record that reaches gross slip": not design.gross_slip,
+    }
+    helpful = [remedy for remedy, helps in remedies.items() if helps]
+    return "; ".join(helpful or ["more cycles, or a displacement measured closer to the contact"])
 
 
 def direction_of(

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.errors import InputError
+from microslip.numerics.runs import runs_of
 from microslip.tribometer.cycles import (
     BAND,
     Cycles,
@@ -113,13 +114,13 @@ def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: 
     """A block, and what it has of cycles that stay within the band around its middle."""
     way, band = x[block.samples], BAND * motion.amplitude
     near = (way >= motion.middle - band) & (way <= motion.middle + band)
-    edges = np.flatnonzero(np.diff(near, prepend=False, append=False))
-    is_long = edges[1::2] - edges[::2] >= FEWEST * motion.period
     smaller: list[Block] = []
     cuts = block.cycles.cuts
     is_between = np.ones(cuts.size - 1, dtype=bool)
-    for begin, end in zip(edges[::2][is_long], edges[1::2][is_long], strict=True):
-        first, stop = block.first + int(begin), block.first + int(end)
+    for begin, end in runs_of(near).tolist():
+        first, stop = block.first + begin, block.first + end
+        if stop - first < FEWEST * motion.period:
+            continue
         try:
             stretch_motion = motion_of(x[first:stop], force[first:stop])
         except InputError:  # it rests there
@@ -133,8 +134,7 @@ def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: 
             is_between &= (cuts[1:] <= begin) | (cuts[:-1] >= end)
     if not smaller:
         return [block]
-    edges = np.flatnonzero(np.diff(is_between, prepend=False, append=False))
-    larger = [_cycles_between(block, a, b) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    larger = [_cycles_between(block, begin, end) for begin, end in runs_of(is_between)]
     return sorted(larger + smaller, key=lambda part: part.first)
 
 

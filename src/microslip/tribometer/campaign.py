@@ -11,6 +11,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, positive, show
 from microslip._core.frozen import Locked
+from microslip._core.units import engineering
 from microslip.errors import Argument, InputError
 from microslip.tribometer.estimates import Estimate, quantile
 from microslip.tribometer.measurement import Measurement
@@ -185,8 +186,6 @@ class Campaign(Locked):
 
     def _conditions(self) -> list[tuple[str, list[int]]]:
         """Records of one load and amplitude, and what these are in words."""
-        from microslip._core.units import engineering
-
         groups: list[list[int]] = []
         places = []
         for measured in self.measurements:

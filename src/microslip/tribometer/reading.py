@@ -17,6 +17,7 @@ from microslip._core.frozen import lock
 from microslip._core.units import FORCE, QuantityError, engineering, to_si
 from microslip._core.wording import plural, quoted, shorten, show
 from microslip.errors import UNSAID, Argument, InputError
+from microslip.numerics.runs import runs_of
 from microslip.readers import arrays, hdf5, json_files, laboratory, matlab, numpy_files, text
 from microslip.readers.files import foreign_kind, head_of, kind_of, usable
 from microslip.readers.tables import Named, Table, find, listed, scale, understood
@@ -225,9 +226,8 @@ def _arrays(
 
 def _is_lone(bad: Any) -> bool:
     """Whether missing numbers are few and apart, so that nothing is lost."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], bad.astype(np.int8), [0]])))
-    runs = np.diff(edges.reshape(-1, 2), axis=1)
-    return not bad[0] and int(runs.max()) <= _LONGEST_LONE and float(bad.mean()) <= _MOST_LONE
+    lengths = np.diff(runs_of(bad), axis=1)
+    return not bad[0] and int(lengths.max()) <= _LONGEST_LONE and float(bad.mean()) <= _MOST_LONE
 
 
 def _filled(values: Floats) -> Floats:
@@ -261,8 +261,7 @@ def _refuse_gaps(
     """Say where the first number is that is none, and which rows are sound."""
     row = int(np.flatnonzero(bad)[0])
     role = next(role for role, values in arrays.items() if not np.isfinite(values[row]))
-    edges = np.flatnonzero(np.diff(np.concatenate([[1], bad.astype(np.int8), [1]])))
-    runs = edges.reshape(-1, 2)
+    runs = runs_of(~bad)
     start, end = runs[int(np.argmax(runs[:, 1] - runs[:, 0]))] + first
     raise InputError(
         f"{table.where(row + first)}, column {names[role]}: wanted a number, got "

@@ -100,11 +100,7 @@ def regimes_of(
     is_counted: NDArray[np.bool_],
     is_moving: bool,
 ) -> RecordRegimes:
-    """The regime of each cycle, and how likely each is for the mean of those chosen.
-
-    Ratios are those of means, by the scatter of what each cycle leaves of them: noise of single
-    cycles that stick makes ratios of next to nothing.
-    """
+    """The regime of each cycle, and how likely each is for the means of those that count."""
     energy, force = columns["dissipated_energy"], columns["force_amplitude"]
     below = _chance_below(energy, 4.0 * columns["amplitude"] * force, limits.stick, is_counted)
     short = _chance_below(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
+from microslip.numerics.runs import runs_of
 from microslip.tribometer.record import Record
 
 FAR = 5.0
@@ -90,10 +91,10 @@ def _spikes_in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
     if channel == "normal_load":  # which hardly moves: noise or a slow drift is its whole range
         usual = max(usual, abs(middle))
     # The median of the neighbours lies between any two of them, thus not much beyond the range.
-    far = np.flatnonzero(np.abs(values - middle) > (FAR - 1.0) * usual)
+    is_far = np.abs(values - middle) > (FAR - 1.0) * usual
     spikes = []
-    for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1) if far.size else ():
-        first, last = int(run[0]), int(run[-1])
+    for first, stop in runs_of(is_far).tolist():
+        last = stop - 1
         if last - first >= LONGEST:
             continue
         before = values[max(first - AROUND, 0) : first]

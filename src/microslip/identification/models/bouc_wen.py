@@ -38,10 +38,7 @@ class BoucWenModel(CycleModel):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Stiffness, yield force, elastic share, sharpness, and beta of beta + gamma = 1.
-
-        Below beta = 1/2 the model would give energy away.
-        """
+        """Stiffness, yield force, elastic share, sharpness, beta (which gives energy below 1/2)."""
         metadata = {item.name: item for item in parameters_of(BoucWen)}
         searched = {"alpha": (0.0, 0.99), "n": (1.0, 20.0), "beta": (0.5, 5.0)}
         names = ("stiffness", "yield_force", "alpha", "n", "beta")
@@ -202,11 +199,7 @@ def _runs(path: Floats, shortest: float) -> tuple[list[int], list[float]]:
 
 
 class _Flow:
-    """Moves of the model and their sensitivities to n and beta, for A = 1 and beta + gamma = 1.
-
-    y is w seen along the motion: f = 1 - y^n where it rises above 0, 1 + c |y|^n below,
-    c = 2 beta - 1.
-    """
+    """Moves, y being w along the motion: f = 1 - y^n above 0, 1 + (2 beta - 1) |y|^n below."""
 
     def __init__(self, law: BoucWen, n: float, beta: float) -> None:
         self._law, self._n, self._c = law, n, 2.0 * beta - 1.0

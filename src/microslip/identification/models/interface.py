@@ -214,11 +214,7 @@ class InterfaceModel(BackboneModel):
         pair: MaterialPair | None = None,
         area: float | None = None,
     ) -> tuple[Derived, ...]:
-        """Force limit, stiffness and separation at each load; what the pair and the area add.
-
-        ``std`` is s, for heights their standard deviation; ``density_root_radius`` is
-        rho_a sqrt(rho), all that loops know of both.
-        """
+        """Force limit, stiffness, separation of each load; what pair and area add."""
         pair, area = pair or self.pair, area or self.area
         mu, scale, h = (values[name] for name in self.names)
         template = self.template

@@ -1,4 +1,4 @@
-"""Every kind of file, what it is, and whether it was ever run."""
+"""Every kind of file, what writes it, and whether it was ever run."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from microslip.export import element_files as elements
 from microslip.export.order import Accuracy, Order
 
 _RUN = "run by the tests of microslip"
+_OPENSEES = f"{_RUN} with OpenSeesPy 3.5.1, against the cells"
+_CALCULIX = f"{_RUN} with CalculiX 2.20, against the cells"
 _NOT_RUN = "not run here, written after the public manual"
 
 
@@ -19,8 +21,6 @@ class Format:
 
     kind: str
     """Its name."""
-    summary: str
-    """What it is, in a line."""
     run: str
     """Whether it was ever run, and against what."""
     suffixes: tuple[str, ...]
@@ -30,43 +30,19 @@ class Format:
 
 
 FORMATS = (
-    Format(
-        "c", "one C99 file, exact, with a header and an interface for Fortran",
-        f"{_RUN}, compiled, against joint.force", (".c",), c_source.write,
-    ),
-    Format(
-        "fmu", "an FMI 2.0 unit for model exchange and co-simulation, exact, its sources inside",
-        f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write,
-    ),
-    Format(
-        "opensees", "elements for OpenSees, in Python or Tcl",
-        f"{_RUN} with OpenSeesPy 3.5.1, against the cells", (".py", ".tcl"), elements.opensees,
-    ),
-    Format(
-        "calculix", "elements for CalculiX",
-        f"{_RUN} with CalculiX 2.20, against the cells", (".inp",), elements.calculix,
-    ),
-    Format("abaqus", "connectors for Abaqus", _NOT_RUN, (".inp",), elements.abaqus),
-    Format("ansys", "COMBIN40 elements for Ansys", _NOT_RUN, (".mac", ".inp"), elements.ansys),
-    Format("lsdyna", "discrete elements for LS-DYNA", _NOT_RUN, (".k", ".key"), elements.lsdyna),
-    Format("nastran", "rods for Nastran", _NOT_RUN, (".bdf", ".dat"), elements.nastran),
-    Format(
-        "table", "backbone, energies and cells",
-        f"{_RUN}, read back", (".json", ".csv"), tables.write,
-    ),
-    Format(
-        "segalman", "the four-parameter model of Segalman that is closest, and its misfit",
-        f"{_RUN}, as a study", (".toml", ".json"), fitted_laws.write,
-    ),
-    Format(
-        "bouc-wen", "the model of Bouc and Wen that is closest, and its misfit",
-        f"{_RUN}, read back", (".json",), fitted_laws.write,
-    ),
-    Format(
-        "iwan", "Iwan's cells over the range, and their misfit",
-        f"{_RUN}, as a study", (".toml", ".json"), fitted_laws.write,
-    ),
-)  # fmt: skip
+    Format("c", f"{_RUN}, compiled, against joint.force", (".c",), c_source.write),
+    Format("fmu", f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write),
+    Format("opensees", _OPENSEES, (".py", ".tcl"), elements.opensees),
+    Format("calculix", _CALCULIX, (".inp",), elements.calculix),
+    Format("abaqus", _NOT_RUN, (".inp",), elements.abaqus),
+    Format("ansys", _NOT_RUN, (".mac", ".inp"), elements.ansys),
+    Format("lsdyna", _NOT_RUN, (".k", ".key"), elements.lsdyna),
+    Format("nastran", _NOT_RUN, (".bdf", ".dat"), elements.nastran),
+    Format("table", f"{_RUN}, read back", (".json", ".csv"), tables.write),
+    Format("segalman", f"{_RUN}, as a study", (".toml", ".json"), fitted_laws.write),
+    Format("bouc-wen", f"{_RUN}, read back", (".json",), fitted_laws.write),
+    Format("iwan", f"{_RUN}, as a study", (".toml", ".json"), fitted_laws.write),
+)
 
 KINDS = tuple(item.kind for item in FORMATS)
 """Kinds of files that :func:`microslip.export.write` writes."""

@@ -75,11 +75,11 @@ def plan(columns: Floats, rows: Floats, bolts: Bolts, half: float, scale: float)
     angles = -0.75 * math.pi + 2.0 * math.pi * np.arange(count) / count
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     along = np.linspace(-1.0, 1.0, SIDE + 1)[:-1]
-    ones = np.ones(SIDE)
+    unit = np.ones(SIDE)
     square = np.concatenate(
         [
             np.stack(pair, axis=1)
-            for pair in ((along, -ones), (ones, along), (-along, ones), (-ones, -along))
+            for pair in ((along, -unit), (unit, along), (-along, unit), (-unit, -along))
         ]
     )
     washer, clearance, shank = [], [], []

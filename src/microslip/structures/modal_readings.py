@@ -193,13 +193,14 @@ def _single_mode(x: Floats, step: float) -> Floats:
     peak = int(np.argmax(power))
     inside = (places > places[peak] / 1.4) & (places < places[peak] * 1.4)
     share = 1.0 - float(power[inside].sum()) / float(power.sum())
+    first = float(places[peak])
     if share > _SHARE:
         outside = np.where(inside, 0.0, power)
         second = float(places[int(np.argmax(outside))])
         raise InputError(
             f"signal must be of one mode, got {share:.0%} of its energy elsewhere: it rings at "
-            f"{places[peak]:.5g} Hz and at {second:.5g} Hz; give ",
-            Argument("band", (round(0.85 * places[peak], 1), round(1.15 * places[peak], 1))),
+            f"{first:.5g} Hz and at {second:.5g} Hz; give ",
+            Argument("band", (round(0.85 * first, 1), round(1.15 * first, 1))),
             " around the mode that is meant [Hz]",
         )
     return x

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import re
 import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from microslip._core.units import engineering
 from microslip.cli.frame import echo_json
 from microslip.cli.options import switch
 from microslip.cli.shell import complete_metal
+
+if TYPE_CHECKING:
+    from microslip.materials import Metal
+
+_KEYS = {"young_modulus": "E", "poisson_ratio": "ν", "hardness": "hardness"}
+# Document and year, without the place in it: "EN 1993-1-1:2005, 3.2.6".
+_DOCUMENT = re.compile(r".*?(?::|, )(?:19|20)\d\d\b")
 
 
 @click.command(short_help="List the metals that a study can name.")
@@ -20,15 +31,83 @@ def materials(name: str | None, as_json: bool) -> None:
     Each value has its document and year. Own values in a study win.
     """
     from microslip.materials import metal, metals
-    from microslip.study.metal_tables import as_dict, show_all, show_one
 
     selection = list(metals().values()) if name is None else [metal(name)]
     if as_json:
-        echo_json({entry.name: as_dict(entry) for entry in selection})
+        echo_json({entry.name: _as_dict(entry) for entry in selection})
     elif name is None:
-        show_all(selection, sys.stdout)
+        _show_all(selection)
     else:
-        show_one(selection[0], sys.stdout)
+        _show_one(selection[0])
+
+
+def _as_dict(metal: Metal) -> dict[str, Any]:
+    """What is known of a metal, in plain values."""
+    values = {key: getattr(metal, key) for key in _KEYS}
+    return {
+        "description": metal.description,
+        "aliases": list(metal.aliases),
+        **values,
+        "sources": dict(metal.sources),
+    }
+
+
+def _show_all(metals: Sequence[Metal]) -> None:
+    """Print the whole table."""
+    from microslip.report.printer import Printer
+
+    out = Printer(sys.stdout)
+    documents = [_document(source) for metal in metals for source in metal.sources.values()]
+    numbers = {document: n for n, document in enumerate(dict.fromkeys(documents), start=1)}
+    out.table(
+        "",
+        ["metal", *_KEYS.values(), "sources", "description"],
+        [
+            [
+                metal.name,
+                *(_value(metal, key) for key in _KEYS),
+                " ".join(dict.fromkeys(str(numbers[_document(s)]) for s in metal.sources.values())),
+                metal.description,
+            ]
+            for metal in metals
+        ],
+        text=(0, 5),
+    )
+    for document, n in numbers.items():
+        out.hanging(f"  {n}", document, 5)
+    out.line()
+    out.line("`microslip materials NAME` gives the page or table of each value.")
+    out.line('In a study: materials = ["steel", "al2017"]. Keys of a [material.NAME] there win.')
+
+
+def _show_one(metal: Metal) -> None:
+    """Print one metal with the source of each value."""
+    from microslip.report.printer import Printer
+
+    out = Printer(sys.stdout)
+    out.line(f"{metal.name}: {metal.description}", style="bold")
+    out.line()
+    for key in _KEYS:
+        source = metal.sources.get(key, "not in the documents; give your own")
+        out.hanging(f"  {key:<13}  {_value(metal, key):>9}", source, 28)
+    out.line()
+    if metal.aliases:
+        out.hanging("  also", ", ".join(metal.aliases), 8)
+        out.line()
+    out.line(f'In a study: materials = ["{metal.name}", "{metal.name}"]')
+    out.line(f'In Python:  microslip.Material.named("{metal.name}")')
+
+
+def _value(metal: Metal, key: str) -> str:
+    value = getattr(metal, key)
+    if key == "poisson_ratio":
+        return f"{value:g}"
+    return engineering(value, "Pa", 4, trim=True)
+
+
+def _document(source: str) -> str:
+    match = _DOCUMENT.match(source)
+    return match[0] if match else source
 
 
 @click.command(short_help="Print the JSON Schema of the study file.")

@@ -24,19 +24,15 @@ MAX_ROWS = 1_000_000
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
 
-def text(description: str) -> Check:
+def text(description: str, longest: int = 1000) -> Check:
     """Text on one line."""
 
     def check(raw_value: object) -> object:
-        if (
-            not isinstance(raw_value, str)
-            or not raw_value.isprintable()
-            or not 0 < len(raw_value) <= 1000
-        ):
-            raise ValueError(f"wanted {description}, got {show(raw_value)}")
-        return raw_value
+        if isinstance(raw_value, str) and raw_value.isprintable() and 0 < len(raw_value) <= longest:
+            return raw_value
+        raise ValueError(f"wanted {description}, got {show(raw_value)}")
 
-    return Check(check, lambda inner: {**inner, "minLength": 1, "maxLength": 1000})
+    return Check(check, lambda inner: {**inner, "minLength": 1, "maxLength": longest})
 
 
 FileName = Annotated[str, text('the name of a CSV file such as "record.csv"')]

@@ -13,7 +13,7 @@ from microslip._core import units
 from microslip._core.options import quantity_schema
 from microslip._core.units import Kind, Sign, to_si
 from microslip._core.wording import did_you_mean, quoted, show
-from microslip.study.columns import FromFile
+from microslip.study.columns import FromFile, text
 from microslip.study.part import Check, JsonSchema
 from microslip.study.uncertain import Uncertain
 
@@ -111,10 +111,10 @@ def number(description: str, **bounds: float) -> Check:
     return Check(check, lambda _: {"type": "number", **bounds})
 
 
-def integer(low: int, high: int, example: int | None = None, *, text: str = "") -> Check:
-    """A whole number in [low, high]; ``text`` says what it is, where that is more."""
+def integer(low: int, high: int, example: int | None = None, *, words: str = "") -> Check:
+    """A whole number in [low, high]; ``words`` say what it is, where that is more."""
     such_as = "" if example is None else f", such as {example}"
-    description = text or f"a whole number from {low} to {high}{such_as}"
+    description = words or f"a whole number from {low} to {high}{such_as}"
 
     def check(raw_value: object) -> int:
         if type(raw_value) is not int or not low <= raw_value <= high:
@@ -136,16 +136,6 @@ def one_of(*words: str) -> Check:
     return Check(check, lambda _: {"type": "string", "enum": list(words)})
 
 
-def _line(raw_value: object) -> str:
-    if (
-        not isinstance(raw_value, str)
-        or not raw_value.isprintable()
-        or not 0 < len(raw_value) <= 200
-    ):
-        raise ValueError(f"wanted one line of at most 200 characters, got {show(raw_value)}")
-    return raw_value
-
-
 def _yes_or_no(raw_value: object) -> bool:
     if not isinstance(raw_value, bool):
         raise ValueError(f"wanted true or false, got {show(raw_value)}")
@@ -164,7 +154,7 @@ def _names(raw_value: object) -> object:
     return raw_value
 
 
-Line = Annotated[str, Check(_line, lambda _: {"type": "string", "minLength": 1, "maxLength": 200})]
+Line = Annotated[str, text("one line of at most 200 characters", 200)]
 YesOrNo = Annotated[bool, Check(_yes_or_no, lambda _: {"type": "boolean"})]
 TwoNames = Annotated[
     tuple[str, str],

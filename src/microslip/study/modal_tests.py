@@ -45,7 +45,7 @@ class MeasuredPart(Part):
             '["150 Hz", "220 Hz"]',
         )
     )
-    mode: Annotated[int, integer(1, MOST_MODES, text="a mode counted from 1")] | None = optional(
+    mode: Annotated[int, integer(1, MOST_MODES, words="a mode counted from 1")] | None = optional(
         "The mode that was tested, counted from 1; of `structure.modes` the one whose "
         "frequency is nearest unless given.",
         "1",

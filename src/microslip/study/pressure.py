@@ -20,7 +20,7 @@ from microslip.study.uncertain import Uncertain
 
 Length = Annotated[float, quantity(LENGTH, "12 mm"), Uncertain('"12 mm"')]
 _Angle = Annotated[float, angle("30 deg"), Uncertain('"30 deg"')]
-_Count = Annotated[int, integer(1, 10_000, text="a whole number of one or more such as 4")]
+_Count = Annotated[int, integer(1, 10_000, words="a whole number of one or more such as 4")]
 _COUNT = Field(default=1, description="How many such, equal and apart.", examples=["4"])
 _DISTANCES = Annotated[
     tuple[Annotated[float, quantity(LENGTH, "0 mm", "any")], ...],

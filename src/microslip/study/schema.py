@@ -250,7 +250,7 @@ class Output(Part):
 class StudyTables(Part):
     """A validated description of one prediction; quantities are SI floats."""
 
-    version: Annotated[int, integer(SCHEMA, SCHEMA, text="schema = 1")] = required(
+    version: Annotated[int, integer(SCHEMA, SCHEMA, words="schema = 1")] = required(
         "Version of this format: 1.", "1", alias="schema"
     )
     title: fields.Line = optional("One line for figures, tables and the report.", default="")

@@ -168,7 +168,7 @@ class StructurePart(Part):
     )
     form: FormPart | None = optional("Form of the faces; flat unless given.")
     modes: Annotated[
-        tuple[Annotated[int, integer(1, MOST_MODES, text="a mode counted from 1")], ...],
+        tuple[Annotated[int, integer(1, MOST_MODES, words="a mode counted from 1")], ...],
         array("[1, 3]", MOST_MODES),
         AfterValidator(different),
     ] = optional("Elastic modes, counted from 1.", default=(1,))

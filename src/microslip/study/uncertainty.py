@@ -43,7 +43,7 @@ class UncertaintyPart(Part):
     samples: Annotated[int, integer(64, MOST_SAMPLES, 512)] = optional(
         "Points, rounded up to eight times a power of two.", default=512
     )
-    seed: Annotated[int, integer(0, 2**32 - 1, text="a whole number of at least 0")] = optional(
+    seed: Annotated[int, integer(0, 2**32 - 1, words="a whole number of at least 0")] = optional(
         "Of the scrambling: the same seed gives the same bytes.", default=0
     )
     quantiles: Annotated[

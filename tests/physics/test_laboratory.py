@@ -46,14 +46,6 @@ def test_chance_at_other_separations_is_in_the_interval() -> None:
 
 
 @pytest.mark.slow
-def test_wrong_physics_in_short() -> None:
-    """Friction that wears in, and a parallel spring: nothing identified excludes the truth."""
-    found = wrong(range(1), ("wear in", "parallel spring", "clipped force"))
-    for name, tally in found.items():
-        assert tally.covered == tally.identified, (name, tally.missed)
-
-
-@pytest.mark.slow
 def test_ordinary_records_cover() -> None:
     """Of each quantity nine in ten of the 95 % intervals that are identified hold it (300 sets)."""
     tally = whole(coverage(range(300)))

@@ -280,7 +280,8 @@ def test_a_fit_that_does_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:
     """No numbers without asking for them, and no file."""
     from microslip.identification import fit
 
-    monkeypatch.setattr(fit, "_MOST_EVALUATIONS", 1)
+    for limit in ("_MOST_STEPS", "_MOST_EVALUATIONS"):
+        monkeypatch.setattr(fit, limit, 1)
     words = ("identify", "light.csv", "heavy.csv", "-o", "out")
     message = fails(*words)
     assert message.startswith("error: interface: not converged: ")

@@ -186,7 +186,8 @@ def test_a_fit_that_does_not_converge_is_refused(monkeypatch: pytest.MonkeyPatch
     """Its values are there to look at, not to build with."""
     from microslip.identification import fit
 
-    monkeypatch.setattr(fit, "_MOST_EVALUATIONS", 1)
+    for limit in ("_MOST_STEPS", "_MOST_EVALUATIONS"):
+        monkeypatch.setattr(fit, limit, 1)
     found = ms.identify(
         record(), "jenkins", rig_stiffness=None, start={"stiffness": 1e9}, held_back=0
     )

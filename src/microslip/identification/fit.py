@@ -71,12 +71,12 @@ def minimise(
     """Least squares from a start; parts that no record has in common one after the other."""
     if moving is not None or len(problem.parts) < 2:
         moving = np.arange(start.size) if moving is None else moving
-        return _minimise(problem, start, moving, tolerance)
+        return _least_squares(problem, start, moving, tolerance)
     low, high = bounds_of(problem)
     fit = Fit(np.clip(start, low, high), math.inf, True, "nothing to fit")
     good, message = True, ""
     for part in problem.parts:
-        fit = _minimise(problem, fit.q, part, tolerance)
+        fit = _least_squares(problem, fit.q, part, tolerance)
         if not fit.finite:
             return fit
         if good:
@@ -84,7 +84,7 @@ def minimise(
     return Fit(fit.q, fit.cost, good, message)
 
 
-def _minimise(
+def _in_trust_region(
     problem: Problem,
     start: Floats,
     moving: NDArray[np.intp],
@@ -129,13 +129,33 @@ def _minimise(
     )
 
 
+def _least_squares(
+    problem: Problem, start: Floats, moving: NDArray[np.intp], tolerance: float
+) -> Fit:
+    """The least squares from a start, in a trust region where damped steps do not reach it."""
+    fit, reached = _descended(problem, start, moving, share=tolerance)
+    return fit if reached else _in_trust_region(problem, start, moving, tolerance)
+
+
 def settle(
     problem: Problem, start: Floats, moving: NDArray[np.intp], *, good_enough: float = 1e-3
 ) -> Fit:
-    """The minimum near a good start, by damped steps after Gauss and Newton within the bounds.
+    """The minimum near a good start; ``good_enough`` is how far its sum of squares may be off."""
+    fit, reached = _descended(problem, start, moving, good_enough)
+    return fit if reached else _in_trust_region(problem, fit.q, moving, 1e-7, _FEW_EVALUATIONS)
 
-    Levenberg (1944, DOI 10.1090/qam/10666) and Marquardt (1963, DOI 10.1137/0111030).
-    ``good_enough`` is how far the sum of squares may be from its minimum.
+
+def _descended(
+    problem: Problem,
+    start: Floats,
+    moving: NDArray[np.intp],
+    good_enough: float = 1e-12,
+    share: float = 0.0,
+) -> tuple[Fit, bool]:
+    """Where damped steps after Gauss and Newton within the bounds lead, and if that is the end.
+
+    Levenberg (1944, DOI 10.1090/qam/10666) and Marquardt (1963, DOI 10.1137/0111030). The sum of
+    squares may be off its minimum by ``good_enough`` or by a share of itself.
     """
     low, high = bounds_of(problem)
     q = np.clip(start, low, high)
@@ -144,27 +164,28 @@ def settle(
     damping, idle = 0.0, 0
     for _ in range(_MOST_STEPS):
         if moving.size == 0 or not np.isfinite(cost):
-            return Fit(q, cost, True, "")
+            return Fit(q, cost, True, ""), True
+        enough = max(good_enough, share * cost)
         free, step, gain = _step_within(q, residual, by, moving, low, high, damping)
-        if free.size == 0 or (damping == 0.0 and gain <= good_enough):
-            return Fit(q, cost, True, "")
+        if free.size == 0 or (damping == 0.0 and gain <= enough):
+            return Fit(q, cost, True, ""), True
         new = q.copy()
         new[free] += step
         new = np.clip(new, low, high)
         there, by_there = problem.residuals(new)
-        reached = float(np.dot(there, there))
-        if reached < cost:
+        new_cost = float(np.dot(there, there))
+        if new_cost < cost:
             # At a kink steps may go on for ever and gain nothing.
-            idle = idle + 1 if cost - reached < good_enough else 0
-            q, residual, by, cost = new, there, by_there, reached
+            idle = idle + 1 if cost - new_cost < enough else 0
+            q, residual, by, cost = new, there, by_there, new_cost
             damping = 0.1 * damping if damping > _LEAST_DAMPING else 0.0
         else:
             damping = max(10.0 * damping, _LEAST_DAMPING)
         if idle >= _IDLE:
-            return Fit(q, cost, True, "")
+            return Fit(q, cost, True, ""), True
         if damping > _MOST_DAMPING:
             break  # a kink, at which no derivative tells the way on
-    return _minimise(problem, q, moving, 1e-7, _FEW_EVALUATIONS)
+    return Fit(q, cost, False, ""), False
 
 
 def _step_within(

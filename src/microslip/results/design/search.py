@@ -353,7 +353,7 @@ def _arguments(study: StudyDescription) -> dict[str, Any]:
 
 _SAMPLES = 32  # where the study does not say how many: each builds its joints
 _STEP = 1e-4  # of a logarithm, for central differences: 1e-8 of the slopes
-_LEAST = 1e-300  # a joint that loses nothing has no logarithm
+_SMALLEST = 1e-300  # a joint that loses nothing has no logarithm
 
 
 def open_search(
@@ -432,7 +432,7 @@ class AnySearch(Search):
                     for joint in build_joints(study)
                 )
             )
-        return np.log(np.maximum(quantities, _LEAST))
+        return np.log(np.maximum(quantities, _SMALLEST))
 
     def values(self, logs: Floats) -> Floats:
         """Ln of the quantity over the samples; the search asks for a place more than once."""

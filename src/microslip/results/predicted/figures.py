@@ -400,7 +400,7 @@ def pictures(result: Prediction) -> tuple[Picture, ...]:
 
 _PANELS = "one panel for each amplitude and one loop for each load"
 # What holds of loops at constant normal load only, and what stands for it where that varies.
-_OTHERWISE = (
+_VARYING_WORDS = (
     ("every loop follows", "every loop at constant load follows"),
     ("which no force amplitude passes", "which no force amplitude passes at constant load"),
     (
@@ -478,7 +478,7 @@ def _while_varying(result: Prediction, name: str, caption: str) -> str:
             "is the energy lost in a cycle."
         )
     if variation is not None:
-        for constant, varying in _OTHERWISE:
+        for constant, varying in _VARYING_WORDS:
             caption = caption.replace(constant, varying)
         if name in ("energy_damping", "force_damping"):
             return f"{caption} Lines and hollow markers are at constant normal load."

@@ -19,7 +19,7 @@ _LABELS = {
     "varying_normal_load": ("Normal load", "N"),
     "dissipated_energy": ("Dissipated energy", "J"),
 }
-_MANY = 3000
+_THIN_FROM = 3000
 
 
 def history(result: Prediction) -> Plot:
@@ -62,7 +62,7 @@ def history(result: Prediction) -> Plot:
         panels[name].line(*drawn(columns[name][0]), GREY, width=THIN)
     answers = columns["displacement" if common == "force" else "force"]
     sizes = [float(np.abs(answer).max()) for answer in answers]
-    width = 0.7 if count > _MANY else WIDTH
+    width = 0.7 if count > _THIN_FROM else WIDTH
     # The smaller in front of the larger, which would hide it.
     for number in sorted(range(len(loads)), key=lambda i: -sizes[i]):
         look = loads[number][1]

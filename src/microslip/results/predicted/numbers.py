@@ -42,16 +42,25 @@ REMINDER = (
 )
 
 
+DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
+DEFAULT_RANGE = (1e-3, 1e2)
+"""Of the slip scale, as the amplitudes above."""
+
+
 @dataclass(frozen=True)
 class Defaults:
     """Which amplitudes the study leaves open, and the slip scale [m] they are then taken from."""
 
     scale: float
-    meaning: str
     amplitudes: bool
     curve: bool
-    factors: tuple[float, ...]
-    range: tuple[float, float]
+
+    @classmethod
+    def of(cls, study: StudyDescription, joints: Sequence[Interface]) -> Defaults:
+        """From the largest slip scale, to two digits."""
+        excitation, scale = study.excitation, max(slip_scale_of(joint)[0] for joint in joints)
+        is_open = excitation.amplitudes is None and excitation.force_amplitudes is None
+        return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)
 
     def notes(self) -> list[str]:
         """What was assumed, in sentences."""
@@ -59,10 +68,10 @@ class Defaults:
         of = f"times the slip scale, {scale} when rounded to two digits"
         notes = []
         if self.amplitudes:
-            factors = ", ".join(f"{factor:g}" for factor in self.factors)
+            factors = ", ".join(f"{factor:g}" for factor in DEFAULT_AMPLITUDES)
             notes.append(f"excitation.amplitudes is not given: {factors} {of}.")
         if self.curve:
-            low, high = self.range
+            low, high = DEFAULT_RANGE
             notes.append(f"excitation.curve is not given: {low:g} to {high:g} {of}.")
         return notes
 

@@ -13,8 +13,14 @@ from microslip._core.quantities import UNITS
 from microslip._version import __version__
 from microslip.report.cells import si
 from microslip.report.document import Column, Document, Items, Section, Table
-from microslip.results.predicted.numbers import files, joint_entry, load_notes
-from microslip.results.predicted.run import DEFAULT_POINTS, defaults_of
+from microslip.results.predicted.numbers import (
+    DEFAULT_AMPLITUDES,
+    Defaults,
+    files,
+    joint_entry,
+    load_notes,
+)
+from microslip.results.predicted.run import DEFAULT_POINTS
 from microslip.results.predicted.study_facts import KEYS
 from microslip.results.predicted.tables import rest_section, validity
 from microslip.study.build import build_joints, check_loads
@@ -46,9 +52,9 @@ def preview(study: StudyDescription) -> Document:
     """Look a study over without running it."""
     joints = build_joints(study)
     check_loads(study, joints)
-    open_ends = defaults_of(study, joints)
+    open_ends = Defaults.of(study, joints)
     excitation, loads = study.excitation, len(joints)
-    amplitudes = excitation.amplitudes or excitation.force_amplitudes or open_ends.factors
+    amplitudes = excitation.amplitudes or excitation.force_amplitudes or DEFAULT_AMPLITUDES
     points = excitation.curve.points if excitation.curve else DEFAULT_POINTS
     samples = len(excitation.history.values) if excitation.history else 0
     data: dict[str, Any] = {

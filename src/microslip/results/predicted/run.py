@@ -24,7 +24,14 @@ from microslip.results.predicted.columns import (
     VaryingLoop,
     blocks,
 )
-from microslip.results.predicted.numbers import Defaults, oscillator_of, slip_scale_of, summarise
+from microslip.results.predicted.numbers import (
+    DEFAULT_AMPLITUDES,
+    DEFAULT_RANGE,
+    Defaults,
+    oscillator_of,
+    slip_scale_of,
+    summarise,
+)
 from microslip.results.predicted.result import Result
 from microslip.results.predicted.scatter import scatter, with_amplitudes
 from microslip.results.structure.run import run as run_structure
@@ -33,8 +40,6 @@ from microslip.study.description import StudyDescription
 from microslip.study.draws import at_middle, is_uncertain
 from microslip.study.schema import LoadVariation
 
-DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
-DEFAULT_RANGE = (1e-3, 1e2)
 DEFAULT_POINTS = 200
 MOST_WORKERS = 256
 _STRUCTURE = 0.95  # share of a run that a structure takes
@@ -74,7 +79,7 @@ def rows_of(study: StudyDescription) -> list[dict[str, float]]:
     """What a study says at the amplitudes of its loops and nowhere else, a row a load and loop."""
     study = at_middle(study)
     joints = build_joints(study)
-    amplitudes = _amplitudes(study, defaults_of(study, joints))
+    amplitudes = _amplitudes(study, Defaults.of(study, joints))
     rows = []
     for joint in joints:
         at_rest = {
@@ -92,7 +97,7 @@ def _computed(study: StudyDescription, progress: Progress | None = None) -> tupl
     """All but the structure and the summary."""
     joints = build_joints(study)
     check_loads(study, joints)
-    defaults = defaults_of(study, joints)
+    defaults = Defaults.of(study, joints)
     amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
     history = study.excitation.history
     record = None if history is None else history.values
@@ -172,21 +177,6 @@ def _varying_loops(
             loops.append(VaryingLoop.of(joint, amplitude, variation))
             progress(len(loops) / row.amplitude.size)
     return tuple(loops)
-
-
-def defaults_of(study: StudyDescription, joints: list[Interface]) -> Defaults:
-    """Scale of the amplitudes that are not given: the largest slip scale, to two digits."""
-    scales = [slip_scale_of(joint) for joint in joints]
-    largest = max(scales)
-    return Defaults(
-        scale=float(f"{largest[0]:.1e}"),
-        meaning=largest[1],
-        amplitudes=study.excitation.amplitudes is None
-        and study.excitation.force_amplitudes is None,
-        curve=study.excitation.curve is None,
-        factors=DEFAULT_AMPLITUDES,
-        range=DEFAULT_RANGE,
-    )
 
 
 def _amplitudes(study: StudyDescription, defaults: Defaults) -> Floats:

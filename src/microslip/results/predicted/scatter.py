@@ -27,7 +27,7 @@ RANKED = ("loss_factor", "dissipated_energy", "secant_stiffness")
 
 _FAR = 1.6448536269514722  # score of the 95 % quantile
 _NEAR = 0.25  # scores to either side, for slopes
-_MOST = 60_000_000  # numbers of one variable over all samples
+_LARGEST = 60_000_000  # numbers of one variable over all samples
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,7 @@ def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
         for name, variable in nominal.items()
         if variable.values.dtype.kind == "f" and not name.startswith("validity")
     ]
-    large = [name for name in numbers if nominal[name].values.size * count > _MOST]
+    large = [name for name in numbers if nominal[name].values.size * count > _LARGEST]
     return [name for name in numbers if name not in large], large
 
 

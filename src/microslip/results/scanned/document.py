@@ -46,7 +46,7 @@ TOO_SMALL = (
     "No short-wave cut-off was given: the pixel decides. The scan is too small to choose one: four "
     "pixels are more than a third of it."
 )
-_FEW = 6
+_BRIEF_CUTOFFS = 6
 """Cut-offs that a terminal shows beside the one that was asked for."""
 _GAPS = (
     " Missing points count as points on the mean, and steps at the edges of gaps make waves of "
@@ -267,7 +267,7 @@ def _over_cutoffs(findings: Findings, data: dict[str, Any]) -> Table:
         columns.append(Column(f"counted_{name}", "counted", unit, 3, write, head))
     columns.append(Column("radius_in_pixels", "radius/pixel", "", 3))
     brief_rows = {
-        *evenly(len(rows), _FEW),
+        *evenly(len(rows), _BRIEF_CUTOFFS),
         *(i for i, row in enumerate(rows) if row[0].endswith("*")),
     }
     return Table("", tuple(columns), tuple(rows), noun="cut-offs", few=tuple(sorted(brief_rows)))

@@ -130,7 +130,7 @@ def test_each_point_is_the_weighted_mean_of_those_there_are(
 
 def test_both_ways_to_convolve_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     direct = smooth(HOLED, (STEP, STEP), 14 * STEP)
-    monkeypatch.setattr(filters, "_LONG", 1)
+    monkeypatch.setattr(filters, "_LONG_KERNEL", 1)
     monkeypatch.setattr(filters, "_BLOCK", 1000)  # several blocks, the last one short
     np.testing.assert_allclose(smooth(HOLED, (STEP, STEP), 14 * STEP), direct, atol=1e-7 * 1e-13)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
@@ -41,11 +41,10 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
         ):
             if min(values) > 0.0 and math.isfinite(max(values)):
                 slopes_of[quantity][name] = math.log(values[1] / values[0]) / (2.0 * _STEP)
-    return {quantity: _steepest(slopes) for quantity, slopes in slopes_of.items()}
-
-
-def _steepest(slopes: Mapping[str, float]) -> dict[str, float]:
-    return dict(sorted(slopes.items(), key=lambda pair: -abs(pair[1])))
+    return {
+        quantity: dict(sorted(slopes.items(), key=lambda pair: -abs(pair[1])))
+        for quantity, slopes in slopes_of.items()
+    }
 
 
 def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:

@@ -97,13 +97,10 @@ class KogutEtsion(SummitModel):
         return 0.454 + 0.41 * self.poisson_ratio
 
     @property
-    def _hardness(self) -> float:
-        return HARDNESS_RATIO * self.yield_stress
-
-    @property
     def yield_indentation(self) -> float:
         """(pi K H / 2E*)^2."""
-        return (0.5 * math.pi * self._constant * self._hardness / self.pair.composite_modulus) ** 2
+        hardness = HARDNESS_RATIO * self.yield_stress
+        return (0.5 * math.pi * self._constant * hardness / self.pair.composite_modulus) ** 2
 
     def load(self, r: Floats) -> Floats:
         """Their two fits, and the hardness times the truncated area beyond."""

@@ -124,19 +124,16 @@ def over_cutoffs(
         if counted and not scan.is_profile:
             try:
                 # From the unfiltered scan: its noise decides which peaks are summits.
-                summits = (
-                    counted_before
-                    if counted_before is not None and _same_length(counted_before.cutoff, short)
-                    else None
-                )
-                summits = summits or find_summits(
-                    levelled.measurable(),
-                    short,
-                    method=method,
-                    prominence=prominence,
-                    level=None,
-                    window=window,
-                )
+                summits = counted_before
+                if summits is None or not _same_length(summits.cutoff, short):
+                    summits = find_summits(
+                        levelled.measurable(),
+                        short,
+                        method=method,
+                        prominence=prominence,
+                        level=None,
+                        window=window,
+                    )
                 filtered = summits.scan
                 _count(summits, columns, row)
             except InputError as error:

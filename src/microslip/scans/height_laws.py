@@ -69,15 +69,12 @@ class HeightLaws:
         gaussian = self.laws.get("gaussian")
         if gaussian is not None:
             values[TAIL] = gaussian.above
+            ratio = gaussian.tangential_stiffness / self.laws["population"].tangential_stiffness
             values["stiffness by Gaussian heights against counted, as a factor"] = math.exp(
-                abs(self._miss(gaussian))
+                abs(math.log(ratio))
             )
         values["measured summits in contact"] = float(self.measured_contacts)
         return judged(values)
-
-    def _miss(self, law: LawAtLoad) -> float:
-        counted = self.laws["population"].tangential_stiffness
-        return math.log(law.tangential_stiffness / counted)
 
 
 def height_laws(

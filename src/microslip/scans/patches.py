@@ -21,23 +21,16 @@ Map = TypeVar("Map", bound=HeightMap)
 Parameter = Callable[[HeightMap], float]
 
 
-def _moments(name: str) -> Parameter:
-    return lambda scan: float(getattr(scan.moments(), name))
+def _parameter(measure: Callable[[HeightMap], Any], name: str) -> Parameter:
+    return lambda scan: float(getattr(measure(scan), name))
 
 
-def _mccool(name: str) -> Parameter:
-    return lambda scan: float(getattr(scan.moments().mccool(), name))
-
-
-def _heights(name: str) -> Parameter:
-    return lambda scan: float(getattr(scan.statistics(), name))
-
-
-PARAMETERS: dict[str, Parameter] = {
-    **{name: _heights(name) for name in ("rms", "mean_deviation", "skewness", "kurtosis")},
-    **{name: _moments(name) for name in ("m0", "m2", "m4", "nayak", "anisotropy")},
-    **{name: _mccool(name) for name in ("density", "radius", "std", "mean_height")},
-}
+_MEASURES: tuple[tuple[Callable[[HeightMap], Any], tuple[str, ...]], ...] = (
+    (lambda scan: scan.statistics(), ("rms", "mean_deviation", "skewness", "kurtosis")),
+    (lambda scan: scan.moments(), ("m0", "m2", "m4", "nayak", "anisotropy")),
+    (lambda scan: scan.moments().mccool(), ("density", "radius", "std", "mean_height")),
+)
+PARAMETERS = {name: _parameter(measure, name) for measure, names in _MEASURES for name in names}
 """Parameters that go by name; density, radius, std and mean height are McCool's."""
 
 

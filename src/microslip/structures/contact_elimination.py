@@ -86,7 +86,7 @@ def solve(
     retained = np.argwhere(resonant)
     borders = system.below.size
     extra = retained.shape[0] + borders
-    # What the other unknowns do to the loose coordinates: own coefficients and borders.
+    # What the other unknowns do to the loose coordinates: retained coefficients and borders.
     moved = np.zeros((count, size, extra))
     for place, (mode, k) in enumerate(retained):
         moved[:, k, place] = flat[mode]
@@ -110,7 +110,7 @@ def solve(
         right[rows] = (part.tangent @ start[here].reshape(joints, width, 1)).ravel()
         first += coordinates
     matrix[np.arange(total), np.arange(total)] += 1.0
-    # The equations of the coefficients that are kept.
+    # The equations of the coefficients that are retained.
     for place, (mode, k) in enumerate(retained):
         row = total + place
         matrix[row].reshape(-1)[k:total:size] = flat[mode]

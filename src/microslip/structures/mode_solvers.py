@@ -162,9 +162,8 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Continuation:
     """
     order = np.argsort(amplitudes, kind="stable")
     solutions: list[Solution | None] = [None] * amplitudes.size
-    iterations = steps = 0
+    iterations, steps, before = 0, 0, -1
     track: list[tuple[float, ModePoint]] = []
-    before = -1
     for place in order:
         target = float(amplitudes[place])
         if track and target == track[-1][0]:  # asked for twice
@@ -195,8 +194,7 @@ def follow(equations: ModeEquations, amplitudes: Floats) -> Continuation:
         if solution is None:
             stopped = track[-1][0] if track else target
             return Continuation(solutions, iterations, steps, stopped)
-        solutions[place] = solution
-        before = place
+        solutions[place], before = solution, place
         if not track or track[-1][0] != target:
             track.append((target, solution.point))
         del track[:-3]
@@ -213,9 +211,8 @@ def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution |
         if candidate.converged and _same_mode(candidate.point, guess):
             if start == target:
                 return candidate, iterations, steps
-            climb = follow(
-                equations, np.geomspace(start, target, 2 + round(math.log10(target / start)))
-            )
+            rising = np.geomspace(start, target, 2 + round(math.log10(target / start)))
+            climb = follow(equations, rising)
             return climb.solutions[-1], iterations + climb.iterations, steps + climb.steps
         start *= 0.1
     return None, iterations, steps

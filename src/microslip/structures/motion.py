@@ -242,8 +242,7 @@ def integrate(
     modal_force = forces @ shapes
     to_modal = np.asarray((mass @ shapes).T)
     q, v = to_modal @ start, to_modal @ speed
-    line = _line(model, q, v, modal_force)
-    joints = model.joints(line)
+    joints = model.joints(_line(model, q, v, modal_force))
     stepper = TimeSteps(model, joints, float(steps.mean()), radius)
     stepper.place(q)
     a = stepper.acceleration(q, v, modal_force[0])

@@ -21,7 +21,7 @@ from microslip.identification.verdicts import IDENTIFIED, IN_DOUBT, Fitted
 
 _NEAR = 1e-6  # of what is searched, or of one: what is as near to its end is at it
 _BACK = 0.02  # of what is searched
-_MOST = 12.0
+_FURTHEST = 12.0
 """By how much an end of a search is moved at most: what is searched for Gaussian heights."""
 
 
@@ -34,7 +34,7 @@ def open_ends(
     open_ends_found = []
     for row, j in enumerate(problem.free):
         coordinate, interval = problem.coordinates[int(j)], intervals[row]
-        reach = min(float(high[row] - low[row]), _MOST)
+        reach = min(float(high[row] - low[row]), _FURTHEST)
         if coordinate.parameter not in searched or not interval.low < interval.high:
             continue
         near = _NEAR * min(reach, 1.0)

@@ -12,7 +12,7 @@ from microslip._core.checks import Floats
 from microslip.identification.folding import Folded
 from microslip.memory import Memory
 
-_SAME = 1e-7  # rad
+_COINCIDENT = 1e-7  # rad
 
 
 class Cycle(NamedTuple):
@@ -36,7 +36,7 @@ def cycle_of(folded: Folded) -> Cycle:
     turns = _turning_points(folded)
     # One that a bin meets is not doubled: there would be a cycle of rounding's size.
     away = np.abs((turns[:, None] - nodes + math.pi) % (2.0 * math.pi) - math.pi)
-    phase = np.concatenate((nodes, turns[away.min(axis=1) > _SAME]))
+    phase = np.concatenate((nodes, turns[away.min(axis=1) > _COINCIDENT]))
     order = np.argsort(phase, kind="stable")
     phase = phase[order]
     basis = folded.basis(phase)

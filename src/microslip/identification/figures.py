@@ -22,7 +22,7 @@ MOST_PANELS = 6
 MOST_PARAMETERS = 12
 MOST_MARKS = 90  # of a loop
 MOST_DOTS = 1500  # of a panel
-_SAME = 0.02  # of amplitudes of one colour, from one to the next
+_SAME_SIZE = 0.02  # of amplitudes of one colour, from one to the next
 INK, BLUE, RED = COLORS[0], COLORS[1], COLORS[2]
 
 _CAPTIONS = {
@@ -187,7 +187,7 @@ def _draw_pair(
 
 def _levels(sizes: Floats) -> NDArray[np.int64]:
     """Numbers of amplitudes in their order, those within some per cent being one."""
-    return np.cumsum(np.diff(np.log(sizes), prepend=math.log(sizes[0])) > _SAME)
+    return np.cumsum(np.diff(np.log(sizes), prepend=math.log(sizes[0])) > _SAME_SIZE)
 
 
 def _amplitude_names(amplitudes: Sequence[float]) -> list[str]:

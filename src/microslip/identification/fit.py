@@ -225,9 +225,9 @@ def solve(
 ) -> Fit | None:
     """The best of several starts, each by its own weights, tried if those before ended badly."""
     best: Fit | None = None
-    problem.most = problem.evaluations + _MOST_IN_ALL
+    problem.evaluation_limit = problem.evaluations + _MOST_IN_ALL
     for start in starts:
-        if best is not None and problem.evaluations > problem.most:
+        if best is not None and problem.evaluations > problem.evaluation_limit:
             break
         problem.forget()
         fit = _reweighted(problem, start)
@@ -267,7 +267,7 @@ def _robust(problem: Problem, fit: Fit, loss: str) -> Fit:
     that fits badly as a whole is judged by its median residual, or all of it would be outliers.
     """
     for passed in range(30):
-        if problem.evaluations > problem.most:
+        if problem.evaluations > problem.evaluation_limit:
             return replace(fit, converged=False, message=_USED_UP)
         residual = problem.standardised(fit.q)
         scale = _TOLERATED * max(1.0, float(np.median(np.abs(residual))) / 0.6745)
@@ -298,7 +298,7 @@ def _reweighted(problem: Problem, start: Floats) -> Fit:
 
 def resettled(problem: Problem, start: Floats) -> Fit:
     """The fit near a start, under the weights of where it ends."""
-    problem.most = problem.evaluations + _MOST_IN_ALL
+    problem.evaluation_limit = problem.evaluations + _MOST_IN_ALL
     problem.update(start)
     fit = _under_own_weights(problem, minimise(problem, start))
     if not fit.finite:
@@ -312,7 +312,7 @@ def _under_own_weights(problem: Problem, fit: Fit) -> Fit:
     best = fit
     lowest = math.inf
     for passed in range(_PASSES + _DAMPED):
-        if problem.evaluations > problem.most:
+        if problem.evaluations > problem.evaluation_limit:
             return replace(best, converged=False, message=_USED_UP)
         used = problem.nuisance_effects
         problem.update(fit.q)

@@ -31,7 +31,7 @@ from microslip.identification.verdicts import WIDEST_RATIO
 Progress = Callable[[float], None]
 
 _SIGNIFICANT = 1e-3
-_TOLD = 0.5 * math.log(WIDEST_RATIO)
+_TOLD_WIDTH = 0.5 * math.log(WIDEST_RATIO)
 _RESTARTS = 3
 
 
@@ -39,7 +39,7 @@ _MOST_WORK = 1e8
 """Evaluations times places times derivatives after which intervals are those of the curvature."""
 _MOST_EVALUATIONS = 3000
 """The same for laws of which a single evaluation takes long."""
-_FEW = 12
+_MOST_CROSSED = 12
 """Free coordinates up to which ends of one profile are tried as ways of the others."""
 
 
@@ -128,7 +128,7 @@ def stake_of(problem: Problem, best: Fit, widths: Floats, shifts: Floats) -> flo
             shifts.tolist(),
             strict=True,
         )
-        if abs(log_change(coordinate, q, width)) < _TOLD
+        if abs(log_change(coordinate, q, width)) < _TOLD_WIDTH
     ]
     return max(shares, default=None)
 
@@ -193,10 +193,10 @@ class _Task:
         self.better: Fit | None = None
         """A lower minimum, from which all begins again."""
         self.lower_still = False
-        self._others = [np.zeros(0, dtype=np.intp)] * best.q.size
+        self._conditional = [np.zeros(0, dtype=np.intp)] * best.q.size
         for part in problem.parts:
             for i in part:
-                self._others[i] = part[part != i]
+                self._conditional[i] = part[part != i]
 
     def run(self, kind: str, evaluation_limit: float, report: Progress) -> list[int]:
         """All intervals; which of them are those of the curvature, after ``evaluation_limit``."""
@@ -221,13 +221,15 @@ class _Task:
             report((finished + 1) / size)
             if self.better is not None:
                 return []
-        if kind == "profile" and size <= _FEW:
+        if kind == "profile" and size <= _MOST_CROSSED:
             self._cross(evaluation_limit)
         return []
 
     def _walk(self, i: int) -> Walk:
-        rise, others = float(self._rises[i]), self._others[i]
-        return Walk(self._problem, self._best, i, rise, self._covariance, others, self._is_last)
+        rise, conditional = float(self._rises[i]), self._conditional[i]
+        return Walk(
+            self._problem, self._best, i, rise, self._covariance, conditional, self._is_last
+        )
 
     def _checked(self, walk: Walk, interval: Interval) -> Interval:
         """The interval; a lower minimum on the way to it counts, unless it is the last time."""
@@ -244,7 +246,7 @@ class _Task:
             places = [place for place, is_open in ends if not is_open]
             if len(places) != 1:
                 continue
-            for i in self._others[j]:
+            for i in self._conditional[j]:
                 if self.better is not None or self._problem.evaluations > evaluation_limit:
                     return
                 walk = self._walk(int(i))

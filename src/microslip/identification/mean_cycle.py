@@ -14,9 +14,9 @@ from microslip.tribometer.blocks import Blocks
 from microslip.tribometer.cycles import Cycles
 
 _IN_STEP, _MOST_CYCLES, _LOOKED_AT = 0.95, 32, 1 << 14
-_FEWEST, _EACH = 3, 4  # samples of a place, and of a bin where no places are the same
+_FEWEST, _SAMPLES_A_BIN = 3, 4  # samples of a place, and of a bin where no places are the same
 _HARMONICS, _STEPS, _PIECE = 5, 4, 1 << 16
-_LEAST = 0.1  # of the noise of a sample that the curve must leave for it to count
+_LEAST_SHARE = 0.1  # of the noise of a sample that the curve must leave for it to count
 _OWN_RATE = 5  # cycles of a block from which its own rate is known well
 _TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution within three
 
@@ -202,7 +202,7 @@ def places_of(phase: Floats, a_cycle: float) -> Places:
             break
         if abs(np.exp(1j * sample_count * first_phases).mean()) > _IN_STEP:
             return Places(sample_count, True)
-    return Places(max(math.floor(a_cycle), phase.size // _EACH), False)
+    return Places(max(math.floor(a_cycle), phase.size // _SAMPLES_A_BIN), False)
 
 
 class Level(NamedTuple):
@@ -318,8 +318,8 @@ class MeanCycle:
         near_freedom, square = -float(fitted_count), 0.0
         for piece in stretches(residual.size):
             share, piece_residual = self._noise_share(piece), residual[piece]
-            near = (share > _LEAST) & (
-                np.abs(piece_residual) <= far * np.sqrt(np.maximum(share, _LEAST))
+            near = (share > _LEAST_SHARE) & (
+                np.abs(piece_residual) <= far * np.sqrt(np.maximum(share, _LEAST_SHARE))
             )
             near_freedom += float(share[near].sum())
             square += float(np.sum(piece_residual[near] ** 2))
@@ -332,7 +332,7 @@ class MeanCycle:
         scaled, end = np.empty(residual.size), 0
         for piece in stretches(residual.size):
             share, piece_residual = self._noise_share(piece), residual[piece]
-            is_free = share > _LEAST
+            is_free = share > _LEAST_SHARE
             new = np.abs(piece_residual[is_free]) / np.sqrt(share[is_free])
             scaled[end : end + new.size] = new
             end += new.size

@@ -20,7 +20,7 @@ from microslip.identification.profiles import covariance_of
 from microslip.identification.rules import CAUSES_FROM, WRONG_FROM
 from microslip.identification.verdicts import IDENTIFIED, NOT, Fitted, number_text
 
-_MUCH, _SIGNIFICANT = 0.5, 1e-3
+_EXPLAINED, _SIGNIFICANT = 0.5, 1e-3
 """Share of the sum of squares that an effect or a delay has to explain, and not by chance."""
 _FREE = ("write ", Argument("delay", "free"))
 _NOTICED = 1.1  # times as wide
@@ -136,7 +136,7 @@ def play_of(problem: Problem, best: Fit) -> Play:
     if not isinstance(problem.model, BackboneModel):
         return Play(0.0, 0.0, 0.0)
 
-    def left(play: float) -> float:
+    def cost_with(play: float) -> float:
         with np.errstate(all="ignore"):
             try:
                 trial = after_play(problem, play)
@@ -148,18 +148,18 @@ def play_of(problem: Problem, best: Fit) -> Play:
     step = _BESIDE * high
     for _ in range(_SECTIONS):
         near, far = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        if left(near) < left(far):
+        if cost_with(near) < cost_with(far):
             high = far
         else:
             low = near
     # The sum of squares is a parabola there.
     play = max(0.5 * (low + high), step)
-    costs = [left(play + way * step) for way in (-1.0, 0.0, 1.0)]
+    costs = [cost_with(play + way * step) for way in (-1.0, 0.0, 1.0)]
     bend = costs[0] - 2.0 * costs[1] + costs[2]
     if not (math.isfinite(bend) and bend > 0.0 and costs[1] < best.cost):
         return Play(0.0, 0.0, 0.0)
     play += min(max(0.5 * step * (costs[0] - costs[2]) / bend, -step), step)
-    cost = left(play)
+    cost = cost_with(play)
     error = step * math.sqrt(2.0 / bend) * max(math.sqrt(cost / max(problem.weight.size, 1)), 1.0)
     return Play(play, error, 1.0 - cost / best.cost)
 
@@ -183,7 +183,7 @@ def effect_notes(problem: Problem, best: Fit, freedom: int) -> list[str]:
             ]
     # Of a sine displacement and acceleration are one: the first of what is as good.
     name = next((key for key, (share, _) in shares.items() if share >= 0.97 * largest), "")
-    if not name or shares[name][0] < _MUCH or shares[name][1] > _SIGNIFICANT:
+    if not name or shares[name][0] < _EXPLAINED or shares[name][1] > _SIGNIFICANT:
         return []
     share = significant(100.0 * min(shares[name][0], 1.0), 2)
     return [
@@ -276,7 +276,7 @@ def _explains(problem: Problem, best: Fit) -> str | None:
     if square <= 1e-8 * size**2:
         return None
     fall = float(remainder @ residual) ** 2 / square
-    if fall < _MUCH * best.cost:
+    if fall < _EXPLAINED * best.cost:
         return None
     lag = float(remainder @ residual) / square
     by_this = number_text(abs(lag), "s" if timed else "rad", 2)

@@ -136,19 +136,7 @@ def compare_data(
         disagreement = math.copysign(math.sqrt(refit.fall), residual)
         agrees = max(abs(residual), abs(disagreement)) <= DISAGREE
         alone = datum.function(refit.q)[0]
-        data.append(
-            GivenDatum(
-                datum.name,
-                datum.unit,
-                datum.value,
-                datum.error,
-                value,
-                residual,
-                alone,
-                disagreement,
-                agrees,
-            )
-        )
+        data.append(GivenDatum(*datum[:4], value, residual, alone, disagreement, agrees))
         if not agrees:
             wrong.append((datum, refit))
     if not wrong and len(sources) > 1:
@@ -189,26 +177,15 @@ def _contradiction_text(datum: GivenDatum, alone: float) -> str:
 def _sources(problem: Problem, names: Sequence[str], units: dict[str, str]) -> list[_Source]:
     sources = []
     for j in map(int, problem.free):
-        moved_coordinate = problem.coordinates[j]
-        if moved_coordinate.prior is None:
+        c = problem.coordinates[j]
+        if c.prior is None:
             continue
-        value, error = moved_coordinate.prior
-        inverse = moved_coordinate.kind == "inverse"
+        value, error = c.prior
+        inverse = c.kind == "inverse"
         if inverse:  # a compliance of what was given as a stiffness
             value, error = (float(f"{x:.14g}") for x in (1.0 / value, error / value**2))
         function = of_coordinate(problem, j)
-        sources.append(
-            _Source(
-                moved_coordinate.name,
-                moved_coordinate.unit,
-                value,
-                error,
-                function,
-                inverse,
-                j,
-                None,
-            )
-        )
+        sources.append(_Source(c.name, c.unit, value, error, function, inverse, j, None))
     units = {**units, **{coordinate.name: coordinate.unit for coordinate in problem.coordinates}}
     for place, (name, datum) in enumerate(zip(names, problem.data, strict=True)):
         sources.append(

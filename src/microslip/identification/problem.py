@@ -71,7 +71,7 @@ class Problem:
         self.shared: Metric | None = None
         """Of what all records have in common and is not certain."""
         self.data: list[Datum] = []
-        self.evaluations, self.most = 0, math.inf
+        self.evaluations, self.evaluation_limit = 0, math.inf
         loads = [f.normal_load if model.scales_with_load else None for f in folded]
         keys = [(columns[i], rigs[i], loads[i]) for i in range(len(folded))]
         # Records that answer alike lie side by side, so that one call answers for all of them.

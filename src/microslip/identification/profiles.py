@@ -16,7 +16,7 @@ from microslip.identification.problem import Problem
 
 _CLOSE = 0.01  # of the threshold, within which an end of an interval is found
 _TRIES, _CREEPS = 14, 2
-_FELT = 1e-9  # of its value: what a quantity changes with a unit of a coordinate that it feels
+_FEELS = 1e-9  # of its value: what a quantity changes with a unit of a coordinate that it feels
 MOVED = math.log(1.25)
 """Change of a logarithm below which a number is told though a coordinate it goes with is open."""
 _AT_END = 1e-6  # of an interval, or of one: what is as near to its end is at it
@@ -118,7 +118,7 @@ class Walk:
         conditional: NDArray[np.intp],
         is_last: bool,
     ) -> None:
-        self._problem, self._best, self._i, self._others = problem, best, i, conditional
+        self._problem, self._best, self._i, self._conditional = problem, best, i, conditional
         self._threshold, self._goal, self._is_last = threshold, math.sqrt(threshold), is_last
         variance = max(float(covariance[i, i]), 1e-300)
         self._error, self._along = math.sqrt(variance), covariance[:, i] / variance
@@ -178,7 +178,7 @@ class Walk:
         start = np.clip(near, *self._bounds)
         here = bound if distance >= abs(bound - best.q[i]) else best.q[i] + direction * distance
         start[i] = here
-        fit = settle(self._problem, start, self._others, good_enough=5e-3 * self._threshold)
+        fit = settle(self._problem, start, self._conditional, good_enough=5e-3 * self._threshold)
         if fit.cost < best.cost - 0.02 * self._threshold and (
             self.lowest is None or fit.cost < self.lowest.cost
         ):
@@ -359,7 +359,7 @@ def derived_interval(
     for place in places:
         there, by = function(place)
         at_open = (low_open & (place <= low + near)) | (high_open & (place >= high - near))
-        feels = np.maximum(np.abs(by), np.abs(gradient)) > _FELT * abs(value)
+        feels = np.maximum(np.abs(by), np.abs(gradient)) > _FEELS * abs(value)
         # A quantity that ends at 0 or without end is as open as what it follows from.
         ends.append((there, bool(np.any(at_open & feels))))
     (first, first_open), (last, last_open) = (

@@ -28,7 +28,7 @@ from microslip.normal import GreenwoodWilliamson
 
 _STEP = 1e-5
 _NEED_MORE = ("std", "density_root_radius", "radius", "density", "summit_count", "contact_area")
-_MORE = ("; give ", Argument("pair", UNSAID), ", and the apparent area with it")
+_GIVE_PAIR = ("; give ", Argument("pair", UNSAID), ", and the apparent area with it")
 
 
 Function = Callable[[Floats], tuple[float, Floats]]
@@ -94,14 +94,14 @@ class _Answer:
 
     def __init__(self, problem: Problem, record: int, loads: Any, pair: Any, area: Any) -> None:
         self._problem, self._record, self._loads = problem, record, loads
-        self._given = (pair, area)
+        self._materials = (pair, area)
         self._last: tuple[bytes, dict[str, Derived]] | None = None
 
     def _at(self, q: Floats) -> dict[str, Derived]:
         key = q.tobytes()
         if self._last is None or self._last[0] != key:
             values = self._problem.values_of(self._record, q)
-            derived = self._problem.model.derived(values, self._loads, *self._given)
+            derived = self._problem.model.derived(values, self._loads, *self._materials)
             self._last = key, {quantity.name: quantity for quantity in derived}
         return self._last[1]
 
@@ -264,7 +264,7 @@ def known_data(problem: Problem, quantities: list[Quantity], data_options: Any) 
                 Argument("known"),
                 f": {show(name)} is nothing that this fit knows, which has "
                 f"{', '.join(names)}{hint}",
-                *(_MORE if name in _NEED_MORE else ()),
+                *(_GIVE_PAIR if name in _NEED_MORE else ()),
             )
         value, error = _datum(name, raw_datum)
         function = by_name[name].function if name in by_name else of_coordinate(problem, free[name])

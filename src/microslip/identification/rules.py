@@ -21,7 +21,7 @@ MISFIT = Rule(
     "proof",
     missing="numbers that the records tell",
 )
-KNOWN = Rule(
+TOLD_SHARE = Rule(
     name="share of parameters identified",
     watch=1.0,
     outside=1e-9,
@@ -29,11 +29,11 @@ KNOWN = Rule(
     reason="profiles of the likelihood that close on both sides",
     remedy="each open parameter says what would settle it",
 )
-RULES: tuple[Rule, ...] = (MISFIT, KNOWN)
+RULES: tuple[Rule, ...] = (MISFIT, TOLD_SHARE)
 
 
 def verdicts(stake: float | None, is_known: Iterable[bool], converged: bool) -> tuple[Verdict, ...]:
     """Verdicts on a fit, by which free parameters are known: none of one that did not converge."""
     identified = list(is_known)
     share = sum(identified) / len(identified) if identified else 1.0
-    return MISFIT.judge(stake), KNOWN.judge(share if converged else 0.0)
+    return MISFIT.judge(stake), TOLD_SHARE.judge(share if converged else 0.0)

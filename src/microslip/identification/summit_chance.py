@@ -17,7 +17,7 @@ from microslip.identification.problem import Problem
 from microslip.identification.profiles import Interval, covariance_of
 
 SEPARATION = "standardised_separation"
-_STEP, _MOST = 0.3, 24
+_STEP, _MOST_STEPS = 0.3, 24
 """Steps in the standardised separation, and how many each way at most."""
 _HILL = 40.0
 """Rise of the likelihood across which another hollow of it is looked for."""
@@ -57,7 +57,7 @@ def over_separations(
     rise_limit, places = float(rises[row]), [first]
     for way in (-1.0, 1.0):
         near, separation = first, first.separation
-        for _ in range(_MOST):
+        for _ in range(_MOST_STEPS):
             separation = min(max(separation + way * _STEP, low), high)
             there = _fit_at(trial, near.q, row, separation)
             lowest = min(place.height for place in places)

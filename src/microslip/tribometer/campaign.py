@@ -18,7 +18,7 @@ from microslip.tribometer.measurement import Measurement
 
 COMPARED = ("friction_peak", "friction_energy", "reversal_stiffness", "dissipated_energy")
 """Columns whose means are compared between runs."""
-SAME = 0.05
+SAME_CONDITION = 0.05
 """Share by which loads, and amplitudes, may differ to be of one condition."""
 MIXED = 0.05
 """Probability of a second regime from which on a condition is mixed."""
@@ -196,7 +196,7 @@ class Campaign(Locked):
             for group in groups:
                 first = places[group[0]]
                 if all(
-                    (math.isnan(a) and math.isnan(b)) or abs(a - b) <= SAME * abs(b)
+                    (math.isnan(a) and math.isnan(b)) or abs(a - b) <= SAME_CONDITION * abs(b)
                     for a, b in zip(place, first, strict=True)
                 ):
                     group.append(i)

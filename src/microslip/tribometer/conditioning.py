@@ -19,7 +19,7 @@ from microslip.tribometer.record import Record
 
 LEAST_CUTOFF = 10.0
 """Lowest cutoff of the low-pass, over the frequency of the cycles."""
-EVEN = 1e-6
+EVEN_STEPS = 1e-6
 """Steps of the time that differ by less, of their mean, are even."""
 
 
@@ -77,7 +77,7 @@ def condition(
         _without_gaps(record)
         jitter = float(steps.std() / steps.mean())
         rate = 1.0 / float(steps.mean())
-        if jitter > EVEN:
+        if jitter > EVEN_STEPS:
             even_time = np.linspace(record.time[0], record.time[-1], len(record))
             for key, values in channels.items():
                 channels[key] = np.interp(even_time, record.time, values)

@@ -41,13 +41,13 @@ def quantile(confidence: float, freedom: int) -> float:
     quarter = (odd if power % 2 else even_product) * math.exp(float(np.log1p(-1.0 / factors).sum()))
     nodes, weights = gauss_legendre(60)
 
-    def falls(angle: Any) -> Any:
+    def integrand(angle: Any) -> Any:
         return np.exp(-0.5 * power * np.log1p(np.tan(angle) ** 2))
 
     angle = confidence * quarter
     for _ in range(_STEPS):
-        inside = angle * float(weights @ falls(angle * nodes))
-        step = (confidence * quarter - inside) / float(falls(angle))
+        inside = angle * float(weights @ integrand(angle * nodes))
+        step = (confidence * quarter - inside) / float(integrand(angle))
         angle += step
         if step <= 4e-16 * angle:
             break

@@ -94,7 +94,7 @@ def record_figure(record: Any) -> Plot:
 
 # -- campaigns ------------------------------------------------------------------------------------
 
-MOST = len(COLORS)
+MOST_COLORS = len(COLORS)
 _REGIMES: dict[str, tuple[Marker, str]] = {
     "stick": ("o", COLORS[1]),
     "partial slip": ("s", COLORS[3]),
@@ -106,7 +106,7 @@ _REGIMES: dict[str, tuple[Marker, str]] = {
 def evolution(campaign: Any) -> Plot:
     """Friction, stiffness and energy of each cycle, over cycles and over cumulative energy."""
     measurements = campaign.measurements
-    drawn_rows = evenly(len(measurements), MOST)
+    drawn_rows = evenly(len(measurements), MOST_COLORS)
     totals = campaign.cumulative()
     largest = max(float(np.abs(totals[i]).max()) for i in drawn_rows)
     unit, letter = prefix(largest)
@@ -137,7 +137,7 @@ def evolution(campaign: Any) -> Plot:
                 cell=(row, row, column, column),
             )
             for at, i in enumerate(drawn_rows):
-                color, dash = COLORS[at % MOST], DASHES[at % len(DASHES)]
+                color, dash = COLORS[at % MOST_COLORS], DASHES[at % len(DASHES)]
                 x = np.arange(1.0, values[at].size + 1.0) if column == 0 else totals[i] / unit
                 y = values[at] / scale
                 if x.size < 4:
@@ -147,7 +147,7 @@ def evolution(campaign: Any) -> Plot:
     runs = campaign.runs
     names = [m.name if runs is None else f"{runs[i]}: {m.name}" for i, m in enumerate(measurements)]
     legend = tuple(
-        Entry(shorten(names[i], 40), COLORS[at % MOST], DASHES[at % len(DASHES)])
+        Entry(shorten(names[i], 40), COLORS[at % MOST_COLORS], DASHES[at % len(DASHES)])
         for at, i in enumerate(drawn_rows)
     )
     undrawn = len(measurements) - len(drawn_rows)

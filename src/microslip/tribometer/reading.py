@@ -37,7 +37,7 @@ READERS: Mapping[str, Callable[[Path], Table]] = {
 }
 """How the columns of a file are had, by its format."""
 
-_WANTED = "wanted text, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's"
+_KNOWN_FORMATS = "wanted text, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's"
 _MOST_LONE, _LONGEST_LONE = 0.01, 3
 """Share of rows that may lack a number, and how many of them in a row."""
 
@@ -118,7 +118,7 @@ def _open(path: Path, file_format: Any) -> Table:
             raise ValueError("wanted a record, got an empty file")
         kind = kind_of(head, path.suffix.lower())
         if kind is None:
-            raise ValueError(f"{_WANTED}, got {foreign_kind(head)}; save the record as CSV")
+            raise ValueError(f"{_KNOWN_FORMATS}, got {foreign_kind(head)}; save the record as CSV")
         return READERS[kind](path)
 
 

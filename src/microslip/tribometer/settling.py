@@ -37,7 +37,7 @@ JUDGED = 20
 narrow."""
 SLOWER = 0.25
 """Rate at which the end of a record may still change, over that of all of it."""
-_HALVES, _MOST = 6, 64
+_HALVES, _MOST_STRETCHES = 6, 64
 _LOSS = 0.01
 """Of the rectangle around a loop: what energies move by is of no less than that."""
 _MOVING = ("force_amplitude", "dissipated_energy")
@@ -165,7 +165,7 @@ def _runs(values: Floats) -> list[tuple[int, int]] | None:
         return None
     runs: list[tuple[int, int]] = []
     open_stretches = [(0, values.size)]
-    for _ in range(_MOST):
+    for _ in range(_MOST_STRETCHES):
         if not open_stretches:
             break
         open_stretches.sort(key=lambda stretch: stretch[1] - stretch[0])

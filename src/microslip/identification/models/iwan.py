@@ -18,7 +18,7 @@ from microslip.friction.iwan import Iwan
 from microslip.identification.models.base import BackboneModel, Branch, Derived, Model
 
 MOST_CELLS = 64
-_LEAST = 1e-12  # of the largest stiffness: a cell that is none
+_NO_STIFFNESS = 1e-12  # of the largest stiffness: a cell that is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +117,7 @@ class IwanModel(Locked, BackboneModel):
     ) -> Iwan:
         """The cells that have any stiffness."""
         k = np.array([values[name] for name in self.names])
-        real = k > _LEAST * max(float(k.max()), 0.0)
+        real = k > _NO_STIFFNESS * max(float(k.max()), 0.0)
         if not real.any():
             raise InputError(
                 Argument("stiffnesses"), " must be above zero for one cell at least, got none"

@@ -27,7 +27,6 @@ from microslip.numerics import quadrature
 
 _PANELS = (24, 32, 48, 64)
 _LEFT_OUT = 1e-14  # of the largest value, for the terms that a panel leaves out
-_KEPT = 16  # separations whose tables are kept
 
 
 class Shares(NamedTuple):
@@ -59,7 +58,7 @@ class _Steepness:
         return -self.law._derivative_at(separation, order + 1)
 
 
-_KEPT = 256  # separations
+_MOST_CACHED = 256  # separations
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +99,7 @@ class Template:
         # A branch is asked for several times at the same values, of every load.
         cached = self._separations.get((z, ratio))
         if cached is None:
-            if len(self._separations) >= _KEPT:
+            if len(self._separations) >= _MOST_CACHED:
                 self._separations.clear()
             cached = self._separations[z, ratio] = self._separation(z, ratio)
         return cached
@@ -154,7 +153,7 @@ class Template:
         if z in self._tables:
             return self._tables[z]
         tables = self._sampled(z)
-        for old in list(self._tables)[: 1 - _KEPT]:
+        for old in list(self._tables)[: 1 - _MOST_CACHED]:
             self._tables.pop(old, None)
         self._tables[z] = tables
         return tables
@@ -201,7 +200,7 @@ class Template:
             low -= float(isinstance(heights, Exponential) or self.law._spheres is not None)
             grid = np.linspace(low, high, 4001)
         loads = self.law._derivative(grid * self.unit, 0)
-        return low, float(grid[loads > _LEAST * loads[0]][-1])
+        return low, float(grid[loads > _LEAST_LOAD * loads[0]][-1])
 
     def surface(
         self, pair: MaterialPair, length: float, constant: float, area: float, radius: float | None
@@ -233,7 +232,7 @@ class Template:
         )
 
 
-_LEAST = 1e-16  # of the load where all touch: about what h = 8 is for Gaussian heights
+_LEAST_LOAD = 1e-16  # of the load where all touch: about what h = 8 is for Gaussian heights
 
 
 def template_of(heights: Any = None) -> Template:

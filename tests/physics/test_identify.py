@@ -514,7 +514,7 @@ def test_the_rig_that_differs_is_named() -> None:
 
 def test_laws_of_one_name_are_all_compared() -> None:
     """They are numbered, the rig of a law that takes none is left out by what it is."""
-    cells = [next(m for m in MODELS if m.name == "iwan").made(cells=number) for number in (4, 8)]
+    cells = [next(m for m in MODELS if m.name == "iwan").create(cells=number) for number in (4, 8)]
     laws = [*cells, ms.Jenkins(5e7, 100.0), "jenkins", "bouc_wen"]
     both = ms.compare(noisy(), laws, rig_stiffness=(1e9, 1e8), held_back=0, cycles=slice(1, 5))
     assert sorted((*both.fits, *both.failed)) == [

@@ -130,7 +130,7 @@ def is_whole(value: Any) -> bool:
     return isinstance(value, (int, np.integer)) and not isinstance(value, (bool, np.timedelta64))
 
 
-def whole(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
+def whole_number(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
     """An integer in a range, or an error that says which; the bound on work is in it."""
     if not is_whole(value) or value < low or (high is not None and value > high):
         span = f"of at least {low}" if high is None else f"from {low} to {high}"

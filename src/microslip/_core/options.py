@@ -112,7 +112,7 @@ class Option:
         self._refuse(text)
 
     @property
-    def wanted(self) -> str:
+    def allowed_values(self) -> str:
         """What its values are, in words with an example."""
         if self.choices:
             return quoted((*self.choices, *(self.none,) * bool(self.none)))
@@ -181,7 +181,7 @@ class Option:
         self._refuse(raw_value)
 
     def _refuse(self, raw_value: object, hint: str = "") -> NoReturn:
-        raise ValueError(f"wanted {self.wanted}, got {show(raw_value)}{hint}")
+        raise ValueError(f"wanted {self.allowed_values}, got {show(raw_value)}{hint}")
 
     def _inside(self, value: float) -> bool:
         return (
@@ -215,7 +215,7 @@ class Option:
             if self._inside(result):
                 return result
             value = checks.exact(result)
-            raise InputError(Argument(self.name), f" must be {self.wanted}, got {value}")
+            raise InputError(Argument(self.name), f" must be {self.allowed_values}, got {value}")
         try:
             return self._read_item(value)
         except ValueError as error:

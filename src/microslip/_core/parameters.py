@@ -96,16 +96,16 @@ class Parameter:
         if self.many:
             values = record(self.name, value).reshape(-1).copy()
             for end in (int(values.argmin()), int(values.argmax())):
-                if expected := self._wanted(float(values[end])):
+                if expected := self._allowed_instead(float(values[end])):
                     worst = f"{exact(float(values[end]))} at index {end}"
                     raise InputError(Argument(self.name), f" must be {expected}, got {worst}")
             return lock(values)
         result = number(self.name, value, self.unit, self.example)
-        if expected := self._wanted(result):
+        if expected := self._allowed_instead(result):
             raise InputError(Argument(self.name), f" must be {expected}, got {exact(result)}")
         return result
 
-    def _wanted(self, value: float) -> str:
+    def _allowed_instead(self, value: float) -> str:
         """What would have been allowed in place of a value; nothing for one that is."""
         if not (self.above < value < self.below and self.least <= value <= self.most):
             return self.allowed + (f" ({self.why})" if self.why else "")

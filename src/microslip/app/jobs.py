@@ -39,7 +39,7 @@ COMMANDS: dict[str, dict[str, type]] = {
 """Commands that can be asked for, and their options; a Path is a file that was uploaded."""
 
 _LONGEST = 200
-_MOST = 20
+_JOB_LIMIT = 20
 _WORKERS = max(1, (os.cpu_count() or 2) - 1)
 RESULT = "result"
 
@@ -145,8 +145,8 @@ class Workspace:
         if kind not in COMMANDS:
             raise InputError(f"kind must be one of {', '.join(COMMANDS)}, got {kind!r}")
         inputs = request.get("uploads")
-        if not isinstance(inputs, list) or not 1 <= len(inputs) <= _MOST:
-            raise InputError(f"uploads must be a list of 1 to {_MOST}")
+        if not isinstance(inputs, list) or not 1 <= len(inputs) <= _JOB_LIMIT:
+            raise InputError(f"uploads must be a list of 1 to {_JOB_LIMIT}")
         uploads = [self._upload(number) for number in inputs]
         arguments, studies = self._options(kind, request.get("options") or {})
         for study in [*studies, *(uploads if kind == "predict" else [])]:
@@ -191,8 +191,8 @@ class Workspace:
                 arguments.append(f"--{name}=\0{study.id}")
             else:
                 values = value if value_type is list and isinstance(value, list) else [value]
-                if len(values) > _MOST:
-                    raise InputError(f"{name} must hold at most {_MOST} values")
+                if len(values) > _JOB_LIMIT:
+                    raise InputError(f"{name} must hold at most {_JOB_LIMIT} values")
                 arguments += [f"--{name}={_text(name, item)}" for item in values]
         return arguments, studies
 

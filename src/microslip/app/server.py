@@ -22,7 +22,7 @@ from microslip.app.jobs import Run, Workspace, check_study, preview
 from microslip.errors import InputError
 
 _FOLDER = Path(__file__).parent
-_OWN = {
+_ASSETS = {
     "/": "app.html", "/app.js": "app.js", "/app.css": "app.css", "/ticks.js": "../report/ticks.js",
 }  # fmt: skip
 # A report has its own script and needs no more of this origin.
@@ -46,7 +46,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         return JSONResponse({"error": str(error)}, status)
 
     async def page_file(request: Request) -> Response:
-        path = _FOLDER / _OWN[request.url.path]
+        path = _FOLDER / _ASSETS[request.url.path]
         return FileResponse(path, media_type=mimetypes.guess_type(path.name)[0])
 
     async def upload(request: Request) -> Response:
@@ -145,7 +145,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         await workspace.close()
 
     routes = [
-        *(Route(path, page_file) for path in _OWN),
+        *(Route(path, page_file) for path in _ASSETS),
         Route("/api/uploads", upload, methods=["POST"]),
         Route("/api/uploads/{id}/look", look, methods=["POST"]),
         Route("/api/example", example, methods=["POST"]),

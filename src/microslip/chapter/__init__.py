@@ -26,8 +26,8 @@ def _place(plate: Plate) -> float:
 
 
 _MODULES = (sketches, contact, asperity_loops, surface, joint, rig, varying_load)
-_ALL = (entry for module in _MODULES for entry in vars(module).values())
-PLATES = tuple(sorted((entry for entry in _ALL if isinstance(entry, Plate)), key=_place))
+_ENTRIES = (entry for module in _MODULES for entry in vars(module).values())
+PLATES = tuple(sorted((entry for entry in _ENTRIES if isinstance(entry, Plate)), key=_place))
 """Every figure, in the order of the chapter; last what it has not."""
 
 LEFT_OUT = MappingProxyType({"19.5": "a photograph of the sample"})

@@ -131,11 +131,13 @@ def _settings(option: Option) -> dict[str, Any]:
     settings |= {"type": _Value(option), "metavar": option.metavar or "VALUE"}
     if option.most > 1:
         fixed = option.least == option.most
-        settings |= {"nargs": option.most} if fixed else {"multiple": True, "callback": _given}
+        settings |= (
+            {"nargs": option.most} if fixed else {"multiple": True, "callback": _values_or_none}
+        )
     return settings
 
 
-def _given(context: click.Context, param: click.Parameter, value: Any) -> Any:
+def _values_or_none(context: click.Context, param: click.Parameter, value: Any) -> Any:
     """The values of an option that may be repeated; None where it is not there."""
     return value or None
 

@@ -17,7 +17,7 @@ _TWICE = {"unit": "coordinates and heights", "pixel": "x and y"}
 _OFTEN = ("against",)
 
 
-class _Once(click.Command):
+class _EachOptionOnce(click.Command):
     """A command that does not take the last of two options for granted."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -36,7 +36,7 @@ class _Once(click.Command):
         return super().parse_args(ctx, args)
 
 
-@click.command(cls=_Once, short_help="Measure the roughness and the summits in a scan.")
+@click.command(cls=_EachOptionOnce, short_help="Measure the roughness and the summits in a scan.")
 @click.argument("scans", metavar="SCAN…", nargs=-1, type=ANY_PATH)
 @offers(offered.CUTOFF.but(default=None), *offered.CONDITIONING[1:], *offered.SUMMITS)
 @offers(offered.SCAN_AREA, *offered.JOINT, offered.AGAINST, *offered.DRAWING, *offered.READING)
@@ -58,7 +58,7 @@ def surface(
     the report. The scan is only read.
     """
     with stoppable():
-        from microslip.errors import said
+        from microslip.errors import spelled
         from microslip.report.files import write
         from microslip.results.scanned.document import document
         from microslip.results.scanned.findings import Request, analyse
@@ -83,7 +83,7 @@ def surface(
                     findings = analyse(request, report)
             if not of_faces:
                 say = spelling(context)
-                result = document(findings, output.folder, lambda text: said(text, say))
+                result = document(findings, output.folder, lambda text: spelled(text, say))
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     result = write(result, stage, output.kinds, report)

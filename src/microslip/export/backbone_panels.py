@@ -19,7 +19,7 @@ from microslip.numerics.quadrature import gauss_legendre
 if TYPE_CHECKING:
     from microslip.friction import BackboneLaw
 
-_MOST = 20_000  # panels
+_PANEL_LIMIT = 20_000  # panels
 _ROUNDING = 1e-15  # of the force at the end of a panel, for the terms left out
 _NOTHING = 1e-14  # of the force limit, or of the force at the smallest amplitude
 _HALVINGS = 60
@@ -100,7 +100,7 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
     end = _end(law, limit)
     kinks = np.asarray(law._kinks)
     kinks = kinks[(kinks > 0.0) & (kinks < end)]
-    if kinks.size > _MOST:
+    if kinks.size > _PANEL_LIMIT:
         raise _too_rough(law)
     edges = np.concatenate(([0.0], kinks, [end]))
     # Where T0/u is not smooth at rest the first panel ends so low that its error is nothing.
@@ -115,7 +115,7 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
             continue
         places.append(high)
         rows.append(row)
-        if len(rows) + len(todo) > _MOST:
+        if len(rows) + len(todo) > _PANEL_LIMIT:
             raise _too_rough(law)
     coefficients = np.array(rows)
     size = np.abs(coefficients).max(axis=0)
@@ -156,7 +156,7 @@ def _end(law: BackboneLaw, limit: float) -> float:
 def _too_rough(law: BackboneLaw) -> InputError:
     name = type(law).__name__
     return InputError(
-        f"c and fmu hold a law in at most {_MOST} smooth pieces, which {name} needs more of; "
+        f"c and fmu hold a law in at most {_PANEL_LIMIT} smooth pieces, and {name} needs more; "
         "cells hold it to an error that is told: kind iwan, opensees or calculix, or "
         "law.to_iwan(...) in their place"
     )

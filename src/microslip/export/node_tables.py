@@ -10,7 +10,7 @@ from microslip._core.checks import Floats
 from microslip.errors import InputError
 from microslip.readers.files import usable
 
-_WANTED = "lines of two numbers of nodes, or of these with an area [m^2] and a load [N]"
+_LINE_FORMAT = "lines of two numbers of nodes, or of these with an area [m^2] and a load [N]"
 
 
 def read_nodes(file: str | Path) -> Floats:
@@ -20,7 +20,9 @@ def read_nodes(file: str | Path) -> Floats:
         with usable(path, "a table of nodes"):
             text = path.read_text(encoding="utf-8-sig")
     except ValueError as error:
-        problem = f"wanted {_WANTED}, got no text" if isinstance(error, UnicodeError) else error
+        problem = (
+            f"wanted {_LINE_FORMAT}, got no text" if isinstance(error, UnicodeError) else error
+        )
         raise InputError(f"{path}: {problem}") from None
     rows: list[list[float]] = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -30,10 +32,14 @@ def read_nodes(file: str | Path) -> Floats:
         try:
             row = [float(word) for word in words]
         except ValueError:
-            raise InputError(f"{path}: line {number}: wanted {_WANTED}, got {line!r}") from None
+            raise InputError(
+                f"{path}: line {number}: wanted {_LINE_FORMAT}, got {line!r}"
+            ) from None
         if len(row) not in (2, 4) or (rows and len(row) != len(rows[0])):
-            raise InputError(f"{path}: line {number}: wanted {_WANTED}, got {len(row)} numbers")
+            raise InputError(
+                f"{path}: line {number}: wanted {_LINE_FORMAT}, got {len(row)} numbers"
+            )
         rows.append(row)
     if not rows:
-        raise InputError(f"{path}: wanted {_WANTED}, got none")
+        raise InputError(f"{path}: wanted {_LINE_FORMAT}, got none")
     return np.array(rows)

@@ -10,7 +10,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import show, whole
+from microslip._core.checks import show, whole_number
 from microslip._core.files import whole_file
 from microslip._core.wording import did_you_mean, one_line
 from microslip.errors import Argument, InputError
@@ -120,9 +120,12 @@ def write(
             " must begin with a letter and hold up to 31 letters, digits and _, which C and "
             f'Fortran take, for example name="joint"; got {show(name)}',
         )
-    depth, cells = whole("depth", depth, 2, _MOST_DEPTH), whole("cells", cells, 2, _MOST_CELLS)
-    direction = whole("direction", direction, 1, 3)
-    first_number = whole("first_number", first_number, 1, 90_000_000)
+    depth, cells = (
+        whole_number("depth", depth, 2, _MOST_DEPTH),
+        whole_number("cells", cells, 2, _MOST_CELLS),
+    )
+    direction = whole_number("direction", direction, 1, 3)
+    first_number = whole_number("first_number", first_number, 1, 90_000_000)
     patches = patches_of(kind, law, nodes)
     order = Order(
         kind, file_format.run, patches,

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import exact, positive, whole
+from microslip._core.checks import exact, positive, whole_number
 from microslip.errors import Argument, InputError
 from microslip.friction.base import BackboneLaw, CellModel, SegalmanFit
 
@@ -27,7 +27,7 @@ def to_iwan(
     """See :meth:`BackboneLaw.to_iwan`."""
     from microslip.friction.cells import discretise, discretise_over
 
-    count = whole("cells", cells, 1, MOST_CELLS)
+    count = whole_number("cells", cells, 1, MOST_CELLS)
     check_not_rigid(law, "Iwan's cells")
     if smallest_amplitude is None and largest_amplitude is None:
         return discretise(law, count)

@@ -147,7 +147,7 @@ class Coupling:
         """-N' there [N/m]."""
         return -self._law._derivative_at(separation + self.origin, 1)
 
-    def falls(self, separation: Floats) -> Floats:
+    def normal_stiffnesses(self, separation: Floats) -> Floats:
         """-N' at many [N/m]."""
         return -self._law._derivative(separation + self.origin, 1)
 

@@ -125,11 +125,11 @@ class _Trace:
         )
 
     @cached_property
-    def falls(self) -> tuple[Floats, Floats]:
+    def normal_stiffnesses(self) -> tuple[Floats, Floats]:
         """-N' at the separations, and that with which a step ends: at its front, or sticking."""
         coupling, stuck = self.coupling, self._stuck
         ends = np.where(stuck, self.steps, self.front)
-        slopes = coupling.falls(np.concatenate((self.steps, ends)))
+        slopes = coupling.normal_stiffnesses(np.concatenate((self.steps, ends)))
         here, there = slopes[: self.steps.size], slopes[self.steps.size :].copy()
         if stuck.any():
             width = self._width[stuck]
@@ -148,7 +148,7 @@ class _Trace:
     @cached_property
     def _weights(self) -> tuple[Floats, ...]:
         """Of dp, dp_k and dd, dd_k at each sample, and of dD_k."""
-        here, there = self.falls
+        here, there = self.normal_stiffnesses
         parent, stuck = self.parent, self._stuck
         above = np.where(parent < 0, 0, parent)
         old = np.where(parent < 0, 0.0, self.density[above])
@@ -207,7 +207,7 @@ def coupled_cycle(
     trace = _Trace(coupling, steps, x - begin)
     profile = coupling.profile(float(steps.min()), float(steps.max()))
     values = Diagram().respond(trace.steps, trace.places, coupling.drop, profile)
-    here, there = (fall[x.size :] for fall in trace.falls)
+    here, there = (fall[x.size :] for fall in trace.normal_stiffnesses)
     return CoupledCycle(
         lock(x.copy()),
         lock(steps + joint.separation),

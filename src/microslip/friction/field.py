@@ -227,9 +227,9 @@ class JointField(SettledField, Locked):
         names = ("surface", "friction", "areas", "surface_area", "gaps")
         assign(field, **{name: getattr(self, name) for name in names})
         if separations is not None:
-            field._rest_at(self._each("separations", separations).copy(), self._curve)
+            field._rest_at(self._per_node("separations", separations).copy(), self._curve)
         else:
-            field._rest_under("loads", self._each("loads", loads), self._curve)
+            field._rest_under("loads", self._per_node("loads", loads), self._curve)
         return field
 
     # -- without memory -------------------------------------------------------------------------
@@ -260,7 +260,7 @@ class JointField(SettledField, Locked):
         InputError
             Not finite, another number of them, or outside a table.
         """
-        place = beyond(self._each("displacement", displacement), self._slip)
+        place = beyond(self._per_node("displacement", displacement), self._slip)
         step = self._step_array(separation, "separation")
         return self._first_loading(place, step)
 
@@ -296,7 +296,7 @@ class JointField(SettledField, Locked):
         """
         a = sized("amplitude", amplitude)
         several = a.ndim == 2
-        a = a if several else self._each("amplitude", a)[None]
+        a = a if several else self._per_node("amplitude", a)[None]
         if a.shape[1] != self.size:
             raise InputError(
                 f"amplitude must have the shape ({self.size},), one a node, or (cycles, "
@@ -399,7 +399,7 @@ class JointField(SettledField, Locked):
 
     # -- what comes in --------------------------------------------------------------------------
 
-    def _each(self, name: str, value: Any) -> Floats:
+    def _per_node(self, name: str, value: Any) -> Floats:
         """One number a node."""
         array = floats(name, value)
         if array.ndim > 1 or array.size not in (1, self.size):
@@ -411,7 +411,7 @@ class JointField(SettledField, Locked):
         return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (self.size,)))
 
     def _step_array(self, separations: Any, name: str = "separations") -> Floats:
-        return self._check_separations(self._each(name, separations)) - self._curve.origin
+        return self._check_separations(self._per_node(name, separations)) - self._curve.origin
 
     def _check_separations(self, separations: Floats) -> Floats:
         try:

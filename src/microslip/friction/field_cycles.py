@@ -312,7 +312,7 @@ def _rest(field: FieldNodes, rest: Any, x: Floats) -> tuple[Floats, bool]:
         if rest != "mean":
             raise InputError(f'rest must be a displacement [m] or "mean", got {show(rest)}')
         return np.asarray(x.mean(axis=1)), True
-    return field._each("rest", rest), False
+    return field._per_node("rest", rest), False
 
 
 def _orders(value: Any) -> tuple[int, ...]:

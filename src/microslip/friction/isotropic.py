@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, plain, show, sized, whole
+from microslip._core.checks import Floats, floats, plain, show, sized, whole_number
 from microslip._core.frozen import Locked, lock
 from microslip.errors import InputError
 from microslip.friction.base import BackboneLaw, CellModel
@@ -101,7 +101,7 @@ class IsotropicJoint(Locked):
             No whole number above zero, or so large that all sliders are more than 100 million.
         """
         if nodes is not None:
-            whole("nodes", nodes, 1, _MOST_IN_STATE // self._tops.size)
+            whole_number("nodes", nodes, 1, _MOST_IN_STATE // self._tops.size)
         return VectorState(_ConstantLoad(self, int(nodes or 1)), nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
@@ -240,7 +240,7 @@ class _ConstantLoad:
 
 def check_sliders(sliders: Any, fewest: int) -> None:
     """A number of sliders."""
-    whole("sliders", sliders, fewest, MOST_SLIDERS)
+    whole_number("sliders", sliders, fewest, MOST_SLIDERS)
 
 
 def _path(name: str, value: ArrayLike) -> Floats:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, whole
+from microslip._core.checks import Floats, whole_number
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
 from microslip.errors import InputError
@@ -155,7 +155,7 @@ class Iwan(Locked, CellModel):
         There are ``cells`` to choose from, 1 to 1000; those without stiffness are left out. The
         rest is as of :meth:`BackboneLaw.guess`.
         """
-        yields = yield_grid(data, whole("cells", cells, 1, 1000))
+        yields = yield_grid(data, whole_number("cells", cells, 1, 1000))
         stiffnesses = cell_stiffnesses(data, yields)
         real = stiffnesses > 1e-12 * stiffnesses.max()
         return cls(stiffnesses[real], stiffnesses[real] * yields[real])

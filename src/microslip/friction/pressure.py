@@ -20,7 +20,7 @@ from microslip._core.checks import (
     positive,
     record,
     show,
-    whole,
+    whole_number,
 )
 from microslip._core.frozen import Locked, lock
 from microslip._core.wording import did_you_mean, quoted
@@ -161,7 +161,12 @@ class Pressure(Locked):
             Radii that do not hold a ring, no whole number.
         """
         outer, inner = _radii(outer, inner)
-        area = whole("count", count, 1, _MAX_COUNT) * math.pi * (outer - inner) * (outer + inner)
+        area = (
+            whole_number("count", count, 1, _MAX_COUNT)
+            * math.pi
+            * (outer - inner)
+            * (outer + inner)
+        )
         return cls(np.array([area]), np.ones(1), np.array([0.5 * (outer + inner)]), "annulus")
 
     @classmethod
@@ -247,12 +252,19 @@ class Pressure(Locked):
         cls, kind: str, shape: Any, outer: float, inner: float, count: int, rings: int
     ) -> Pressure:
         outer, inner = _radii(outer, inner)
-        share, weight = gauss_legendre(whole("rings", rings, 1, _MAX_COUNT))
+        share, weight = gauss_legendre(whole_number("rings", rings, 1, _MAX_COUNT))
         # Denser towards the rim, where the pressure ends.
         t = share * (2.0 - share)
         weight = weight * 2.0 * (1.0 - share)
         r = inner + (outer - inner) * t
-        areas = whole("count", count, 1, _MAX_COUNT) * 2.0 * math.pi * (outer - inner) * weight * r
+        areas = (
+            whole_number("count", count, 1, _MAX_COUNT)
+            * 2.0
+            * math.pi
+            * (outer - inner)
+            * weight
+            * r
+        )
         loads = areas * shape(t)
         return cls(areas, loads / loads.sum(), r, kind)
 
@@ -296,7 +308,9 @@ class Pressure(Locked):
         areas = (math.pi * np.diff(squares)[:, None] * weight).reshape(-1)
         places = np.sqrt(nodes).reshape(-1)
         loads = areas * np.interp(places, r, p)
-        return cls._pressed(whole("count", count, 1, _MAX_COUNT) * areas, loads, places, "table")
+        return cls._pressed(
+            whole_number("count", count, 1, _MAX_COUNT) * areas, loads, places, "table"
+        )
 
     @classmethod
     def patches(cls, area: ArrayLike, pressure: ArrayLike) -> Pressure:

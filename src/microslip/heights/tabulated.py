@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, record, whole
+from microslip._core.checks import Floats, record, whole_number
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import parameter
 from microslip.errors import Argument, InputError
@@ -170,7 +170,7 @@ class TabulatedHeights(Locked, HeightDistribution):
             bins = 200 if width <= 0.0 else math.ceil(min((high - low) / width, 200.0))
             bins = max(bins, 4)
         else:
-            bins = whole("bins", bins, 1, MOST_BINS)
+            bins = whole_number("bins", bins, 1, MOST_BINS)
         counts, edges = np.histogram(values, bins=bins, range=(low, high))
         step = (high - low) / bins
         middle = 0.5 * (edges[1:] + edges[:-1])
@@ -283,7 +283,7 @@ class TabulatedHeights(Locked, HeightDistribution):
                 start = np.zeros(below.size, dtype=np.intp)
                 result[below] = direct(self._panels, twice, t[below], start)
             else:
-                result[below] = self._rest(twice, np.zeros_like(below), knots[0] - t[below])
+                result[below] = self._moment_above(twice, np.zeros_like(below), knots[0] - t[below])
         if not inside.size:
             return result
         t = t[inside]
@@ -294,7 +294,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         here = left[panel] * ((b - t) / width) + right[panel] * ((t - a) / width)
         total = piece_moment(twice, np.zeros_like(t), b - t, b - t, here, right[panel])
         if twice % 2 == 0:
-            result[inside] = total + self._rest(twice, panel + 1, b - t)
+            result[inside] = total + self._moment_above(twice, panel + 1, b - t)
             return result
         after = np.minimum(panel + 1, left.size - 1)
         end = knots[after + 1]
@@ -336,7 +336,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         knots, left, right = self._panels
         return knots.tolist(), left.tolist(), right.tolist()
 
-    def _rest(self, twice: int, knot: NDArray[np.intp], distance: Floats) -> Floats:
+    def _moment_above(self, twice: int, knot: NDArray[np.intp], distance: Floats) -> Floats:
         """Moment of order 0, 1 or 2 of all above a knot, at a threshold so far below it."""
         f0, f1, f2 = (f[knot] for f in self._suffix)
         if twice == 0:

@@ -133,7 +133,7 @@ def _least_squares(
     problem: Problem, start: Floats, moving: NDArray[np.intp], tolerance: float
 ) -> Fit:
     """The least squares from a start, in a trust region where damped steps do not reach it."""
-    fit, reached = _descended(problem, start, moving, share=tolerance)
+    fit, reached = _descended(problem, start, moving, share=1e-3 * tolerance)
     return fit if reached else _in_trust_region(problem, start, moving, tolerance)
 
 

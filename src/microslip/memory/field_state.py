@@ -70,7 +70,7 @@ class Nodes(Protocol):
     def _curve(self) -> Curve:
         """The load curve."""
 
-    def _each(self, name: str, value: Any) -> Floats:
+    def _per_node(self, name: str, value: Any) -> Floats:
         """One number a node."""
 
     def _step_array(self, separations: Any, name: str = "separations") -> Floats:
@@ -175,7 +175,7 @@ class FieldState:
         """
         self._trial = None  # should this one fail, no earlier one is left to commit
         field = self._field
-        place = beyond(field._each("displacement", displacement), field._slip)
+        place = beyond(field._per_node("displacement", displacement), field._slip)
         step = None
         if separations is not None:
             step = field._step_array(separations) - field._steps

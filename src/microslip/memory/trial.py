@@ -23,7 +23,7 @@ class Surface(Protocol):
     def load(self, separation: Floats) -> Floats:
         """N [N] at separations [m]."""
 
-    def falls(self, separation: Floats) -> Floats:
+    def normal_stiffnesses(self, separation: Floats) -> Floats:
         """-N' [N/m] at separations [m]."""
 
 
@@ -92,7 +92,7 @@ class Trial(tuple[float, float]):
     def tangent(self) -> Floats:
         """d(force, normal_load)/d(displacement, separation) [N/m], shape (2, 2)."""
         surface = self._interface("tangent")
-        fall = float(surface.falls(np.array([self._step]))[0])
+        fall = float(surface.normal_stiffnesses(np.array([self._step]))[0])
         return np.array([[self[1], self._by_separation(surface, fall)], [0.0, -fall]])
 
     @property
@@ -102,7 +102,7 @@ class Trial(tuple[float, float]):
         Where there is no contact the force does not change with the load to first order: 0.
         """
         surface = self._interface("tangent_by_load")
-        fall = float(surface.falls(np.array([self._step]))[0])
+        fall = float(surface.normal_stiffnesses(np.array([self._step]))[0])
         by_load = self._by_separation(surface, fall) / -fall if fall > 0.0 else 0.0
         return np.array([[self[1], by_load], [0.0, 1.0]])
 

@@ -22,7 +22,7 @@ from microslip._core.checks import (
     positive,
     positives,
     record,
-    whole,
+    whole_number,
 )
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import Parametric, parameter
@@ -353,7 +353,7 @@ class PerssonCurve(Locked, Parametric):
         InputError
             Fewer than ten points, or more than a million.
         """
-        points = whole("points", points, 10, 1_000_000)
+        points = whole_number("points", points, 10, 1_000_000)
         full = self.area * self.pair.composite_modulus * self.rms_slope / math.sqrt(2.0)
         loads = np.geomspace(0.5 * full, 1e-9 * full, points)
         return PerssonSurface(self, self.separation(loads), loads)

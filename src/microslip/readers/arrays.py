@@ -72,7 +72,7 @@ def leaves(arrays: Arrays) -> dict[str, Leaf]:
     return by_name
 
 
-def only(arrays: Mapping[str, Leaf], key: str | None, kind: str) -> str:
+def single_array(arrays: Mapping[str, Leaf], key: str | None, kind: str) -> str:
     """Name of the array that is meant, by its key, or because no other could be."""
     listed = ", ".join(
         f'"{shorten(name, 40)}" ({" x ".join(map(str, leaf.shape)) or "one number"})'

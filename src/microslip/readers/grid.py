@@ -8,7 +8,7 @@ from microslip._core.checks import Floats
 from microslip.readers.files import refuse_beyond
 
 _OFF = 0.05  # share of a step by which a coordinate may be off its place
-_LEAST = 0.01  # share of the places that must be filled
+_SMALLEST_SHARE = 0.01  # share of the places that must be filled
 _BESIDE = 0.02  # neighbours along an axis, for each point: a grid that is turned has none
 
 
@@ -24,7 +24,7 @@ def on_grid(
         steps.append(step)
     refuse_beyond(tuple(counts[::-1]), limit)
     total = int(np.prod(counts, dtype=float))
-    if heights.size < _LEAST * total:
+    if heights.size < _SMALLEST_SHARE * total:
         raise ValueError(
             f"{heights.size} points on a grid of {' x '.join(map(str, counts))}: scattered points "
             "are no scan; interpolate them on a regular grid first"

@@ -21,7 +21,7 @@ _POWERS = {
 _MOST_VALUES = 8
 
 
-def given(unit: str, digits: int = 4) -> Callable[[float], str]:
+def trimmed(unit: str, digits: int = 4) -> Callable[[float], str]:
     """Writer of numbers that somebody chose: no zeros at their end."""
     return partial(engineering, unit=unit, digits=digits, trim=True)
 
@@ -59,7 +59,7 @@ def expected(count: float | None) -> str:
     return f"{count:.0f}" if count >= 100.0 else significant(count)
 
 
-def whole(count: float | None) -> str:
+def counted(count: float | None) -> str:
     """Write how many there are."""
     return UNKNOWN if count is None else f"{count:.0f}"
 

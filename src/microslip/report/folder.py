@@ -42,7 +42,7 @@ class _Place(NamedTuple):
     target: Path
     name: str
     kind: str
-    what: str
+    noun: str
     overwrite: bool
 
 
@@ -63,7 +63,7 @@ def staged(
             # Looked at again: a long computation leaves others the time to put something there.
             _check(place)
             _finish(stage, kind)
-            _put(stage, place, ancestor)
+            _swap_in(stage, place, ancestor)
     except OSError as error:
         raise StudyError(f"{name}: cannot be written: {reason(error)}") from error
 
@@ -84,7 +84,7 @@ def _stage(target: Path, ancestor: Path) -> Iterator[Path]:
                 stage.chmod((born.st_mode & 0o7000) | (0o777 & ~_umask()))
                 yield stage
             finally:
-                # By the name of the stage there may now be the older result: see _put.
+                # By the name of the stage there may now be the older result: see _swap_in.
                 with suppress(OSError):
                     if os.path.samestat(born, stage.lstat()):
                         shutil.rmtree(stage, ignore_errors=True)
@@ -132,7 +132,7 @@ def _flush(folder: Path) -> None:
                 os.close(handle)
 
 
-def _put(stage: Path, place: _Place, ancestor: Path) -> None:
+def _swap_in(stage: Path, place: _Place, ancestor: Path) -> None:
     """Move the finished folder to its place, and the older one out of it."""
     target = place.target
     new_folders: list[Path] = []
@@ -266,13 +266,13 @@ def _check_contents(folder: Path, place: _Place) -> None:
     result_files = _files(folder, place.kind)
     if result_files is None:
         raise StudyError(
-            f"{name}: not replaced: it is no {place.what} of microslip (no summary.json of one)"
+            f"{name}: not replaced: it is no {place.noun} of microslip (no summary.json of one)"
         )
     foreign = [*sorted(entries - result_files - _LITTER), *odd]
     if foreign:
         raise StudyError(
             f'{name}: not replaced: "{shorten(foreign[0], 60)}" in it is not of the '
-            f"{place.what}; move it elsewhere first"
+            f"{place.noun}; move it elsewhere first"
         )
 
 

@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from microslip.report import plot as shapes
-from microslip.report.plot import Entry, Floats, Panel, Plot, Which
+from microslip.report.plot import AxisName, Entry, Floats, Panel, Plot
 from microslip.report.ticks import Ticks, linear, logarithmic
 
 PAGE = 7.1 * 72.0
 TITLE, TEXT, SMALL = 10.0, 9.0, 8.5
 """Sizes of letters [pt]: the page's title, labels of axes, everything else."""
 _LINE = 1.25  # distance of lines of text, in sizes of their letters
-_HANDLE, _GAP, _APART = 19.0, 6.0, 16.0  # of the legend: a line, before its name, after it
+_HANDLE, _GAP, _SPACING = 19.0, 6.0, 16.0  # of the legend: a line, before its name, after it
 # Widths of the printable ASCII characters of DejaVu Sans, in hundredths of the size.
 _WIDTHS = (
     *(32, 40, 46, 84, 64, 95, 78, 27, 39, 39, 50, 84, 32, 36, 32, 34, 64, 64, 64, 64, 64, 64, 64),
@@ -194,7 +194,7 @@ def _frame(panel: Panel) -> Frame:
     return Frame(panel, x, y)
 
 
-def _ends(panel: Panel, direction: Which) -> tuple[float, float]:
+def _ends(panel: Panel, direction: AxisName) -> tuple[float, float]:
     """Ends of an axis: those given, else of what is drawn, with a margin."""
     axis = panel.x if direction == "x" else panel.y
     low, high = axis.low, axis.high
@@ -218,7 +218,7 @@ def _ends(panel: Panel, direction: Which) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _values_drawn(panel: Panel, direction: Which) -> Floats:
+def _values_drawn(panel: Panel, direction: AxisName) -> Floats:
     parts: list[Floats] = []
     for item in panel.items:
         if isinstance(item, (shapes.Line, shapes.Marks, shapes.Area, shapes.Stems)):
@@ -240,7 +240,7 @@ def _label_count(length: float) -> int:
     return max(2, min(9, int(length / 24.0)))
 
 
-def _scale(frame: Frame, direction: Which) -> Scale:
+def _scale(frame: Frame, direction: AxisName) -> Scale:
     """An axis with ticks, as many as there is room for."""
     scale, axis = (frame.x, frame.panel.x) if direction == "x" else (frame.y, frame.panel.y)
     if axis.ticks is not None:
@@ -359,7 +359,7 @@ def _legend_lines(entries: Sequence[Entry]) -> list[list[Entry]]:
     lines: list[list[Entry]] = []
     room = 0.0
     for entry in entries:
-        width = _HANDLE + _GAP + text_width(entry.label, SMALL) + _APART
+        width = _HANDLE + _GAP + text_width(entry.label, SMALL) + _SPACING
         if not lines or width > room:
             lines.append([])
             room = PAGE - 20.0
@@ -371,8 +371,8 @@ def _legend_lines(entries: Sequence[Entry]) -> list[list[Entry]]:
 def _legend(lines: list[list[Entry]], top: float) -> list[Handle]:
     handles = []
     for number, line in enumerate(lines):
-        widths = [_HANDLE + _GAP + text_width(entry.label, SMALL) + _APART for entry in line]
-        here = 0.5 * (PAGE - sum(widths) + _APART)
+        widths = [_HANDLE + _GAP + text_width(entry.label, SMALL) + _SPACING for entry in line]
+        here = 0.5 * (PAGE - sum(widths) + _SPACING)
         for entry, width in zip(line, widths, strict=True):
             handles.append(Handle(entry, here, top + _LINE * SMALL * (number + 0.5)))
             here += width

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 Marker = Literal["o", "s", "^", "D", "v", "P"]
-Which = Literal["x", "y"]
+AxisName = Literal["x", "y"]
 
 # The colours are those of Okabe and Ito (2008), dark to light as far as they go, for the
 # colour-blind and for print in grey.
@@ -65,7 +65,7 @@ class Rule:
     """A line across the whole panel at one value of an axis."""
 
     value: float
-    axis: Which = "y"
+    axis: AxisName = "y"
     color: str = "#333333"
     width: float = THIN
     dash: tuple[float, ...] = DASHED
@@ -77,7 +77,7 @@ class Band:
 
     low: float
     high: float
-    axis: Which = "x"
+    axis: AxisName = "x"
     color: str = "#e8e8e8"
 
 

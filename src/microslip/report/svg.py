@@ -21,9 +21,9 @@ from microslip.report.plot import Floats, Marker, Plot
 _FONT = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif"
 _NO_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _HALO = 'paint-order="stroke" stroke="#fff" stroke-width="3" stroke-linejoin="round"'
-_FEW = 32  # points of a line up to which all of them are drawn
+_ALL_DRAWN = 32  # points of a line up to which all of them are drawn
 _STRAIGHT = 0.01  # points (of print) that one may lie beside the chord of its neighbours
-_MANY = 3000  # points of a line from which on those are left out that nobody can tell apart
+_THINNED_FROM = 3000  # points of a line from which on those are left out that nobody can tell apart
 _NEAR = 0.25  # [pt]
 
 
@@ -318,7 +318,7 @@ def _path(x: Floats, y: Floats) -> str:
     for begin, end in ends.reshape(-1, 2).tolist():
         if end - begin > 1:
             across, down = x[begin:end], y[begin:end]
-            if end - begin > _MANY:
+            if end - begin > _THINNED_FROM:
                 across, down = _thinned(across, down)
             across, down = _straightened(across, down)
             points = zip(across.tolist(), down.tolist(), strict=True)
@@ -336,7 +336,7 @@ def _thinned(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 def _straightened(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """A line without the points that its neighbours' chord passes by a hundredth of a point."""
-    dropped = x.size > _FEW
+    dropped = x.size > _ALL_DRAWN
     while dropped:
         near = slice(0, x.size - 2, 2), slice(1, x.size - 1, 2), slice(2, x.size, 2)
         (ax, bx, cx), (ay, by, cy) = ([v[part] for part in near] for v in (x, y))

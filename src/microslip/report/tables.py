@@ -27,7 +27,7 @@ def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> T
 
     ``brief`` shows only its brief columns, and of its rows the few that are picked.
     """
-    row_places = (list(table.few) if brief else []) or _shown(
+    row_places = (list(table.few) if brief else []) or _rows_shown(
         table, min(table.most, limit or table.most)
     )
     column_places = [
@@ -68,7 +68,7 @@ def is_text(table: Table, column: Column) -> bool:
     return column.unit is None and any(isinstance(row[place], (str, Judged)) for row in table.rows)
 
 
-def _shown(table: Table, limit: int) -> list[int]:
+def _rows_shown(table: Table, limit: int) -> list[int]:
     """Rows that are shown: as many of each group of the first column, spread evenly."""
     count = len(table.rows)
     if count <= limit:

@@ -34,7 +34,7 @@ from microslip.tribometer.settling import CERTAIN
 KIND = "microslip-measurement"
 """What summary.json says of a folder of measured records."""
 
-_SURE = 0.999
+_GOES_WITHOUT_SAYING = 0.999
 """Probability of a regime that goes without saying."""
 _FIRST = (
     "amplitude",
@@ -173,7 +173,7 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
     facts = [f"{', '.join(counts)} cycle{'s' * (len(measured) > 1)}"]
     likely = summary["probability"].get(measured.regime)
     # Where the amplitude steps, the means are of other cycles than most.
-    if likely is not None and likely < _SURE and not measured.levels:
+    if likely is not None and likely < _GOES_WITHOUT_SAYING and not measured.levels:
         facts.append(f"{measured.regime} with a probability of {100.0 * likely:.0f} %")
     if measured.frequency is not None:
         facts.append(f"frequency {engineering(measured.frequency, 'Hz', 4, trim=True)}")

@@ -15,7 +15,7 @@ from microslip.tribometer.campaign import Campaign, Wear
 from microslip.tribometer.cycle_columns import LABELS, UNITS
 from microslip.tribometer.figures import evolution, fretting_map, worn
 
-_SHOWN = (
+_COLUMNS_SHOWN = (
     "amplitude",
     "normal_load",
     "friction_peak",
@@ -39,7 +39,7 @@ def _columns(campaign: Campaign) -> tuple[Column, ...]:
         Column("probability", "probability", "", 3, brief=False),
         *(
             Column(name, LABELS[name], UNITS[name].replace("-", ""), brief=name in _BRIEF)
-            for name in _SHOWN
+            for name in _COLUMNS_SHOWN
         ),
         *((Column("stiffness_per_area", "stiffness/area", "N/m^3"),) if per_area else ()),
         *((Column("energy_per_area", "energy/cycle/area", "J/m^2"),) if per_area else ()),
@@ -62,7 +62,7 @@ def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
                 len(measured),
                 measured.regime,
                 measured.probability.get(measured.regime),
-                *(means.get(name) for name in _SHOWN),
+                *(means.get(name) for name in _COLUMNS_SHOWN),
                 *(v and v / campaign.area for v in over_area if campaign.area is not None),
                 float(energies[i]),
                 "yes" if measured.is_settled else "no",

@@ -20,7 +20,7 @@ from microslip.scans.heights_in_files import RawHeights, Wishes, read_heights
 SUSPECT = "suspect: "
 """How a note begins that tells of points which may stand for "nothing measured"."""
 
-ASKED = "asked back: "
+UNIT_QUESTION = "asked back: "
 """How a note begins that asks whether units are right."""
 
 _TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # endings that say no more than that it is text
@@ -121,7 +121,7 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
                 *(Argument("outliers", 6), "."),
             )
         )
-    notes += [f"{ASKED}{question}" for question in absurd(heights, pixel)]
+    notes += [f"{UNIT_QUESTION}{question}" for question in absurd(heights, pixel)]
     return Understood(heights, pixel, name, (first, *raw.notes, *notes))
 
 

@@ -13,7 +13,7 @@ from microslip._core.units import LENGTH, QuantityError, is_unit, to_si
 from microslip._core.wording import shorten
 from microslip.errors import UNSAID, Argument, InputError
 from microslip.readers import hdf5, matlab, numpy_files
-from microslip.readers.arrays import Arrays, leaves, only, values_of
+from microslip.readers.arrays import Arrays, leaves, single_array, values_of
 from microslip.readers.dialect import is_comment, split
 from microslip.readers.files import head_of, kind_of, refuse_beyond
 from microslip.readers.grid import on_grid
@@ -120,7 +120,7 @@ def _of_arrays(arrays: Arrays, wishes: Wishes) -> RawHeights:
             "ms.read_gap_table(path).to_surface(pair, area=...) makes a surface of it"
         )
     alone = arrays.kind == "NumPy's npy file"
-    name = next(iter(named)) if alone else only(named, wishes.key, arrays.kind)
+    name = next(iter(named)) if alone else single_array(named, wishes.key, arrays.kind)
     leaf = named[name]
     refuse_beyond(leaf.shape, wishes.limit)
     values = values_of(name, leaf)

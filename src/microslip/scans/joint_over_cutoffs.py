@@ -50,7 +50,7 @@ class JointOverCutoffs(Locked):
     """Short-wave cut-offs [m], rising; 0 where the pixel decides."""
     long_cutoff: Floats
     """Long-wave cut-offs [m], rising; infinite where the form removed and the scan decide."""
-    chosen: tuple[int, int]
+    selected: tuple[int, int]
     """Place (row, column) of the joint that was asked for."""
     values: Mapping[str, Floats]
     """Of each quantity one value a long-wave cut-off (row) and short-wave cut-off (column); not a
@@ -76,7 +76,7 @@ class JointOverCutoffs(Locked):
         """
         if quantity not in self.values:
             raise InputError(Argument("quantity"), f" must be of {[*self.values]}, got {quantity}")
-        row, column = self.chosen
+        row, column = self.selected
         if cutoff == "cutoff":
             places, line, at = self.cutoff, self.values[quantity][row], column
         elif cutoff == "long_cutoff":
@@ -103,7 +103,7 @@ class JointOverCutoffs(Locked):
         """
         ratios = self.patches[quantity]
         ratios = ratios[np.isfinite(ratios) & (ratios > 0.0)]
-        scan_value = float(self.values[quantity][self.chosen])
+        scan_value = float(self.values[quantity][self.selected])
         return float(np.exp(np.log(ratios).mean())) / scan_value if ratios.size else math.nan
 
     def verdicts(self) -> tuple[Verdict, ...]:
@@ -116,7 +116,7 @@ class JointOverCutoffs(Locked):
                 "slope of stiffness over long-wave cut-off": abs(long),
                 "stiffness on patches of half the length, as a factor": max(bias, 1.0 / bias),
                 "contact radius over cut-off": float(
-                    self.values["contact_radius_over_cutoff"][self.chosen]
+                    self.values["contact_radius_over_cutoff"][self.selected]
                 ),
             }
         )
@@ -211,7 +211,7 @@ def joint_over_cutoffs(
                 if short_wave >= 0.8 * long_wave:
                     raise InputError("nothing is left between the cut-offs")
                 summits = find_summits(filtered.measurable(), float(short_wave) or None, **counting)  # type: ignore[arg-type]
-                whole_area = joint.put(values, (row, column), summits, float(short_wave))
+                whole_area = joint.store(values, (row, column), summits, float(short_wave))
             except InputError as error:
                 notes.append(Phrase(f"{at}: ", *error.parts))
             count += 1
@@ -285,7 +285,7 @@ class _JointOf:
     amplitude: float | None
     heights: Heights
 
-    def put(
+    def store(
         self,
         values: Mapping[str, Floats],
         place: Any,
@@ -336,7 +336,7 @@ def _patches(
             if long is not None and scan.long_cutoff is None:
                 levelled = condition(levelled, Steps(long_cutoff=long))
             summits = find_summits(levelled.measurable(), short, **counting)
-            joint.put(values, index, summits, short or 0.0, part.area / scan.area)
+            joint.store(values, index, summits, short or 0.0, part.area / scan.area)
     return values
 
 

@@ -142,7 +142,7 @@ def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Pla
     top[peaks] = peaks
     climbed = []
     at = feet
-    while (at := _once(at[top[at] < 0], top)).size:
+    while (at := _distinct(at[top[at] < 0], top)).size:
         climbed.append(at)
         further = _uphill(flat, codes, at, offsets)
         top[at] = further
@@ -158,7 +158,7 @@ def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Pla
     return np.asarray(number[top[feet]], dtype=np.intp)
 
 
-def _once(places: Places, scratch: Indices) -> Places:
+def _distinct(places: Places, scratch: Indices) -> Places:
     """Each place once; what stands there in the other array is overwritten."""
     number = np.arange(-1 - places.size, -1, dtype=scratch.dtype)
     scratch[places] = number  # of those for one place the last one stays

@@ -114,15 +114,15 @@ RULES: Mapping[str, Rule] = {
         # Of both cut-offs.
         *(
             Rule(
-                f"slope of stiffness over {which}-wave cut-off",
+                f"slope of stiffness over {waves}-wave cut-off",
                 0.2,
                 0.5,
-                f"the {which}-wave cut-off decides little: twice of it moves the stiffness by "
+                f"the {waves}-wave cut-off decides little: twice of it moves the stiffness by "
                 f"{times} at most",
                 _CONVENTION,
                 remedy,
             )
-            for which, times, remedy in (
+            for waves, times, remedy in (
                 ("short", "15 %", "tell the cut-off with the result, and compare with a test"),
                 (
                     "long",

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, whole
+from microslip._core.checks import Floats, whole_number
 from microslip._core.units import prefix
 from microslip.report.plot import COLORS, DASHED, Axis, Panel, Plot, stacked
 from microslip.report.scales import force_prefix, length_prefix
@@ -68,7 +68,7 @@ def motion_figure(motion: Any, sensor: int | None) -> Plot:
     if sensor is None:
         place = int(np.abs(motion.displacement).max(axis=0).argmax())
     else:
-        place = whole("at", sensor, 0, count - 1)
+        place = whole_number("at", sensor, 0, count - 1)
     path, note = motion.displacement[:, place], f"Degree of freedom {place}"
     return _in_time(motion.time, path, note, motion.dissipated_energy)
 

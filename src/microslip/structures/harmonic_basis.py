@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, rising_orders, show, whole
+from microslip._core.checks import Floats, rising_orders, show, whole_number
 from microslip._core.frozen import lock
 from microslip.errors import InputError
 
@@ -55,7 +55,7 @@ def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
         )
     if orders[-1] > _MOST_ORDER:
         raise InputError(f"harmonics must be at most {_MOST_ORDER}, got {orders[-1]}")
-    samples = whole("samples", samples, 1, MOST_SAMPLES)
+    samples = whole_number("samples", samples, 1, MOST_SAMPLES)
     if samples < 4 * orders[-1]:
         raise InputError(
             f"samples must be at least {4 * orders[-1]}, four a period of the highest one, "

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, floats, whole
+from microslip._core.checks import Floats, floats, whole_number
 from microslip._core.frozen import LockedArrays
 from microslip.errors import InputError
 from microslip.report.plot import Plot
@@ -54,7 +54,7 @@ class ModalCurve(LockedArrays, Plottable):
     """Iterations of Newton's method in all."""
     message: str
     """What came of it in a sentence; where and why it stopped, and what to try."""
-    _other: Callable[[], ModalCurve] | None
+    _solve_by_other: Callable[[], ModalCurve] | None
 
     def _figure(self) -> Plot:
         from microslip.structures.figures import modal_figure
@@ -69,9 +69,9 @@ class ModalCurve(LockedArrays, Plottable):
     @cached_property
     def other_method(self) -> ModalCurve:
         """The same by the other method; solved when first asked for."""
-        if self._other is None:
+        if self._solve_by_other is None:
             raise InputError("other_method is not kept in a curve that was read or copied")
-        return self._other()
+        return self._solve_by_other()
 
     @property
     def frequency_difference(self) -> Floats:
@@ -131,7 +131,7 @@ class ModalCurve(LockedArrays, Plottable):
                 f"force must be one for each of the {self.shape.shape[1]} degrees of freedom, "
                 f"got shape {f.shape}"
             )
-        samples = whole("samples", samples, 2, 1_000_000)
+        samples = whole_number("samples", samples, 2, 1_000_000)
         good = np.flatnonzero(self.converged)
         good = good[np.argsort(self.modal_amplitude[good])]
         a = self.modal_amplitude[good]
@@ -174,4 +174,4 @@ class ModalCurve(LockedArrays, Plottable):
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**super().__getstate__(), "_other": None}
+        return {**super().__getstate__(), "_solve_by_other": None}

@@ -23,7 +23,7 @@ from microslip.structures.matrices import (
 
 LARGEST_WHOLE = 1200
 """Degrees of freedom up to which all modes are kept, so that nothing is lost by them."""
-_KEPT = 40  # modes of a larger structure, besides its answers to each joint's force
+_MODES_KEPT = 40  # modes of a larger structure, besides its answers to each joint's force
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,11 +170,11 @@ def _reduced(stiffness: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats
     """
     from scipy.linalg import eigh
 
-    count = _KEPT + 6
+    count = _MODES_KEPT + 6
     squares, shapes = linear_modes(stiffness, mass, count)
     rigid = rigid_count(squares, stiffness, mass)
     free = shapes[:, :rigid]
-    lowest = shapes[:, rigid : rigid + _KEPT]
+    lowest = shapes[:, rigid : rigid + _MODES_KEPT]
     answers = _answers(stiffness, mass, columns)
     answers -= free @ (free.T @ (mass @ answers))
     answers -= lowest @ (lowest.T @ (mass @ answers))

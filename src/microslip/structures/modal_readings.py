@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, record, show, whole
+from microslip._core.checks import Floats, floats, record, show, whole_number
 from microslip.errors import Argument, InputError
 from microslip.structures.amplitude import power_of
 from microslip.structures.free_decay import read_decay
@@ -26,7 +26,7 @@ Values = tuple[Floats, Floats, Floats]
 
 def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, band: Any) -> Values:
     """See :meth:`microslip.ModalTest.from_ring_down`."""
-    points, power = whole("points", points, 1, 1000), power_of(quantity)
+    points, power = whole_number("points", points, 1, 1000), power_of(quantity)
     t, x = np.atleast_1d(record("time", time)), np.atleast_1d(record("signal", signal))
     if t.size == x.size and t.size > 16:
         x = x - x.mean()
@@ -60,7 +60,7 @@ def stepped_sine(
     quantity: Any,
 ) -> Values:
     """See :meth:`microslip.ModalTest.from_stepped_sine`."""
-    points, power = whole("points", points, 1, 1000), power_of(quantity)
+    points, power = whole_number("points", points, 1, 1000), power_of(quantity)
     f, a = record("frequency", frequency), record("amplitude", amplitude)
     psi, push = record("phase", phase), record("force", force)
     if not f.shape == a.shape == psi.shape or push.size not in (1, f.size):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import positive, record, show, whole
+from microslip._core.checks import positive, record, show, whole_number
 from microslip._core.frozen import Locked, assign, lock
 from microslip.errors import Argument, InputError
 
@@ -72,7 +72,7 @@ class ModalTest(Locked):
             )
         for name in ("frequency_error", "damping_error"):
             assign(self, **{name: positive(name, getattr(self, name), "", 0.05)})
-        whole("mode", self.mode, 0, 1000)
+        whole_number("mode", self.mode, 0, 1000)
         if not isinstance(self.name, str):
             raise InputError(Argument("name"), f" must be text, got {show(self.name)}")
 

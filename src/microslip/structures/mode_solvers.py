@@ -135,7 +135,7 @@ class ModeSolver:
             converged=np.isfinite(frequency),
             iterations=iterations,
             message=message,
-            _other=other_method,
+            _solve_by_other=other_method,
         )
 
 

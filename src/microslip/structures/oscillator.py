@@ -10,7 +10,16 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import LARGEST, Floats, exact, number, plain, positive, show, whole
+from microslip._core.checks import (
+    LARGEST,
+    Floats,
+    exact,
+    number,
+    plain,
+    positive,
+    show,
+    whole_number,
+)
 from microslip._core.frozen import LockedArrays, assign
 from microslip._core.wording import quoted
 from microslip.errors import Argument, InputError
@@ -299,7 +308,7 @@ class Oscillator:
         """
         a = positive("amplitude", amplitude, "m", 1e-6)
         length = _length("ring_down", cycles, duration)
-        per_cycle = whole("samples_per_cycle", samples_per_cycle, 8, 1_000_000)
+        per_cycle = whole_number("samples_per_cycle", samples_per_cycle, 8, 1_000_000)
         system = self.joint, self.mass, self.stiffness, self.viscous_coefficient, self._stuck
         return ring_down(*system, a, *length, per_cycle)
 
@@ -410,4 +419,4 @@ def _length(name: str, cycles: Any, duration: Any) -> tuple[int | None, float | 
         raise InputError(f"{name} needs cycles=... or duration=... [s], one of them, got {came}")
     if cycles is None:
         return None, positive("duration", duration, "s")
-    return whole("cycles", cycles, 1, _MOST_CYCLES), None
+    return whole_number("cycles", cycles, 1, _MOST_CYCLES), None

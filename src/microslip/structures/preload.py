@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, number, show, whole
+from microslip._core.checks import Floats, exact, number, show, whole_number
 from microslip._core.frozen import lock
 from microslip._core.wording import quoted
 from microslip.errors import InputError
@@ -135,7 +135,7 @@ class Preload:
         """
         if joints not in ("stuck", "open"):
             raise InputError(f'joints must be "stuck" or "open", got {show(joints)}')
-        count = whole("count", count, 1, _MOST_MODES)
+        count = whole_number("count", count, 1, _MOST_MODES)
         stiffness = self.stiffness
         if joints == "stuck":
             stiffness = stuck_stiffness(stiffness, self.attachments, self._motions)
@@ -197,7 +197,7 @@ class Preload:
         node follows the exact coupled law along its line of motion in the mode, under a separation
         that varies; across that line it sticks.
         """
-        index = whole("index", index, 0, _MOST_MODES)
+        index = whole_number("index", index, 0, _MOST_MODES)
         if method not in get_args(Method):
             raise InputError(f"method must be {quoted(get_args(Method))}, got {show(method)}")
         a = checked_amplitudes(amplitudes)

@@ -70,7 +70,7 @@ class QuasiStatic:
         for place in order:
             q = float(amplitudes[place]) / factor
             for _ in range(1 if self.measure.sensor is None else 12):
-                moved = self._both(sides, reached, q)
+                moved = self._both_sides(sides, reached, q)
                 if moved is None:
                     return result
                 sides, reached = moved, q
@@ -85,7 +85,7 @@ class QuasiStatic:
             result[place] = point
         return result
 
-    def _both(
+    def _both_sides(
         self, sides: dict[float, StaticPoint], reached: float, q: float
     ) -> dict[float, StaticPoint] | None:
         """Both sides at an amplitude, by steps in between where it needs them."""

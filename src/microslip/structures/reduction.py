@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, floats, positive, show, whole
+from microslip._core.checks import Floats, floats, positive, show, whole_number
 from microslip.errors import InputError
 from microslip.numerics.threads import single_threaded
 from microslip.structures.matrices import factorised
@@ -87,7 +87,7 @@ class Reducer:
         """Reduce it to its patches, its bolts and a few modes."""
         from scipy import sparse
 
-        kept_modes = whole("kept_modes", kept_modes, 1, 1000)
+        kept_modes = whole_number("kept_modes", kept_modes, 1, 1000)
         elements = self.elements
         patched = patches_of(self.mesh, elements, patches, self.along)
         names, sensing = _sensors(elements, sensors)

@@ -83,7 +83,7 @@ class FromFile(NamedTuple):
     """Lets a :class:`Column` stand where a list of quantities is wanted."""
 
     kind: Kind
-    what: str
+    quantity: str
     sign: Sign = "any"
 
     def __get_pydantic_core_schema__(
@@ -97,7 +97,7 @@ class FromFile(NamedTuple):
         if isinstance(raw_value, dict):
             raw_value = Column.model_validate(raw_value, context=info.context)
         if isinstance(raw_value, Column):
-            raw_value = raw_value.read(self.kind, self.sign, info, self.what)
+            raw_value = raw_value.read(self.kind, self.sign, info, self.quantity)
         return raw_value if isinstance(raw_value, SiValues) else handler(raw_value)
 
 

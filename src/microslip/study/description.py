@@ -30,7 +30,7 @@ class StudyDescription(StudyTables):
 
     _name: str = PrivateAttr(default="study")
     _text: str | None = PrivateAttr(default=None)
-    _given: dict[str, Any] = PrivateAttr(default_factory=dict)
+    _tables: dict[str, Any] = PrivateAttr(default_factory=dict)
     _notes: tuple[str, ...] = PrivateAttr(default=())
     _folder: Path = PrivateAttr(default=Path())
     _law: NormalLaw | None = PrivateAttr(default=None)  # drawn, in place of the surface's own
@@ -52,7 +52,7 @@ class StudyDescription(StudyTables):
         except ValidationError as error:
             raise StudyError(f"{name}: {explain(error, tables, changes)}") from None
         self._name = name
-        self._given = tables
+        self._tables = tables
         self._folder = folder or Path()
         self._notes = (*(change.note for change in changes), *reading.notes)
 
@@ -73,7 +73,7 @@ class StudyDescription(StudyTables):
     def text(self) -> str:
         """TOML text of the study: as it was read, overrides applied; comments are kept."""
         if self._text is None:
-            self._text = dump(self._given)
+            self._text = dump(self._tables)
         return self._text
 
     def text_for(self, folder: str | Path) -> str:

@@ -40,7 +40,7 @@ _MODELS: dict[str, type[Part]] = {
     INTERFACE: Joint,
 }
 _FACES = ("first", "second")
-_HELD: dict[str, dict[str, type[Part]]] = {
+_TABLES_BY_KEY: dict[str, dict[str, type[Part]]] = {
     "joint": {INTERFACE: Joint, **LAW_TABLES},
     "surface": SURFACE_TABLES,
     "heights": HEIGHTS_TABLES,
@@ -129,7 +129,7 @@ def _model_at(loc: Loc) -> type[Part]:
     names = ["", *(part for part in loc if isinstance(part, str))]
     place, table = names[-3:-1]
     # What is no table of its own is a list that a column of a file stands for.
-    return _HELD.get(place, {}).get(table) or _MODELS.get(table, Column)
+    return _TABLES_BY_KEY.get(place, {}).get(table) or _MODELS.get(table, Column)
 
 
 def _keys(model: type[Part]) -> list[str]:
@@ -232,9 +232,9 @@ def _homes() -> list[tuple[str, type[Part]]]:
 
 def _no_tag(key: str, raw_value: Any, loc: Loc) -> tuple[str, str]:
     """A surface without a law or heights without a kind, or with that key misspelt."""
-    tag, tables = "law", _HELD["surface"]
+    tag, tables = "law", _TABLES_BY_KEY["surface"]
     if loc[-1] == "pressure":
-        tag, tables = "kind", _HELD["pressure"]
+        tag, tables = "kind", _TABLES_BY_KEY["pressure"]
     if loc[-1] == "heights":
         tag = "kind"
         tables = {"values": GivenHeights} if "population" in loc else HEIGHTS_TABLES

@@ -95,7 +95,11 @@ class DrawnFace(Part):
         from microslip.scans import SurfaceFinish
 
         return SurfaceFinish(
-            **{name: getattr(self, name) for name in DrawnFace.model_fields if name in _DRAWN}
+            **{
+                name: getattr(self, name)
+                for name in DrawnFace.model_fields
+                if name in _DRAWING_KEYS
+            }
         )
 
     def face(self) -> RoughFace:
@@ -117,7 +121,7 @@ class DrawnFace(Part):
         return ", ".join(entries)
 
 
-_DRAWN = ("ra", "rq", "rz", "rsm", "process", "breadth")
+_DRAWING_KEYS = ("ra", "rq", "rz", "rsm", "process", "breadth")
 
 
 class _ScannedFace(Part):

@@ -177,12 +177,14 @@ class ScipyHeights(Part):
         return self
 
 
-_OWN: dict[str, type[Part]] = {"values": GivenHeights, "scipy": ScipyHeights}
+_OWN_TABLES: dict[str, type[Part]] = {"values": GivenHeights, "scipy": ScipyHeights}
 
 HEIGHTS_TABLES: dict[str, type[Any]] = {
-    name: _OWN[name] if name in _OWN else table_of(kind, "kind", "surface.heights", __name__)
+    name: _OWN_TABLES[name]
+    if name in _OWN_TABLES
+    else table_of(kind, "kind", "surface.heights", __name__)
     for kind in HEIGHTS
-    if (name := key_of(kind)) in _OWN or can_be_described(kind)
+    if (name := key_of(kind)) in _OWN_TABLES or can_be_described(kind)
 }
 """Tables of all exported heights by their kind."""
 

@@ -23,11 +23,13 @@ if TYPE_CHECKING:
     from microslip.structures import MeshedJoint
 
 KEY = "structure.mesh"
-_MOST = 200
-_ANY = Material(1.0, 0.0)  # stands for a body's own, which other tables of the study describe
+_MOST_ITEMS = 200
+_STAND_IN = Material(1.0, 0.0)  # stands for a body's own, which other tables of the study describe
 
 MeshName = Annotated[str, text('the name of a mesh such as "beam.msh"')]
-Names = Annotated[tuple[Line, ...], array('["left", "right"]', _MOST), AfterValidator(different)]
+Names = Annotated[
+    tuple[Line, ...], array('["left", "right"]', _MOST_ITEMS), AfterValidator(different)
+]
 Pair = Annotated[tuple[Line, Line], array('["left face", "right face"]', 2, min_items=2)]
 Coordinate = Annotated[float, number("a finite number such as 1.0")]
 
@@ -54,7 +56,7 @@ class MeshPart(Part):
         "Names of the volumes of the shanks, each a body or a part of one.",
         '["shank 1", "shank 2"]',
     )
-    materials: Annotated[tuple[Line, ...], array('["steel", "aluminium"]', _MOST)] | None = (
+    materials: Annotated[tuple[Line, ...], array('["steel", "aluminium"]', _MOST_ITEMS)] | None = (
         optional(
             "Material of each body; the first of the surface unless given.",
             '["steel", "steel", "titanium"]',
@@ -63,7 +65,7 @@ class MeshPart(Part):
     densities: (
         Annotated[
             tuple[Annotated[float, quantity(MASS_DENSITY, "7850 kg/m^3")], ...],
-            array('["7850 kg/m^3", "2700 kg/m^3"]', _MOST),
+            array('["7850 kg/m^3", "2700 kg/m^3"]', _MOST_ITEMS),
         ]
         | None
     ) = optional(
@@ -101,7 +103,7 @@ class MeshPart(Part):
         try:
             self._joint = MeshedJoint.read(
                 reading.path(self.file),
-                bodies=dict.fromkeys(self.bodies, (_ANY, 1.0)),
+                bodies=dict.fromkeys(self.bodies, (_STAND_IN, 1.0)),
                 contacts=self.contacts,
                 bolts=dict.fromkeys(self.bolts, 1.0),
                 scale=float(scale),

@@ -58,7 +58,7 @@ def apply(
     changes = [_read(override) for override in overrides]
     data = copy.deepcopy(data)
     for change in changes:
-        _put(data, change)
+        _set_key(data, change)
     return _with_comments(text, data, changes), data, changes
 
 
@@ -70,12 +70,12 @@ def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
     """Name the files that a study uses as they are seen from another folder."""
     data = tomllib.loads(text)
 
-    def seen(name: str) -> str:
+    def from_elsewhere(name: str) -> str:
         return name if Path(name).is_absolute() else seen_from(new_folder, folder / name)
 
-    changes = [Override("", path, names) for path, names in _files(data, seen)]
+    changes = [Override("", path, names) for path, names in _files(data, from_elsewhere)]
     for change in changes:
-        _put(data, change)
+        _set_key(data, change)
     return _with_comments(text, data, changes) if changes else text
 
 
@@ -158,7 +158,7 @@ def _value(override: str, text: str) -> Any:
     return text
 
 
-def _put(data: Any, change: Override) -> None:
+def _set_key(data: Any, change: Override) -> None:
     """Set one key; tables on the way that are missing are made."""
     *words, last = change.path
     node = data
@@ -186,7 +186,7 @@ def _with_comments(text: str, data: dict[str, Any], changes: Sequence[Override])
     try:
         document = tomlkit.parse(text)
         for change in changes:
-            _put(document, change)
+            _set_key(document, change)
         edited = tomlkit.dumps(document)
         if _canonical(tomllib.loads(edited)) == _canonical(data):
             return edited

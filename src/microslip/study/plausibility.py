@@ -72,7 +72,7 @@ def _question(key: str, value: float, usual: Usual) -> str | None:
     if usual.low <= value <= usual.high:
         return None
 
-    def said(number: float) -> str:
+    def written(number: float) -> str:
         if usual.unit in ("", "1/m^2", "m^2"):
             return f"{significant(number)} {usual.unit}".rstrip()
         return engineering(number, usual.unit, 4, trim=True)
@@ -80,8 +80,8 @@ def _question(key: str, value: float, usual: Usual) -> str | None:
     # A slip of a prefix, or of the decimal point, most of all.
     factors = (1e3, 1e-3, 1e6, 1e-6) if usual.unit not in ("", "1/m^2") else (0.01, 0.1, 1e6, 1e-6)
     likely = next((f * value for f in factors if usual.low <= f * value <= usual.high), None)
-    guess = "" if likely is None else f" Was {said(likely)} meant?"
+    guess = "" if likely is None else f" Was {written(likely)} meant?"
     return (
-        f"{key}: is it really {said(value)}? Usual is {said(usual.low)} to {said(usual.high)} "
-        f"({usual.of}).{guess}"
+        f"{key}: is it really {written(value)}? Usual is {written(usual.low)} to "
+        f"{written(usual.high)} ({usual.of}).{guess}"
     )

@@ -199,10 +199,10 @@ class StructurePart(Part):
     def _check_structure(self) -> Self:
         bolts = ("positions", "shank")
         if self.mesh is None:
-            _require(self, "structure", (*_DRAWN, "density"))
+            _require(self, "structure", (*_DRAWING_KEYS, "density"))
             _require(self.bolts, "structure.bolts", (*bolts, "hole", "washer"))
         else:
-            _refuse(self, "structure", (*_DRAWN, "element_size"))
+            _refuse(self, "structure", (*_DRAWING_KEYS, "element_size"))
             _refuse(self.bolts, "structure.bolts", (*bolts, "across", "head"))
             _require(self, "structure", ("sensor", *(() if self.mesh.densities else ("density",))))
             if self.style != "half-lap":
@@ -329,11 +329,11 @@ class StructurePart(Part):
         if self.bolts.across is not None:
             places = np.stack([places, self.bolts.across], axis=1)
         bolts = Bolts(places, **{k: v for k, v in sizes.items() if v is not None})
-        sizes = {name: getattr(self, name) for name in _DRAWN}
+        sizes = {name: getattr(self, name) for name in _DRAWING_KEYS}
         return LapJoint(**sizes, bolts=bolts, style=self.style)
 
 
-_DRAWN = ("length", "width", "thickness", "lap")
+_DRAWING_KEYS = ("length", "width", "thickness", "lap")
 _BESIDE = "wanted none beside structure.mesh, which shows it"
 
 

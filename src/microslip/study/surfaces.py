@@ -256,7 +256,7 @@ _SELF_AFFINE = ("rms", "hurst", "longest", "roll_off", "shortest")
 MEASURED = (ScanSurface, FacedSurface)
 """Tables whose summits come from something else, and say from what."""
 
-_OWN: dict[str, type[Part]] = {"population": PopulationSurface, "table": TableSurface}
+_OWN_TABLES: dict[str, type[Part]] = {"population": PopulationSurface, "table": TableSurface}
 _HEIGHTS = Field(
     description="Distribution of the summit heights.",
     examples=['{ kind = "gaussian", std = "0.5 um" }'],
@@ -272,9 +272,9 @@ def _table_of_law(kind: type) -> type[Part]:
 
 SURFACE_TABLES: dict[str, type[Any]] = {
     **{
-        name: _OWN[name] if name in _OWN else _table_of_law(kind)
+        name: _OWN_TABLES[name] if name in _OWN_TABLES else _table_of_law(kind)
         for kind in NORMAL_LAWS
-        if (name := key_of(kind)) in _OWN or parameters_of(kind)
+        if (name := key_of(kind)) in _OWN_TABLES or parameters_of(kind)
     },
     "persson": SpectralSurface,
     "scan": ScanSurface,

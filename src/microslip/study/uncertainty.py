@@ -50,7 +50,7 @@ class UncertaintyPart(Part):
         tuple[Annotated[float, _SHARE], ...],
         array("[0.05, 0.5, 0.95]", 9),
         AfterValidator(different),
-        AfterValidator(lambda given: tuple(sorted(given))),
+        AfterValidator(lambda quantiles: tuple(sorted(quantiles))),
     ] = optional("Shares that lie below the bands.", default=(0.05, 0.5, 0.95))
     method: Annotated[Literal["sobol", "random"], one_of("sobol", "random")] = optional(
         "Scrambled Sobol' points, or independent ones.", default="sobol"

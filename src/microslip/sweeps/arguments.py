@@ -11,14 +11,14 @@ from microslip._core.checks import LARGEST, check_one_of, exact, floats, positiv
 from microslip.errors import Argument, InputError
 from microslip.normal import NormalLaw
 
-Given = dict[str, Any]
+Arguments = dict[str, Any]
 
 NO_ARRAYS = ("heights", "surface", "samples", "quantities")
 """Arguments that are one for all joints."""
 _OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
 
 
-def checked(args: Given) -> Given:
+def checked(args: Arguments) -> Arguments:
     """Arrays within their ranges; no argument too many and none missing."""
     needs = ["friction_coefficient"]
     of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
@@ -41,7 +41,7 @@ def checked(args: Given) -> Given:
     check_one_of("normal_load [N] or separation [m]", load, separation)
     if "mean" in args and "heights" in args:
         raise InputError(Argument("mean"), " must be left out: the heights have their own")
-    result: Given = {k: v for k, v in args.items() if k in ("surface", "heights", "samples")}
+    result: Arguments = {k: v for k, v in args.items() if k in ("surface", "heights", "samples")}
     for name, value in args.items():
         if name in NO_ARRAYS:
             continue

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, plain, whole
+from microslip._core.checks import Floats, plain, whole_number
 from microslip._core.frozen import lock
 from microslip.errors import Argument, InputError
 from microslip.heights import Gaussian, as_heights
@@ -20,7 +20,7 @@ from microslip.materials import Material, MaterialPair
 from microslip.normal import GreenwoodWilliamson, NormalLaw
 from microslip.normal.base import FAINTEST
 from microslip.normal.grids import Pointwise, pointwise_of
-from microslip.sweeps.arguments import NO_ARRAYS, Given, check_names, checked
+from microslip.sweeps.arguments import NO_ARRAYS, Arguments, check_names, checked
 
 _BLOCK = 1 << 14  # points at a time, as many as a cache holds
 _RATIOS = {"energy_ratio": 1.0, "loss_factor": 4.0 / math.pi, "damping_ratio": 2.0 / math.pi}
@@ -141,7 +141,7 @@ def evaluate(
 _ARRAYS = frozenset(evaluate.__kwdefaults__ or ()) - {*NO_ARRAYS}
 
 
-def _quantity_names(args: Given) -> tuple[str, ...]:
+def _quantity_names(args: Arguments) -> tuple[str, ...]:
     """Names of the results."""
     if "amplitude" in args and "force_amplitude" in args:
         raise InputError("amplitude [m] or force_amplitude [N] must be given, not both")
@@ -150,7 +150,7 @@ def _quantity_names(args: Given) -> tuple[str, ...]:
     quantities = args.get("quantities")
     loops: tuple[str, ...] = ()
     if "samples" in args:
-        whole("samples", args["samples"], 5, MOST_SAMPLES)
+        whole_number("samples", args["samples"], 5, MOST_SAMPLES)
         if not cycles:
             raise InputError(Argument("samples"), " must stand beside amplitude, got none")
         loops = _LOOPS
@@ -177,7 +177,7 @@ def _unit(heights: Any) -> GreenwoodWilliamson:
 class Joints:
     """Joints of one shape of surface: loads over ``scale`` and separations over ``length``."""
 
-    def __init__(self, args: Given) -> None:
+    def __init__(self, args: Arguments) -> None:
         self.surface: NormalLaw
         self.friction: Floats = args["friction_coefficient"]
         self.origin: Floats = np.zeros(())
@@ -218,7 +218,7 @@ class Joints:
         # As in an interface: with it the limit is met exactly.
         self.factor = self.limit / self.unit_load
 
-    def _of_summits(self, args: Given, composite: Floats) -> None:
+    def _of_summits(self, args: Arguments, composite: Floats) -> None:
         if "heights" in args:
             heights = as_heights(args["heights"])
             self.surface = _unit(heights)
@@ -267,7 +267,7 @@ class Joints:
         return np.asarray(getattr(self, attributes.get(name, name)))
 
 
-def _composite(args: Given) -> tuple[Floats, Floats]:
+def _composite(args: Arguments) -> tuple[Floats, Floats]:
     """E* (19.4) and G* (19.11) [Pa]."""
     first: Floats = args["young_modulus"]
     ratio: Floats = args["poisson_ratio"]
@@ -279,7 +279,7 @@ def _composite(args: Given) -> tuple[Floats, Floats]:
     return np.asarray(1.0 / soft), np.asarray(1.0 / shear)
 
 
-def _evaluated(args: Given, names: tuple[str, ...]) -> Mapping[str, Any]:
+def _evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
     shape = args["shape"]
     arrays = {name: value for name, value in args.items() if name in _ARRAYS}
     driven = {"amplitude", "force_amplitude"}
@@ -318,7 +318,7 @@ def _blocks(arrays: Sequence[Floats], shape: tuple[int, ...]) -> Iterator[list[F
         yield [np.ascontiguousarray(part) for part in (block if len(arrays) > 1 else (block,))]
 
 
-def _block(args: Given, names: tuple[str, ...], shape: tuple[int, ...]) -> dict[str, Any]:
+def _block(args: Arguments, names: tuple[str, ...], shape: tuple[int, ...]) -> dict[str, Any]:
     joints = Joints(args)
     points = tuple(name for name in names if name in _OF_POINTS)
     loops = args["samples"] if _LOOPS[0] in names else None
@@ -333,7 +333,7 @@ def _block(args: Given, names: tuple[str, ...], shape: tuple[int, ...]) -> dict[
 
 def _points(
     joints: Joints,
-    args: Given,
+    args: Arguments,
     names: tuple[str, ...],
     shape: tuple[int, ...],
     loops: int | None,

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, show, whole
+from microslip._core.checks import Floats, floats, show, whole_number
 from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._version import __version__
 from microslip.errors import Argument, InputError
 from microslip.sweeps.evaluation import evaluate
 
-_DONE = "done"
+_FINISHED = "done"
 _REGION = 1 << 20  # points
 
 
@@ -69,7 +69,7 @@ def evaluate_to_zarr(
         raise InputError(
             'evaluate_to_zarr needs Zarr, which is not installed: pip install "microslip[zarr]"'
         ) from None
-    size = whole("region", region, 1)
+    size = whole_number("region", region, 1)
     lines = _lines(axes)
     shape = tuple(line.size for line in lines.values())
     blocks = _blocks(shape, size)
@@ -77,7 +77,7 @@ def evaluate_to_zarr(
     first = tuple(slice(0, 1) for _ in lines)
     evaluate(**arguments, **_spread(lines, first), quantities=quantities)
     store = _opened(zarr, Path(path), lines, shape, tuple(quantities), arguments, blocks)
-    finished_regions: Any = store[_DONE]
+    finished_regions: Any = store[_FINISHED]
     finished = np.asarray(finished_regions[:])
     counts = [math.ceil(n / b) for n, b in zip(shape, blocks, strict=True)]
     places = list(itertools.product(*map(range, counts)))
@@ -166,6 +166,6 @@ def _opened(
         )
         array.attrs.update(QUANTITIES.get(name, Quantity("-", name)).attributes)
     regions = math.prod(math.ceil(n / b) for n, b in zip(shape, blocks, strict=True))
-    store.create_array(_DONE, data=np.zeros(regions, dtype=bool), dimension_names=("region",))
+    store.create_array(_FINISHED, data=np.zeros(regions, dtype=bool), dimension_names=("region",))
     store.attrs["sweep"] = about  # last, so that a store that has it is whole
     return store

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats, exact, number, positive, show, whole
+from microslip._core.checks import Floats, exact, number, positive, show, whole_number
 from microslip.errors import Argument, InputError
 from microslip.friction import BackboneLaw
 
@@ -169,7 +169,7 @@ class VirtualTribometer:
             raise InputError(
                 f"load_ripple has no meaning for {type(self.joint).__name__}: it has no surface"
             )
-        whole("seed", self.seed, 0)
+        whole_number("seed", self.seed, 0)
         keep(self, "noise", _checked_noise(self.noise))
         keep(self, "limits", _checked_limits(self.limits))
         if self._load is not None:
@@ -232,7 +232,7 @@ class VirtualTribometer:
 
         amplitude = positive("amplitude", amplitude, "m", 1e-5)
         frequency = positive("frequency", frequency, "Hz", 10.0)
-        cycles = whole("cycles", cycles, 1, MOST_SAMPLES)
+        cycles = whole_number("cycles", cycles, 1, MOST_SAMPLES)
         self._check_limit("amplitude", amplitude, "m", "amplitude")
         self._check_limit("frequency", frequency, "Hz", "frequency")
         rate = self.sample_rate or SAMPLES_A_CYCLE * frequency

@@ -47,7 +47,7 @@ _SPECIAL: dict[type, type[Model]] = {
 def _model(kind: Any) -> Model | None:
     """The model of a class of laws; None for one that cannot be fitted."""
     if kind in _SPECIAL:
-        return _SPECIAL[kind].made()
+        return _SPECIAL[kind].create()
     if not (inspect.isclass(kind) and issubclass(kind, BackboneLaw)):
         return None
     if not says_all(kind) or any(item.many for item in parameters_of(kind)):
@@ -110,4 +110,4 @@ def model_of(law: Any, **options: Any) -> Model:
             raise InputError(f"{name} is no option of {whose}, which takes {accepted}")
     if is_instance:
         return model.of(law)
-    return model.made(**options) if options else model
+    return model.create(**options) if options else model

@@ -125,7 +125,7 @@ class Model(ABC):
         """The model of an instance of its law, which gives the values to start from."""
 
     @classmethod
-    def made(cls, **options: Any) -> Model:
+    def create(cls, **options: Any) -> Model:
         """The model without an instance; the ``options`` are checked by name already."""
         return cls(**options)
 

@@ -261,7 +261,7 @@ class InterfaceModel(BackboneModel):
         return cls(template_of(law.surface), law.normal_load, law)
 
     @classmethod
-    def made(  # type: ignore[override]
+    def create(  # type: ignore[override]
         cls, heights: Any = None, surface: Any = None, reference_load: float | None = None
     ) -> InterfaceModel:
         """The model on heights or on the shape of a surface; without either, Gaussian heights."""

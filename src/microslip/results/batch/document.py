@@ -122,7 +122,7 @@ def _written(value: float, name: str) -> str:
 def _table(statistics: dict[str, Any]) -> Table:
     columns = (
         Column("quantity", "Quantity"),
-        Column("count", "Rows", write=cells.whole),
+        Column("count", "Rows", write=cells.counted),
         *(Column(name, f"{100.0 * share:g} %") for name, share in _QUANTILES.items()),
     )
     rows = tuple(

@@ -51,7 +51,7 @@ _METHOD = (
     "likelihood, all other parameters fitted again, stays above its limit at {level}; where it "
     "does not close, there is no interval, and the parameter is not identified."
 )
-_GIVEN = (
+_GIVEN_NUMBERS = (
     "Found less given, in standard deviations of what was given; and by how many of them it "
     "contradicts the records and all else: the root of what χ² falls by without it. Beyond 3 they "
     "disagree, and what depends on it is in doubt."
@@ -339,7 +339,7 @@ def _prior_table(fit: Summary) -> Table:
         )
         for datum in fit["given"]
     )
-    return _texts("What was given", heads, rows, _GIVEN)
+    return _texts("What was given", heads, rows, _GIVEN_NUMBERS)
 
 
 def _texts(title: str, heads: Sequence[str], rows: tuple[Any, ...], caption: str = "") -> Table:

@@ -361,9 +361,17 @@ def _modal_damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     return panel
 
 
-_ALL = (loops, backbone, energy_damping, force_damping, contact_state, pressure, slider_density)
+_LAW_FIGURES = (
+    loops,
+    backbone,
+    energy_damping,
+    force_damping,
+    contact_state,
+    pressure,
+    slider_density,
+)
 FIGURES: dict[str, Callable[[Prediction], Plot]] = {
-    figure.__name__: figure for figure in (*_ALL, history, oscillator)
+    figure.__name__: figure for figure in (*_LAW_FIGURES, history, oscillator)
 }
 """What says each figure, by its name, in the order of reading."""
 

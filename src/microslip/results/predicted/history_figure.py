@@ -37,7 +37,7 @@ def history(result: Prediction) -> Plot:
         unit, letter = prefix(float(np.abs(times).max()))
         along, label = times / unit, f"Time [{letter}s]"
 
-    def drawn(values: Floats) -> tuple[Floats, Floats]:
+    def envelope_of(values: Floats) -> tuple[Floats, Floats]:
         places, extremes = envelope(values)
         return along[places.astype(np.intp)], extremes
 
@@ -59,7 +59,7 @@ def history(result: Prediction) -> Plot:
     common = record.quantity if record is not None and len(loads) > 1 else None
     alike = {common, "varying_normal_load"} & set(names) if common is not None else set()
     for name in alike:
-        panels[name].line(*drawn(columns[name][0]), GREY, width=THIN)
+        panels[name].line(*envelope_of(columns[name][0]), GREY, width=THIN)
     answers = columns["displacement" if common == "force" else "force"]
     sizes = [float(np.abs(answer).max()) for answer in answers]
     width = 0.7 if count > _THIN_FROM else WIDTH
@@ -69,7 +69,7 @@ def history(result: Prediction) -> Plot:
         dash = () if count > MOST_SAMPLES else look.dash  # strokes shorter than a dash
         for name, values in columns.items():
             if name not in alike:
-                panels[name].line(*drawn(values[number]), look.color, width=width, dash=dash)
+                panels[name].line(*envelope_of(values[number]), look.color, width=width, dash=dash)
         paths = (columns[name][number] for name in ("displacement", "force"))
         path_panel.line(*path(*paths), look.color, width=width, dash=dash)
     path_panel.cross()

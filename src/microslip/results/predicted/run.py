@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from microslip._core.checks import whole
+from microslip._core.checks import whole_number
 from microslip._core.netcdf import Variable
 from microslip.friction import Interface
 from microslip.loops import Loop
@@ -47,7 +47,7 @@ _STRUCTURE = 0.95  # share of a run that a structure takes
 
 def run(study: StudyDescription, progress: Progress | None = None, workers: int = 1) -> Result:
     """Compute a study; see :meth:`microslip.Study.run`."""
-    whole("workers", workers, 1, MOST_WORKERS)
+    whole_number("workers", workers, 1, MOST_WORKERS)
     if study.structure is not None:
         structure = run_structure(study, _part(progress, 0, 1, 0.0, _STRUCTURE))
         result, defaults = _computed(study, _part(progress, 0, 1, _STRUCTURE, 1.0))

@@ -19,7 +19,7 @@ COUNTED = ("population", "sphere")
 MOST_JOINTS = 20
 MOST_CYCLES = 60
 
-_N, _M = cells.given("N"), cells.given("m")
+_N, _M = cells.trimmed("N"), cells.trimmed("m")
 _SCALES = {
     "slip_per_indentation * heights.std": "κ times the standard deviation of the heights",
     "slip_per_indentation * heights.scale": "κ times the mean height",
@@ -59,7 +59,7 @@ def _table(
 
 def joint_table(joints: Rows, law: str) -> Table:
     """What the joint is at rest, one row for each load."""
-    counts = cells.whole if law in COUNTED else cells.expected
+    counts = cells.counted if law in COUNTED else cells.expected
     real = Column("contact_area", "Real area", "m^2", write=cells.area, short="real area")
     if joints[0]["contact_area_fraction"] is not None:
         real = replace(real, key="contact_area_fraction", unit="", write=cells.percent)

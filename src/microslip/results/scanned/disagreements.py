@@ -93,19 +93,19 @@ def _tail_share(moment: str) -> Callable[[float, Findings], str]:
 
 
 _CAUSES: dict[str, Callable[[float, Findings], str]] = {
-    "kurtosis": lambda value, found: (
+    "kurtosis": lambda value, findings: (
         f"the kurtosis is {value:.3g} (3 if Gaussian): few points, a scratch, pits or spikes, make "
         "the variance of the heights, on which moments are built, while counting takes each summit "
         "once"
     ),
-    "missing": lambda value, found: (
+    "missing": lambda value, findings: (
         f"{100.0 * value:.2g} % of the points are missing, and a summit counts only where it and "
         "its eight neighbours are there"
     ),
-    LOST_TO_PIXEL: lambda value, found: (
+    LOST_TO_PIXEL: lambda value, findings: (
         "curvatures are of waves of a few pixels, so that noise and the pixel make them"
     ),
-    "anisotropy": lambda value, found: (
+    "anisotropy": lambda value, findings: (
         f"slopes across the lay are {value:.2g} times those along it, but moments are averaged "
         "over directions"
     ),

@@ -35,7 +35,7 @@ from microslip.results.scanned.numbers import KIND, summarise
 from microslip.results.scanned.patch_scatter import HEIGHTS, MOMENTS, SUMMITS
 from microslip.results.scanned.surface_block import block
 from microslip.results.scanned.wave_pictures import cutoff_plot, spectrum_plot, texture_plot
-from microslip.scans.file_reading import ASKED, SUSPECT
+from microslip.scans.file_reading import SUSPECT, UNIT_QUESTION
 from microslip.scans.summits import Summits
 
 NO_CUTOFF = "none: the pixel decides"
@@ -135,7 +135,7 @@ def _remarks(findings: Findings) -> list[str]:
     remarks += [
         _capital(note.removeprefix(begin))
         for note in findings.raw.notes
-        for begin in (ASKED, "checksum: ")
+        for begin in (UNIT_QUESTION, "checksum: ")
         if note.startswith(begin)
     ]
     laws = findings.laws

@@ -46,7 +46,7 @@ def block(findings: Findings, folder: Path) -> str:
         law = request.heights or (
             "gaussian" if findings.laws is None else findings.laws.recommended
         )
-        lines.append(f'heights = "{law}"  # or {_others(law)}')
+        lines.append(f'heights = "{law}"  # or {_other_laws(law)}')
     area = request.area
     lines.append(
         '# area = "2 cm^2"  # apparent area of the joint: a profile has none, so put yours here'
@@ -134,7 +134,7 @@ def _angle(value: float) -> str:
     return _text(f"{_number(math.degrees(value))} deg")
 
 
-def _others(law: str) -> str:
+def _other_laws(law: str) -> str:
     return ", ".join(f'"{name}"' for name in LAWS_OF_HEIGHTS if name != law)
 
 

@@ -211,7 +211,7 @@ _ESTIMATE_LOOKS = {
 class _Content(NamedTuple):
     """What a panel shows: columns of the table by their look, and the unit."""
 
-    what: str
+    quantity: str
     columns: dict[str, str]
     unit: str
 
@@ -254,7 +254,7 @@ def cutoff_plot(findings: Findings) -> Plot:
                 bare=row == 0,
             ),
             Axis(log=True),
-            note=f"{content.what} [{label}]",
+            note=f"{content.quantity} [{label}]",
             cell=(row, row, column, column),
         )
         panel.add(Rule(place, "x", _EDGE, 0.9, _SHORT_DASH))

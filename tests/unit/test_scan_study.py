@@ -174,7 +174,7 @@ def test_keys_are_those_of_the_reading_and_the_conditioning(home: Path) -> None:
         ),
     )
     study = ms.Study.from_toml(text, folder=home)
-    VALIDATOR.validate(study._given)
+    VALIDATOR.validate(study._tables)
     scan = ms.Scan.read(
         home / "two.npz", unit="um", pixel=(1e-6, 2e-6), key="z", valid=(-1e-6, 5e-7)
     )
@@ -231,7 +231,7 @@ def test_what_only_the_scan_shows_is_one_line(home: Path) -> None:
 def test_heights_by_a_table_of_their_density(home: Path) -> None:
     text = edited((GAUSSIAN, TABLE))
     study = ms.Study.from_toml(text, folder=home)
-    VALIDATOR.validate(study._given)
+    VALIDATOR.validate(study._tables)
     surface = study.run().joints[0].surface
     assert isinstance(surface, ms.GreenwoodWilliamson)
     wanted = ms.TabulatedHeights([-1e-6, 0.0, 1e-6], [0.0, 2e6, 0.0])

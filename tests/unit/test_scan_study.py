@@ -14,6 +14,7 @@ from jsonschema import Draft7Validator
 from studies import GAUSSIAN, SURFACE, edited
 
 import microslip as ms
+from microslip.results.predicted.document import equations
 from microslip.results.predicted.preview import preview
 from microslip.scans import random_surface
 from microslip.study.build import build_surface
@@ -52,6 +53,23 @@ def _home(tmp_path: Path) -> Path:
 def summits(home: Path, cutoff: float | None = 6e-6) -> ms.Summits:
     scan = ms.Scan.read(home / "ground.npy", unit="um", pixel=1e-6)
     return scan.summits(cutoff, level="plane")
+
+
+@pytest.mark.parametrize(
+    ("line", "law"),
+    [
+        ("", "Load of the surface at the separation"),
+        ('heights = "population"\n', "Load of the given summits"),
+        ('direction = "60 deg"\n', "Each contact is Hertz’s ellipse"),
+        ('estimate = "persson"\n', "Mean separation"),
+    ],
+)
+def test_equations_are_those_of_the_law_of_the_scan(home: Path, line: str, law: str) -> None:
+    text = scan_study(("cutoff", f'area = "1 mm^2"\n{line}cutoff')) if line else scan_study()
+    shown = equations(ms.Study.from_toml(text, folder=home).run())
+    laws = ("Load of the surface", "Load of the given", "Hertz’s ellipse", "Mean separation")
+    assert law in shown
+    assert sum(other in shown for other in laws) == (2 if "ellipse" in law else 1)
 
 
 @pytest.mark.parametrize("estimate", ["counted", "neighbours", "mccool", "nayak"])

@@ -28,6 +28,13 @@ class CycleMeasures(ABC):
         def tangential_stiffness(self) -> float:
             """Stiffness at rest [N/m]."""
 
+    @property
+    def _slip_scale(self) -> tuple[float, str]:
+        """Displacement [m] over which it goes from sticking to sliding, and what that is."""
+        if math.isinf(self.tangential_stiffness):  # it slides at once, so any length will do
+            return 1e-6, "1 um, since the law is rigid at rest"
+        return self.force_limit / self.tangential_stiffness, "force_limit / tangential_stiffness"
+
     @abstractmethod
     def _backbone(self, u: Floats) -> Floats:
         """T0 [N] for displacements u >= 0 [m], one-dimensional."""

@@ -164,13 +164,12 @@ class Interface(CoupledLaw):
         """
         return self._slip_scale[0]
 
-    @cached_property
+    @property
     def _slip_scale(self) -> tuple[float, str]:
         """The slip scale [m], and how it is defined."""
         measure = self.surface._slip_measure()
         if measure is None:
-            scale = self.force_limit / self.tangential_stiffness
-            return scale, "force_limit / tangential_stiffness"
+            return super()._slip_scale
         return self.slip_per_indentation * measure[0], f"slip_per_indentation * {measure[1]}"
 
     @property

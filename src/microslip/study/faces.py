@@ -24,7 +24,7 @@ from microslip._core.wording import shorten
 from microslip.errors import InputError
 from microslip.scans.options import PERSSON, PROCESS, PROCESSES, RA, RQ, RSM, RZ
 from microslip.study.fields import Area, Density, Radius, Roughness, TwoNames, array, number, one_of
-from microslip.study.part import KeyedError, Part, keyed, optional, required
+from microslip.study.part import KeyedError, Part, SurfaceTable, keyed, optional, required
 from microslip.study.scanned_surface import ScanName, ScanSurface
 
 if TYPE_CHECKING:
@@ -235,7 +235,7 @@ else:
     ]
 
 
-class FacedSurface(Part):
+class FacedSurface(SurfaceTable):
     """A surface of rough faces, as summits against a flat."""
 
     materials: TwoNames = required(
@@ -284,8 +284,13 @@ class FacedSurface(Part):
             )
         return sentences
 
-    def summary(self) -> dict[str, Any]:
-        """What summary.json says of the faces, in SI units."""
+    @property
+    def law_name(self) -> str:
+        """Name of the normal law of the summits."""
+        return "greenwood-williamson"
+
+    def findings(self) -> dict[str, Any]:
+        """What is known of the faces, in SI units."""
         faces = {
             key.lstrip(".") or "face": {
                 **asdict(face.statistics),
@@ -294,7 +299,8 @@ class FacedSurface(Part):
             }
             for key, face in self.faces.items()
         }
-        return {**faces, "together": asdict(self.statistics)} if len(faces) > 1 else faces
+        summits = {"together": asdict(self.statistics)} if len(faces) > 1 else {}
+        return {"faces": {**faces, **summits}}
 
 
 class TwoFaces(FacedSurface):

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, Validat
 from pydantic_core import CoreSchema, core_schema
 
 from microslip._core.options import Option
+from microslip._core.verdicts import Verdict
 from microslip.errors import Argument, InputError, in_python
 
 JsonSchema = dict[str, Any]
@@ -28,6 +29,33 @@ class Part(BaseModel):
     """A table of a study file: frozen, and without keys that nobody reads."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", revalidate_instances="always")
+
+
+class SurfaceTable(Part):
+    """Any table of a surface: what it adds to a result besides its normal law."""
+
+    @property
+    def law_name(self) -> str:
+        """Name of the normal law that it gives."""
+        return str(getattr(self, "law", ""))
+
+    @property
+    def apparent_area(self) -> float | None:
+        """Apparent area [m^2], where there is one."""
+        area: float | None = getattr(self, "area", None)
+        return area
+
+    def findings(self) -> dict[str, Any]:
+        """What was found where its summits come from, in SI units, under a key of summary.json."""
+        return {}
+
+    def sentences(self) -> list[str]:
+        """The same in words."""
+        return []
+
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """How far that bears a joint, apart from what its load decides."""
+        return ()
 
 
 @dataclass

@@ -17,7 +17,15 @@ from microslip.normal import PerssonCurve
 from microslip.scans import options
 from microslip.study.columns import text
 from microslip.study.fields import TwoNames
-from microslip.study.part import Check, KeyedError, Part, Reading, as_key, optional, required
+from microslip.study.part import (
+    Check,
+    KeyedError,
+    Reading,
+    SurfaceTable,
+    as_key,
+    optional,
+    required,
+)
 from microslip.study.part import key as key_of
 
 if TYPE_CHECKING:
@@ -50,7 +58,7 @@ def _single(values: Any) -> Any:
     return values[0] if values and len(values) == 1 else values
 
 
-class ScanSurface(Part):
+class ScanSurface(SurfaceTable):
     """Summits of a scanned surface; its short-wave cut-off [m] decides what a summit is."""
 
     law: Literal["scan"] = required("Summits found in a scan of a surface.")
@@ -251,11 +259,25 @@ class ScanSurface(Part):
             return self.summits.validity()
         return ()
 
-    def summary(self) -> dict[str, Any]:
-        """What was found in the scan, in SI units: what summary.json says of it."""
+    @property
+    def law_name(self) -> str:
+        """Name of the normal law of its summits, or of its spectrum."""
+        if self.estimate == options.PERSSON:
+            return options.PERSSON
+        if self.direction is not None:
+            return "elliptic-summits"
+        return "population" if self.is_population else "greenwood-williamson"
+
+    @property
+    def apparent_area(self) -> float:
+        """Apparent area [m^2], that of the scan if no other is given."""
+        return self.area or self.read_scan.area
+
+    def findings(self) -> dict[str, Any]:
+        """What was found in the scan, in SI units."""
         summits = None if self.read_scan.is_profile else self.summits
         scan = self.profile if summits is None else summits.scan
-        return {
+        numbers = {
             "name": scan.name,
             "cutoff": self.cutoff,
             "long_cutoff": self.long_cutoff,
@@ -270,6 +292,7 @@ class ScanSurface(Part):
             },
             "notes": list(scan.notes if summits is None else summits.notes),
         }
+        return {"scan": numbers}
 
     def _of_profile(self) -> SummitStatistics:
         """Summit statistics of the isotropic surface with the moments of a profile."""

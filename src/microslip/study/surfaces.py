@@ -26,11 +26,10 @@ from microslip.study.faces import DrawnSurface, FacedSurface, TwoFaces
 from microslip.study.fields import one_of
 from microslip.study.heights import HEIGHTS_TABLES, AnyHeights, GivenHeights, ScipyHeights
 from microslip.study.parametric import Described, table_of
-from microslip.study.part import KeyedError, Part, keyed, optional, required
+from microslip.study.part import KeyedError, Part, SurfaceTable, keyed, optional, required
 from microslip.study.scanned_surface import ScanSurface
 
 __all__ = [
-    "MEASURED",
     "SURFACE_TABLES",
     "AnyMaterial",
     "AnySurface",
@@ -73,7 +72,7 @@ class Rigid(Part):
         return Material.rigid()
 
 
-class Surface(Part):
+class Surface(SurfaceTable):
     """Two bodies and how they touch."""
 
     law: str
@@ -252,9 +251,6 @@ class SpectralSurface(Surface):
 
 
 _SELF_AFFINE = ("rms", "hurst", "longest", "roll_off", "shortest")
-
-MEASURED = (ScanSurface, FacedSurface)
-"""Tables whose summits come from something else, and say from what."""
 
 _OWN_TABLES: dict[str, type[Part]] = {"population": PopulationSurface, "table": TableSurface}
 _HEIGHTS = Field(

@@ -19,7 +19,6 @@ from microslip.results.predicted.numbers import (
     KIND,
     SUMMARY_SCHEMA,
     scalars,
-    slip_scale_of,
     verdicts,
 )
 from microslip.results.predicted.prediction import Prediction
@@ -121,7 +120,7 @@ def _scalars(result: Prediction) -> dict[str, Variable]:
         if any(row[name] is not None for row in rows)
     }
     scale = variables["slip_scale"]
-    comment = {"comment": slip_scale_of(result.joints[0])[1]}
+    comment = {"comment": result.joints[0]._slip_scale[1]}
     variables["slip_scale"] = scale._replace(attributes={**scale.attributes, **comment})
     return variables
 

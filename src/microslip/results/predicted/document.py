@@ -37,7 +37,6 @@ from microslip.results.structure.document import number as structure_number
 from microslip.results.structure.document import sections as structure_sections
 from microslip.study.description import StudyDescription
 from microslip.study.plausibility import questions
-from microslip.study.surfaces import FacedSurface, ScanSurface
 
 REMARK = (
     "η (loss factor) and ζ = η/2 (damping ratio) are the interface’s own, not a mode’s: in a "
@@ -189,10 +188,4 @@ def equations(result: Prediction) -> str:
 def _law(study: StudyDescription) -> str:
     """The law whose equation holds: a scan gives one of two."""
     surface = study.surface
-    if surface is None:
-        return str(study.joint.law)
-    if isinstance(surface, FacedSurface):
-        return "greenwood-williamson"
-    if not isinstance(surface, ScanSurface):
-        return str(surface.law)
-    return "population" if surface.is_population else "greenwood-williamson"
+    return str(study.joint.law) if surface is None else str(surface.law_name)

@@ -58,7 +58,7 @@ class Defaults:
     @classmethod
     def of(cls, study: StudyDescription, joints: Sequence[Interface]) -> Defaults:
         """From the largest slip scale, to two digits."""
-        excitation, scale = study.excitation, max(slip_scale_of(joint)[0] for joint in joints)
+        excitation, scale = study.excitation, max(joint._slip_scale[0] for joint in joints)
         is_open = excitation.amplitudes is None and excitation.force_amplitudes is None
         return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)
 
@@ -131,8 +131,7 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
         REMINDER,
     ]
     parts = {
-        "faces": surface.summary() if isinstance(surface, u.FacedSurface) else None,
-        "scan": surface.summary() if isinstance(surface, u.ScanSurface) else None,
+        **({} if surface is None else surface.findings()),
         "tightening": tightening(joint),
         "pressure": pressure(joint),
         "structure": None if structure is None else structure_numbers(structure),
@@ -217,7 +216,7 @@ def pressure_notes(joint: Any) -> list[str]:
 
 def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
     """What a scan and tightening have given, and what is at constant normal load, in sentences."""
-    notes = study.surface.sentences() if isinstance(study.surface, u.MEASURED) else []
+    notes = [] if study.surface is None else study.surface.sentences()
     notes += [*tightening_notes(joint), *pressure_notes(joint)]
     variation, history = study.excitation.load_variation, study.excitation.history
     if variation is not None:
@@ -256,7 +255,8 @@ def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
 
 def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None]:
     """Numbers that belong to a joint at rest; None for what is not known."""
-    area, contact = _area(study), getattr(joint, "contact_area", None)
+    contact = getattr(joint, "contact_area", None)
+    area = None if study.surface is None else study.surface.apparent_area
     return {
         "separation": getattr(joint, "separation", None),
         "standardised_separation": getattr(joint, "standardised_separation", None),
@@ -268,16 +268,8 @@ def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None
         "tangential_stiffness": joint.tangential_stiffness,
         "force_limit": joint.force_limit,
         "slip_per_indentation": getattr(joint, "slip_per_indentation", None),
-        "slip_scale": slip_scale_of(joint)[0],
+        "slip_scale": joint._slip_scale[0],
     }
-
-
-def _area(study: StudyDescription) -> float | None:
-    """Apparent area [m^2], where there is one."""
-    if isinstance(study.surface, u.ScanSurface):
-        return study.surface.area or study.surface.read_scan.area
-    area: float | None = getattr(study.surface, "area", None)
-    return area
 
 
 def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
@@ -286,7 +278,7 @@ def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
     return {
         "normal_load": plain(getattr(joint, "normal_load", None)),
         **{name: plain(value) for name, value in scalars(study, joint).items()},
-        "slip_scale_meaning": slip_scale_of(joint)[1],
+        "slip_scale_meaning": joint._slip_scale[1],
         "hangs_on": leading_inputs(study, joint),
         **hertz(joint, study),
         "validity": [
@@ -328,16 +320,6 @@ def hertz(joint: Any, study: StudyDescription) -> dict[str, Any]:
     }
 
 
-def slip_scale_of(joint: Any) -> tuple[float, str]:
-    """Displacement [m] over which a joint goes from sticking to sliding, and what that is."""
-    if isinstance(joint, Interface):
-        return joint._slip_scale
-    stiffness = joint.tangential_stiffness
-    if math.isinf(stiffness):  # it slides at once, so any length will do
-        return 1e-6, "1 um, since the law is rigid at rest"
-    return joint.force_limit / stiffness, "force_limit / tangential_stiffness"
-
-
 def verdicts(study: StudyDescription, joint: Interface) -> list[tuple[Verdict, float | None]]:
     """Verdicts on a joint at its load [N] or, where that varies, the worst of its extremes.
 
@@ -347,7 +329,7 @@ def verdicts(study: StudyDescription, joint: Interface) -> list[tuple[Verdict, f
     if not study.joint.loads:
         return []
     surface = study.surface
-    scanned = surface.verdicts() if isinstance(surface, u.MEASURED) else ()
+    scanned = () if surface is None else surface.verdicts()
     if isinstance(joint, PressedJoint):
         return [(verdict, None) for verdict in (*joint.validity, *scanned)]
     loads = extremes(study.excitation, joint.normal_load)

@@ -29,7 +29,6 @@ from microslip.results.predicted.numbers import (
     DEFAULT_RANGE,
     Defaults,
     oscillator_of,
-    slip_scale_of,
     summarise,
 )
 from microslip.results.predicted.result import Result
@@ -123,7 +122,7 @@ def _computed(study: StudyDescription, progress: Progress | None = None) -> tupl
         if history is not None and record is not None:
             with blame(study, "excitation.history"):
                 histories.append(HistoryResponse.of(joint, record, history.quantity, history.loads))
-        limits.append(_limits(joint, slip_scale_of(joint)[0]))
+        limits.append(_limits(joint, joint._slip_scale[0]))
         steps(0.0, 1.0)(1.0)
     result = Result(
         study=study,
